@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace loopwarden::bench {
+
+// What a benchmark is held to (design budget). `scale` turns seconds per iteration into the figure
+// printed: figure = scale * seconds, or items per second where `per_second` is set.
+struct Budget {
+  const char* benchmark;
+  const char* what;
+  const char* unit;
+  double limit;
+  bool at_least;    // the figure must be at least the limit, else at most
+  bool per_second;  // items per second instead of time
+  double scale;
+};
+
+inline constexpr Budget kBudgets[]{
+    {"control_cycle/healthy", "one loop's cycle, simulated backend, healthy valve", "ns", 1000.0,
+     false, false, 1e9},
+    {"control_cycle/sticking", "the same with stiction and the jacket", "ns", 1000.0, false, false,
+     1e9},
+    // Period 0.1 s: share of a core = seconds per round / 0.1 s.
+    {"all_loops/1000_at_10Hz", "1000 loops at 10 Hz", "% of a core", 10.0, false, false, 1e3},
+    // Period 0.01 s.
+    {"all_loops/100_at_100Hz", "100 loops at 100 Hz", "% of a core", 10.0, false, false, 1e4},
+    {"simulate/full_loop", "simulation of a full loop, stiction and noise", "million samples/s",
+     20.0, true, true, 1e-6},
+    {"gap/free_run", "free run of the gap search, stiction", "million samples/s", 20.0, true, true,
+     1e-6},
+    {"gap/whole", "gap workflow, 4200 samples, two threads", "s", 10.0, false, false, 1.0},
+};
+
+}  // namespace loopwarden::bench

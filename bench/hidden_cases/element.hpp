@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+// The truth, one physical part after the other from the controller output to the flow. All parts
+// are integrated at 1 ms. Stem and pressure are in controller output units (0 to 10), forces in
+// the same units because they are divided by the spring's stiffness.
+namespace loopwarden::hidden_cases {
+
+inline constexpr double kStep_s = 1e-3;
+
+class Element {
+ public:
+  Element() = default;
+  Element(const Element&) = delete;
+  Element& operator=(const Element&) = delete;
+  virtual ~Element() = default;
+
+  // Comes to rest under a constant input; returns the output.
+  virtual double reset(double input) = 0;
+  // One step of 1 ms; `time_s` counts from the start of the record, negative before it.
+  virtual double step(double input, double time_s) = 0;
+};
+
+using Chain = std::vector<std::unique_ptr<Element>>;
+
+double reset(Chain& chain, double input);
+double step(Chain& chain, double input, double time_s);
+
+using Intervals = std::vector<std::pair<double, double>>;
+
+// --- Valve ---------------------------------------------------------------------------------------
+
+// x' = (u - x) / lag. Also the process and a slow transmitter.
+std::unique_ptr<Element> make_lag(double lag_s);
+
+// Positioner with actuator: x'' = w^2 (u - x) - 2 z w x', with a third pole where lag_s > 0.
+std::unique_ptr<Element> make_positioner(double natural_frequency_rad_s, double damping,
+                                         double lag_s);
+
+// Actuator pressure behind a starved supply, p never above `supply`:
+// p' = (u - p) / lag within -vent to fill; where `choked`, filling slows with what is left to the
+// supply: at most 2 fill (supply - p) / supply.
+struct AirSupply {
+  double fill_per_s;
+  double vent_per_s;
+  double supply;
+  double lag_s;
+  bool choked = false;
+};
+std::unique_ptr<Element> make_air_supply(const AirSupply& air);
+
+// Stem under spring, packing and viscous friction (everything divided by the spring's stiffness):
+//   x'' / w^2 = u - x - F(x') - d x'
+// Friction while it moves: F = sgn(x') (dynamic + (static - dynamic) exp(-(x'/vs)^2)), the
+// exponential (Stribeck) only where vs > 0. At rest the stem holds up to `static_friction`
+// (Karnopp 1985). In the words of the (S, J) laws: s = static + dynamic, j = static - dynamic.
+// `gripped`: friction acts only then, where any interval is given; else always.
+struct Stem {
+  double static_friction;
+  double dynamic_friction;
+  double stribeck_per_s;
+  double frequency_rad_s;
+  double damping_s;
+  Intervals gripped;
+};
+std::unique_ptr<Element> make_karnopp_stem(Stem stem);
+
+// The same stem with the bristles of Canudas de Wit et al. (1995): z' = v - |v| z / g(v),
+// F = k z + c z', g = (dynamic + (static - dynamic) exp(-(v/vs)^2)) / k.
+std::unique_ptr<Element> make_lugre_stem(const Stem& stem, double bristle_stiffness);
+
+// Linkage play of `width` between stem and plug; a side in contact pulls the plug along with a
+// first-order lag.
+std::unique_ptr<Element> make_linkage_play(double width, double contact_lag_s);
+
+// Bouc (1967) and Wen (1976): output u - width h / 2, h' = u' (1 - |h|^n (g sgn(u' h) + 1 - g)) / a.
+struct BoucWen {
+  double width;
+  double scale;
+  double exponent;
+  double shape;
+};
+std::unique_ptr<Element> make_bouc_wen(const BoucWen& hysteresis);
+
+// Prandtl and Ishlinskii: sum of weight times play of the given half widths; weights add up to 1.
+struct PlayStack {
+  std::vector<double> half_widths;
+  std::vector<double> weights;
+};
+std::unique_ptr<Element> make_play_stack(PlayStack stack);
+
+// Any curve without memory: characteristic, leakage, positioner that knows only a grid.
+std::unique_ptr<Element> make_curve(std::function<double(double)> curve);
+
+// --- Process -------------------------------------------------------------------------------------
+
+// Gain that may change with time: y = gain(t) v.
+std::unique_ptr<Element> make_gain(std::function<double(double)> gain_at);
+
+std::unique_ptr<Element> make_dead_time(double dead_time_s);
+
+// Plug flow: what leaves now entered one pipe volume ago; dead time = volume / flow, flow = input.
+std::unique_ptr<Element> make_plug_flow(double volume);
+
+// Lag with one time constant up and another down.
+std::unique_ptr<Element> make_two_way_lag(double up_s, double down_s);
+
+// (1 - beta s) / ((lag s + 1)(second s + 1)): starts in the wrong direction.
+std::unique_ptr<Element> make_inverse_response(double beta_s, double lag_s, double second_lag_s);
+
+// y = (1 - share) x + share y(t - delay): what leaves comes back.
+std::unique_ptr<Element> make_recycle(double share, double delay_s);
+
+// A share of the response through a lag of its own, much slower.
+std::unique_ptr<Element> make_slow_tail(double share, double lag_s);
+
+}  // namespace loopwarden::hidden_cases

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "bench/hidden_cases/truth_loop.hpp"
+
+namespace loopwarden::hidden_cases {
+
+enum class Kind { kSingle, kNone, kPair, kOutside };
+
+// What one case is made of. The same request gives the same bits.
+struct CaseRequest {
+  std::string id;
+  Kind kind = Kind::kSingle;
+  // One of effect_names(kind).
+  std::string effect;
+  std::uint64_t seed = 0;
+  bool load = false;
+  std::size_t samples = 4200;
+};
+
+// The loop as its engineers believe it to be.
+struct BelievedLoop {
+  Tuning tuning;
+  double gain;
+  double time_constant_s;
+  double dead_time_s;
+};
+
+struct HiddenCase {
+  std::string id;
+  std::string effect;
+  // Any one of them for a single effect, all of them for two at once.
+  std::vector<std::string> accept;
+  // Under the names of the effect catalogue.
+  std::map<std::string, double> parameters;
+  // The physics behind it, in words.
+  std::string note;
+  BelievedLoop believed;
+  LoopRecord record;
+  double floor_rmse = 0.0;
+};
+
+// "stiction", "stiction+gain_change", "outside:recycle", ...; "none" and its variants
+// "none:aggressive_tuning", ... are written as "none".
+const std::vector<std::string>& effect_names(Kind kind);
+
+// Throws std::invalid_argument for an effect that effect_names(request.kind) doesn't hold, or fewer
+// than 600 samples.
+HiddenCase make_case(const CaseRequest& request);
+
+// Requests for `count` cases: kinds in the ratio 30 : 4 : 6 : 6 of single, none, pair, outside as
+// far as they are wanted, every effect of a kind as often as the others (of the pairs every other
+// one is stiction+gain_change or backlash+oscillating_disturbance). Case k has the seed seed + k.
+std::vector<CaseRequest> plan_cases(std::size_t count, std::uint64_t seed,
+                                    const std::vector<Kind>& kinds, bool load, std::size_t samples);
+
+// Writes FOLDER/ID/record.csv and model.yaml of a case, and FOLDER/truth.json of all. They throw
+// std::filesystem::filesystem_error when a file can't be written.
+void write_case(const std::filesystem::path& folder, const HiddenCase& one);
+void write_truth(const std::filesystem::path& folder, const std::vector<HiddenCase>& cases);
+// Makes the cases one after the other and writes them all.
+void write_cases(const std::filesystem::path& folder, const std::vector<CaseRequest>& requests);
+
+}  // namespace loopwarden::hidden_cases

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "bench/hidden_cases/gap_runner.hpp"
+#include "bench/hidden_cases/hidden_case.hpp"
+#include "bench/hidden_cases/kinds.hpp"
+#include "bench/hidden_cases/study_report.hpp"
+
+namespace {
+
+namespace cases = loopwarden::hidden_cases;
+namespace fs = std::filesystem;
+
+constexpr int kExitUsage = 64;
+constexpr int kExitBadData = 65;
+constexpr int kExitIo = 74;
+
+struct Options {
+  std::vector<std::string> folders;
+  std::string gap;
+  std::vector<std::string> gap_options;
+  unsigned jobs = 2;
+  bool json = false;
+  bool list = false;
+  std::size_t generate = 0;
+  std::uint64_t seed = 0;
+  bool load = false;
+  std::string kinds = "single,none,pair,outside";
+  std::size_t samples = 4200;
+  std::string only;
+  std::string keep;
+};
+
+// Gone afterwards.
+class WorkFolder {
+ public:
+  WorkFolder() {
+    std::string name = (fs::temp_directory_path() / "gap-study-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+void generate(const Options& options, bool load, std::uint64_t seed, const fs::path& folder) {
+  cases::write_cases(
+      folder, cases::plan_cases(options.generate, seed, cases::parse_kinds(options.kinds), load,
+                                options.samples));
+}
+
+// The folders to score; those that are generated stand under `work`.
+std::vector<fs::path> folders_of(const Options& options, const fs::path& work) {
+  std::vector<fs::path> folders(options.folders.begin(), options.folders.end());
+  if (options.generate == 0) return folders;
+  generate(options, false, options.seed, work / "hidden");
+  folders.push_back(work / "hidden");
+  if (options.load) {
+    generate(options, true, options.seed + options.generate, work / "hidden-load");
+    folders.push_back(work / "hidden-load");
+  }
+  return folders;
+}
+
+bool has_load(fs::path folder) {
+  folder = fs::absolute(folder).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  const fs::path holder =
+      fs::exists(folder / "truth.json") ? folder.filename() : folder.parent_path().filename();
+  return holder.string().find("load") != std::string::npos;
+}
+
+std::vector<cases::CaseFiles> cases_of(const Options& options, const fs::path& folder) {
+  std::vector<cases::CaseFiles> found;
+  for (cases::CaseFiles& one : cases::find_cases(folder)) {
+    if (one.truth.effect.find(options.only) != std::string::npos) found.push_back(std::move(one));
+  }
+  return found;
+}
+
+cases::StudyPart run_part(const Options& options, const std::vector<fs::path>& folders, bool load,
+                          const fs::path& out) {
+  cases::StudyPart part;
+  part.load = load;
+  part.name = load ? "load" : "no load";
+  std::size_t place = 0;
+  for (const fs::path& folder : folders) {
+    if (has_load(folder) != load) continue;
+    const std::vector<cases::CaseFiles> found = cases_of(options, folder);
+    const auto progress = [&](std::size_t done) {
+      if (::isatty(STDERR_FILENO) != 0) {
+        fmt::print(stderr, "\r{}: {} of {}", part.name, done, found.size());
+        if (done == found.size()) fmt::print(stderr, "\n");
+      } else if (done % 10 == 0 || done == found.size()) {
+        fmt::print(stderr, "{}: {} of {}\n", part.name, done, found.size());
+      }
+    };
+    // Folders may use the same ids.
+    const fs::path results = out / fmt::format("{}{}", load ? "load" : "no-load", place++);
+    for (cases::ScoredCase& one :
+         cases::run_cases({.path = options.gap, .options = options.gap_options}, found, results,
+                          options.jobs, progress)) {
+      part.cases.push_back(std::move(one));
+    }
+  }
+  return part;
+}
+
+int study(const Options& options) {
+  if (options.folders.empty() && options.generate == 0) {
+    throw std::invalid_argument("nothing to score: give --cases or --generate");
+  }
+  const WorkFolder work;
+  const fs::path out = options.keep.empty() ? work.path() / "results" : fs::path(options.keep);
+  const std::vector<fs::path> folders = folders_of(options, work.path());
+  std::vector<cases::StudyPart> parts;
+  for (const bool load : {false, true}) {
+    cases::StudyPart part = run_part(options, folders, load, out);
+    if (!part.cases.empty()) parts.push_back(std::move(part));
+  }
+  if (options.json) {
+    fmt::print("{}", cases::study_json(parts));
+    return 0;
+  }
+  if (options.list) {
+    for (const cases::StudyPart& part : parts) fmt::print("{}\n", cases::list_text(part));
+  }
+  fmt::print("{}\n", cases::table_text(parts));
+  for (const cases::StudyPart& part : parts) fmt::print("{}\n", cases::confusion_text(part));
+  return 0;
+}
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("--cases", options.folders,
+                 "folders with truth.json and cases; 'load' in the name puts them in that column");
+  app.add_option("--gap", options.gap, "the loopwarden program")
+      ->required()
+      ->check(CLI::ExistingFile);
+  app.add_option("--gap-option", options.gap_options,
+                 "passed on to the program, once for each word: --gap-option=--without "
+                 "--gap-option=several")
+      ->allow_extra_args(false);
+  app.add_option("--jobs", options.jobs, "records at a time; 1 for honest times")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  app.add_flag("--json", options.json, "figures and cases as JSON");
+  app.add_flag("--list", options.list, "one line per case");
+  auto* generate =
+      app.add_option("--generate", options.generate, "make so many cases and score them");
+  auto* seed =
+      app.add_option("--seed", options.seed, "for --generate; 100000 and above are held out");
+  generate->needs(seed);
+  app.add_flag("--load", options.load, "with --generate: as many again with an unmeasured load")
+      ->needs(generate);
+  app.add_option("--kinds", options.kinds, "for --generate: of single, none, pair, outside")
+      ->capture_default_str();
+  app.add_option("--samples", options.samples, "for --generate: rows of a record")
+      ->check(CLI::Range(600, 100000))
+      ->capture_default_str();
+  app.add_option("--only", options.only, "only truths whose name holds this");
+  app.add_option("--keep", options.keep, "folder that keeps what the program wrote");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("loopwarden_gap_study - scores loopwarden gap on cases with a known truth",
+               "loopwarden_gap_study");
+  Options options;
+  add_options(app, options);
+  try {
+    app.parse(argc, argv);
+    return study(options);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : kExitUsage;
+  } catch (const std::invalid_argument& e) {
+    fmt::print(stderr, "loopwarden_gap_study: {}\n", e.what());
+    return kExitUsage;
+  } catch (const std::system_error& e) {
+    fmt::print(stderr, "loopwarden_gap_study: {}\n", e.what());
+    return kExitIo;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "loopwarden_gap_study: {}\n", e.what());
+    return kExitBadData;
+  }
+}

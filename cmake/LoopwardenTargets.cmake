@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+# One CMake target per source folder. A target sees the headers of its own folder and of the
+# targets it links, nothing else: a forbidden #include does not compile.
+
+# Flags of every target of this project. Contraction into fused multiply-add is off so that the
+# same input gives the same bits on every x86-64 and arm64 machine.
+add_library(loopwarden_flags INTERFACE)
+target_compile_options(loopwarden_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Werror -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion
+  -Wold-style-cast -Wnon-virtual-dtor -Woverloaded-virtual -Wformat=2 -Wcast-align
+  -ffp-contract=off -fno-omit-frame-pointer)
+# g++ 12 warns of overlapping copies inside std::string's operator+ at -O2 and above (GCC bug 105651).
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  target_compile_options(loopwarden_flags INTERFACE -Wno-restrict)
+endif()
+if(LOOPWARDEN_SANITIZE)
+  # g++ 12 sees uninitialised variables in std::regex when it instruments (Catch2 uses it).
+  target_compile_options(loopwarden_flags INTERFACE
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+  target_compile_options(loopwarden_flags INTERFACE -fsanitize=${LOOPWARDEN_SANITIZE}
+    -fno-sanitize-recover=all)
+  target_link_options(loopwarden_flags INTERFACE -fsanitize=${LOOPWARDEN_SANITIZE})
+endif()
+if(LOOPWARDEN_RT_GATE)
+  # Switches without jump tables: every jump through a pointer is then a call of an interface.
+  target_compile_options(loopwarden_flags INTERFACE -fno-jump-tables)
+endif()
+if(LOOPWARDEN_FUZZ)
+  target_compile_options(loopwarden_flags INTERFACE -fsanitize=fuzzer-no-link,address,undefined
+    -fno-sanitize-recover=all)
+  target_link_options(loopwarden_flags INTERFACE -fsanitize=fuzzer-no-link,address,undefined)
+endif()
+
+# loopwarden_library(NAME [SOURCES files...] [LINK targets...])
+# Defines NAME for the current folder. Its headers are included as "<folder>/<file>.hpp" from the
+# top of the tree, and only by targets that link NAME.
+function(loopwarden_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  set(view ${CMAKE_BINARY_DIR}/include/${name})
+  get_filename_component(parent ${view}/${folder} DIRECTORY)
+  file(MAKE_DIRECTORY ${parent})
+  file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${view}/${folder} SYMBOLIC)
+  if(ARG_SOURCES)
+    add_library(${name} STATIC ${ARG_SOURCES})
+    target_include_directories(${name} PUBLIC ${view})
+    target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE loopwarden_flags)
+  else()
+    add_library(${name} INTERFACE)
+    target_include_directories(${name} INTERFACE ${view})
+    target_link_libraries(${name} INTERFACE ${ARG_LINK})
+  endif()
+endfunction()
+
+# loopwarden_executable(NAME SOURCES files... [LINK targets...])
+function(loopwarden_executable name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} loopwarden_flags)
+endfunction()

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/analog_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+namespace loopwarden::config {
+namespace {
+
+using hal::iio::AnalogSettings;
+
+constexpr double kLowestMa = 0.0;
+constexpr double kHighestMa = 22.0;
+
+void read_channel(MapReader& in, hal::iio::ChannelSettings& channel) {
+  channel.device = in.need_text("device", "name or label of the IIO device");
+  channel.channel = in.need_text("channel", "as in the file names: voltage0, current1");
+  channel.units_per_ma = in.number("units_per_ma",
+                                   {"", above(0.0),
+                                    "of (raw + offset) * scale for 1 mA: 1 for a current channel "
+                                    "(mA), the shunt in ohm for a voltage channel (mV)"},
+                                   channel.units_per_ma);
+  const Value<double> scale = in.maybe_number(
+      "scale", {"", any_number(), "instead of the driver's; not 0", "the driver's"});
+  const Value<double> offset = in.maybe_number(
+      "offset", {"raw units", any_number(), "instead of the driver's", "the driver's"});
+  if (scale.given && scale.valid && scale == 0.0) in.error("scale", "must not be 0");
+  if (scale.given) channel.scale = scale;
+  if (offset.given) channel.offset = offset;
+}
+
+// range: [at 4 mA, at 20 mA].
+std::pair<double, double> read_scale(MapReader& in, const char* unit,
+                                     const Value<std::pair<double, double>>& fallback,
+                                     const char* fallback_text) {
+  const Value<std::pair<double, double>> range =
+      in.maybe_range("range", {unit, any_number(), "at 4 mA and at 20 mA", fallback_text});
+  return range.given ? range.value : fallback.value;
+}
+
+void read_ne43(MapReader& in, hal::iio::Ne43Settings& ne43) {
+  std::optional<MapReader> section = in.maybe_section(
+      "ne43", "what failure currents look like (NAMUR NE 43); the four limits rise");
+  if (!section) return;
+  hal::iio::Ne43Limits& limits = ne43.limits;
+  const auto read = [&](const char* key, const char* meaning, double& limit) {
+    Value<double> value = section->number(key, {"mA", between(kLowestMa, 25.0), meaning}, limit);
+    limit = value;
+    return value;
+  };
+  const std::array<Value<double>, 4> values{
+      read("failure_low", "below: failure", limits.failure_low),
+      read("measure_low", "below: uncertain", limits.measure_low),
+      read("measure_high", "above: uncertain", limits.measure_high),
+      read("failure_high", "above: failure", limits.failure_high)};
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const Value<double>& below = values[i - 1];
+    const Value<double>& above_it = values[i];
+    if (!below.valid || !above_it.valid || below < above_it) continue;
+    section->report().error(
+        above_it.place, above_it.key,
+        fmt::format("must be above {} = {} mA (got {})", below.key, brief(below), brief(above_it)));
+  }
+  ne43.entry_samples = static_cast<int>(section->integer(
+      "entry_samples", {1, 100, "", "failure currents in a row before PV turns bad"},
+      ne43.entry_samples));
+  ne43.recovery_s = section->number(
+      "recovery", {"s", between(0.0, 60.0), "inside the measuring range before PV is good again"},
+      ne43.recovery_s);
+}
+
+hal::iio::LineSettings read_line(MapReader& in) {
+  hal::iio::LineSettings line;
+  const Value<std::string> chip = in.text("chip", "GPIO chip; any that has the line", "any");
+  if (chip.given) line.chip = chip;
+  line.line = in.need_text("line", "name of the line, or its number on the chip");
+  line.active_low = in.flag("active_low", "the line's low level is active", false);
+  return line;
+}
+
+void read_output(MapReader& in, const IoContext& context, IoSection& section,
+                 hal::iio::AnalogOutputSettings& output) {
+  section.command = in.place();
+  read_channel(in, output.channel);
+  std::tie(output.low, output.high) =
+      read_scale(in, "CO units", context.output_range, "the output's range");
+  const Value<std::pair<double, double>> limits = in.maybe_range(
+      "limits", {"mA", between(kLowestMa, kHighestMa), "of what is ever put out", "[3.8, 20.5]"});
+  if (limits.given) std::tie(output.lowest_ma, output.highest_ma) = limits.value;
+  constexpr std::int64_t kLargestRaw = 1LL << 32;
+  const Value<std::int64_t> lowest = in.integer(
+      "lowest_raw", {-kLargestRaw, kLargestRaw, "", "of the converter"}, output.lowest_raw);
+  const Value<std::int64_t> highest = in.integer(
+      "highest_raw", {-kLargestRaw, kLargestRaw, "", "of the converter; above lowest_raw"},
+      output.highest_raw);
+  output.lowest_raw = lowest;
+  output.highest_raw = highest;
+  if (lowest.valid && highest.valid && lowest >= highest) {
+    in.error("highest_raw",
+             fmt::format("must be above lowest_raw = {} (got {})", lowest.value, highest.value));
+  }
+  const Value<double> safe =
+      in.maybe_number("safe_current", {"mA", between(kLowestMa, kHighestMa),
+                                       "put out by the I/O thread when commands cease to come",
+                                       "the last output stays"});
+  if (safe.given) output.safe_ma = safe;
+  // A watchdog relay on the alive line, or one in the output module: both are set up outside.
+  read_comm_loss(in, "{timeout, set_by: device} or none_accepted", nullptr);
+  section.output_resolution =
+      std::abs(output.high - output.low) /
+      static_cast<double>(std::max<std::int64_t>(1, output.highest_raw - output.lowest_raw));
+}
+
+void read_lines(MapReader& in, AnalogSettings& settings) {
+  if (std::optional<MapReader> enable = in.maybe_section(
+          "enable",
+          "contact that permits control. Not a safety function: an emergency stop must act "
+          "in hardware")) {
+    hal::iio::EnableSettings line;
+    line.line = read_line(*enable);
+    line.debounce_s = enable->number(
+        "debounce", {"s", between(0.0, 5.0), "without a change before a new state counts"},
+        line.debounce_s);
+    settings.enable = line;
+  }
+  if (std::optional<MapReader> relay =
+          in.maybe_section("alarm_relay", "energised while there is no alarm")) {
+    settings.alarm_relay = read_line(*relay);
+  }
+  if (std::optional<MapReader> alive =
+          in.maybe_section("alive", "square wave while the loop runs, for an external watchdog")) {
+    hal::iio::AliveSettings line;
+    line.line = read_line(*alive);
+    line.half_period_s = alive->number(
+        "half_period", {"s", between(0.01, 60.0), "between two edges"}, line.half_period_s);
+    settings.alive = line;
+  }
+}
+
+}  // namespace
+
+void read_analog(MapReader in, const IoContext& context, IoSection& section) {
+  AnalogSettings settings;
+  settings.iio_root = in.text("iio_root", "where the IIO devices are", settings.iio_root);
+  settings.poll_period_ns = nanoseconds(read_poll_period(in, context, between(0.001, 60.0)));
+  settings.max_command_age_ns = read_max_command_age(in, context);
+  if (std::optional<MapReader> input = in.need_section("input", "4-20 mA of the transmitter")) {
+    hal::iio::AnalogInputSettings& pv = settings.process_variable;
+    read_channel(*input, pv.channel);
+    std::tie(pv.low, pv.high) = read_scale(*input, "PV units", context.pv_range, "PV's range");
+    read_ne43(*input, pv.ne43);
+  }
+  if (std::optional<MapReader> input =
+          in.maybe_section("read_back", "4-20 mA of the positioner's read-back")) {
+    hal::iio::AnalogInputSettings read_back;
+    read_channel(*input, read_back.channel);
+    std::tie(read_back.low, read_back.high) =
+        read_scale(*input, "CO units", context.output_range, "the output's range");
+    read_ne43(*input, read_back.ne43);
+    settings.read_back = read_back;
+    section.has_read_back = true;
+  }
+  if (std::optional<MapReader> output = in.need_section("output", "4-20 mA to the positioner")) {
+    read_output(*output, context, section, settings.output);
+  }
+  read_lines(in, settings);
+  section.io = std::move(settings);
+}
+
+}  // namespace loopwarden::config

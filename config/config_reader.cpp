@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/config_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <system_error>
+#include <tuple>
+
+#include "config/bus_budget.hpp"
+#include "config/daemon_reader.hpp"
+#include "config/loop_reader.hpp"
+#include "config/map_reader.hpp"
+#include "config/modbus_reader.hpp"
+#include "config/source_file.hpp"
+#include "config/yaml_document.hpp"
+
+namespace loopwarden::config {
+namespace {
+
+namespace fs = std::filesystem;
+using hal::modbus::LinkSettings;
+using hal::modbus::LoopModbusSettings;
+using Links = std::map<std::string, LinkSettings>;
+
+constexpr const char* kDaemonFile = "loopwardend.yaml";
+constexpr const char* kLoopFolder = "loops.d";
+
+// Calls `read` with the document's root, then names the keys that nobody asked for.
+template <class Read>
+void read_document(std::string_view text, Report& report, Read read) {
+  std::optional<YamlNode> root = parse_yaml(text, report);
+  if (!root) return;
+  MapReader in(*root, "", report);
+  read(in);
+  report_unknown_keys(*root, report);
+}
+
+void append(std::vector<Diagnostic>& all, std::vector<Diagnostic> more) {
+  std::move(more.begin(), more.end(), std::back_inserter(all));
+}
+
+DaemonFile read_daemon_file(const fs::path& path, Report& report) {
+  DaemonFile daemon;
+  daemon.config.file = path.string();
+  std::error_code error;
+  if (!fs::exists(path, error) && !error) return daemon;  // defaults
+  if (const std::optional<std::string> text = read_source_file(path, report)) {
+    read_document(*text, report, [&](MapReader& in) { daemon = read_daemon(in, path.string()); });
+  }
+  return daemon;
+}
+
+// The loop files of a configuration in the order of their names; the report says what was passed
+// over.
+std::vector<fs::path> find_loop_files(const fs::path& folder, Report& report) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error) {
+    report.error({}, "", fmt::format("can't be read: {}", error.message()));
+    return files;
+  }
+  for (; entries != fs::directory_iterator(); entries.increment(error)) {
+    const fs::path& path = entries->path();
+    const std::string name = path.filename().string();
+    if (path.extension() == ".yaml" && !name.starts_with('.')) {
+      files.push_back(path);
+    } else if (path.extension() == ".yml") {
+      report.warning({}, "", fmt::format("{} is passed over; loop files end in .yaml", name));
+    }
+    if (error) break;
+  }
+  if (error) report.error({}, "", fmt::format("can't be read: {}", error.message()));
+  std::sort(files.begin(), files.end());
+  if (files.empty()) report.error({}, "", "holds no loop file (*.yaml)");
+  return files;
+}
+
+// Registers that a loop writes, on the device that carries them.
+struct WrittenRegisters {
+  std::string device;  // line or network peer, and unit
+  int first = 0;
+  int last = 0;
+};
+
+std::string device_text(const LinkSettings& link, int unit) {
+  return link.transport == hal::modbus::Transport::rtu
+             ? fmt::format("{} unit {}", link.device, unit)
+             : fmt::format("{} port {} unit {}", link.host, link.port, unit);
+}
+
+WrittenRegisters written_registers(const LoopModbusSettings& modbus) {
+  const hal::modbus::RegisterSpec& reg = modbus.command.reg;
+  return {device_text(modbus.positioner_link, modbus.command.unit), reg.address,
+          reg.address + register_count(reg.type) - 1};
+}
+
+// What both loops write, in words; empty if they write different things.
+std::string shared_output(const LoopConfig& a, const LoopConfig& b) {
+  const auto* modbus_a = std::get_if<LoopModbusSettings>(&a.io);
+  const auto* modbus_b = std::get_if<LoopModbusSettings>(&b.io);
+  if (modbus_a != nullptr && modbus_b != nullptr) {
+    const WrittenRegisters ra = written_registers(*modbus_a);
+    const WrittenRegisters rb = written_registers(*modbus_b);
+    if (ra.device != rb.device || ra.first > rb.last || rb.first > ra.last) return {};
+    return fmt::format("{} register {}", ra.device, std::max(ra.first, rb.first));
+  }
+  const auto* analog_a = std::get_if<hal::iio::AnalogSettings>(&a.io);
+  const auto* analog_b = std::get_if<hal::iio::AnalogSettings>(&b.io);
+  if (analog_a == nullptr || analog_b == nullptr) return {};
+  const hal::iio::ChannelSettings& ca = analog_a->output.channel;
+  const hal::iio::ChannelSettings& cb = analog_b->output.channel;
+  const bool same = analog_a->iio_root == analog_b->iio_root && ca.device == cb.device &&
+                    ca.channel == cb.channel;
+  return same ? fmt::format("{} {}", ca.device, ca.channel) : std::string();
+}
+
+struct ReadFile {
+  LoopFile loop;
+  Report report;
+};
+
+void check_pairs(std::vector<ReadFile>& files) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const LoopConfig& later = files[i].loop.config;
+    for (std::size_t k = 0; k < i; ++k) {
+      const LoopConfig& earlier = files[k].loop.config;
+      if (!later.name.empty() && later.name == earlier.name) {
+        files[i].report.error(files[i].loop.tag, "loop",
+                              fmt::format("'{}' is the tag of another loop as well ({}:{})",
+                                          later.name, earlier.file, to_text(files[k].loop.tag)));
+      }
+      const std::string shared = shared_output(earlier, later);
+      if (shared.empty()) continue;
+      files[i].report.error(files[i].loop.command, "io",
+                            fmt::format("{} is written by another loop as well ({}:{})", shared,
+                                        earlier.file, to_text(files[k].loop.command)));
+    }
+  }
+}
+
+void check_acceleration(const DaemonFile& daemon, const std::vector<ReadFile>& files,
+                        Report& report) {
+  if (!daemon.accelerate.valid || daemon.config.accelerate == 1.0) return;
+  for (const ReadFile& file : files) {
+    if (!file.loop.hardware) continue;
+    report.error(daemon.accelerate.place, "accelerate",
+                 fmt::format("must be 1: {} works on hardware ({}:{}) (got {})",
+                             file.loop.config.name, file.loop.config.file,
+                             to_text(file.loop.command), brief(daemon.config.accelerate)));
+    return;
+  }
+}
+
+void check_bus_loads(const DaemonFile& daemon, const std::vector<LoopConfig>& loops,
+                     Report& report) {
+  for (const auto& [name, link] : daemon.config.links) {
+    if (link.transport != hal::modbus::Transport::rtu) continue;
+    const BusLoad load = bus_load(loops, link);
+    if (load.share <= kMostBusLoad) continue;
+    report.error(
+        daemon.link_places.at(name), "links." + name,
+        fmt::format("at {} baud the line would be busy {:.0f} % of the time, at most {:.0f} % "
+                    "is sound: {}. Raise baud or poll_period, or use another line",
+                    link.baud, load.share * 100.0, kMostBusLoad * 100.0, load.details));
+  }
+}
+
+LoopFile read_loop_source(const fs::path& path, const Links& links, Report& report) {
+  LoopFile loop;
+  if (const std::optional<std::string> text = read_source_file(path, report)) {
+    read_document(*text, report,
+                  [&](MapReader& in) { loop = read_loop(in, path.string(), links); });
+  }
+  return loop;
+}
+
+}  // namespace
+
+Loaded<Configuration> read_configuration(const fs::path& directory) {
+  Loaded<Configuration> result;
+  Report daemon_report((directory / kDaemonFile).string());
+  Report folder_report((directory / kLoopFolder).string());
+  const DaemonFile daemon = read_daemon_file(directory / kDaemonFile, daemon_report);
+  std::vector<ReadFile> files;
+  for (const fs::path& path : find_loop_files(directory / kLoopFolder, folder_report)) {
+    Report report(path.string());
+    LoopFile loop = read_loop_source(path, daemon.config.links, report);
+    files.push_back({std::move(loop), std::move(report)});
+  }
+  check_pairs(files);
+  check_acceleration(daemon, files, daemon_report);
+
+  Configuration configuration{daemon.config, {}};
+  bool failed = folder_report.has_errors();
+  std::vector<Diagnostic> from_files;
+  for (ReadFile& file : files) {
+    failed = failed || file.report.has_errors();
+    append(from_files, file.report.take());
+    configuration.loops.push_back(std::move(file.loop.config));
+  }
+  // The numbers are worth something only if all that they are made of is right.
+  if (!failed && !daemon_report.has_errors()) {
+    check_bus_loads(daemon, configuration.loops, daemon_report);
+  }
+  failed = failed || daemon_report.has_errors();
+  append(result.diagnostics, daemon_report.take());
+  append(result.diagnostics, folder_report.take());
+  append(result.diagnostics, std::move(from_files));
+  if (!failed) result.value = std::move(configuration);
+  return result;
+}
+
+Loaded<LoopConfig> read_loop_file(const fs::path& path) {
+  const fs::path daemon_path = resolve(path.string(), "..") / kDaemonFile;
+  Report daemon_report(daemon_path.string());
+  const DaemonFile daemon = read_daemon_file(daemon_path, daemon_report);
+  const bool failed = daemon_report.has_errors();
+  Report report(path.string());
+  LoopFile loop = read_loop_source(path, daemon.config.links, report);
+  Loaded<LoopConfig> result = loaded(std::move(loop.config), report);
+  if (failed) result.value.reset();
+  std::vector<Diagnostic> all = daemon_report.take();
+  append(all, std::move(result.diagnostics));
+  result.diagnostics = std::move(all);
+  return result;
+}
+
+Loaded<LoopConfig> read_loop_text(const std::string& file, std::string_view text,
+                                  const Links& links) {
+  Report report(file);
+  LoopFile loop;
+  read_document(text, report, [&](MapReader& in) { loop = read_loop(in, file, links); });
+  return loaded(std::move(loop.config), report);
+}
+
+Loaded<DaemonConfig> read_daemon_text(const std::string& file, std::string_view text) {
+  Report report(file);
+  DaemonFile daemon;
+  read_document(text, report, [&](MapReader& in) { daemon = read_daemon(in, file); });
+  return loaded(std::move(daemon.config), report);
+}
+
+KeyReference describe_daemon() {
+  Report unused("");
+  KeyReference reference;
+  MapReader in(reference, "", unused);
+  read_daemon(in, "");
+  return reference;
+}
+
+KeyReference describe_loop() {
+  Report unused("");
+  KeyReference reference;
+  MapReader in(reference, "", unused);
+  read_loop(in, "", {});
+  return reference;
+}
+
+}  // namespace loopwarden::config

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/controller_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <initializer_list>
+
+namespace loopwarden::config {
+namespace {
+
+constexpr std::array kAntiWindups{
+    Choice<control::AntiWindup>{"integral_clamp", control::AntiWindup::integral_clamp},
+    Choice<control::AntiWindup>{"back_calculation", control::AntiWindup::back_calculation},
+    Choice<control::AntiWindup>{"conditional", control::AntiWindup::conditional}};
+
+constexpr std::array kJacketForms{
+    Choice<control::JacketForm>{"off", control::JacketForm::off},
+    Choice<control::JacketForm>{"paper", control::JacketForm::paper},
+    Choice<control::JacketForm>{"bounded", control::JacketForm::bounded},
+    Choice<control::JacketForm>{"dwell", control::JacketForm::dwell}};
+
+constexpr const char* kForms = "kp and ki, or kc and ti";
+
+const Value<double>* first_given(std::initializer_list<const Value<double>*> values) {
+  for (const Value<double>* value : values) {
+    if (value->given) return value;
+  }
+  return nullptr;
+}
+
+void refuse_both(MapReader& in, const Value<double>& a, const char* a_name, const Value<double>& b,
+                 const char* b_name) {
+  if (!a.given || !b.given) return;
+  in.error(b_name,
+           fmt::format("stands beside {} (at {}); give one of them", a_name, to_text(a.place)));
+}
+
+}  // namespace
+
+control::PidGains read_gains(MapReader& in, std::optional<double> pv_span,
+                             std::optional<double> co_span) {
+  const Value<double> kp = in.maybe_number(
+      "kp", {"CO units/PV unit", at_least(0.0), "proportional gain, parallel form", kForms});
+  const Value<double> ki =
+      in.maybe_number("ki", {"CO units/(PV unit s)", at_least(0.0),
+                             "integral gain, parallel form; 0: no integral action", "with kp"});
+  const Value<double> kd = in.maybe_number(
+      "kd",
+      {"CO units s/PV unit", at_least(0.0), "derivative gain, parallel form; acts on PV", "0"});
+  const Value<double> kc = in.maybe_number(
+      "kc", {"% of CO span/% of PV span", above(0.0), "gain, ISA standard form", kForms});
+  const Value<double> pb =
+      in.maybe_number("pb", {"%", above(0.0), "proportional band, 100 / kc", "instead of kc"});
+  const Value<double> ti =
+      in.maybe_number("ti", {"s", above(0.0), "integral time, seconds per repeat", "with kc"});
+  const Value<double> ti_min = in.maybe_number(
+      "ti_min", {"min", above(0.0), "integral time, minutes per repeat", "instead of ti"});
+  const Value<double> td =
+      in.maybe_number("td", {"s", at_least(0.0), "derivative time, ISA standard form", "0"});
+  const Value<double> filter =
+      in.number("derivative_filter",
+                {"s", at_least(0.0), "time constant of the filter on the derivative"}, 0.0);
+  if (in.describing()) return {};
+
+  const Value<double>* parallel = first_given({&kp, &ki, &kd});
+  const Value<double>* isa = first_given({&kc, &pb, &ti, &ti_min, &td});
+  control::PidGains gains{.kp = kp, .ki = ki, .kd = kd, .derivative_filter_s = filter};
+  if (parallel != nullptr && isa != nullptr) {
+    in.report().error(isa->place, isa->key,
+                      fmt::format("is of the ISA form, but {} (at {}) is of the parallel form; "
+                                  "keep to one",
+                                  parallel->key, to_text(parallel->place)));
+    return gains;
+  }
+  if (isa == nullptr) {
+    if (!kp.given && !ki.given) {
+      in.error(fmt::format("gains are missing: {}", kForms));
+    } else if (!kp.given || !ki.given) {
+      in.error(fmt::format("missing key '{}' (the parallel form takes kp and ki; 0 for none)",
+                           kp.given ? "ki" : "kp"));
+    } else if (kp.valid && ki.valid && kp == 0.0 && ki == 0.0) {
+      in.error("kp", fmt::format("kp and ki (at {}) are both 0: the output would never move",
+                                 to_text(ki.place)));
+    }
+    return gains;
+  }
+  refuse_both(in, kc, "kc", pb, "pb");
+  refuse_both(in, ti, "ti", ti_min, "ti_min");
+  if (!kc.given && !pb.given) in.error("missing key 'kc' (or pb; the ISA form needs a gain)");
+  if (!ti.given && !ti_min.given) {
+    in.error(
+        "missing key 'ti' (s per repeat, or ti_min; without integral action use kp and ki: 0)");
+  }
+  const bool complete = (kc.given || pb.given) && (ti.given || ti_min.given) && kc.valid &&
+                        pb.valid && ti.valid && ti_min.valid && td.valid && filter.valid;
+  if (!complete || !pv_span || !co_span) return gains;
+  return control::from_isa({.kc = kc.given ? kc.value : 100.0 / pb.value,
+                            .ti_s = ti.given ? ti.value : 60.0 * ti_min.value,
+                            .td_s = td,
+                            .derivative_filter_s = filter},
+                           *pv_span, *co_span);
+}
+
+void read_anti_windup(MapReader& in, control::AntiWindup fallback, control::PidSettings& pid) {
+  pid.anti_windup = in.one_of("anti_windup", kAntiWindups,
+                              "what keeps the integral from winding up at a limit", fallback);
+  pid.tracking_time_s = in.maybe_number(
+      "tracking_time",
+      {"s", above(0.0), "of back_calculation", "integral time; 1 s without integral action"});
+}
+
+control::JacketSettings read_jacket(MapReader& in) {
+  control::JacketSettings jacket;
+  jacket.form = in.one_of("form", kJacketForms,
+                          "law of the stickband jacket; paper may act in "
+                          "simulation only",
+                          jacket.form);
+  jacket.shadow = in.flag("shadow", "compute and record it, without acting", jacket.shadow);
+  jacket.gain_per_s =
+      in.number("ks", {"1/s", at_least(0.0), "gain of the jacket"}, jacket.gain_per_s);
+  jacket.dead_zone =
+      in.number("dead_zone", {"CO units", at_least(0.0), "above the error of the valve position"},
+                jacket.dead_zone);
+  const Value<double> max_mean_error = in.maybe_number(
+      "max_mean_error", {"PV units", above(0.0), "mean error above which the jacket stands back",
+                         "none; required where the jacket acts on hardware"});
+  if (max_mean_error.given) jacket.max_mean_error = max_mean_error;
+  jacket.mean_error_time_s = in.number(
+      "mean_error_time", {"s", above(0.0), "time constant of that mean"}, jacket.mean_error_time_s);
+  return jacket;
+}
+
+Value<double> read_sample_time(MapReader& in) {
+  constexpr double kShortest = 0.001;  // s
+  constexpr double kLongest = 3600.0;  // s
+  return in.need_number("sample_time", {"s", between(kShortest, kLongest), "period of the loop"});
+}
+
+}  // namespace loopwarden::config

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/daemon_reader.hpp"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "config/source_file.hpp"
+
+namespace loopwarden::config {
+namespace {
+
+using hal::modbus::LinkSettings;
+using hal::modbus::Parity;
+using hal::modbus::Transport;
+
+constexpr std::array kTransports{Choice<Transport>{"tcp", Transport::tcp},
+                                 Choice<Transport>{"rtu", Transport::rtu}};
+constexpr std::array kParities{Choice<Parity>{"none", Parity::none},
+                               Choice<Parity>{"even", Parity::even},
+                               Choice<Parity>{"odd", Parity::odd}};
+constexpr std::array kBauds{Choice<int>{"1200", 1200},   Choice<int>{"2400", 2400},
+                            Choice<int>{"4800", 4800},   Choice<int>{"9600", 9600},
+                            Choice<int>{"19200", 19200}, Choice<int>{"38400", 38400},
+                            Choice<int>{"57600", 57600}, Choice<int>{"115200", 115200}};
+constexpr std::array kStopBits{Choice<int>{"1", 1}, Choice<int>{"2", 2}};
+constexpr std::array kLogLevels{
+    Choice<const char*>{"debug", "debug"}, Choice<const char*>{"info", "info"},
+    Choice<const char*>{"warn", "warn"}, Choice<const char*>{"error", "error"}};
+
+int milliseconds(double seconds) { return static_cast<int>(std::lround(seconds * 1000.0)); }
+
+bool is_numeric_address(const std::string& host) {
+  std::array<unsigned char, sizeof(in6_addr)> address{};
+  return host == "localhost" || inet_pton(AF_INET, host.c_str(), address.data()) == 1 ||
+         inet_pton(AF_INET6, host.c_str(), address.data()) == 1;
+}
+
+void read_tcp(MapReader in, LinkSettings& link) {
+  const Value<std::string> host = in.need_text(
+      "host",
+      "numeric IPv4 or IPv6 address, or localhost: names are not looked up, since a silent "
+      "name server would stall the link");
+  link.host = host;
+  if (host.given && host.valid && !is_numeric_address(host)) {
+    in.error("host", fmt::format("must be a numeric address or localhost (got '{}')",
+                                 quotable(host.value)));
+  }
+  link.port = static_cast<std::uint16_t>(in.integer("port", {1, 65535, "", "TCP port"}, link.port));
+  link.connect_timeout_ms = milliseconds(
+      in.number("connect_timeout", {"s", between(0.05, 10.0), "for a connection"}, 1.0));
+}
+
+void read_rtu(MapReader in, LinkSettings& link) {
+  const Value<std::string> device =
+      in.need_text("device", "serial device, such as /dev/serial/by-id/...");
+  link.device = device;
+  if (device.given && device.valid && !device.value.starts_with('/')) {
+    in.error("device", fmt::format("must be an absolute path (got '{}')", quotable(device.value)));
+  }
+  link.baud = in.one_of("baud", kBauds, "line speed, 8 data bits", link.baud);
+  link.parity = in.one_of("parity", kParities, "parity bit", link.parity);
+  link.stop_bits = in.one_of("stop_bits", kStopBits, "stop bits", link.stop_bits);
+  link.rs485 = in.flag("rs485", "let the kernel's driver switch the transmitter", link.rs485);
+  link.probe_interval_s = in.number(
+      "probe_interval",
+      {"s", between(0.5, 600.0),
+       "how often a unit that does not answer is asked; each time delays the line's other units by "
+       "response_timeout"},
+      link.probe_interval_s);
+}
+
+LinkSettings read_link(MapReader& in, const std::string& name) {
+  LinkSettings link;
+  link.name = name;
+  const Value<Transport> transport =
+      in.need_one_of("transport", kTransports, "Modbus TCP or Modbus RTU on a serial line");
+  link.transport = transport;
+  const Value<double> response_timeout =
+      in.maybe_number("response_timeout", {"s", between(0.01, 10.0),
+                                           "from the end of a request to the end of its reply",
+                                           "0.3 s (tcp), 0.5 s (rtu)"});
+  if (response_timeout.given) link.response_timeout_ms = milliseconds(response_timeout);
+  link.pause_ms = milliseconds(
+      in.number("pause",
+                {"s", between(0.0, 1.0),
+                 "silence between a reply and the next request; rtu adds 3.5 characters"},
+                0.0));
+  const Value<double> shortest_wait = in.number(
+      "reconnect_min", {"s", between(0.05, 60.0), "first wait before a new attempt; it doubles"},
+      link.reconnect_min_s);
+  const Value<double> longest_wait =
+      in.number("reconnect_max", {"s", between(0.05, 600.0), "longest wait before a new attempt"},
+                link.reconnect_max_s);
+  link.reconnect_min_s = shortest_wait;
+  link.reconnect_max_s = longest_wait;
+  if (shortest_wait.valid && longest_wait.valid && shortest_wait > longest_wait) {
+    in.error("reconnect_max",
+             fmt::format("must be at least reconnect_min = {} s (at {}) (got {})",
+                         brief(shortest_wait), to_text(shortest_wait.place), brief(longest_wait)));
+  }
+  if (!transport.valid) in.ignore_rest();
+  const bool known = in.describing() || transport.valid;
+  if (in.describing() || (known && transport == Transport::tcp)) read_tcp(in.variant("tcp"), link);
+  if (in.describing() || (known && transport == Transport::rtu)) read_rtu(in.variant("rtu"), link);
+  return link;
+}
+
+// Two links on one serial line would talk across each other.
+void refuse_shared_device(MapReader& in, const DaemonFile& daemon, const LinkSettings& link) {
+  for (const auto& [name, other] : daemon.config.links) {
+    if (link.transport == Transport::rtu && other.transport == Transport::rtu &&
+        !link.device.empty() && other.device == link.device) {
+      in.error("device", fmt::format("{} is the device of link '{}' (at {}) as well; use one link "
+                                     "for both",
+                                     quotable(link.device), quotable(name),
+                                     to_text(daemon.link_places.at(name))));
+    }
+  }
+}
+
+void read_real_time(MapReader& in, RealTime& real_time) {
+  real_time.priority = static_cast<int>(in.integer(
+      "priority", {0, 98, "", "SCHED_FIFO priority of the loop thread; 0: ordinary scheduling"},
+      real_time.priority));
+  const Value<std::int64_t> cpu =
+      in.maybe_integer("cpu", {0, 1023, "", "CPU for the loop thread", false, "any"});
+  if (cpu.given) real_time.cpu = static_cast<int>(cpu.value);
+  real_time.lock_memory = in.flag("lock_memory", "keep all memory in RAM (mlockall)", true);
+}
+
+}  // namespace
+
+DaemonFile read_daemon(MapReader& in, const std::string& file) {
+  DaemonFile daemon;
+  DaemonConfig& config = daemon.config;
+  config.file = file;
+  if (std::optional<MapReader> real_time =
+          in.maybe_section("real_time", "the loop thread's rights")) {
+    read_real_time(*real_time, config.real_time);
+  }
+  daemon.accelerate =
+      in.number("accelerate",
+                {"",
+                 {.low = 0.0, .high = 10000.0, .low_is_open = true},
+                 "times real time; other than 1 only if every loop is simulated or replayed"},
+                config.accelerate);
+  config.accelerate = daemon.accelerate;
+  // operator/ keeps an absolute path as it is.
+  config.runtime_directory =
+      resolve(file, in.text("runtime_directory", "for the control socket; relative to this file",
+                            config.runtime_directory));
+  config.state_directory = resolve(
+      file,
+      in.text("state_directory", "for recordings; relative to this file", config.state_directory));
+  config.log_level =
+      in.one_of("log_level", kLogLevels, "least grave message that is logged", kLogLevels[1].value);
+  config.stop_timeout_s = in.number(
+      "stop_timeout", {"s", between(0.1, 60.0), "to bring every output to its stop action"},
+      config.stop_timeout_s);
+  for (auto& [name, section] :
+       in.maybe_named_sections("links", "name", "Modbus links that loops refer to by name")) {
+    LinkSettings link = read_link(section, name);
+    refuse_shared_device(section, daemon, link);
+    daemon.link_places.emplace(name, section.place());
+    config.links.emplace(name, std::move(link));
+  }
+  return daemon;
+}
+
+}  // namespace loopwarden::config

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwardend.yaml: what concerns the daemon as a whole.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/loop_config.hpp"
+#include "config/map_reader.hpp"
+
+namespace loopwarden::config {
+
+struct DaemonFile {
+  DaemonConfig config;
+  Value<double> accelerate;
+  // Links by name, also those with errors, so that a loop that names one is not in error itself.
+  std::map<std::string, Place> link_places;
+};
+
+DaemonFile read_daemon(MapReader& in, const std::string& file);
+
+}  // namespace loopwarden::config

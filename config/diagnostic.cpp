@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/diagnostic.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace loopwarden::config {
+namespace {
+
+constexpr std::size_t kMostDiagnostics = 100;  // of one file
+
+// Insertions, deletions, replacements and swaps of neighbours that make `b` of `a`.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before_last(b.size() + 1);
+  std::vector<std::size_t> last(b.size() + 1);
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(last.begin(), last.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, replaced});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        row[j] = std::min(row[j], before_last[j - 2] + 1);
+      }
+    }
+    before_last.swap(last);
+    last.swap(row);
+  }
+  return last.back();
+}
+
+}  // namespace
+
+std::string to_text(Place place) { return fmt::format("{}:{}", place.line, place.column); }
+
+std::string to_text(const Diagnostic& diagnostic) {
+  std::string text = diagnostic.file;
+  if (diagnostic.place.line > 0) text += fmt::format(":{}", to_text(diagnostic.place));
+  text += diagnostic.level == Diagnostic::Level::error ? ": error: " : ": warning: ";
+  if (!diagnostic.key.empty()) text += fmt::format("{}: ", diagnostic.key);
+  return text + diagnostic.message;
+}
+
+std::string to_text(std::span<const Diagnostic> diagnostics) {
+  std::string text;
+  for (const Diagnostic& diagnostic : diagnostics) text += fmt::format("{}\n", to_text(diagnostic));
+  return text;
+}
+
+bool has_errors(std::span<const Diagnostic> diagnostics) noexcept {
+  return std::any_of(diagnostics.begin(), diagnostics.end(), [](const Diagnostic& diagnostic) {
+    return diagnostic.level == Diagnostic::Level::error;
+  });
+}
+
+void Report::error(Place place, std::string_view key, std::string message) {
+  ++errors_;
+  diagnostics_.push_back(
+      {Diagnostic::Level::error, file_, place, std::string(key), std::move(message)});
+}
+
+void Report::warning(Place place, std::string_view key, std::string message) {
+  diagnostics_.push_back(
+      {Diagnostic::Level::warning, file_, place, std::string(key), std::move(message)});
+}
+
+std::vector<Diagnostic> Report::take() {
+  std::stable_sort(diagnostics_.begin(), diagnostics_.end(),
+                   [](const Diagnostic& a, const Diagnostic& b) { return a.place < b.place; });
+  if (diagnostics_.size() > kMostDiagnostics) {
+    const std::size_t more = diagnostics_.size() - kMostDiagnostics;
+    const bool failed = errors_ > 0;
+    diagnostics_.resize(kMostDiagnostics);
+    diagnostics_.push_back({failed ? Diagnostic::Level::error : Diagnostic::Level::warning,
+                            file_,
+                            {},
+                            "",
+                            fmt::format("{} more are not shown", more)});
+  }
+  errors_ = 0;
+  return std::exchange(diagnostics_, {});
+}
+
+std::string suggestion(std::string_view word, std::span<const std::string> known) {
+  constexpr std::size_t kLongestWord = 40;
+  if (word.size() < 2 || word.size() > kLongestWord) return {};
+  std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
+  std::string_view best;
+  for (const std::string& candidate : known) {
+    const std::size_t distance = edit_distance(word, candidate);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best.empty() ? std::string() : fmt::format("; did you mean '{}'?", best);
+}
+
+std::string quotable(std::string_view text) {
+  constexpr std::size_t kMostCharacters = 60;
+  std::string shown(text.substr(0, kMostCharacters));
+  // A cut may not leave half a character behind.
+  while (shown.size() < text.size() && !shown.empty() &&
+         (static_cast<unsigned char>(text[shown.size()]) & 0xC0U) == 0x80U) {
+    shown.pop_back();
+  }
+  const bool cut = shown.size() < text.size();
+  for (char& c : shown) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F) c = '?';
+  }
+  return cut ? fmt::format("{}...", shown) : shown;
+}
+
+}  // namespace loopwarden::config

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/effect_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace loopwarden::config {
+namespace {
+
+using plant::Block;
+using plant::EffectInfo;
+using plant::EffectSpec;
+
+constexpr std::array kBlocks{Choice<Block>{"valve", Block::valve},
+                             Choice<Block>{"process", Block::process},
+                             Choice<Block>{"transmitter", Block::transmitter},
+                             Choice<Block>{"disturbance", Block::disturbance}};
+
+Interval interval(const plant::ParameterInfo& parameter) {
+  return {parameter.low, parameter.high, parameter.low_is_open, parameter.high_is_open};
+}
+
+bool may_stand_in(const EffectInfo& info, Block block) {
+  return std::find(info.blocks.begin(), info.blocks.end(), block) != info.blocks.end();
+}
+
+// The effect's name; null if it is missing or unknown, or does not belong into `block`.
+const EffectInfo* read_name(MapReader& in, std::optional<Block> block) {
+  const Value<std::string> name = in.need_text("effect", "name, see the table of effects");
+  if (in.describing()) return nullptr;
+  const EffectInfo* info = name.valid ? plant::find_effect(name.value) : nullptr;
+  if (info == nullptr) {
+    in.ignore_rest();
+    if (!name.valid) return nullptr;
+    std::vector<std::string> names;
+    for (const EffectInfo& known : plant::effect_catalogue()) names.emplace_back(known.name);
+    in.error("effect", fmt::format("unknown effect '{}'{}", quotable(name.value),
+                                   suggestion(name.value, names)));
+    return nullptr;
+  }
+  if (block && !may_stand_in(*info, *block)) {
+    in.error("effect", fmt::format("'{}' belongs to the {}, not to the {}", info->name,
+                                   to_text(info->blocks.front()), to_text(*block)));
+  }
+  return info;
+}
+
+// `curve: butterfly`, `curve: {name: equal_percentage, rangeability: 30}` or `table: [[x, q],
+// ...]`.
+void read_characteristic(MapReader& in, const EffectInfo& info, EffectSpec& spec) {
+  std::vector<std::string> names;
+  for (const char* name : info.options.front().values) {
+    if (std::string_view(name) != "table") names.emplace_back(name);
+  }
+  in.declare("curve", "name or mapping", Presence::optional, "", "inherent characteristic");
+  const Value<std::vector<std::pair<double, double>>> table =
+      in.maybe_points("table", "[[x, q], ...]", "travel and flow, CO units, both rising");
+  if (table.given && in.given("curve")) {
+    in.error("table", fmt::format("stands beside curve (at {}); give one of them",
+                                  to_text(in.place("curve"))));
+    return;
+  }
+  if (table.given) {
+    spec.options["curve"] = "table";
+    spec.table = table;
+    return;
+  }
+  if (!in.given("curve")) {
+    in.error("needs a curve or a table");
+  } else if (in.kind("curve") == YamlNode::Kind::map) {
+    if (std::optional<MapReader> curve = in.maybe_section("curve", "inherent characteristic")) {
+      spec.options["curve"] = curve->need_word("name", names, "of the characteristic").value;
+      const plant::ParameterInfo& rangeability = info.parameters.front();
+      const Value<double> value = curve->maybe_number(
+          rangeability.name, {.range = interval(rangeability), .meaning = rangeability.meaning});
+      if (value.given) spec.parameters[rangeability.name] = value;
+    }
+  } else {
+    spec.options["curve"] = in.need_word("curve", names, "inherent characteristic").value;
+  }
+}
+
+void read_parameters(MapReader& in, const EffectInfo& info, EffectSpec& spec) {
+  for (const plant::ParameterInfo& parameter : info.parameters) {
+    const NumberRule rule{parameter.unit, interval(parameter), parameter.meaning};
+    const Value<double> value = parameter.required ? in.need_number(parameter.name, rule)
+                                                   : in.maybe_number(parameter.name, rule);
+    if (value.given) spec.parameters[parameter.name] = value;
+  }
+  for (const plant::OptionInfo& option : info.options) {
+    const std::vector<std::string> names(option.values.begin(), option.values.end());
+    const Value<std::string> value = in.word_of(option.name, names, option.meaning);
+    if (value.given) spec.options[option.name] = value;
+  }
+}
+
+// What no single key shows, by the catalogue's own check.
+void check(MapReader& in, const EffectSpec& spec, Block block,
+           const plant::EffectContext& context) {
+  try {
+    plant::check_effect(spec, block, context);
+  } catch (const plant::EffectError& fault) {
+    if (fault.key().empty()) {
+      in.error(fault.what());
+    } else {
+      in.error(fault.key(), fault.what());
+    }
+  }
+}
+
+EffectSpec read_effect(MapReader& in, const EffectInfo& info) {
+  EffectSpec spec;
+  spec.name = info.name;
+  if (spec.name == "valve_characteristic") {
+    read_characteristic(in, info, spec);
+  } else {
+    read_parameters(in, info, spec);
+  }
+  return spec;
+}
+
+plant::ScheduledFault read_fault(MapReader& in, const plant::EffectContext& context) {
+  plant::ScheduledFault fault;
+  const std::size_t errors_before = in.report().error_count();
+  const EffectInfo* info = read_name(in, std::nullopt);
+  if (info != nullptr) fault.effect = read_effect(in, *info);
+  const Block usual_block = info != nullptr ? info->blocks.front() : Block::valve;
+  fault.block = in.one_of("block", kBlocks, "where the effect may stand in several", usual_block);
+  const Value<double> from =
+      in.maybe_number("from", {"s", any_number(), "when it begins", "always there"});
+  const Value<double> to = in.maybe_number("to", {"s", any_number(), "when it ends", "never"});
+  fault.schedule.ramp_s =
+      in.number("ramp", {"s", at_least(0.0), "in which it grows to its full size"}, 0.0);
+  if (from.given) fault.schedule.from_s = from;
+  if (to.given) fault.schedule.to_s = to;
+  if (from.given && to.given && from.valid && to.valid && to <= from) {
+    in.error("to", fmt::format("must be after from = {} s (at {}) (got {})", brief(from),
+                               to_text(from.place), brief(to)));
+  }
+  if (fault.schedule.ramp_s > 0.0 && !from.given) {
+    in.error("ramp", "needs from, the time at which the effect begins to grow");
+  }
+  if (info != nullptr && in.report().error_count() == errors_before) {
+    check(in, fault.effect, fault.block, context);
+  }
+  return fault;
+}
+
+}  // namespace
+
+std::vector<EffectSpec> read_effects(MapReader& in, std::string_view key, Block block,
+                                     const plant::EffectContext& context, const char* meaning) {
+  std::vector<EffectSpec> effects;
+  for (MapReader& item : in.maybe_list(key, meaning)) {
+    const std::size_t errors_before = item.report().error_count();
+    const EffectInfo* info = read_name(item, block);
+    if (info == nullptr) continue;
+    effects.push_back(read_effect(item, *info));
+    if (item.report().error_count() == errors_before) check(item, effects.back(), block, context);
+  }
+  return effects;
+}
+
+std::vector<plant::ScheduledFault> read_faults(MapReader& in, const plant::EffectContext& context) {
+  std::vector<plant::ScheduledFault> faults;
+  for (MapReader& item : in.maybe_list("faults",
+                                       "effects that come and go; one of them is an effect "
+                                       "with its parameters and these keys")) {
+    faults.push_back(read_fault(item, context));
+  }
+  return faults;
+}
+
+std::string describe_effects() {
+  std::string text = "| effect | block | parameters | meaning |\n|---|---|---|---|\n";
+  for (const EffectInfo& info : plant::effect_catalogue()) {
+    std::string blocks;
+    for (const Block block : info.blocks) {
+      blocks += fmt::format("{}{}", blocks.empty() ? "" : " or ", to_text(block));
+    }
+    std::string parameters;
+    const auto separate = [&] { return parameters.empty() ? "" : "; "; };
+    for (const plant::ParameterInfo& parameter : info.parameters) {
+      const std::string range = to_text(interval(parameter));
+      parameters += fmt::format("{}`{}`{}{}, {}: {}", separate(), parameter.name,
+                                range.empty() ? "" : " ", range, parameter.unit, parameter.meaning);
+      if (parameter.required) continue;
+      parameters += parameter.fallback < kInfinity
+                        ? fmt::format(" (default {})", brief(parameter.fallback))
+                        : " (default none)";
+    }
+    for (const plant::OptionInfo& option : info.options) {
+      parameters += fmt::format("{}`{}`: {}", separate(), option.name, option.meaning);
+      for (std::size_t i = 0; i < option.values.size(); ++i) {
+        parameters += fmt::format("{}`{}`", i == 0 ? " (" : ", ", option.values[i]);
+      }
+      parameters += ")";
+    }
+    text += fmt::format("| `{}` | {} | {} | {} |\n", info.name, blocks, parameters, info.meaning);
+  }
+  return text;
+}
+
+}  // namespace loopwarden::config

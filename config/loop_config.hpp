@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the configuration files say, as plain data. config_reader.hpp fills it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "hal/contract/pv_check_settings.hpp"
+#include "hal/iio/analog_settings.hpp"
+#include "hal/modbus/modbus_settings.hpp"
+#include "hal/replay/replay_settings.hpp"
+#include "hal/sim/sim_settings.hpp"
+#include "model/control/loop_controller.hpp"
+#include "model/control/supervisor.hpp"
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::config {
+
+struct Start {
+  control::Mode mode = control::Mode::manual;
+  double set_point = 0.0;  // PV units
+  // Where the output stands when there is no read-back to take it from. Hold: the first command is
+  // the operator's.
+  control::OutputAction output;
+};
+
+struct Recording {
+  bool enabled = true;
+  std::size_t limit_bytes = 64'000'000;  // of this loop's ring of segments
+};
+
+// Where u_valve of the jacket comes from.
+struct ValvePosition {
+  enum class Source : std::uint8_t { none, read_back, model };
+  Source source = Source::none;
+  std::vector<plant::EffectSpec> model;  // valve effects, in order
+
+  friend bool operator==(const ValvePosition&, const ValvePosition&) = default;
+};
+
+using SimIo = hal::sim::SimSettings;
+using Io = std::variant<SimIo, hal::modbus::LoopModbusSettings, hal::iio::AnalogSettings,
+                        hal::replay::ReplaySettings>;
+
+struct LoopConfig {
+  std::string file;
+  std::string name;  // the tag, e.g. FIC-101
+  std::string description;
+  std::string pv_unit;
+  std::string co_unit;
+  double sample_time_s = 0.1;  // s
+  hal::PvCheckSettings pv;
+  control::ControllerSettings controller;
+  control::SafetySettings safety;
+  Start start;
+  ValvePosition valve_position;
+  Recording recording;
+  Io io;
+};
+
+struct RealTime {
+  int priority = 70;       // SCHED_FIFO priority of the loop thread, 1..98; 0: ordinary
+  std::optional<int> cpu;  // CPU for the loop thread
+  bool lock_memory = true;
+};
+
+struct DaemonConfig {
+  std::string file;
+  RealTime real_time;
+  double accelerate = 1.0;  // times real time; 1 unless every loop is simulated or replayed
+  std::string runtime_directory = "/run/loopwardend";    // control socket
+  std::string state_directory = "/var/lib/loopwardend";  // recordings
+  std::string log_level = "info";
+  double stop_timeout_s = 5.0;  // s to reach the stop actions after SIGTERM
+  std::map<std::string, hal::modbus::LinkSettings> links;
+};
+
+struct Configuration {
+  DaemonConfig daemon;
+  std::vector<LoopConfig> loops;  // in the order of their file names
+};
+
+// Whether what differs between two states of a loop's file can't be taken over while it runs.
+inline bool needs_restart(const LoopConfig& running, const LoopConfig& wanted) {
+  return running.sample_time_s != wanted.sample_time_s || running.io != wanted.io ||
+         running.valve_position != wanted.valve_position;
+}
+
+}  // namespace loopwarden::config

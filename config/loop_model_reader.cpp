@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/loop_model_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <tuple>
+
+#include "config/controller_reader.hpp"
+#include "config/effect_reader.hpp"
+#include "config/map_reader.hpp"
+#include "config/source_file.hpp"
+#include "config/yaml_document.hpp"
+
+namespace loopwarden::config {
+namespace {
+
+using plant::Block;
+
+constexpr double kMostDeadTimeSamples = 1e6;    // what the delay line holds
+constexpr double kMostTransmitterSteps = 1e12;  // range / resolution, exact in a double
+
+std::optional<double> span_of(const Value<std::pair<double, double>>& range) {
+  if (!range.valid || !range.given) return std::nullopt;
+  return range.value.second - range.value.first;
+}
+
+class ModelReader {
+ public:
+  explicit ModelReader(MapReader root) : root_(std::move(root)) {}
+
+  plant::LoopModel read() {
+    sample_time_ = read_sample_time(root_);
+    model_.sample_time_s = sample_time_.valid ? sample_time_.value : 0.1;
+    std::optional<MapReader> controller =
+        root_.need_section("controller", "what the loop runs with");
+    std::optional<MapReader> valve = root_.maybe_section("valve", "between CO and flow");
+    std::optional<MapReader> process = root_.need_section("process", "between flow and PV");
+    std::optional<MapReader> transmitter = root_.need_section("transmitter", "what measures PV");
+    if (transmitter) read_transmitter(*transmitter);
+    if (controller) read_controller(*controller);
+    context_ = {.sample_time_s = model_.sample_time_s,
+                .output_low = model_.controller.pid.output_low,
+                .output_high = model_.controller.pid.output_high};
+    if (valve) {
+      model_.valve_effects = read_effects(*valve, "effects", Block::valve, context_,
+                                          "in the order in which CO meets them");
+    }
+    if (process) read_process(*process);
+    if (transmitter) {
+      model_.transmitter_effects = read_effects(*transmitter, "effects", Block::transmitter,
+                                                context_, "in the order in which PV meets them");
+    }
+    model_.disturbances =
+        read_effects(root_, "disturbances", Block::disturbance, context_, "what is added to PV");
+    if (std::optional<MapReader> scenario =
+            root_.maybe_section("scenario", "what `loopwarden simulate` runs")) {
+      read_scenario(*scenario);
+    }
+    return std::move(model_);
+  }
+
+ private:
+  void read_transmitter(MapReader& in) {
+    plant::TransmitterParameters& transmitter = model_.transmitter;
+    pv_range_ = in.need_range("range", {"PV units", any_number(), "of the transmitter"});
+    const Value<double> resolution =
+        in.number("resolution", {"PV units", at_least(0.0), "step of the converter, 0: none"}, 0.0);
+    transmitter.resolution = resolution;
+    transmitter.noise = in.number("noise", {"PV units", at_least(0.0), "standard deviation"}, 0.0);
+    const std::optional<double> span = span_of(pv_range_);
+    if (!span) return;
+    std::tie(transmitter.low, transmitter.high) = pv_range_.value;
+    if (resolution > 0.0 && *span / resolution > kMostTransmitterSteps) {
+      in.error("resolution",
+               fmt::format("is too fine for range (at {})", to_text(pv_range_.place)));
+    }
+    if (resolution > *span) {
+      in.error("resolution",
+               fmt::format("must be at most the span of range, {} PV units (at {}) "
+                           "(got {})",
+                           brief(*span), to_text(pv_range_.place), brief(resolution)));
+    }
+  }
+
+  void read_controller(MapReader& in) {
+    control::ControllerSettings& controller = model_.controller;
+    const Value<std::pair<double, double>> output =
+        in.need_range("output", {"CO units", any_number(), "range of the controller output"});
+    controller.pid.gains = read_gains(in, span_of(pv_range_), span_of(output));
+    controller.pid.action =
+        in.one_of("action", kActions, "reverse: PV up, output down", control::Action::reverse);
+    read_anti_windup(in, control::AntiWindup::integral_clamp, controller.pid);
+    const Value<double> rate = in.maybe_number(
+        "rate_limit", {"CO units/s", above(0.0), "fastest change of the output", "none"});
+    const Value<double> deadband =
+        in.number("deadband", {"CO units", at_least(0.0), "changes below it do not go out"}, 0.0);
+    if (std::optional<MapReader> jacket = in.maybe_section("jacket", "the stickband jacket")) {
+      controller.jacket = read_jacket(*jacket);
+    }
+    if (output.valid && output.given) {
+      std::tie(controller.pid.output_low, controller.pid.output_high) = output.value;
+    }
+    controller.pid.tolerance = deadband;
+    controller.output = {.low = controller.pid.output_low, .high = controller.pid.output_high};
+    if (rate.given) controller.output.rate_per_s = rate;
+    controller.output.deadband = deadband;
+    // A set point beyond the transmitter's range can't be met.
+    controller.set_point = {.low = model_.transmitter.low, .high = model_.transmitter.high};
+  }
+
+  void read_process(MapReader& in) {
+    plant::ProcessParameters& process = model_.process;
+    const Value<double> gain =
+        in.need_number("gain", {"PV units/CO unit", any_number(), "steady-state gain, not 0"});
+    if (gain.valid && gain == 0.0) in.error("gain", "must not be 0");
+    process.gain = gain;
+    process.time_constant_s =
+        in.need_number("time_constant", {"s", above(0.0), "of the first-order lag"});
+    const Value<double> dead_time = in.need_number("dead_time", {"s", at_least(0.0), "dead time"});
+    process.dead_time_s = dead_time;
+    if (dead_time.valid && sample_time_.valid && dead_time > kMostDeadTimeSamples * sample_time_) {
+      in.error("dead_time", fmt::format("must be at most {} sample times (sample_time at {})",
+                                        brief(kMostDeadTimeSamples), to_text(sample_time_.place)));
+    }
+    if (std::optional<MapReader> uncertainty = in.maybe_section(
+            "uncertainty", "relative; what a fit may move without calling it an effect")) {
+      const auto read = [&](const char* key, double fallback) {
+        return uncertainty->number(key, {"", between(0.0, 1.0), "relative"}, fallback).value;
+      };
+      plant::ProcessUncertainty& u = model_.uncertainty;
+      u.gain = read("gain", u.gain);
+      u.time_constant = read("time_constant", u.time_constant);
+      u.dead_time = read("dead_time", u.dead_time);
+    }
+    model_.process_effects = read_effects(in, "effects", Block::process, context_,
+                                          "in the order in which the flow meets them");
+  }
+
+  void read_scenario(MapReader& in) {
+    plant::Scenario& scenario = model_.scenario;
+    constexpr double kLongest = 1e9;  // s
+    scenario.duration_s = in.number(
+        "duration", {"s", {.low = 0.0, .high = kLongest, .low_is_open = true}, "of the run"},
+        scenario.duration_s);
+    const Value<std::vector<std::pair<double, double>>> set_point = in.maybe_points(
+        "set_point", "[[t, v], ...]", "from t (s) on the set point is v (PV units); first t is 0");
+    scenario.set_point = set_point;
+    if (set_point.given && set_point.valid) check_set_point(in, set_point);
+    constexpr std::int64_t kLargestSeed = std::numeric_limits<std::int64_t>::max();
+    scenario.seed = static_cast<std::uint64_t>(
+        in.integer("seed", {0, kLargestSeed, "", "of all random numbers"}, 1));
+    scenario.faults = read_faults(in, context_);
+  }
+
+  void check_set_point(MapReader& in, const std::vector<std::pair<double, double>>& points) {
+    if (points.empty() || points.front().first != 0.0) {
+      in.error("set_point", "must begin at t = 0");
+      return;
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (i > 0 && points[i].first <= points[i - 1].first) {
+        in.error("set_point", fmt::format("t must rise (see point {})", i + 1));
+      }
+      const double value = points[i].second;
+      if (pv_range_.given && pv_range_.valid &&
+          (value < pv_range_.value.first || value > pv_range_.value.second)) {
+        in.error("set_point", fmt::format("must lie within transmitter.range (at {}) (got {})",
+                                          to_text(pv_range_.place), brief(value)));
+      }
+    }
+  }
+
+  MapReader root_;
+  plant::LoopModel model_;
+  plant::EffectContext context_;
+  Value<double> sample_time_;
+  Value<std::pair<double, double>> pv_range_;
+};
+
+}  // namespace
+
+Loaded<plant::LoopModel> read_model_text(const std::string& file, std::string_view text) {
+  Report report(file);
+  plant::LoopModel model;
+  if (std::optional<YamlNode> root = parse_yaml(text, report)) {
+    model = ModelReader(MapReader(*root, "", report)).read();
+    report_unknown_keys(*root, report);
+  }
+  return loaded(std::move(model), report);
+}
+
+Loaded<plant::LoopModel> read_model_file(const std::filesystem::path& path) {
+  Report report(path.string());
+  const std::optional<std::string> text = read_source_file(path, report);
+  if (!text) return loaded(plant::LoopModel{}, report);
+  return read_model_text(path.string(), *text);
+}
+
+KeyReference describe_model() {
+  Report unused("");
+  KeyReference reference;
+  ModelReader(MapReader(reference, "", unused)).read();
+  return reference;
+}
+
+}  // namespace loopwarden::config

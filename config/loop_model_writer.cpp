@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/loop_model_writer.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "model/plant/effect_catalogue.hpp"
+
+namespace loopwarden::config {
+namespace {
+
+using plant::EffectSpec;
+
+// {} prints the fewest digits that read back to the same double.
+std::string number(double value) { return fmt::format("{}", value); }
+
+std::string pair(double a, double b) { return fmt::format("[{}, {}]", number(a), number(b)); }
+
+std::string points(const std::vector<std::pair<double, double>>& values) {
+  std::string text;
+  for (const auto& [x, y] : values)
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", pair(x, y));
+  return fmt::format("[{}]", text);
+}
+
+const char* to_text(control::AntiWindup anti_windup) {
+  switch (anti_windup) {
+    case control::AntiWindup::integral_clamp: return "integral_clamp";
+    case control::AntiWindup::back_calculation: return "back_calculation";
+    case control::AntiWindup::conditional: break;
+  }
+  return "conditional";
+}
+
+const char* to_text(control::JacketForm form) {
+  switch (form) {
+    case control::JacketForm::off: return "off";
+    case control::JacketForm::paper: return "paper";
+    case control::JacketForm::bounded: return "bounded";
+    case control::JacketForm::dwell: break;
+  }
+  return "dwell";
+}
+
+// `, s: 0.9, j: 0.3`, in the order of the catalogue.
+std::string parameters(const EffectSpec& spec) {
+  std::string text;
+  const plant::EffectInfo* info = plant::find_effect(spec.name);
+  if (info == nullptr) return text;
+  for (const plant::ParameterInfo& parameter : info->parameters) {
+    const auto found = spec.parameters.find(parameter.name);
+    if (found != spec.parameters.end()) {
+      text += fmt::format(", {}: {}", parameter.name, number(found->second));
+    }
+  }
+  return text;
+}
+
+// `effect: stiction, s: 0.9, j: 0.3`
+std::string effect_keys(const EffectSpec& spec) {
+  std::string text = fmt::format("effect: {}", spec.name);
+  if (!spec.table.empty()) return fmt::format("{}, table: {}", text, points(spec.table));
+  if (spec.name == "valve_characteristic") {
+    const auto curve = spec.options.find("curve");
+    const char* name = curve != spec.options.end() ? curve->second.c_str() : "linear";
+    return fmt::format("{}, curve: {{name: {}{}}}", text, name, parameters(spec));
+  }
+  text += parameters(spec);
+  for (const auto& [key, value] : spec.options) text += fmt::format(", {}: {}", key, value);
+  return text;
+}
+
+class ModelWriter {
+ public:
+  std::string write(const plant::LoopModel& model) {
+    line(0, "sample_time", number(model.sample_time_s), "s");
+    write_controller(model.controller);
+    line(0, "valve");
+    effects(2, "effects", model.valve_effects);
+    write_process(model);
+    line(0, "transmitter");
+    line(2, "range", pair(model.transmitter.low, model.transmitter.high), "PV units");
+    line(2, "resolution", number(model.transmitter.resolution));
+    line(2, "noise", number(model.transmitter.noise), "standard deviation");
+    if (!model.transmitter_effects.empty()) effects(2, "effects", model.transmitter_effects);
+    if (!model.disturbances.empty()) effects(0, "disturbances", model.disturbances);
+    write_scenario(model.scenario);
+    return std::move(text_);
+  }
+
+ private:
+  void line(std::size_t indentation, std::string_view key, std::string_view value = "",
+            std::string_view comment = "") {
+    text_ += fmt::format("{:{}}{}:{}{}{}{}\n", "", indentation, key, value.empty() ? "" : " ",
+                         value, comment.empty() ? "" : "  # ", comment);
+  }
+
+  void effects(std::size_t indentation, std::string_view key,
+               const std::vector<EffectSpec>& specs) {
+    line(indentation, key, specs.empty() ? "[]" : "");
+    for (const EffectSpec& spec : specs) item(indentation, effect_keys(spec));
+  }
+
+  void item(std::size_t indentation, std::string_view keys) {
+    text_ += fmt::format("{:{}}- {{{}}}\n", "", indentation + 2, keys);
+  }
+
+  void write_controller(const control::ControllerSettings& controller) {
+    const control::PidSettings& pid = controller.pid;
+    line(0, "controller");
+    line(2, "action", pid.action == control::Action::direct ? "direct" : "reverse");
+    line(2, "kp", number(pid.gains.kp), "CO units/PV unit");
+    line(2, "ki", number(pid.gains.ki), "CO units/(PV unit s)");
+    if (pid.gains.kd != 0.0) line(2, "kd", number(pid.gains.kd), "CO units s/PV unit");
+    if (pid.gains.derivative_filter_s != 0.0) {
+      line(2, "derivative_filter", number(pid.gains.derivative_filter_s), "s");
+    }
+    line(2, "output", pair(pid.output_low, pid.output_high), "CO units");
+    line(2, "anti_windup", to_text(pid.anti_windup));
+    if (pid.tracking_time_s != 0.0) line(2, "tracking_time", number(pid.tracking_time_s), "s");
+    if (std::isfinite(controller.output.rate_per_s)) {
+      line(2, "rate_limit", number(controller.output.rate_per_s), "CO units/s");
+    }
+    if (controller.output.deadband != 0.0) {
+      line(2, "deadband", number(controller.output.deadband), "CO units");
+    }
+    if (controller.jacket != control::JacketSettings{}) write_jacket(controller.jacket);
+  }
+
+  void write_jacket(const control::JacketSettings& jacket) {
+    line(2, "jacket");
+    line(4, "form", to_text(jacket.form));
+    line(4, "shadow", jacket.shadow ? "true" : "false");
+    line(4, "ks", number(jacket.gain_per_s), "1/s");
+    line(4, "dead_zone", number(jacket.dead_zone), "CO units");
+    if (std::isfinite(jacket.max_mean_error)) {
+      line(4, "max_mean_error", number(jacket.max_mean_error), "PV units");
+    }
+    line(4, "mean_error_time", number(jacket.mean_error_time_s), "s");
+  }
+
+  void write_process(const plant::LoopModel& model) {
+    const plant::ProcessUncertainty& u = model.uncertainty;
+    line(0, "process");
+    line(2, "gain", number(model.process.gain), "PV units/CO unit");
+    line(2, "time_constant", number(model.process.time_constant_s), "s");
+    line(2, "dead_time", number(model.process.dead_time_s), "s");
+    line(2, "uncertainty",
+         fmt::format("{{gain: {}, time_constant: {}, dead_time: {}}}", number(u.gain),
+                     number(u.time_constant), number(u.dead_time)),
+         "relative");
+    if (!model.process_effects.empty()) effects(2, "effects", model.process_effects);
+  }
+
+  void write_scenario(const plant::Scenario& scenario) {
+    line(0, "scenario");
+    line(2, "duration", number(scenario.duration_s), "s");
+    if (!scenario.set_point.empty()) line(2, "set_point", points(scenario.set_point));
+    line(2, "seed", fmt::format("{}", scenario.seed));
+    if (scenario.faults.empty()) return;
+    line(2, "faults");
+    for (const plant::ScheduledFault& fault : scenario.faults) {
+      std::string keys =
+          fmt::format("{}, block: {}", effect_keys(fault.effect), plant::to_text(fault.block));
+      const plant::Schedule& schedule = fault.schedule;
+      if (std::isfinite(schedule.from_s)) keys += fmt::format(", from: {}", schedule.from_s);
+      if (std::isfinite(schedule.to_s)) keys += fmt::format(", to: {}", schedule.to_s);
+      if (schedule.ramp_s != 0.0) keys += fmt::format(", ramp: {}", schedule.ramp_s);
+      item(2, keys);
+    }
+  }
+
+  std::string text_;
+};
+
+}  // namespace
+
+std::string write_model(const plant::LoopModel& model, const std::string& heading) {
+  std::string text;
+  std::istringstream lines(heading);
+  for (std::string line; std::getline(lines, line);) text += fmt::format("# {}\n", line);
+  return text + ModelWriter().write(model);
+}
+
+}  // namespace loopwarden::config

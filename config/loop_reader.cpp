@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/loop_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "config/controller_reader.hpp"
+#include "config/effect_reader.hpp"
+#include "config/io_reader.hpp"
+
+namespace loopwarden::config {
+namespace {
+
+using control::Mode;
+using control::OutputAction;
+using control::Recovery;
+using RangeValue = Value<std::pair<double, double>>;
+
+constexpr std::array kStartModes{Choice<Mode>{"manual", Mode::manual},
+                                 Choice<Mode>{"automatic", Mode::automatic}};
+constexpr std::array kRecoveries{Choice<Recovery>{"manual", Recovery::manual},
+                                 Choice<Recovery>{"previous_mode", Recovery::previous_mode}};
+constexpr std::array kUncertain{Choice<bool>{"bad", false}, Choice<bool>{"good", true}};
+constexpr std::array kReadBack{Choice<bool>{"read_back", true}};
+
+bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// A tag names files and appears on command lines.
+bool is_usable_tag(const std::string& tag) {
+  constexpr std::size_t kLongestTag = 32;
+  return !tag.empty() && tag.size() <= kLongestTag && (is_letter(tag[0]) || is_digit(tag[0])) &&
+         std::all_of(tag.begin(), tag.end(), [](char c) {
+           return is_letter(c) || is_digit(c) || c == '-' || c == '_' || c == '.';
+         });
+}
+
+// ISA-5.1: one to five capitals, a number of one to five digits, perhaps a suffix: FIC-101A.
+bool is_isa_tag(std::string_view tag) {
+  const auto count = [&](auto is_wanted) {
+    const auto end = std::find_if_not(tag.begin(), tag.end(), is_wanted);
+    const auto length = static_cast<std::size_t>(end - tag.begin());
+    tag.remove_prefix(length);
+    return length;
+  };
+  const auto is_capital = [](char c) { return c >= 'A' && c <= 'Z'; };
+  const std::size_t letters = count(is_capital);
+  if (tag.starts_with('-')) tag.remove_prefix(1);
+  const std::size_t digits = count(is_digit);
+  const std::size_t suffix = count(is_capital);
+  return letters >= 1 && letters <= 5 && digits >= 1 && digits <= 5 && suffix <= 1 && tag.empty();
+}
+
+std::string within_text(const RangeValue& range) {
+  return fmt::format("[{}, {}] (at {})", brief(range.value.first), brief(range.value.second),
+                     to_text(range.place));
+}
+
+void require_within(MapReader& in, const Value<double>& value, const RangeValue& range,
+                    const char* range_name) {
+  if (!value.given || !value.valid || !range.valid) return;
+  if (value >= range.value.first && value <= range.value.second) return;
+  in.report().error(
+      value.place, value.key,
+      fmt::format("must lie within {} {} (got {})", range_name, within_text(range), brief(value)));
+}
+
+class LoopReader {
+ public:
+  LoopReader(MapReader& in, const std::string& file,
+             const std::map<std::string, hal::modbus::LinkSettings>& links)
+      : in_(in), links_(links) {
+    loop_.config.file = file;
+  }
+
+  LoopFile read() {
+    read_head();
+    std::optional<MapReader> controller = in_.need_section("controller", "the law and its limits");
+    if (std::optional<MapReader> pv =
+            in_.need_section("process_variable", "PV and when to doubt it")) {
+      read_process_variable(*pv);
+    }
+    std::optional<MapReader> jacket;
+    if (controller) jacket = read_controller(*controller);
+    if (std::optional<MapReader> start = in_.need_section("start", "how the loop comes up")) {
+      read_start(*start);
+    }
+    if (std::optional<MapReader> actions = in_.need_section(
+            "safe_actions",
+            "what the output does in each kind of trouble: `hold`, or the CO to go to")) {
+      read_safe_actions(*actions);
+    }
+    if (std::optional<MapReader> recording =
+            in_.maybe_section("recording", "of the loop to disk")) {
+      read_recording(*recording);
+    }
+    IoSection io;
+    if (std::optional<MapReader> section = in_.need_section("io", "what the loop is wired to")) {
+      io = read_io(*section, {.file = config().file,
+                              .sample_time = sample_time_,
+                              .max_age = max_age_,
+                              .pv_range = pv_range_,
+                              .output_range = output_range_,
+                              .links = &links_});
+    }
+    loop_.command = io.command;
+    loop_.hardware = io.hardware;
+    if (jacket) check_jacket(*jacket, io);
+    // What the converter and the deadband hold back is no windup.
+    config().controller.pid.tolerance = config().controller.output.deadband + io.output_resolution;
+    config().io = std::move(io.io);
+    return std::move(loop_);
+  }
+
+ private:
+  LoopConfig& config() noexcept { return loop_.config; }
+
+  void read_head() {
+    const Value<std::string> tag = in_.need_text("loop", "the loop's tag, such as FIC-101");
+    loop_.tag = tag.place;
+    config().name = tag;
+    if (tag.given && tag.valid) {
+      if (!is_usable_tag(tag)) {
+        in_.error("loop", fmt::format("must be 1 to 32 letters, digits, '-', '_' or '.', beginning "
+                                      "with a letter or digit (got '{}')",
+                                      quotable(tag.value)));
+      } else if (!is_isa_tag(tag.value)) {
+        in_.warning("loop", fmt::format("'{}' is no tag in the manner of ISA-5.1, such as FIC-101",
+                                        tag.value));
+      }
+    }
+    const Value<std::string> description = in_.text("description", "for people", "none");
+    if (description.given) config().description = description;
+    sample_time_ = read_sample_time(in_);
+    if (sample_time_.valid) config().sample_time_s = sample_time_;
+  }
+
+  void read_process_variable(MapReader& in) {
+    hal::PvCheckSettings& pv = config().pv;
+    config().pv_unit = in.need_text("unit", "of PV and SP, such as L/min");
+    pv_range_ = in.need_range("range", {"PV units", any_number(), "of the transmitter"});
+    std::tie(pv.low, pv.high) = pv_range_.value;
+    max_age_ = in.number("max_age", {"s", above(0.0), "older is bad", "three sample times"},
+                         3.0 * config().sample_time_s);
+    pv.max_age_s = max_age_;
+    pv.range_margin =
+        in.number("range_margin",
+                  {"", between(0.0, 1.0), "share of the span that PV may lie outside its range"},
+                  pv.range_margin);
+    pv.frozen_after_s = in.number("frozen_after",
+                                  {"s", at_least(0.0),
+                                   "without any change of PV while CO moves: PV is "
+                                   "doubtful; 0: not checked"},
+                                  0.0);
+    if (max_age_.given && max_age_.valid && sample_time_.valid && max_age_ < sample_time_) {
+      in.error("max_age",
+               fmt::format("must be at least sample_time = {} s (at {}) (got {})",
+                           brief(sample_time_), to_text(sample_time_.place), brief(max_age_)));
+      max_age_.valid = false;
+    }
+  }
+
+  // Returns the jacket's section for what depends on the backend.
+  std::optional<MapReader> read_controller(MapReader& in) {
+    control::ControllerSettings& controller = config().controller;
+    controller.pid.action = in.need_one_of("action", kActions, "reverse: PV up, output down");
+    if (std::optional<MapReader> output = in.need_section("output", "CO and its limits")) {
+      read_output(*output);
+    }
+    controller.pid.gains = read_gains(in, span(pv_range_), span(output_range_));
+    if (controller.pid.gains.kd > 0.0 && controller.pid.gains.derivative_filter_s <= 0.0) {
+      in.warning(in.given("kd") ? "kd" : "td",
+                 "derivative without derivative_filter: noise of PV "
+                 "goes straight to the valve");
+    }
+    read_anti_windup(in, control::AntiWindup::back_calculation, controller.pid);
+    sp_limits_ = pv_range_;
+    if (std::optional<MapReader> set_point =
+            in.maybe_section("set_point", "limits and ramp of SP")) {
+      read_set_point(*set_point);
+    }
+    std::tie(controller.set_point.low, controller.set_point.high) = sp_limits_.value;
+    controller.set_point_tracks_in_manual =
+        in.flag("set_point_tracks_in_manual", "SP follows PV while in manual", true);
+    std::optional<MapReader> jacket = in.maybe_section("jacket", "the stickband jacket");
+    if (jacket) {
+      controller.jacket = read_jacket(*jacket);
+      read_valve_position(*jacket);
+    }
+    return jacket;
+  }
+
+  static std::optional<double> span(const RangeValue& range) {
+    if (!range.given || !range.valid) return std::nullopt;
+    return range.value.second - range.value.first;
+  }
+
+  // A narrower range inside `outer`, or `outer` itself where none is given.
+  RangeValue read_limits(MapReader& in, const char* unit, const RangeValue& outer,
+                         const char* fallback, const char* meaning) {
+    RangeValue limits = in.maybe_range("limits", {unit, any_number(), meaning, fallback});
+    if (!limits.given) return outer;
+    if (limits.valid && outer.valid &&
+        (limits.value.first < outer.value.first || limits.value.second > outer.value.second)) {
+      in.error("limits", fmt::format("must lie within range {} (got [{}, {}])", within_text(outer),
+                                     brief(limits.value.first), brief(limits.value.second)));
+      limits.valid = false;
+    }
+    return limits;
+  }
+
+  void read_output(MapReader& in) {
+    control::ControllerSettings& controller = config().controller;
+    config().co_unit = in.need_text("unit", "of CO, such as V or %");
+    output_range_ = in.need_range("range", {"CO units", any_number(), "of the controller output"});
+    output_limits_ = read_limits(in, "CO units", output_range_, "range", "what may go out");
+    const Value<double> rate = in.maybe_number(
+        "rate_limit", {"CO units/s", above(0.0), "fastest change of the output", "none"});
+    const Value<double> deadband =
+        in.number("deadband", {"CO units", at_least(0.0), "changes below it do not go out"}, 0.0);
+    std::tie(controller.pid.output_low, controller.pid.output_high) = output_range_.value;
+    std::tie(controller.output.low, controller.output.high) = output_limits_.value;
+    if (rate.given) controller.output.rate_per_s = rate;
+    controller.output.deadband = deadband;
+    const double limits_span = output_limits_.value.second - output_limits_.value.first;
+    if (deadband.valid && output_limits_.valid && deadband > 0.0 && deadband >= limits_span) {
+      in.error("deadband",
+               fmt::format("must be less than the span of the limits, {} (at {}) (got {})",
+                           brief(limits_span), to_text(output_limits_.place), brief(deadband)));
+    }
+  }
+
+  void read_set_point(MapReader& in) {
+    control::SetPointLimits& set_point = config().controller.set_point;
+    sp_limits_ =
+        read_limits(in, "PV units", pv_range_, "process_variable.range", "what SP may be set to");
+    constexpr const char* kMeaning = "fastest change of the working set point";
+    in.declare("ramp", "number > 0, PV units/s, or {up, down}", Presence::optional, "none",
+               kMeaning);
+    if (!in.given("ramp") && !in.describing()) return;
+    if (in.describing() || in.kind("ramp") == YamlNode::Kind::map) {
+      std::optional<MapReader> ramp = in.maybe_section("ramp", kMeaning);
+      const Value<double> up =
+          ramp->maybe_number("up", {"PV units/s", above(0.0), kMeaning, "none"});
+      const Value<double> down =
+          ramp->maybe_number("down", {"PV units/s", above(0.0), kMeaning, "none"});
+      if (up.given) set_point.rate_up_per_s = up;
+      if (down.given) set_point.rate_down_per_s = down;
+    } else {
+      const Value<double> ramp = in.maybe_number(
+          "ramp", {.unit = "PV units/s", .range = above(0.0), .words = "{up, down} or "});
+      set_point.rate_up_per_s = ramp;
+      set_point.rate_down_per_s = ramp;
+    }
+  }
+
+  void read_valve_position(MapReader& in) {
+    constexpr const char* kKey = "valve_position";
+    constexpr const char* kMeaning = "where the jacket has the valve's position from";
+    ValvePosition& position = config().valve_position;
+    in.declare(kKey, "`read_back` or {model: [effects]}", Presence::optional,
+               "required unless form is off", kMeaning);
+    if (!in.given(kKey) && !in.describing()) return;
+    if (!in.describing() && in.kind(kKey) != YamlNode::Kind::map) {
+      in.need_one_of(kKey, kReadBack, kMeaning);
+      position.source = ValvePosition::Source::read_back;
+      return;
+    }
+    std::optional<MapReader> section = in.maybe_section(kKey, kMeaning);
+    position.source = ValvePosition::Source::model;
+    const plant::EffectContext context{.sample_time_s = config().sample_time_s,
+                                       .output_low = output_range_.value.first,
+                                       .output_high = output_range_.value.second};
+    position.model =
+        read_effects(*section, "model", plant::Block::valve, context, "in the order CO meets them");
+    if (!section->given("model")) section->error("missing key 'model' (list of valve effects)");
+  }
+
+  // `hold` or a value within the output's limits.
+  OutputAction read_action(MapReader& in, std::string_view key, Presence presence,
+                           const char* meaning) {
+    if (!in.declare(key, "`hold` or number, CO units", presence, "hold", meaning)) return {};
+    if (in.word(key) == "hold") return OutputAction::hold();
+    const Value<double> value = in.maybe_number(key, {.unit = "CO units", .words = "hold or "});
+    require_within(in, value, output_limits_, "the output's limits");
+    return OutputAction::go_to(value);
+  }
+
+  void read_start(MapReader& in) {
+    Start& start = config().start;
+    start.mode = in.need_one_of("mode", kStartModes, "in which the loop comes up");
+    const Value<double> set_point =
+        in.need_number("set_point", {"PV units", any_number(), "to begin with"});
+    start.set_point = set_point;
+    require_within(in, set_point, sp_limits_, "the set point's limits");
+    start.output = read_action(in, "output", Presence::optional,
+                               "where no read-back says where the output stands");
+  }
+
+  void read_safe_actions(MapReader& in) {
+    control::SafetySettings& safety = config().safety;
+    const auto need = [&](const char* key, const char* meaning) {
+      return read_action(in, key, Presence::required, meaning);
+    };
+    safety.on_stop = need("stop", "the daemon ends (SIGTERM), or `loopwardend --safe` runs");
+    read_bad_pv(in);
+    safety.on_output_lost = need("output_lost", "commands do not reach the positioner");
+    safety.on_enable_open =
+        need("enable_open", "the enable contact is open; not a safety function");
+    safety.on_late_cycle = read_action(in, "late_cycle", Presence::optional,
+                                       "a cycle came more than late_cycle_periods late");
+    safety.on_not_finite =
+        read_action(in, "not_finite", Presence::optional, "the law's result is no number");
+    safety.uncertain_is_good =
+        in.one_of("uncertain_pv", kUncertain, "how a PV of uncertain quality counts", false);
+    safety.late_cycle_periods = static_cast<std::uint32_t>(
+        in.integer("late_cycle_periods", {1, 1000, "", "see late_cycle"}, 3));
+    safety.recovery =
+        in.one_of("recovery", kRecoveries, "mode once the trouble is over", Recovery::manual);
+    safety.recovery_delay_s =
+        in.number("recovery_delay", {"s", at_least(0.0), "without trouble before the loop goes on"},
+                  safety.recovery_delay_s);
+  }
+
+  void read_bad_pv(MapReader& in) {
+    constexpr const char* kMeaning = "PV is bad; with hold_for the output is held first";
+    control::SafetySettings& safety = config().safety;
+    const bool present = in.declare("bad_pv", "`hold`, number, CO units, or {hold_for, then}",
+                                    Presence::required, "", kMeaning);
+    if (!present && !in.describing()) return;
+    if (!in.describing() && in.kind("bad_pv") != YamlNode::Kind::map) {
+      safety.on_bad_pv = read_action(in, "bad_pv", Presence::required, kMeaning);
+      return;
+    }
+    std::optional<MapReader> section = in.maybe_section("bad_pv", kMeaning);
+    safety.bad_pv_hold_s = section->need_number("hold_for", {"s", at_least(0.0), "before `then`"});
+    safety.on_bad_pv = read_action(*section, "then", Presence::required, "after that");
+  }
+
+  void read_recording(MapReader& in) {
+    constexpr std::int64_t kMegabyte = 1'000'000;
+    Recording& recording = config().recording;
+    recording.enabled = in.flag("enabled", "record every cycle", recording.enabled);
+    const Value<std::int64_t> limit =
+        in.integer("limit_mb", {1, 1'000'000, "MB", "the oldest goes first"}, 64);
+    recording.limit_bytes = static_cast<std::size_t>(limit.value * kMegabyte);
+  }
+
+  void check_jacket(MapReader& in, const IoSection& io) {
+    const control::JacketSettings& jacket = config().controller.jacket;
+    if (jacket.form == control::JacketForm::off || in.describing()) return;
+    using Source = ValvePosition::Source;
+    if (config().valve_position.source == Source::none && !in.given("valve_position")) {
+      in.error("missing key 'valve_position' (`read_back` or {model: [effects]})");
+    }
+    if (!io.known) return;
+    if (config().valve_position.source == Source::read_back && !io.has_read_back) {
+      in.error("valve_position",
+               fmt::format("read_back is not there: the io section (at {}) has no "
+                           "read_back; add it or state a model of the valve",
+                           to_text(in_.place("io"))));
+    }
+    const bool simulated = std::holds_alternative<SimIo>(io.io);
+    if (jacket.form == control::JacketForm::paper && !simulated && !jacket.shadow) {
+      in.error("form",
+               "paper may act in simulation only, since it can park the loop off its set "
+               "point; add shadow: true, or use bounded");
+    }
+    if (io.hardware && !jacket.shadow && !std::isfinite(jacket.max_mean_error)) {
+      in.error(
+          "missing key 'max_mean_error' (number > 0, PV units; required where the jacket acts "
+          "on hardware)");
+    }
+  }
+
+  MapReader& in_;
+  const std::map<std::string, hal::modbus::LinkSettings>& links_;
+  LoopFile loop_;
+  Value<double> sample_time_;
+  Value<double> max_age_;
+  RangeValue pv_range_;
+  RangeValue output_range_;
+  RangeValue output_limits_;
+  RangeValue sp_limits_;
+};
+
+}  // namespace
+
+LoopFile read_loop(MapReader& in, const std::string& file,
+                   const std::map<std::string, hal::modbus::LinkSettings>& links) {
+  return LoopReader(in, file, links).read();
+}
+
+}  // namespace loopwarden::config

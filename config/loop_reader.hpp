@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// A loop file: one control loop of the daemon. docs/configuration.md lists every key.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "config/loop_config.hpp"
+#include "config/map_reader.hpp"
+
+namespace loopwarden::config {
+
+struct LoopFile {
+  LoopConfig config;
+  Place tag;
+  Place command;          // where the output's register or channel is stated
+  bool hardware = false;  // something real moves
+};
+
+LoopFile read_loop(MapReader& in, const std::string& file,
+                   const std::map<std::string, hal::modbus::LinkSettings>& links);
+
+}  // namespace loopwarden::config

@@ -1,0 +1,548 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/map_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace loopwarden::config {
+namespace {
+
+constexpr std::size_t kMostListItems = 10'000;
+constexpr std::size_t kLongestText = 200;  // bytes
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+// Without its sign.
+std::string_view magnitude(std::string_view text) {
+  if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+  return text;
+}
+
+bool has_leading_zero(std::string_view text) {
+  text = magnitude(text);
+  return text.size() > 1 && text[0] == '0' && is_digit(text[1]);
+}
+
+bool is_hexadecimal(std::string_view text) { return magnitude(lower_case(text)).starts_with("0x"); }
+
+bool is_not_finite(std::string_view text) {
+  std::string lower = lower_case(magnitude(text));
+  if (lower.starts_with('.')) lower.erase(0, 1);
+  return lower == "inf" || lower == "nan" || lower == "infinity";
+}
+
+// Digits with at most one point among them and an optional exponent.
+bool is_decimal(std::string_view text) {
+  text = magnitude(text);
+  std::size_t digits = 0;
+  bool point = false;
+  std::size_t i = 0;
+  for (; i < text.size() && (is_digit(text[i]) || (text[i] == '.' && !point)); ++i) {
+    point = point || text[i] == '.';
+    digits += is_digit(text[i]) ? 1U : 0U;
+  }
+  if (digits == 0) return false;
+  if (i == text.size()) return true;
+  if (text[i] != 'e' && text[i] != 'E') return false;
+  const std::string_view exponent = magnitude(text.substr(i + 1));
+  return !exponent.empty() && std::all_of(exponent.begin(), exponent.end(), is_digit);
+}
+
+// Why `node` is no number; empty if it is one.
+std::string fault_of_number(const YamlNode& node, const NumberRule& rule) {
+  const std::string expected = fmt::format("must be {}a number", rule.words);
+  if (node.kind == YamlNode::Kind::nothing) return fmt::format("{} (nothing is given)", expected);
+  if (node.kind != YamlNode::Kind::scalar)
+    return fmt::format("{} (got {})", expected, to_text(node.kind));
+  const std::string got = quotable(node.text);
+  if (node.quoted) return fmt::format("{} (got text in quotes, '{}')", expected, got);
+  if (is_not_finite(node.text)) return fmt::format("must be a finite number (got {})", got);
+  if (is_hexadecimal(node.text)) {
+    return fmt::format("{} in decimal notation (got {})", expected, got);
+  }
+  if (has_leading_zero(node.text)) {
+    return fmt::format("{} without leading zeros, which some read as octal (got {})", expected,
+                       got);
+  }
+  if (is_decimal(node.text)) return {};
+  // Most often a unit behind a number, "5 s".
+  const std::string_view rest = magnitude(node.text);
+  if (!rest.empty() && is_digit(rest.front()) && *rule.unit != '\0') {
+    return fmt::format("{} alone, its unit is {} (got '{}')", expected, rule.unit, got);
+  }
+  return fmt::format("{} (got '{}')", expected, got);
+}
+
+// Of a text that is_decimal; infinity if it is beyond what a double can hold.
+double parse_decimal(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);  // from_chars knows no plus sign
+  double value = 0.0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  return result.ec == std::errc() ? value : kInfinity;
+}
+
+std::string describe(const Interval& range, std::string_view unit) {
+  const std::string text = to_text(range);
+  return unit.empty() ? text : fmt::format("{}{}{}", text, text.empty() ? "" : " ", unit);
+}
+
+std::string number_text(const NumberRule& rule) {
+  std::string text = fmt::format("{}number", rule.words);
+  const std::string range = to_text(rule.range);
+  if (!range.empty()) text += fmt::format(" {}", range);
+  if (*rule.unit != '\0') text += fmt::format(", {}", rule.unit);
+  return text;
+}
+
+std::string integer_text(const IntegerRule& rule) {
+  std::string text = fmt::format("whole number {} to {}", rule.low, rule.high);
+  if (*rule.unit != '\0') text += fmt::format(", {}", rule.unit);
+  return text;
+}
+
+std::string range_text(const NumberRule& rule) {
+  return *rule.unit != '\0' ? fmt::format("[low, high], {}", rule.unit) : "[low, high]";
+}
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+}  // namespace
+
+bool Interval::contains(double value) const noexcept {
+  return (low_is_open ? value > low : value >= low) &&
+         (high_is_open ? value < high : value <= high);
+}
+
+std::string to_text(const Interval& interval) {
+  std::string text;
+  if (interval.low > -kInfinity) {
+    text = fmt::format("{} {}", interval.low_is_open ? ">" : ">=", brief(interval.low));
+  }
+  if (interval.high < kInfinity) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : " and ",
+                        interval.high_is_open ? "<" : "<=", brief(interval.high));
+  }
+  return text;
+}
+
+std::string brief(double value) { return fmt::format("{:.9g}", value); }
+
+std::string with_unit(double value, std::string_view unit) {
+  return unit.empty() ? brief(value) : fmt::format("{} {}", brief(value), unit);
+}
+
+MapReader::MapReader(YamlNode& node, std::string path, Report& report)
+    : path_(std::move(path)), report_(&report) {
+  node_ = &node;
+  node.visited = node.kind == YamlNode::Kind::map;
+  if (!node.visited) {
+    report.error(node.place, path_,
+                 fmt::format("must be a mapping, `key: value` (got {})", to_text(node.kind)));
+  }
+}
+
+MapReader::MapReader(KeyReference& reference, std::string path, Report& report)
+    : reference_(&reference), path_(std::move(path)), report_(&report) {}
+
+Place MapReader::place() const noexcept { return node_ != nullptr ? node_->place : Place{}; }
+
+Place MapReader::place(std::string_view key) const noexcept {
+  const YamlNode* node = node_ != nullptr ? node_->find(key) : nullptr;
+  return node != nullptr ? node->place : place();
+}
+
+std::string MapReader::path(std::string_view key) const {
+  return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+}
+
+bool MapReader::given(std::string_view key) const noexcept {
+  return node_ != nullptr && node_->find(key) != nullptr;
+}
+
+YamlNode::Kind MapReader::kind(std::string_view key) const noexcept {
+  const YamlNode* node = node_ != nullptr ? node_->find(key) : nullptr;
+  return node != nullptr ? node->kind : YamlNode::Kind::nothing;
+}
+
+std::string_view MapReader::word(std::string_view key) const noexcept {
+  const YamlNode* node = node_ != nullptr ? node_->find(key) : nullptr;
+  const bool is_word = node != nullptr && node->kind == YamlNode::Kind::scalar && !node->quoted;
+  return is_word ? std::string_view(node->text) : std::string_view();
+}
+
+void MapReader::error(std::string_view key, std::string message) {
+  report_->error(place(key), path(key), std::move(message));
+}
+
+void MapReader::error(std::string message) { report_->error(place(), path_, std::move(message)); }
+
+void MapReader::warning(std::string_view key, std::string message) {
+  report_->warning(place(key), path(key), std::move(message));
+}
+
+YamlNode* MapReader::find(std::string_view key, std::string value_text, Presence presence,
+                          std::string fallback, const char* meaning) {
+  if (reference_ != nullptr) {
+    reference_->add({path(key), std::move(value_text),
+                     presence == Presence::required ? "required" : std::move(fallback), meaning});
+    return nullptr;
+  }
+  if (node_->kind != YamlNode::Kind::map) return nullptr;  // already reported
+  std::vector<std::string>& known = node_->known_keys;
+  if (std::find(known.begin(), known.end(), key) == known.end()) known.emplace_back(key);
+  YamlNode* node = node_->find(key);
+  if (node == nullptr && presence == Presence::required) {
+    const std::string within = path_.empty() ? "" : fmt::format(" in '{}'", path_);
+    report_->error(place(), "", fmt::format("missing key '{}'{} ({})", key, within, value_text));
+  }
+  return node;
+}
+
+template <class T>
+Value<T> MapReader::start(std::string_view key, const YamlNode* node, T fallback) const {
+  Value<T> value;
+  value.value = std::move(fallback);
+  value.place = node != nullptr ? node->place : place();
+  value.key = path(key);
+  value.given = node != nullptr;
+  value.valid = node == nullptr;
+  return value;
+}
+
+// --- numbers ---------------------------------------------------------------------------------
+
+Value<double> MapReader::read_number(std::string_view key, YamlNode* node, const NumberRule& rule,
+                                     double fallback) {
+  Value<double> result = start(key, node, fallback);
+  if (node == nullptr) return result;
+  std::string fault = fault_of_number(*node, rule);
+  if (fault.empty()) {
+    const double value = parse_decimal(node->text);
+    if (!std::isfinite(value)) {
+      fault = fmt::format("is beyond what a number can hold (got {})", quotable(node->text));
+    } else if (!rule.range.contains(value)) {
+      fault =
+          fmt::format("must be {} (got {})", describe(rule.range, rule.unit), quotable(node->text));
+    } else {
+      result.value = value;
+      result.valid = true;
+      return result;
+    }
+  }
+  report_->error(node->place, result.key, std::move(fault));
+  return result;
+}
+
+Value<double> MapReader::need_number(std::string_view key, const NumberRule& rule) {
+  YamlNode* node = find(key, number_text(rule), Presence::required, "", rule.meaning);
+  Value<double> value = read_number(key, node, rule, 0.0);
+  value.valid = value.valid && value.given;
+  return value;
+}
+
+Value<double> MapReader::number(std::string_view key, const NumberRule& rule, double fallback) {
+  const std::string fallback_text =
+      *rule.fallback != '\0' ? rule.fallback : with_unit(fallback, rule.unit);
+  return read_number(key,
+                     find(key, number_text(rule), Presence::optional, fallback_text, rule.meaning),
+                     rule, fallback);
+}
+
+Value<double> MapReader::maybe_number(std::string_view key, const NumberRule& rule) {
+  return read_number(key,
+                     find(key, number_text(rule), Presence::optional, rule.fallback, rule.meaning),
+                     rule, 0.0);
+}
+
+Value<std::int64_t> MapReader::read_integer(std::string_view key, YamlNode* node,
+                                            const IntegerRule& rule, std::int64_t fallback) {
+  Value<std::int64_t> result = start(key, node, fallback);
+  if (node == nullptr) return result;
+  std::string_view digits = node->text;
+  const bool hexadecimal = rule.hexadecimal && !node->quoted && is_hexadecimal(digits);
+  std::string fault = hexadecimal ? "" : fault_of_number(*node, {.unit = rule.unit});
+  if (fault.empty()) {
+    if (hexadecimal) digits.remove_prefix(2);
+    if (digits.starts_with('+')) digits.remove_prefix(1);
+    const char* end = digits.data() + digits.size();
+    const auto parsed = std::from_chars(digits.data(), end, result.value, hexadecimal ? 16 : 10);
+    if (parsed.ec == std::errc() && parsed.ptr == end && result.value >= rule.low &&
+        result.value <= rule.high) {
+      result.valid = true;
+      return result;
+    }
+    result.value = fallback;
+    fault = fmt::format("must be a whole number from {} to {}{}{} (got {})", rule.low, rule.high,
+                        *rule.unit != '\0' ? " " : "", rule.unit, quotable(node->text));
+  }
+  report_->error(node->place, result.key, std::move(fault));
+  return result;
+}
+
+Value<std::int64_t> MapReader::need_integer(std::string_view key, const IntegerRule& rule) {
+  YamlNode* node = find(key, integer_text(rule), Presence::required, "", rule.meaning);
+  Value<std::int64_t> value = read_integer(key, node, rule, rule.low);
+  value.valid = value.valid && value.given;
+  return value;
+}
+
+Value<std::int64_t> MapReader::integer(std::string_view key, const IntegerRule& rule,
+                                       std::int64_t fallback) {
+  const std::string fallback_text = *rule.fallback != '\0' ? std::string(rule.fallback)
+                                    : *rule.unit != '\0' ? fmt::format("{} {}", fallback, rule.unit)
+                                                         : fmt::format("{}", fallback);
+  return read_integer(
+      key, find(key, integer_text(rule), Presence::optional, fallback_text, rule.meaning), rule,
+      fallback);
+}
+
+Value<std::int64_t> MapReader::maybe_integer(std::string_view key, const IntegerRule& rule) {
+  return read_integer(
+      key, find(key, integer_text(rule), Presence::optional, rule.fallback, rule.meaning), rule,
+      rule.low);
+}
+
+Value<std::pair<double, double>> MapReader::read_range(std::string_view key, YamlNode* node,
+                                                       const NumberRule& rule) {
+  Value<std::pair<double, double>> result = start(key, node, std::pair{0.0, 0.0});
+  if (node == nullptr) return result;
+  if (node->kind != YamlNode::Kind::list || node->values.size() != 2) {
+    report_->error(node->place, result.key, fmt::format("must be {}", range_text(rule)));
+    return result;
+  }
+  const Value<double> low = read_number(key, &node->values[0], rule, 0.0);
+  const Value<double> high = read_number(key, &node->values[1], rule, 0.0);
+  result.value = {low.value, high.value};
+  result.valid = low.valid && high.valid && low < high;
+  if (low.valid && high.valid && !result.valid) {
+    report_->error(node->place, result.key,
+                   fmt::format("must be [low, high] with low below high (got [{}, {}])", brief(low),
+                               brief(high)));
+  }
+  return result;
+}
+
+Value<std::pair<double, double>> MapReader::need_range(std::string_view key,
+                                                       const NumberRule& rule) {
+  YamlNode* node = find(key, range_text(rule), Presence::required, "", rule.meaning);
+  Value<std::pair<double, double>> value = read_range(key, node, rule);
+  value.valid = value.valid && value.given;
+  return value;
+}
+
+Value<std::pair<double, double>> MapReader::maybe_range(std::string_view key,
+                                                        const NumberRule& rule) {
+  return read_range(
+      key, find(key, range_text(rule), Presence::optional, rule.fallback, rule.meaning), rule);
+}
+
+Value<std::vector<std::pair<double, double>>> MapReader::maybe_points(std::string_view key,
+                                                                      const char* value_text,
+                                                                      const char* meaning) {
+  YamlNode* node = find(key, value_text, Presence::optional, "", meaning);
+  Value<std::vector<std::pair<double, double>>> result =
+      start(key, node, std::vector<std::pair<double, double>>{});
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
+  result.valid = true;
+  for (YamlNode& point : node->values) {
+    if (point.kind != YamlNode::Kind::list || point.values.size() != 2) {
+      report_->error(point.place, result.key, fmt::format("must be {}", value_text));
+      result.valid = false;
+      continue;
+    }
+    const Value<double> x = read_number(key, &point.values[0], {}, 0.0);
+    const Value<double> y = read_number(key, &point.values[1], {}, 0.0);
+    result.valid = result.valid && x.valid && y.valid;
+    result.value.emplace_back(x, y);
+  }
+  return result;
+}
+
+// --- text and words --------------------------------------------------------------------------
+
+Value<std::string> MapReader::read_text(std::string_view key, YamlNode* node,
+                                        std::string fallback) {
+  Value<std::string> result = start(key, node, std::move(fallback));
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::scalar)) return result;
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
+  if (node->text.empty() || node->text.size() > kLongestText ||
+      std::any_of(node->text.begin(), node->text.end(), is_control)) {
+    report_->error(node->place, result.key,
+                   fmt::format("must be one line of 1 to {} bytes (got '{}')", kLongestText,
+                               quotable(node->text)));
+    return result;
+  }
+  result.value = node->text;
+  result.valid = true;
+  return result;
+}
+
+Value<std::string> MapReader::need_text(std::string_view key, const char* meaning) {
+  Value<std::string> value = read_text(key, find(key, "text", Presence::required, "", meaning), "");
+  value.valid = value.valid && value.given;
+  return value;
+}
+
+Value<std::string> MapReader::text(std::string_view key, const char* meaning,
+                                   std::string fallback) {
+  YamlNode* node = find(key, "text", Presence::optional, fallback, meaning);
+  return read_text(key, node, std::move(fallback));
+}
+
+Value<bool> MapReader::flag(std::string_view key, const char* meaning, bool fallback) {
+  YamlNode* node =
+      find(key, "true or false", Presence::optional, fallback ? "true" : "false", meaning);
+  Value<bool> result = start(key, node, fallback);
+  if (node == nullptr) return result;
+  const std::string_view said = word(key);
+  result.valid = said == "true" || said == "false";
+  if (result.valid) {
+    result.value = said == "true";
+  } else {
+    report_->error(
+        node->place, result.key,
+        fmt::format("must be true or false (got {})",
+                    node->kind == YamlNode::Kind::scalar ? fmt::format("'{}'", quotable(node->text))
+                                                         : to_text(node->kind)));
+  }
+  return result;
+}
+
+Value<std::size_t> MapReader::choose(std::string_view key, const std::vector<std::string>& names,
+                                     Presence presence, std::size_t fallback, const char* meaning) {
+  const std::string expected = list_of(names);
+  YamlNode* node = find(key, expected, presence, names[fallback], meaning);
+  Value<std::size_t> result = start(key, node, fallback);
+  result.valid = node == nullptr && (presence == Presence::optional || describing());
+  if (node == nullptr) return result;
+  const auto found = std::find(names.begin(), names.end(), node->text);
+  if (node->kind == YamlNode::Kind::scalar && found != names.end()) {
+    result.value = static_cast<std::size_t>(found - names.begin());
+    result.valid = true;
+    return result;
+  }
+  const std::string got = node->kind == YamlNode::Kind::scalar
+                              ? fmt::format("'{}'", quotable(node->text))
+                              : std::string(to_text(node->kind));
+  report_->error(
+      node->place, result.key,
+      fmt::format("must be {} (got {}){}", expected, got, suggestion(node->text, names)));
+  return result;
+}
+
+Value<std::string> MapReader::need_word(std::string_view key, const std::vector<std::string>& words,
+                                        const char* meaning) {
+  const Value<std::size_t> chosen = choose(key, words, Presence::required, 0, meaning);
+  return {words[chosen.value], chosen.place, chosen.key, chosen.given, chosen.valid};
+}
+
+Value<std::string> MapReader::word_of(std::string_view key, const std::vector<std::string>& words,
+                                      const char* meaning) {
+  const Value<std::size_t> chosen = choose(key, words, Presence::optional, 0, meaning);
+  return {words[chosen.value], chosen.place, chosen.key, chosen.given, chosen.valid};
+}
+
+// --- mappings and lists ----------------------------------------------------------------------
+
+bool MapReader::is_of_kind(std::string_view key, const YamlNode& node, YamlNode::Kind wanted) {
+  if (node.kind == wanted) return true;
+  const std::string got = node.kind == YamlNode::Kind::scalar
+                              ? fmt::format("'{}'", quotable(node.text))
+                              : std::string(to_text(node.kind));
+  report_->error(node.place, path(key), fmt::format("must be {} (got {})", to_text(wanted), got));
+  return false;
+}
+
+std::optional<MapReader> MapReader::section(std::string_view key, Presence presence,
+                                            const char* meaning) {
+  YamlNode* node = find(key, "mapping", presence, "none", meaning);
+  if (reference_ != nullptr) return MapReader(*reference_, path(key), *report_);
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::map)) return std::nullopt;
+  return MapReader(*node, path(key), *report_);
+}
+
+std::optional<MapReader> MapReader::need_section(std::string_view key, const char* meaning) {
+  return section(key, Presence::required, meaning);
+}
+
+std::optional<MapReader> MapReader::maybe_section(std::string_view key, const char* meaning) {
+  return section(key, Presence::optional, meaning);
+}
+
+std::vector<MapReader> MapReader::maybe_list(std::string_view key, const char* meaning) {
+  YamlNode* node = find(key, "list of mappings", Presence::optional, "none", meaning);
+  std::vector<MapReader> items;
+  if (reference_ != nullptr)
+    items.push_back(MapReader(*reference_, fmt::format("{}[]", path(key)), *report_));
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return items;
+  if (node->values.size() > kMostListItems) {
+    error(key, fmt::format("must not have more than {} items", kMostListItems));
+    return items;
+  }
+  for (std::size_t i = 0; i < node->values.size(); ++i) {
+    const std::string item_path = fmt::format("{}[{}]", path(key), i);
+    items.push_back(MapReader(node->values[i], item_path, *report_));
+  }
+  return items;
+}
+
+std::vector<std::pair<std::string, MapReader>> MapReader::maybe_named_sections(
+    std::string_view key, const char* name, const char* meaning) {
+  YamlNode* node = find(key, "mapping of names to mappings", Presence::optional, "none", meaning);
+  std::vector<std::pair<std::string, MapReader>> sections;
+  if (reference_ != nullptr) {
+    const std::string section_path = fmt::format("{}.<{}>", path(key), name);
+    sections.emplace_back(name, MapReader(*reference_, section_path, *report_));
+  }
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::map)) return sections;
+  for (std::size_t i = 0; i < node->keys.size(); ++i) {
+    const std::string& section_name = node->keys[i].text;
+    const std::string section_path = fmt::format("{}.{}", path(key), quotable(section_name));
+    sections.emplace_back(section_name, MapReader(node->values[i], section_path, *report_));
+  }
+  return sections;
+}
+
+MapReader MapReader::variant(std::string_view name) const {
+  MapReader same(*this);
+  if (describing()) same.path_ += fmt::format(" ({})", name);
+  return same;
+}
+
+void MapReader::ignore_rest() {
+  if (node_ == nullptr) return;
+  node_->visited = false;
+  // What misses its key may have it under a slip of the pen.
+  for (const YamlNode& key : node_->keys) {
+    const std::vector<std::string>& known = node_->known_keys;
+    const bool is_known = std::find(known.begin(), known.end(), key.text) != known.end();
+    const std::string meant = is_known ? std::string() : suggestion(key.text, known);
+    if (meant.empty()) continue;
+    report_->error(key.place, "", fmt::format("unknown key '{}'{}", quotable(key.text), meant));
+  }
+}
+
+bool MapReader::declare(std::string_view key, std::string value_text, Presence presence,
+                        std::string fallback, const char* meaning) {
+  return find(key, std::move(value_text), presence, std::move(fallback), meaning) != nullptr;
+}
+
+}  // namespace loopwarden::config

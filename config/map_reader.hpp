@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads one mapping of a document key by key. Each call states what may stand at a key; whatever
+// stands there instead is reported with its place, and reading goes on with a default, so that one
+// pass finds all errors. The same calls, on no document at all, describe the keys (KeyReference).
+//
+// Names of the calls: need_... the key must be there; plain: there is a default;
+// maybe_...: absence is reported by `given` of the result.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/diagnostic.hpp"
+#include "config/key_reference.hpp"
+#include "config/yaml_document.hpp"
+
+namespace loopwarden::config {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// What may stand at a key, where it stands, and whether it can be used in further checks.
+template <class T>
+struct Value {
+  T value{};
+  Place place;         // of the value; of the mapping if the key is absent
+  std::string key;     // its path
+  bool given = false;  // the key is there
+  bool valid = false;  // the value is as it should be, or the key's default
+
+  operator const T&() const noexcept { return value; }  // NOLINT: reads like the value it is
+};
+
+struct Interval {
+  double low = -kInfinity;
+  double high = kInfinity;
+  bool low_is_open = false;
+  bool high_is_open = false;
+
+  bool contains(double value) const noexcept;
+};
+
+constexpr Interval any_number() { return {}; }
+constexpr Interval above(double low) { return {.low = low, .low_is_open = true}; }
+constexpr Interval at_least(double low) { return {.low = low}; }
+constexpr Interval between(double low, double high) { return {.low = low, .high = high}; }
+
+std::string to_text(const Interval& interval);               // "> 0 and < 1", or ""
+std::string brief(double value);                             // nine digits at most
+std::string with_unit(double value, std::string_view unit);  // "0.3 s"
+
+struct NumberRule {
+  const char* unit = "";  // empty: a pure number
+  Interval range{};
+  const char* meaning = "";
+  const char* fallback = "";  // in words, where the default is no fixed number
+  const char* words = "";     // in messages: what may stand there besides a number, "hold or "
+};
+
+struct IntegerRule {
+  std::int64_t low = 0;
+  std::int64_t high = 0;
+  const char* unit = "";
+  const char* meaning = "";
+  bool hexadecimal = false;  // 0x... is accepted as well
+  const char* fallback = "";
+};
+
+template <class E>
+struct Choice {
+  const char* name;
+  E value;
+};
+
+enum class Presence { required, optional };
+
+class MapReader {
+ public:
+  // Reads `node`; something else than a mapping is reported.
+  MapReader(YamlNode& node, std::string path, Report& report);
+  // Describes keys: every value is its default, nothing is reported.
+  MapReader(KeyReference& reference, std::string path, Report& report);
+
+  // --- numbers, finite and in decimal notation ---
+  Value<double> need_number(std::string_view key, const NumberRule& rule);
+  Value<double> number(std::string_view key, const NumberRule& rule, double fallback);
+  Value<double> maybe_number(std::string_view key, const NumberRule& rule);
+  Value<std::int64_t> need_integer(std::string_view key, const IntegerRule& rule);
+  Value<std::int64_t> integer(std::string_view key, const IntegerRule& rule, std::int64_t fallback);
+  Value<std::int64_t> maybe_integer(std::string_view key, const IntegerRule& rule);
+
+  // [low, high], low below high.
+  Value<std::pair<double, double>> need_range(std::string_view key, const NumberRule& rule);
+  Value<std::pair<double, double>> maybe_range(std::string_view key, const NumberRule& rule);
+  // [[x, y], ...]
+  Value<std::vector<std::pair<double, double>>> maybe_points(std::string_view key,
+                                                             const char* value_text,
+                                                             const char* meaning);
+
+  // --- text on one line, true or false, one word of several ---
+  Value<std::string> need_text(std::string_view key, const char* meaning);
+  Value<std::string> text(std::string_view key, const char* meaning, std::string fallback);
+  Value<bool> flag(std::string_view key, const char* meaning, bool fallback);
+  template <class E, std::size_t N>
+  Value<E> need_one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
+                       const char* meaning);
+  template <class E, std::size_t N>
+  Value<E> one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
+                  const char* meaning, E fallback);
+
+  // The same with the words as text, for words that are listed elsewhere.
+  Value<std::string> need_word(std::string_view key, const std::vector<std::string>& words,
+                               const char* meaning);
+  // The first of `words` is the default.
+  Value<std::string> word_of(std::string_view key, const std::vector<std::string>& words,
+                             const char* meaning);
+
+  // --- mappings and lists within ---
+  // Nothing if the key is absent or holds something else.
+  std::optional<MapReader> need_section(std::string_view key, const char* meaning);
+  std::optional<MapReader> maybe_section(std::string_view key, const char* meaning);
+  // A list of mappings.
+  std::vector<MapReader> maybe_list(std::string_view key, const char* meaning);
+  // A mapping of names to mappings.
+  std::vector<std::pair<std::string, MapReader>> maybe_named_sections(std::string_view key,
+                                                                      const char* name,
+                                                                      const char* meaning);
+
+  // For keys that depend on the value of another one: describes them under a heading of their own.
+  MapReader variant(std::string_view name) const;
+
+  // --- where several kinds of value may stand at one key ---
+  // Says so; true if something is there. A key that is required and absent is reported.
+  bool declare(std::string_view key, std::string value_text, Presence presence,
+               std::string fallback, const char* meaning);
+  YamlNode::Kind kind(std::string_view key) const noexcept;
+  // The word at the key, empty if there is something else.
+  std::string_view word(std::string_view key) const noexcept;
+
+  // Keys that nobody asks for are no error here, since what they belong to is in error itself; but
+  // for those that look like a key that was asked for.
+  void ignore_rest();
+
+  // --- for checks of values against each other ---
+  bool describing() const noexcept { return reference_ != nullptr; }
+  bool given(std::string_view key) const noexcept;
+  Place place() const noexcept;                      // of this mapping
+  Place place(std::string_view key) const noexcept;  // of the key's value, or of the mapping
+  std::string path(std::string_view key) const;
+  void error(std::string_view key, std::string message);  // at the key's value
+  void error(std::string message);                        // at the mapping
+  void warning(std::string_view key, std::string message);
+  Report& report() noexcept { return *report_; }
+
+ private:
+  // Makes the key known, describes it, and reports its absence if it is required.
+  YamlNode* find(std::string_view key, std::string value_text, Presence presence,
+                 std::string fallback, const char* meaning);
+  template <class T>
+  Value<T> start(std::string_view key, const YamlNode* node, T fallback) const;
+  Value<double> read_number(std::string_view key, YamlNode* node, const NumberRule& rule,
+                            double fallback);
+  Value<std::int64_t> read_integer(std::string_view key, YamlNode* node, const IntegerRule& rule,
+                                   std::int64_t fallback);
+  Value<std::string> read_text(std::string_view key, YamlNode* node, std::string fallback);
+  Value<std::pair<double, double>> read_range(std::string_view key, YamlNode* node,
+                                              const NumberRule& rule);
+  Value<std::size_t> choose(std::string_view key, const std::vector<std::string>& names,
+                            Presence presence, std::size_t fallback, const char* meaning);
+  std::optional<MapReader> section(std::string_view key, Presence presence, const char* meaning);
+  bool is_of_kind(std::string_view key, const YamlNode& node, YamlNode::Kind wanted);
+
+  YamlNode* node_ = nullptr;
+  KeyReference* reference_ = nullptr;
+  std::string path_;
+  Report* report_;
+};
+
+template <class E, std::size_t N>
+Value<E> MapReader::need_one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
+                                const char* meaning) {
+  std::vector<std::string> names;
+  names.reserve(N);
+  for (const Choice<E>& choice : choices) names.emplace_back(choice.name);
+  const Value<std::size_t> chosen = choose(key, names, Presence::required, 0, meaning);
+  return {choices[chosen.value].value, chosen.place, chosen.key, chosen.given, chosen.valid};
+}
+
+template <class E, std::size_t N>
+Value<E> MapReader::one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
+                           const char* meaning, E fallback) {
+  std::vector<std::string> names;
+  names.reserve(N);
+  std::size_t fallback_index = 0;
+  for (const Choice<E>& choice : choices) {
+    if (choice.value == fallback) fallback_index = names.size();
+    names.emplace_back(choice.name);
+  }
+  const Value<std::size_t> chosen = choose(key, names, Presence::optional, fallback_index, meaning);
+  return {choices[chosen.value].value, chosen.place, chosen.key, chosen.given, chosen.valid};
+}
+
+}  // namespace loopwarden::config

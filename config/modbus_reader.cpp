@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/modbus_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace loopwarden::config {
+namespace {
+
+using hal::modbus::ByteOrder;
+using hal::modbus::LinkSettings;
+using hal::modbus::LoopModbusSettings;
+using hal::modbus::PointSettings;
+using hal::modbus::RegisterSpec;
+using hal::modbus::RegisterType;
+using hal::modbus::StatusRegister;
+using hal::modbus::Table;
+using hal::modbus::Transport;
+using hal::modbus::WriteFunction;
+
+constexpr std::array kTables{Choice<Table>{"input", Table::input_register},
+                             Choice<Table>{"holding", Table::holding_register}};
+constexpr std::array kHoldingOnly{Choice<Table>{"holding", Table::holding_register}};
+constexpr std::array kTypes{
+    Choice<RegisterType>{"u16", RegisterType::u16}, Choice<RegisterType>{"i16", RegisterType::i16},
+    Choice<RegisterType>{"u32", RegisterType::u32}, Choice<RegisterType>{"i32", RegisterType::i32},
+    Choice<RegisterType>{"f32", RegisterType::f32}, Choice<RegisterType>{"f64", RegisterType::f64}};
+constexpr std::array kOrders{
+    Choice<ByteOrder>{"abcd", ByteOrder::abcd}, Choice<ByteOrder>{"cdab", ByteOrder::cdab},
+    Choice<ByteOrder>{"badc", ByteOrder::badc}, Choice<ByteOrder>{"dcba", ByteOrder::dcba}};
+constexpr std::array kWriteFunctions{Choice<WriteFunction>{"multiple", WriteFunction::multiple},
+                                     Choice<WriteFunction>{"single", WriteFunction::single}};
+
+constexpr std::int64_t kLastAddress = 65535;
+constexpr const char* kAddress = "0-based, as on the wire: 40001 in a manual is holding address 0";
+constexpr const char* kCommLoss =
+    "{timeout, register, value}, {timeout, set_by: device} or none_accepted";
+
+bool is_whole_number(RegisterType type) { return type < RegisterType::f32; }
+
+// What the register itself can hold.
+std::pair<double, double> raw_range(RegisterType type) {
+  const auto limits = []<class T>(T) {
+    return std::pair{static_cast<double>(std::numeric_limits<T>::lowest()),
+                     static_cast<double>(std::numeric_limits<T>::max())};
+  };
+  switch (type) {
+    case RegisterType::u16: return limits(std::uint16_t{});
+    case RegisterType::i16: return limits(std::int16_t{});
+    case RegisterType::u32: return limits(std::uint32_t{});
+    case RegisterType::i32: return limits(std::int32_t{});
+    case RegisterType::f32: return limits(float{});
+    case RegisterType::f64: break;
+  }
+  return limits(double{});
+}
+
+enum class Use { read, write };
+
+RegisterSpec read_register(MapReader& in, Use use) {
+  RegisterSpec spec;
+  spec.table = use == Use::read ? in.need_one_of("table", kTables, "which registers").value
+                                : in.one_of("table", kHoldingOnly, "only these can be written",
+                                            Table::holding_register)
+                                      .value;
+  const Value<std::int64_t> address =
+      in.need_integer("address", {0, kLastAddress, "", kAddress, true});
+  spec.address = static_cast<std::uint16_t>(address);
+  const Value<RegisterType> type = in.need_one_of("type", kTypes, "what the registers hold");
+  spec.type = type;
+  const Value<ByteOrder> order =
+      in.one_of("order", kOrders, "bytes as they appear on the wire; abcd: most significant first",
+                spec.order);
+  spec.order = order;
+  const Value<double> scale = in.number(
+      "scale", {"", any_number(), "engineering value = raw * scale + offset; not 0"}, spec.scale);
+  spec.scale = scale;
+  if (scale.valid && scale == 0.0) in.error("scale", "must not be 0");
+  spec.offset = in.number("offset", {"", any_number(), "see scale"}, spec.offset);
+  const int count = register_count(spec.type);
+  if (use == Use::write) {
+    const Value<WriteFunction> function = in.one_of(
+        "write_function", kWriteFunctions,
+        "single: function 6, for one register; multiple: function 16", spec.write_function);
+    spec.write_function = function;
+    if (function == WriteFunction::single && count > 1) {
+      in.error("write_function",
+               fmt::format("single writes one register, the type (at {}) takes {}",
+                           to_text(type.place), count));
+    }
+  }
+  if (address.valid && type.valid && address + count - 1 > kLastAddress) {
+    in.error("address", fmt::format("{} registers from {} on reach beyond {}", count, address.value,
+                                    kLastAddress));
+  }
+  if (type.valid && order.valid && count == 1 && order != ByteOrder::abcd &&
+      order != ByteOrder::badc) {
+    in.error("order", fmt::format("must be abcd or badc (swapped bytes) for a type of one register "
+                                  "(type at {})",
+                                  to_text(type.place)));
+  }
+  return spec;
+}
+
+std::optional<StatusRegister> read_status(MapReader& point, std::string_view key) {
+  std::optional<MapReader> in = point.maybe_section(
+      key, "register that tells whether the value can be trusted: (register & mask) == value");
+  if (!in) return std::nullopt;
+  StatusRegister status;
+  status.table = in->need_one_of("table", kTables, "which registers");
+  const auto read = [&](const char* name, const char* meaning, std::int64_t fallback) {
+    return static_cast<std::uint16_t>(
+        in->integer(name, {0, 0xFFFF, "", meaning, true}, fallback).value);
+  };
+  status.address = static_cast<std::uint16_t>(
+      in->need_integer("address", {0, kLastAddress, "", kAddress, true}));
+  status.mask = read("mask", "bits that count", status.mask);
+  status.value = read("value", "of these bits while the value is good", status.value);
+  if ((status.value & ~status.mask) != 0) {
+    in->error("value", fmt::format("has bits outside mask (at {}): it could never match",
+                                   to_text(in->place("mask"))));
+  }
+  return status;
+}
+
+// link and unit of a device. The link is null if it is not there.
+const LinkSettings* read_device(MapReader& in, const IoContext& context, std::uint8_t& unit) {
+  const Value<std::string> name = in.need_text("link", "name of a link in loopwardend.yaml");
+  const Value<std::int64_t> number = in.need_integer(
+      "unit", {0, 255, "", "unit identifier of the device; 1 to 247, over tcp also 0 and 255"});
+  unit = static_cast<std::uint8_t>(number);
+  if (!name.given || !name.valid || context.links == nullptr) return nullptr;
+  const auto link = context.links->find(name);
+  if (link == context.links->end()) {
+    std::vector<std::string> names;
+    for (const auto& [known, settings] : *context.links) names.push_back(known);
+    in.error("link", fmt::format("no link '{}' in loopwardend.yaml{}", quotable(name.value),
+                                 suggestion(name.value, names)));
+    return nullptr;
+  }
+  const bool tcp_only = number == 0 || number > 247;
+  const bool tcp_may = number == 0 || number == 255;
+  if (number.valid && tcp_only && !(tcp_may && link->second.transport == Transport::tcp)) {
+    in.error("unit", fmt::format("must be 1 to 247{} (got {})",
+                                 link->second.transport == Transport::tcp ? ", 0 or 255" : "",
+                                 number.value));
+  }
+  return &link->second;
+}
+
+void read_transmitter(MapReader& in, const IoContext& context, LoopModbusSettings& settings) {
+  PointSettings& point = settings.process_variable;
+  const LinkSettings* link = read_device(in, context, point.unit);
+  if (link != nullptr) settings.transmitter_link = *link;
+  if (std::optional<MapReader> reg = in.need_section("register", "holds PV, in PV units")) {
+    point.reg = read_register(*reg, Use::read);
+  }
+  point.status = read_status(in, "status");
+}
+
+// The command's register must be able to say what the loop may ask for.
+void check_command(MapReader& in, const IoContext& context, const RegisterSpec& spec) {
+  if (!context.output_range.valid || spec.scale == 0.0) return;
+  const auto [raw_low, raw_high] = raw_range(spec.type);
+  const double at_low = raw_low * spec.scale + spec.offset;
+  const double at_high = raw_high * spec.scale + spec.offset;
+  const auto [low, high] = context.output_range.value;
+  const double step = is_whole_number(spec.type) ? std::abs(spec.scale) : 0.0;
+  constexpr double kRounding = 0.5;        // of a step, which the device rounds away
+  constexpr double kCoarsestShare = 0.01;  // of the output's span
+  if (low < std::min(at_low, at_high) - kRounding * step ||
+      high > std::max(at_low, at_high) + kRounding * step) {
+    in.error("command",
+             fmt::format("holds {:.6g} to {:.6g} CO units by its type and scale, which does not "
+                         "cover the output range [{}, {}] (at {})",
+                         std::min(at_low, at_high), std::max(at_low, at_high), brief(low),
+                         brief(high), to_text(context.output_range.place)));
+  } else if (step > kCoarsestShare * (high - low)) {
+    in.warning("command", fmt::format("its steps of {} CO units are coarse for the output range "
+                                      "[{}, {}] (at {})",
+                                      brief(step), brief(low), brief(high),
+                                      to_text(context.output_range.place)));
+  }
+}
+
+void read_output_stage(MapReader& in, const IoContext& context, LoopModbusSettings& settings) {
+  const Value<std::pair<double, double>> range = in.maybe_range(
+      "range", {"CO units", any_number(), "what the positioner accepts", "the output's range"});
+  const std::pair<double, double> limits = range.given ? range.value : context.output_range.value;
+  settings.output.low = limits.first;
+  settings.output.high = limits.second;
+  settings.output.resolution = in.number(
+      "resolution", {"CO units", at_least(0.0), "step of the positioner's converter, 0: not known"},
+      0.0);
+}
+
+hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings& command,
+                                              Value<double>& timeout) {
+  hal::modbus::CommLossSettings settings;
+  std::optional<hal::modbus::WatchdogRegister> watchdog;
+  const CommLoss loss = read_comm_loss(in, kCommLoss, [&](MapReader& section) {
+    hal::modbus::WatchdogRegister reg;
+    reg.point.unit = command.unit;
+    if (std::optional<MapReader> spec =
+            section.need_section("register", "watchdog of the device, written at every connect")) {
+      reg.point.reg = read_register(*spec, Use::write);
+    }
+    reg.value = section.need_number("value", {"", any_number(), "that is written to it"});
+    watchdog = reg;
+  });
+  timeout = loss.timeout;
+  if (!loss.device_acts) return settings;
+  settings.timeout_s = loss.timeout;
+  settings.watchdog = watchdog;
+  settings.protection = watchdog ? hal::modbus::CommLossProtection::watchdog_register
+                                 : hal::modbus::CommLossProtection::set_by_device;
+  return settings;
+}
+
+void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings& settings,
+                     IoSection& section, Value<double>& watchdog_timeout) {
+  PointSettings& command = settings.command;
+  const LinkSettings* link = read_device(in, context, command.unit);
+  if (link != nullptr) settings.positioner_link = *link;
+  const std::size_t errors_before = in.report().error_count();
+  if (std::optional<MapReader> reg =
+          in.need_section("command", "register that takes CO, in CO units")) {
+    section.command = reg->place();
+    command.reg = read_register(*reg, Use::write);
+    if (in.report().error_count() == errors_before) check_command(in, context, command.reg);
+  }
+  if (std::optional<MapReader> reg =
+          in.maybe_section("read_back", "register that holds the valve position, in CO units")) {
+    PointSettings point;
+    point.unit = command.unit;
+    point.reg = read_register(*reg, Use::read);
+    point.status = read_status(*reg, "status");
+    settings.read_back = point;
+    section.has_read_back = true;
+  }
+  read_output_stage(in, context, settings);
+  section.output_resolution = settings.output.resolution;
+  if (is_whole_number(command.reg.type)) {
+    section.output_resolution = std::max(section.output_resolution, std::abs(command.reg.scale));
+  }
+  settings.comm_loss = read_protection(in, command, watchdog_timeout);
+}
+
+// The watchdog must not act while all is well.
+void check_timeout(MapReader& in, const Value<double>& timeout, const Value<double>& poll_period,
+                   const LinkSettings& link) {
+  if (!timeout.given || !timeout.valid || !poll_period.valid) return;
+  const double response_s = hal::modbus::response_timeout_ms(link) / 1000.0;
+  const double least = 2.0 * poll_period + 2.0 * response_s;
+  if (timeout > least) return;
+  in.report().error(
+      timeout.place, timeout.key,
+      fmt::format("must be longer than two poll periods of {} s and two response "
+                  "timeouts of {} s, {} s, or one lost reply trips the watchdog "
+                  "(got {})",
+                  brief(poll_period), brief(response_s), brief(least), brief(timeout)));
+}
+
+}  // namespace
+
+int register_count(RegisterType type) noexcept {
+  switch (type) {
+    case RegisterType::u16:
+    case RegisterType::i16: return 1;
+    case RegisterType::u32:
+    case RegisterType::i32:
+    case RegisterType::f32: return 2;
+    case RegisterType::f64: break;
+  }
+  return 4;
+}
+
+void read_modbus(MapReader in, const IoContext& context, IoSection& section) {
+  LoopModbusSettings settings;
+  const Value<double> poll_period = read_poll_period(in, context, between(0.01, 60.0));
+  settings.poll_period_ns = nanoseconds(poll_period);
+  settings.max_command_age_ns = read_max_command_age(in, context);
+  if (std::optional<MapReader> transmitter = in.need_section("transmitter", "where PV is read")) {
+    read_transmitter(*transmitter, context, settings);
+  }
+  Value<double> watchdog_timeout;
+  if (std::optional<MapReader> positioner = in.need_section("positioner", "where CO is written")) {
+    read_positioner(*positioner, context, settings, section, watchdog_timeout);
+  }
+  check_timeout(in, watchdog_timeout, poll_period, settings.positioner_link);
+  section.io = std::move(settings);
+}
+
+}  // namespace loopwarden::config

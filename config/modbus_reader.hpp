@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "config/io_reader.hpp"
+
+namespace loopwarden::config {
+
+// io with `backend: modbus`.
+void read_modbus(MapReader in, const IoContext& context, IoSection& section);
+
+// Registers that a value of this type takes.
+int register_count(hal::modbus::RegisterType type) noexcept;
+
+}  // namespace loopwarden::config

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// One YAML document as a tree of nodes that know where they stand. Strict: what a configuration has
+// no use for is an error with its place, never a surprise:
+//   several documents, anchors, aliases and tags; keys that are not plain text; duplicate keys;
+//   tabs in the indentation; bytes that are not UTF-8 text; more than kMostDepth levels or
+//   kMostKeys.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/diagnostic.hpp"
+
+namespace loopwarden::config {
+
+inline constexpr std::size_t kMostDepth = 32;
+inline constexpr std::size_t kMostKeys = 1000;  // of one mapping
+
+struct YamlNode {
+  enum class Kind { nothing, scalar, list, map };
+  Kind kind = Kind::nothing;
+  bool quoted = false;  // scalar in quotes or as a block: never a number or a word
+  std::string text;     // of a scalar
+  Place place;
+  std::vector<YamlNode> keys;    // of a map, without duplicates
+  std::vector<YamlNode> values;  // of a list or, in the order of `keys`, of a map
+
+  // Map: filled by whoever reads it, so that what nobody asked for can be named in the end.
+  bool visited = false;
+  std::vector<std::string> known_keys;
+
+  YamlNode* find(std::string_view key) noexcept;
+  const YamlNode* find(std::string_view key) const noexcept;
+};
+
+const char* to_text(YamlNode::Kind kind) noexcept;
+
+// Nothing if the text can't be made a tree at all. Never throws but for lack of memory.
+std::optional<YamlNode> parse_yaml(std::string_view text, Report& report);
+
+// An error for each key of the maps that were visited that is not among their known keys.
+void report_unknown_keys(const YamlNode& node, Report& report);
+
+}  // namespace loopwarden::config

@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app.hpp"
+
+#include <csignal>
+#include <ctime>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "config/config_reader.hpp"
+#include "daemon/health/event_text.hpp"
+#include "hal/os/real_time.hpp"
+#include "model/plant/effect_catalogue.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;          // ns
+constexpr std::int64_t kSupervisePeriod = kSecond / 10;  // ns between two looks of the main thread
+constexpr double kRingSeconds = 15.0;                    // that the historian may be late
+
+std::int64_t period_ns(const config::LoopConfig& loop, double accelerate) {
+  return std::llround(loop.sample_time_s / accelerate * 1e9);
+}
+
+plant::EffectChain valve_model_of(const config::LoopConfig& loop) {
+  plant::EffectChain chain;
+  plant::EffectContext context{.sample_time_s = loop.sample_time_s,
+                               .output_low = loop.controller.pid.output_low,
+                               .output_high = loop.controller.pid.output_high,
+                               .seed = 1};
+  for (const plant::EffectSpec& spec : loop.valve_position.model) {
+    chain.add(plant::make_effect(spec, context));
+  }
+  return chain;
+}
+
+rt::ValvePositionSource source_of(const config::ValvePosition& position) {
+  switch (position.source) {
+    case config::ValvePosition::Source::read_back: return rt::ValvePositionSource::read_back;
+    case config::ValvePosition::Source::model: return rt::ValvePositionSource::model;
+    case config::ValvePosition::Source::none: break;
+  }
+  return rt::ValvePositionSource::none;
+}
+
+// Waits for one of the daemon's signals; 0 if none came in time.
+int wait_for_signal(std::int64_t timeout_ns) {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int s : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, s);
+  const timespec timeout{timeout_ns / kSecond, timeout_ns % kSecond};
+  const int got = sigtimedwait(&set, nullptr, &timeout);
+  return got > 0 ? got : 0;
+}
+
+}  // namespace
+
+rt::LoopSettings settings_of(const config::LoopConfig& config) {
+  const bool simulated = std::holds_alternative<hal::sim::SimSettings>(config.io);
+  return {
+      .controller = config.controller,
+      .safety = config.safety,
+      .pv_check = config.pv,
+      .jacket_may_act = simulated || config.controller.jacket.form != control::JacketForm::paper};
+}
+
+App::App(config::Configuration configuration, std::filesystem::path config_path)
+    : configuration_(std::move(configuration)),
+      config_path_(std::move(config_path)),
+      rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : ""),
+      started_ns_(clock_.now_ns()),
+      historian_(loops_, configuration_.daemon.state_directory),
+      control_((std::filesystem::path(configuration_.daemon.runtime_directory) / "control.sock")
+                   .string(),
+               loops_, historian_, [this] { return status(); }) {
+  const double accelerate = configuration_.daemon.accelerate;
+  std::int64_t tick_ns = 0;
+  for (const config::LoopConfig& loop : configuration_.loops) {
+    tick_ns = std::gcd(tick_ns, period_ns(loop, accelerate));
+  }
+  runner_ = std::make_unique<rt::CyclicRunner>(clock_, tick_ns);
+
+  loops_.reserve(configuration_.loops.size());
+  for (const config::LoopConfig& config : configuration_.loops) {
+    LoopRuntime loop;
+    loop.config = config;
+    loop.settings = std::make_unique<CurrentSettings>(settings_of(config));
+    loop.io = backends_.make(config);
+    loop.channels = std::make_unique<rt::LoopChannels>(
+        static_cast<std::size_t>(kRingSeconds / config.sample_time_s * accelerate) + 64);
+    loop.cycle = std::make_unique<rt::ControlCycle>(
+        static_cast<std::uint32_t>(loops_.size()), config.sample_time_s, settings_of(config),
+        rt::StartSettings{config.start.mode, config.start.set_point, config.start.output},
+        source_of(config.valve_position), valve_model_of(config), *loop.io, *loop.channels,
+        events_);
+    loops_.push_back(std::move(loop));
+    runner_->add(*loops_.back().cycle,
+                 static_cast<std::uint64_t>(period_ns(config, accelerate) / tick_ns));
+  }
+}
+
+App::~App() {
+  quit_ = true;
+  real_time_thread_.join();
+  control_.stop();
+  historian_.stop();
+  for (LoopRuntime& loop : loops_) loop.io->close();
+}
+
+int App::run() {
+  start();
+  supervise();
+  stop();
+  return 0;
+}
+
+void App::start() {
+  for (LoopRuntime& loop : loops_) loop.io->open();
+  historian_.start();
+  control_.start();
+
+  const config::RealTime& rights = configuration_.daemon.real_time;
+  const std::string refused = real_time_thread_.start(
+      {.name = "lw-loops", .fifo_priority = rights.priority, .cpu = rights.cpu}, [this] {
+        hal::os::prefault_stack();
+        runner_->run(stop_, quit_);
+      });
+  if (!refused.empty()) {
+    rights_missing_ += (rights_missing_.empty() ? "" : "; ") + refused +
+                       ": a busy machine may delay the loops; raise LimitRTPRIO";
+  }
+  if (!rights_missing_.empty()) spdlog::warn("without real-time rights: {}", rights_missing_);
+
+  // Ready means: every loop has run at least once. Whether it found its devices shows in its fault.
+  hal::record::RecordRow row;
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    while (!historian_.latest(i, row) && clock_.now_ns() - started_ns_ < 30 * kSecond) {
+      clock_.sleep_until_ns(clock_.now_ns() + kSecond / 100);
+    }
+  }
+  watch_threads();
+  spdlog::info("running {} loop{}", loops_.size(), loops_.size() == 1 ? "" : "s");
+  service_.ready();
+}
+
+void App::watch_threads() {
+  const std::int64_t now_ns = clock_.now_ns();
+  std::int64_t longest_period_ns = 0;
+  for (const LoopRuntime& loop : loops_) {
+    longest_period_ns =
+        std::max(longest_period_ns, period_ns(loop.config, configuration_.daemon.accelerate));
+  }
+  thread_watch_.add(
+      {"loops", [this] { return runner_->ticks(); }, 2 * kSecond + 3 * longest_period_ns}, now_ns);
+  thread_watch_.add({"historian", [this] { return historian_.ticks(); }, 10 * kSecond}, now_ns);
+  thread_watch_.add({"control", [this] { return control_.ticks(); }, 10 * kSecond}, now_ns);
+  for (const LoopRuntime& loop : loops_) {
+    if (!loop.io->has_thread()) continue;
+    const hal::LoopIo* io = loop.io.get();
+    thread_watch_.add({"io of " + loop.config.name, [io] { return io->ticks(); }, 15 * kSecond},
+                      now_ns);
+  }
+}
+
+void App::supervise() {
+  for (;;) {
+    const int signal = wait_for_signal(kSupervisePeriod);
+    if (signal == SIGTERM || signal == SIGINT) {
+      spdlog::info("{}: outputs go to their stop actions",
+                   signal == SIGTERM ? "SIGTERM" : "SIGINT");
+      return;
+    }
+    if (signal == SIGHUP) reload();
+    log_events();
+    publish_runner_status();
+
+    const std::int64_t now_ns = clock_.now_ns();
+    const std::vector<std::string> stuck = thread_watch_.stuck(now_ns);
+    if (!stuck.empty() && !stuck_reported_) {
+      spdlog::critical("no progress: {}; the watchdog is no longer fed", fmt::join(stuck, ", "));
+    }
+    stuck_reported_ = !stuck.empty();
+    service_.keep_alive(stuck.empty(), now_ns);
+  }
+}
+
+void App::publish_runner_status() {
+  const rt::RunnerStatus now = runner_->status();
+  {
+    const std::lock_guard lock(status_mutex_);
+    runner_status_ = now;
+  }
+  std::size_t faulty = 0;
+  hal::record::RecordRow row;
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    if (historian_.latest(i, row) && static_cast<control::Fault>(row.fault) != control::Fault::none)
+      ++faulty;
+  }
+  service_.status(fmt::format("{} loops, {} with a fault, {} overruns{}", loops_.size(), faulty,
+                              now.overruns,
+                              rights_missing_.empty() ? "" : ", no real-time rights"));
+}
+
+void App::log_events() {
+  // One burst must not fill the disk: what is beyond the limit is counted.
+  constexpr int kMostLinesPerLook = 50;
+  rt::Event event;
+  int lines = 0;
+  std::uint64_t suppressed = 0;
+  while (events_.try_pop(event)) {
+    if (++lines > kMostLinesPerLook) {
+      ++suppressed;
+      continue;
+    }
+    const config::LoopConfig& loop = loops_[event.loop].config;
+    const health::EventText line = health::describe(event, loop);
+    const auto level = line.severity == health::Severity::error     ? spdlog::level::err
+                       : line.severity == health::Severity::warning ? spdlog::level::warn
+                                                                    : spdlog::level::info;
+    spdlog::log(level, "loop {}: {}", loop.name, line.text);
+  }
+  if (suppressed > 0) spdlog::warn("{} more events not shown", suppressed);
+}
+
+void App::reload() {
+  service_.reloading();
+  auto fresh = config::read_configuration(config_path_);
+  for (const config::Diagnostic& d : fresh.diagnostics) spdlog::error("{}", config::to_text(d));
+  if (!fresh) {
+    spdlog::error("reload refused: the configuration has errors; the loops run on as before");
+    service_.ready();
+    return;
+  }
+  for (const LoopRuntime& loop : loops_) {
+    const auto& loops = fresh->loops;
+    if (std::none_of(loops.begin(), loops.end(),
+                     [&](const auto& other) { return other.name == loop.config.name; })) {
+      spdlog::warn("reload: loop {} is gone from the files; it runs on until a restart",
+                   loop.config.name);
+    }
+  }
+  for (const config::LoopConfig& config : fresh->loops) {
+    const auto it = std::find_if(loops_.begin(), loops_.end(), [&](const LoopRuntime& loop) {
+      return loop.config.name == config.name;
+    });
+    if (it == loops_.end()) {
+      spdlog::warn("reload: loop {} is new; it needs a restart", config.name);
+      continue;
+    }
+    if (config::needs_restart(it->config, config)) {
+      spdlog::warn(
+          "reload: loop {}: sample_time, io or the jacket's valve model changed; that part "
+          "needs a restart, the rest is applied",
+          config.name);
+    }
+    it->settings->set(settings_of(config));
+    it->channels->settings.publish(settings_of(config));
+    spdlog::info("reload: loop {} has its new settings", config.name);
+  }
+  service_.ready();
+}
+
+void App::stop() {
+  service_.stopping();
+  stop_ = true;
+  const std::int64_t deadline_ns =
+      clock_.now_ns() + std::llround(configuration_.daemon.stop_timeout_s * 1e9);
+  const auto all_there = [&] {
+    return std::all_of(loops_.begin(), loops_.end(), [](const LoopRuntime& loop) {
+      return loop.channels->stop_reached.load(std::memory_order_acquire);
+    });
+  };
+  while (!all_there() && clock_.now_ns() < deadline_ns) {
+    clock_.sleep_until_ns(clock_.now_ns() + kSecond / 100);
+    log_events();
+  }
+  quit_ = true;
+  real_time_thread_.join();
+  log_events();
+  for (LoopRuntime& loop : loops_) {
+    const control::OutputAction action = loop.settings->get().safety.on_stop;
+    if (action.kind == control::OutputAction::Kind::hold) continue;
+    std::string why;
+    if (loop.io->drive(action.value, std::chrono::milliseconds(1000), why)) {
+      spdlog::info("loop {}: output at {:.4g} {}", loop.config.name, action.value,
+                   loop.config.co_unit);
+    } else {
+      spdlog::error("loop {}: output NOT at its stop value: {}", loop.config.name, why);
+    }
+  }
+}
+
+nlohmann::json App::status() const {
+  rt::RunnerStatus runner;
+  {
+    const std::lock_guard lock(status_mutex_);
+    runner = runner_status_;
+  }
+  const auto microseconds = [](std::int64_t ns) { return static_cast<double>(ns) / 1000.0; };
+  const auto histogram = [&](const rt::LatencyHistogram& h) {
+    return nlohmann::json{{"p50", microseconds(h.quantile_ns(0.5))},
+                          {"p99", microseconds(h.quantile_ns(0.99))},
+                          {"p99_9", microseconds(h.quantile_ns(0.999))},
+                          {"worst", microseconds(h.worst_ns)}};
+  };
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const std::int64_t now_ns = now.tv_sec * kSecond + now.tv_nsec;
+  return {{"version", LOOPWARDEN_VERSION},
+          {"uptime_s", static_cast<double>(now_ns - started_ns_) / 1e9},
+          {"accelerate", configuration_.daemon.accelerate},
+          {"real_time_missing", rights_missing_},
+          {"ticks", runner.ticks},
+          {"overruns", runner.overruns},
+          {"skipped_ticks", runner.skipped_ticks},
+          {"events_dropped", events_.dropped()},
+          {"wake_up_us", histogram(runner.wake_up)},
+          {"work_us", histogram(runner.work)}};
+}
+
+int drive_to_stop_actions(const config::Configuration& configuration) {
+  constexpr int kExitOk = 0;
+  constexpr int kExitIo = 74;
+  int exit_code = kExitOk;
+  BackendFactory backends;
+  for (const config::LoopConfig& loop : configuration.loops) {
+    const control::OutputAction& action = loop.safety.on_stop;
+    if (action.kind == control::OutputAction::Kind::hold) {
+      fmt::print("{}: stop action is hold; output left as it is\n", loop.name);
+      continue;
+    }
+    std::string why;
+    bool there = false;
+    try {
+      const std::unique_ptr<hal::LoopIo> io = backends.make(loop);
+      io->open();
+      there = io->drive(action.value, std::chrono::milliseconds(3000), why);
+      io->close();
+    } catch (const std::exception& e) {
+      why = e.what();
+    }
+    if (there) {
+      fmt::print("{}: output at {:g} {}\n", loop.name, action.value, loop.co_unit);
+    } else {
+      fmt::print(stderr, "{}: output NOT at {:g} {}: {}\n", loop.name, action.value, loop.co_unit,
+                 why);
+      exit_code = kExitIo;
+    }
+  }
+  return exit_code;
+}
+
+}  // namespace loopwarden::daemon

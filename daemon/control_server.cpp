@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control_server.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+namespace loopwarden::daemon {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMostTrendRows = 512;
+
+// A request that can't be served; its text goes to the peer.
+class RequestError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+double wanted_number(const json& request, const char* key) {
+  const json& value = request.at(key);
+  if (!value.is_number()) throw RequestError(std::string(key) + " must be a number");
+  return value.get<double>();
+}
+
+std::string wanted_text(const json& request, const char* key) {
+  const auto it = request.find(key);
+  if (it == request.end() || !it->is_string()) {
+    throw RequestError(std::string("a text is needed for \"") + key + "\"");
+  }
+  return it->get<std::string>();
+}
+
+std::uint64_t optional_count(const json& request, const char* key, std::uint64_t fallback) {
+  const auto it = request.find(key);
+  if (it == request.end()) return fallback;
+  if (!it->is_number_unsigned()) throw RequestError(std::string(key) + " must be a whole number");
+  return it->get<std::uint64_t>();
+}
+
+const char* form_text(std::uint8_t form) {
+  switch (static_cast<control::JacketForm>(form)) {
+    case control::JacketForm::off: return "off";
+    case control::JacketForm::paper: return "paper";
+    case control::JacketForm::bounded: return "bounded";
+    case control::JacketForm::dwell: break;
+  }
+  return "dwell";
+}
+
+json io_status(const hal::IoCounters& c) {
+  return {{"connected", c.connected},
+          {"transactions", c.transactions},
+          {"timeouts", c.timeouts},
+          {"device_exceptions", c.device_exceptions},
+          {"invalid_replies", c.invalid_replies},
+          {"stale_replies_discarded", c.stale_replies_discarded},
+          {"reconnects", c.reconnects},
+          {"writes", c.writes},
+          {"write_errors", c.write_errors},
+          {"old_commands_withheld", c.old_commands_withheld}};
+}
+
+}  // namespace
+
+ControlServer::ControlServer(std::string socket_path, std::vector<LoopRuntime>& loops,
+                             Historian& historian, std::function<json()> daemon_status)
+    : loops_(loops),
+      historian_(historian),
+      daemon_status_(std::move(daemon_status)),
+      server_(std::move(socket_path),
+              [this](std::string_view line, unsigned uid) { return answer(line, uid); }) {}
+
+void ControlServer::start() {
+  thread_.start({.name = "lw-control"}, [this] {
+    while (!quit_.load(std::memory_order_relaxed)) {
+      try {
+        server_.serve(std::chrono::milliseconds(200));
+      } catch (const std::exception& e) {
+        spdlog::error("control socket: {}", e.what());
+      }
+      ticks_.fetch_add(1, std::memory_order_relaxed);
+    }
+  });
+}
+
+void ControlServer::stop() {
+  quit_ = true;
+  thread_.join();
+}
+
+std::string ControlServer::answer(std::string_view line, unsigned peer_uid) {
+  json reply;
+  try {
+    reply = handle(json::parse(line), peer_uid);
+    reply["ok"] = true;
+  } catch (const std::exception& e) {
+    reply = {{"ok", false}, {"error", e.what()}};
+  }
+  return reply.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+json ControlServer::handle(const json& request, unsigned peer_uid) {
+  if (!request.is_object()) throw RequestError("a request is a JSON object");
+  const std::string what = wanted_text(request, "request");
+  if (what == "status") return status();
+  if (what == "trend") return trend(request);
+  if (what == "set") return set(request, peer_uid);
+  if (what == "record") return record(request);
+  throw RequestError("unknown request '" + what + "'");
+}
+
+std::size_t ControlServer::loop_index(const json& request) const {
+  const std::string name = wanted_text(request, "loop");
+  const auto it = std::find_if(loops_.begin(), loops_.end(),
+                               [&](const LoopRuntime& loop) { return loop.config.name == name; });
+  if (it == loops_.end()) throw RequestError("no loop '" + name + "'");
+  return static_cast<std::size_t>(it - loops_.begin());
+}
+
+json ControlServer::status() const {
+  json loops = json::array();
+  for (std::size_t i = 0; i < loops_.size(); ++i) loops.push_back(loop_status(i));
+  return {{"daemon", daemon_status_()}, {"loops", std::move(loops)}};
+}
+
+json ControlServer::loop_status(std::size_t index) const {
+  const config::LoopConfig& config = loops_[index].config;
+  json loop = {{"name", config.name},
+               {"description", config.description},
+               {"pv_unit", config.pv_unit},
+               {"co_unit", config.co_unit},
+               {"pv_range", {config.pv.low, config.pv.high}},
+               {"co_range", {config.controller.pid.output_low, config.controller.pid.output_high}},
+               {"sample_time_s", config.sample_time_s},
+               {"io", io_status(loops_[index].io->counters())}};
+  const RecordingStatus recording = historian_.status(index);
+  loop["recording"] = {{"rows", recording.rows},
+                       {"dropped", recording.dropped},
+                       {"bytes", recording.segments.bytes},
+                       {"rows_lost", recording.segments.rows_lost},
+                       {"disk_errors", recording.segments.disk_errors},
+                       {"last_disk_error", recording.segments.last_error},
+                       {"csv_file", recording.csv_file},
+                       {"csv_error", recording.csv_error}};
+  hal::record::RecordRow row;
+  if (!historian_.latest(index, row)) return loop;
+  loop.update({{"time_s", static_cast<double>(row.period_index) * config.sample_time_s},
+               {"period", row.period_index},
+               {"sp", number(row.sp)},
+               {"pv", number(row.pv)},
+               {"co", number(row.co)},
+               {"stem", number(row.stem)},
+               {"mode", control::to_text(static_cast<control::Mode>(row.mode))},
+               {"requested_mode", control::to_text(static_cast<control::Mode>(row.requested_mode))},
+               {"fault", control::to_text(static_cast<control::Fault>(row.fault))},
+               {"pv_quality", hal::to_text(static_cast<hal::Quality>(row.pv_quality))},
+               {"pv_reason", hal::to_text(static_cast<hal::Reason>(row.pv_reason))},
+               {"pv_age_ms", number(static_cast<double>(row.age_ms))},
+               {"at_low", (row.flags & hal::record::kAtLow) != 0},
+               {"at_high", (row.flags & hal::record::kAtHigh) != 0},
+               {"rate_limited", (row.flags & hal::record::kRateLimited) != 0},
+               {"output_lost", (row.flags & hal::record::kOutputLost) != 0},
+               {"jacket",
+                {{"form", form_text(row.jacket_form)},
+                 {"acting", (row.flags & hal::record::kJacketActs) != 0},
+                 {"rate", number(static_cast<double>(row.jacket))},
+                 {"shadow_rate", number(static_cast<double>(row.jacket_shadow))}}}});
+  return loop;
+}
+
+json ControlServer::trend(const json& request) const {
+  const std::size_t index = loop_index(request);
+  const std::uint64_t most =
+      std::min<std::uint64_t>(optional_count(request, "most", kMostTrendRows), kMostTrendRows);
+  const auto rows = historian_.rows(index, optional_count(request, "from", 0), most);
+  json period = json::array();
+  std::map<std::string, json> columns;
+  for (const char* name : {"sp", "pv", "co", "stem", "jacket", "mode"})
+    columns[name] = json::array();
+  for (const auto& row : rows) {
+    period.push_back(row.period_index);
+    columns["sp"].push_back(number(row.sp));
+    columns["pv"].push_back(number(row.pv));
+    columns["co"].push_back(number(row.co));
+    columns["stem"].push_back(number(row.stem));
+    columns["jacket"].push_back(number(static_cast<double>(row.jacket)));
+    columns["mode"].push_back(control::to_text(static_cast<control::Mode>(row.mode)));
+  }
+  json reply = {{"sample_time_s", loops_[index].config.sample_time_s},
+                {"period", std::move(period)}};
+  for (auto& [name, values] : columns) reply[name] = std::move(values);
+  return reply;
+}
+
+json ControlServer::set(const json& request, unsigned peer_uid) {
+  using Kind = rt::OperatorCommand::Kind;
+  LoopRuntime& loop = loops_[loop_index(request)];
+  const rt::LoopSettings settings = loop.settings->get();
+  const control::ControllerSettings& limits = settings.controller;
+  const auto inside = [](double value, double low, double high, const char* what) {
+    if (!(value >= low && value <= high)) {
+      throw RequestError(
+          fmt::format("{} must be within {} to {} (got {})", what, low, high, value));
+    }
+  };
+  std::vector<rt::OperatorCommand> commands;
+  if (request.contains("set_point")) {
+    const double value = wanted_number(request, "set_point");
+    inside(value, limits.set_point.low, limits.set_point.high, "set point");
+    commands.push_back({Kind::set_point, value});
+  }
+  if (request.contains("output")) {
+    const double value = wanted_number(request, "output");
+    inside(value, limits.output.low, limits.output.high, "output");
+    commands.push_back({Kind::output, value});
+  }
+  if (request.contains("mode")) {
+    static const std::map<std::string, Kind> kModes{{"auto", Kind::automatic},
+                                                    {"man", Kind::manual}};
+    const auto mode = kModes.find(wanted_text(request, "mode"));
+    if (mode == kModes.end()) throw RequestError("mode is auto or man");
+    commands.push_back({mode->second, 0.0});
+  }
+  if (request.contains("jacket")) {
+    static const std::map<std::string, Kind> kJacket{
+        {"off", Kind::jacket_off}, {"shadow", Kind::jacket_shadow}, {"on", Kind::jacket_on}};
+    const auto wish = kJacket.find(wanted_text(request, "jacket"));
+    if (wish == kJacket.end()) throw RequestError("jacket is off, shadow or on");
+    if (limits.jacket.form == control::JacketForm::off) {
+      throw RequestError("loop '" + loop.config.name + "' has no jacket configured");
+    }
+    if (wish->second == Kind::jacket_on && !settings.jacket_may_act) {
+      throw RequestError("the paper form of the jacket may act only in simulation");
+    }
+    commands.push_back({wish->second, 0.0});
+  }
+  if (commands.empty()) throw RequestError("set needs set_point, output, mode or jacket");
+  for (const rt::OperatorCommand& command : commands) {
+    if (!loop.channels->commands.try_push(command)) throw RequestError("too many commands at once");
+  }
+  spdlog::info("loop {}: operator (uid {}) {}", loop.config.name, peer_uid, request.dump());
+  return json::object();
+}
+
+json ControlServer::record(const json& request) {
+  const std::size_t index = loop_index(request);
+  if (request.contains("stop")) return {{"file", historian_.stop_csv(index)}};
+  return {{"file", historian_.start_csv(index, wanted_text(request, "start"))}};
+}
+
+}  // namespace loopwarden::daemon

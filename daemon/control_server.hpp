@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon's local face: answers `loopwarden top` and `loopwarden set` over a Unix socket, one JSON
+// object a line. Requests:
+//   {"request": "status"}
+//   {"request": "trend", "loop": TAG, "from": PERIOD, "most": N}
+//   {"request": "set", "loop": TAG, "set_point": X | "mode": "auto"|"man" | "output": X |
+//                                  "jacket": "off"|"shadow"|"on"}
+//   {"request": "record", "loop": TAG, "start": NAME | "stop": true}
+// Answers carry "ok": true, or "ok": false and "error".
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/historian.hpp"
+#include "daemon/loop_runtime.hpp"
+#include "hal/os/local_socket.hpp"
+#include "hal/os/thread.hpp"
+
+namespace loopwarden::daemon {
+
+class ControlServer {
+ public:
+  // `daemon_status` gives the part of the status that is not about one loop.
+  ControlServer(std::string socket_path, std::vector<LoopRuntime>& loops, Historian& historian,
+                std::function<nlohmann::json()> daemon_status);
+  ControlServer(const ControlServer&) = delete;
+  ControlServer& operator=(const ControlServer&) = delete;
+  ~ControlServer() { stop(); }
+
+  void start();
+  void stop();
+  std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
+
+  // The answer to one request line; public for tests.
+  std::string answer(std::string_view line, unsigned peer_uid);
+
+ private:
+  nlohmann::json handle(const nlohmann::json& request, unsigned peer_uid);
+  nlohmann::json status() const;
+  nlohmann::json loop_status(std::size_t index) const;
+  nlohmann::json trend(const nlohmann::json& request) const;
+  nlohmann::json set(const nlohmann::json& request, unsigned peer_uid);
+  nlohmann::json record(const nlohmann::json& request);
+  std::size_t loop_index(const nlohmann::json& request) const;
+
+  std::vector<LoopRuntime>& loops_;
+  Historian& historian_;
+  std::function<nlohmann::json()> daemon_status_;
+  hal::os::LocalServer server_;
+  std::atomic<bool> quit_{false};
+  std::atomic<std::uint64_t> ticks_{0};
+  hal::os::Thread thread_;
+};
+
+}  // namespace loopwarden::daemon

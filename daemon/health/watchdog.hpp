@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Feeds the service manager's watchdog, but only while every thread moves.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace loopwarden::daemon::health {
+
+// Progress of one thread: a counter that grows while the thread is alive.
+struct WatchedThread {
+  std::string name;
+  std::function<std::uint64_t()> ticks;
+  std::int64_t patience_ns;  // longest time without progress that is still healthy
+};
+
+class ThreadWatch {
+ public:
+  void add(WatchedThread thread, std::int64_t now_ns);
+  // Names of the threads that have not moved for longer than their patience.
+  std::vector<std::string> stuck(std::int64_t now_ns);
+
+ private:
+  struct State {
+    WatchedThread thread;
+    std::uint64_t last_ticks;
+    std::int64_t moved_ns;
+  };
+  std::vector<State> threads_;
+};
+
+// The notify protocol of systemd (sd_notify); everything is a no-op when not run by it.
+class ServiceManager {
+ public:
+  ServiceManager();
+  void ready();
+  void reloading();
+  void stopping();
+  void status(const std::string& line);
+  // Sends the keep-alive when half of the watchdog's time has passed and `healthy`.
+  void keep_alive(bool healthy, std::int64_t now_ns);
+
+ private:
+  std::int64_t interval_ns_ = 0;  // 0: no watchdog asked for
+  std::int64_t last_ns_ = 0;
+  std::string last_status_;
+};
+
+}  // namespace loopwarden::daemon::health

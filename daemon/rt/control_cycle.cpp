@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rt/control_cycle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace loopwarden::daemon::rt {
+
+using control::ControllerOutput;
+using control::Decision;
+using control::Fault;
+using control::Mode;
+
+void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool stop) noexcept {
+  now_ns_ = time.now_ns;
+  take_settings();
+  take_commands();
+
+  // Newest sample, its age and quality.
+  io_.read(time, inputs_);
+  const double output_before = controller_.output_applied();
+  const control::OutputLimits& limits = settings_.controller.output;
+  const hal::Sample pv =
+      pv_guard_.check(inputs_.process_variable, output_before, limits.high - limits.low, now_ns_);
+
+  // Mode: may the loop run, and if not, what does the output do?
+  const Decision decision = supervisor_.step(conditions(pv, missed, stop));
+  learn_output(decision);
+
+  // PI, compensator, limits.
+  const ControllerOutput out = decide(decision, pv);
+
+  // Finite and in range, or not written.
+  const hal::Command command = checked(out, decision, output_before);
+  const double applied = io_.write(time, command);
+  if (command.write) controller_.applied(applied);
+  modelled_valve_ = valve_model_.step(controller_.output_applied(), 0.0);
+  if (decision.fault == Fault::stop && !out.rate_limited) {
+    channels_.stop_reached.store(true, std::memory_order_release);
+  }
+
+  record(time, pv, out, missed);
+  report(pv, missed);
+}
+
+ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettings& settings,
+                           const StartSettings& start, ValvePositionSource valve_source,
+                           plant::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
+                           hal::os::SpscRing<Event>& events)
+    : loop_(loop),
+      settings_(settings),
+      start_(start),
+      valve_source_(valve_source),
+      valve_model_(std::move(valve_model)),
+      io_(io),
+      channels_(channels),
+      events_(events),
+      pv_guard_(settings.pv_check),
+      supervisor_(settings.safety, period_s),
+      controller_(settings.controller, period_s, start.set_point, settings.controller.output.low),
+      configured_jacket_(settings.controller.jacket.form) {
+  controller_.request_mode(start.mode);
+}
+
+void ControlCycle::take_settings() noexcept {
+  if (!channels_.settings.fetch(settings_)) return;
+  configured_jacket_ = settings_.controller.jacket.form;
+  controller_.configure(settings_.controller);
+  supervisor_.configure(settings_.safety);
+  pv_guard_.configure(settings_.pv_check);
+  event(EventCode::settings_applied, 0, 0, 0.0);
+}
+
+void ControlCycle::take_commands() noexcept {
+  OperatorCommand command;
+  while (channels_.commands.try_pop(command)) apply(command);
+}
+
+void ControlCycle::apply(const OperatorCommand& command) noexcept {
+  using Kind = OperatorCommand::Kind;
+  const auto set_jacket = [&](control::JacketForm form, bool shadow) {
+    settings_.controller.jacket.form = form;
+    settings_.controller.jacket.shadow = shadow || !settings_.jacket_may_act;
+    controller_.configure(settings_.controller);
+  };
+  switch (command.kind) {
+    case Kind::set_point: controller_.request_set_point(command.value); return;
+    case Kind::manual: controller_.request_mode(Mode::manual); return;
+    case Kind::automatic:
+      if (output_known_) {
+        controller_.request_mode(Mode::automatic);
+      } else {
+        event(EventCode::command_refused, static_cast<std::uint8_t>(command.kind), 0, 0.0);
+      }
+      return;
+    case Kind::output:
+      if (!std::isfinite(command.value)) return;
+      if (!ever_known_) controller_.assume_output(command.value);
+      output_known_ = ever_known_ = true;
+      controller_.request_output(command.value);
+      return;
+    case Kind::jacket_off: set_jacket(control::JacketForm::off, true); return;
+    case Kind::jacket_shadow: set_jacket(configured_jacket_, true); return;
+    case Kind::jacket_on: set_jacket(configured_jacket_, false); return;
+  }
+}
+
+control::Conditions ControlCycle::conditions(const hal::Sample& pv, std::uint64_t missed,
+                                             bool stop) const noexcept {
+  const bool good = pv.quality == hal::Quality::good ||
+                    (pv.quality == hal::Quality::uncertain && settings_.safety.uncertain_is_good);
+  // In manual the operator needs no PV: a dead transmitter does not take the valve out of his hands.
+  const bool needed = controller_.requested_mode() == Mode::automatic;
+  return {.stop = stop,
+          .enable_open = inputs_.enable == hal::Enable::open,
+          .not_finite = was_not_finite_,
+          .late_cycle = missed > settings_.safety.late_cycle_periods,
+          // Before the first command there is nothing that could have been lost.
+          .output_lost = !inputs_.output_ok && inputs_.output_reason != hal::Reason::never_received,
+          .pv_good = good || !needed};
+}
+
+bool ControlCycle::read_back_good() const noexcept {
+  const hal::Sample& position = inputs_.valve_position;
+  const double age_s = static_cast<double>(now_ns_ - position.time_ns) * 1e-9;
+  return inputs_.valve_position_fitted && position.quality == hal::Quality::good &&
+         std::isfinite(position.value) && age_s <= settings_.pv_check.max_age_s;
+}
+
+// After commands did not reach the valve, or the process was stopped, the device's own watchdog may
+// have moved it. The loop then writes nothing until the read-back tells where it stands, and goes on
+// from there. The same at start. Without a read-back it goes on from what it last asked for.
+void ControlCycle::learn_output(const Decision& decision) noexcept {
+  const bool lost = decision.fault == Fault::output_lost || decision.fault == Fault::late_cycle;
+  if (lost && inputs_.valve_position_fitted) output_known_ = false;
+  if (output_known_) return;
+  if (read_back_good()) {
+    controller_.assume_output(inputs_.valve_position.value);
+    output_known_ = ever_known_ = true;
+  } else if (!ever_known_ && start_.output.kind == control::OutputAction::Kind::value) {
+    controller_.assume_output(start_.output.value);
+    output_known_ = ever_known_ = true;
+  }
+}
+
+ControllerOutput ControlCycle::decide(const Decision& decision, const hal::Sample& pv) noexcept {
+  if (decision.to_manual) controller_.request_mode(Mode::manual);
+  if (decision.fault != Fault::none) return controller_.step_fallback(decision.action);
+
+  control::ControllerInputs in{.process_variable = pv.value,
+                               .process_variable_valid = pv.quality != hal::Quality::bad};
+  if (valve_source_ == ValvePositionSource::read_back) {
+    in.valve_position = inputs_.valve_position.value;
+    in.valve_position_valid = read_back_good();
+  } else if (valve_source_ == ValvePositionSource::model) {
+    in.valve_position = modelled_valve_;
+    in.valve_position_valid = true;
+  }
+  return controller_.step(in);
+}
+
+hal::Command ControlCycle::checked(const ControllerOutput& out, const Decision& decision,
+                                   double output_before) noexcept {
+  // An output on its way back from outside the limits, at the rate limit, may still be beyond them,
+  // but never farther than it was.
+  const control::OutputLimits& limits = settings_.controller.output;
+  const double low = std::min(limits.low, output_before);
+  const double high = std::max(limits.high, output_before);
+  was_not_finite_ = !(out.output >= low && out.output <= high);
+  if (was_not_finite_) {
+    controller_.assume_output(output_before);
+    event(EventCode::result_not_finite, 0, 0, out.calculated);
+  }
+
+  const bool stop_value =
+      decision.fault == Fault::stop && decision.action.kind == control::OutputAction::Kind::value;
+  return {.output = was_not_finite_ ? output_before : out.output,
+          .time_ns = now_ns_,
+          // The stop action holds even where nothing was ever known of the output.
+          .write = stop_value || (output_known_ && decision.fault != Fault::starting),
+          .alarm = decision.fault != Fault::none};
+}
+
+void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
+                          const ControllerOutput& out, std::uint64_t missed) noexcept {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
+  const bool stem_known =
+      inputs_.valve_position_fitted && inputs_.valve_position.quality != hal::Quality::bad;
+  channels_.records.try_push(
+      {.time_ns = time.now_ns,
+       .period_index = time.period_index,
+       .sp = out.set_point,
+       .pv = pv.quality == hal::Quality::bad ? kNone : pv.value,
+       .co = controller_.output_applied(),
+       .stem = stem_known ? inputs_.valve_position.value : kNone,
+       .calculated = static_cast<float>(out.calculated),
+       .jacket = static_cast<float>(out.jacket_rate),
+       .jacket_shadow = static_cast<float>(out.jacket_shadow_rate),
+       .mode = static_cast<std::uint8_t>(out.mode),
+       .fault = static_cast<std::uint8_t>(supervisor_.fault()),
+       .pv_quality = static_cast<std::uint8_t>(pv.quality),
+       .pv_reason = static_cast<std::uint8_t>(pv.reason),
+       .flags = static_cast<std::uint8_t>(flag(out.at_low, hal::record::kAtLow) |
+                                          flag(out.at_high, hal::record::kAtHigh) |
+                                          flag(out.rate_limited, hal::record::kRateLimited) |
+                                          flag(missed > 0, hal::record::kLateCycle) |
+                                          flag(out.jacket_rate != 0.0, hal::record::kJacketActs) |
+                                          flag(!inputs_.output_ok, hal::record::kOutputLost)),
+       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
+       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
+       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)});
+}
+
+void ControlCycle::report(const hal::Sample& pv, std::uint64_t missed) noexcept {
+  if (missed > 0) {
+    event(EventCode::cycle_missed, static_cast<std::uint8_t>(std::min<std::uint64_t>(missed, 255)),
+          0, 0.0);
+  }
+  if (supervisor_.fault() != reported_fault_) {
+    reported_fault_ = supervisor_.fault();
+    event(EventCode::fault_changed, static_cast<std::uint8_t>(reported_fault_),
+          static_cast<std::uint8_t>(pv.reason), controller_.output_applied());
+  }
+  if (controller_.mode() != reported_mode_) {
+    reported_mode_ = controller_.mode();
+    event(EventCode::mode_changed, static_cast<std::uint8_t>(reported_mode_), 0,
+          controller_.output_applied());
+  }
+  if (controller_.jacket().standing_back() != reported_standing_back_) {
+    reported_standing_back_ = controller_.jacket().standing_back();
+    event(reported_standing_back_ ? EventCode::jacket_stands_back : EventCode::jacket_resumes, 0, 0,
+          controller_.jacket().mean_error());
+  }
+}
+
+void ControlCycle::event(EventCode code, std::uint8_t a, std::uint8_t b, double value) noexcept {
+  events_.try_push(
+      {.time_ns = now_ns_, .loop = loop_, .code = code, .a = a, .b = b, .value = value});
+}
+
+}  // namespace loopwarden::daemon::rt

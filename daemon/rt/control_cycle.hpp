@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// One loop, one period: the whole path from the transmitter to the positioner.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "daemon/rt/event.hpp"
+#include "daemon/rt/loop_settings.hpp"
+#include "daemon/rt/pv_guard.hpp"
+#include "hal/contract/loop_io.hpp"
+#include "hal/os/newest_value.hpp"
+#include "hal/os/spsc_ring.hpp"
+#include "hal/record/record_row.hpp"
+#include "model/control/loop_controller.hpp"
+#include "model/control/supervisor.hpp"
+#include "model/plant/effect.hpp"
+
+namespace loopwarden::daemon::rt {
+
+// Everything that crosses the border of the real-time thread, for one loop. daemon/README.md names
+// the threads at the other ends.
+struct LoopChannels {
+  explicit LoopChannels(std::size_t record_capacity) : records(record_capacity) {}
+
+  hal::os::NewestValue<LoopSettings> settings;        // reload -> cycle
+  hal::os::SpscRing<OperatorCommand> commands{32};    // operator -> cycle
+  hal::os::SpscRing<hal::record::RecordRow> records;  // cycle -> historian
+  std::atomic<bool> stop_reached{false};              // cycle -> main: output is where it ends
+};
+
+// How the loop begins.
+struct StartSettings {
+  control::Mode mode = control::Mode::manual;
+  double set_point = 0.0;        // PV units
+  control::OutputAction output;  // used where there is no read-back; hold: wait for the operator
+};
+
+// Where u_valve of the jacket comes from.
+enum class ValvePositionSource : std::uint8_t { none, read_back, model };
+
+class ControlCycle {
+ public:
+  // `events` is shared by all loops of the real-time thread. Everything referred to outlives this.
+  ControlCycle(std::uint32_t loop, double period_s, const LoopSettings& settings,
+               const StartSettings& start, ValvePositionSource valve_source,
+               plant::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
+               hal::os::SpscRing<Event>& events);
+
+  // Real-time thread. `missed`: periods skipped since the last call; `stop`: the daemon is ending.
+  void run(const hal::CycleTime& time, std::uint64_t missed, bool stop) noexcept;
+
+ private:
+  void take_settings() noexcept;
+  void take_commands() noexcept;
+  void apply(const OperatorCommand& command) noexcept;
+  control::Conditions conditions(const hal::Sample& pv, std::uint64_t missed,
+                                 bool stop) const noexcept;
+  bool read_back_good() const noexcept;
+  void learn_output(const control::Decision& decision) noexcept;
+  control::ControllerOutput decide(const control::Decision& decision,
+                                   const hal::Sample& pv) noexcept;
+  hal::Command checked(const control::ControllerOutput& out, const control::Decision& decision,
+                       double output_before) noexcept;
+  void record(const hal::CycleTime& time, const hal::Sample& pv,
+              const control::ControllerOutput& out, std::uint64_t missed) noexcept;
+  void report(const hal::Sample& pv, std::uint64_t missed) noexcept;
+  void event(EventCode code, std::uint8_t a, std::uint8_t b, double value) noexcept;
+
+  std::uint32_t loop_;
+  LoopSettings settings_;
+  StartSettings start_;
+  ValvePositionSource valve_source_;
+  plant::EffectChain valve_model_;
+  hal::LoopIo& io_;
+  LoopChannels& channels_;
+  hal::os::SpscRing<Event>& events_;
+
+  PvGuard pv_guard_;
+  control::Supervisor supervisor_;
+  control::LoopController controller_;
+  hal::Inputs inputs_;
+  std::int64_t now_ns_ = 0;
+  control::JacketForm configured_jacket_;
+  bool output_known_ = false;    // where the valve stands is known
+  bool ever_known_ = false;      // it has been at some time
+  bool was_not_finite_ = false;  // result of the cycle before
+  double modelled_valve_ = 0.0;  // CO units
+  control::Fault reported_fault_ = control::Fault::starting;
+  control::Mode reported_mode_ = control::Mode::fallback;
+  bool reported_standing_back_ = false;
+};
+
+}  // namespace loopwarden::daemon::rt

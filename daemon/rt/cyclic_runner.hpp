@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Paces all loops on one thread at absolute deadlines.
+//
+// The tick is the greatest common divisor of the loops' periods. A loop runs whenever a period of
+// its own has passed, in the order in which the loops were added; loops of the same period are
+// spread over the ticks. On an overrun the phase is kept: whole ticks are skipped and counted, and
+// each loop learns how many of its periods it missed.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "daemon/rt/control_cycle.hpp"
+#include "hal/os/clock.hpp"
+#include "hal/os/newest_value.hpp"
+
+namespace loopwarden::daemon::rt {
+
+// Distribution of durations in powers of two: bin i counts [2^i, 2^(i+1)) us, bin 0 also less.
+struct LatencyHistogram {
+  static constexpr std::size_t kBins = 18;  // up to 131 ms and beyond
+  std::array<std::uint64_t, kBins> bins{};
+  std::int64_t worst_ns = 0;
+
+  void add(std::int64_t nanoseconds) noexcept;
+  // Upper edge of the bin that holds this share of the counts, ns; never above the worst.
+  std::int64_t quantile_ns(double share) const noexcept;
+};
+
+struct RunnerStatus {
+  std::uint64_t ticks = 0;
+  std::uint64_t overruns = 0;  // ticks that began more than a tick late
+  std::uint64_t skipped_ticks = 0;
+  LatencyHistogram wake_up;  // deadline to first instruction
+  LatencyHistogram work;     // first instruction to last, all loops of a tick
+};
+
+class CyclicRunner {
+ public:
+  // `tick_ns` > 0.
+  CyclicRunner(hal::os::Clock& clock, std::int64_t tick_ns) : clock_(clock), tick_ns_(tick_ns) {}
+
+  // Before the start only. `every`: period of the loop in ticks, >= 1.
+  void add(ControlCycle& cycle, std::uint64_t every);
+
+  // Real-time thread: runs until `quit`; `stop` is passed to every cycle.
+  void run(const std::atomic<bool>& stop, const std::atomic<bool>& quit) noexcept;
+
+  // Status thread only.
+  RunnerStatus status() noexcept { return published_.newest(); }
+  // Any thread: grows with every tick.
+  std::uint64_t ticks() const noexcept { return progress_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Entry {
+    ControlCycle* cycle;
+    std::uint64_t every;
+    std::uint64_t phase;
+    std::uint64_t next_period;  // index of the period that runs next
+  };
+  void run_tick(std::uint64_t tick, std::int64_t now_ns, bool stop) noexcept;
+
+  hal::os::Clock& clock_;
+  std::int64_t tick_ns_;
+  std::vector<Entry> entries_;
+  RunnerStatus status_;
+  hal::os::NewestValue<RunnerStatus> published_;
+  std::atomic<std::uint64_t> progress_{0};
+};
+
+}  // namespace loopwarden::daemon::rt

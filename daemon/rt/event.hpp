@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the real-time thread has to say, as numbers; daemon/health puts it into words.
+#pragma once
+
+#include <cstdint>
+
+namespace loopwarden::daemon::rt {
+
+enum class EventCode : std::uint8_t {
+  fault_changed,  // a: control::Fault now, b: hal::Reason of PV
+  mode_changed,   // a: control::Mode now
+  settings_applied,
+  command_refused,     // a: OperatorCommand::Kind; AUTO asked while the output is unknown
+  result_not_finite,   // the controller's result was not a number, or out of range
+  jacket_stands_back,  // mean error above its limit
+  jacket_resumes,
+  cycle_missed  // a: periods missed, at most 255
+};
+
+struct Event {
+  std::int64_t time_ns = 0;  // CLOCK_MONOTONIC
+  std::uint32_t loop = 0;    // index of the loop
+  EventCode code = EventCode::fault_changed;
+  std::uint8_t a = 0;
+  std::uint8_t b = 0;
+  double value = 0.0;  // PV, CO or mean error, as the event needs
+};
+
+}  // namespace loopwarden::daemon::rt

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rt/pv_guard.hpp"
+
+#include <cmath>
+
+namespace loopwarden::daemon::rt {
+namespace {
+constexpr double kNanosecondsPerSecond = 1e9;
+constexpr double kMovedShare = 0.02;  // of the output's span: less is no movement
+
+hal::Sample bad(hal::Sample sample, hal::Reason reason) noexcept {
+  sample.quality = hal::Quality::bad;
+  sample.reason = reason;
+  return sample;
+}
+}  // namespace
+
+bool PvGuard::frozen(const hal::Sample& sample, double output, double output_span,
+                     std::int64_t now_ns) noexcept {
+  if (sample.value != still_value_) {
+    still_value_ = sample.value;
+    still_since_ns_ = now_ns;
+    output_then_ = output;
+    return false;
+  }
+  const double still_s = static_cast<double>(now_ns - still_since_ns_) / kNanosecondsPerSecond;
+  return settings_.frozen_after_s > 0.0 && still_s > settings_.frozen_after_s &&
+         std::abs(output - output_then_) > kMovedShare * output_span;
+}
+
+hal::Sample PvGuard::check(hal::Sample sample, double output, double output_span,
+                           std::int64_t now_ns) noexcept {
+  if (sample.quality == hal::Quality::bad) return sample;
+  if (static_cast<double>(now_ns - sample.time_ns) > settings_.max_age_s * kNanosecondsPerSecond) {
+    return bad(sample, hal::Reason::stale);
+  }
+  if (!std::isfinite(sample.value)) return bad(sample, hal::Reason::not_finite);
+  const double margin = settings_.range_margin * (settings_.high - settings_.low);
+  if (sample.value < settings_.low - margin || sample.value > settings_.high + margin) {
+    return bad(sample, hal::Reason::out_of_range);
+  }
+  if (frozen(sample, output, output_span, now_ns)) {
+    sample.quality = hal::Quality::uncertain;
+    sample.reason = hal::Reason::frozen;
+  }
+  return sample;
+}
+
+}  // namespace loopwarden::daemon::rt

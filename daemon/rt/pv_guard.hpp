@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "hal/contract/pv_check_settings.hpp"
+#include "hal/contract/sample.hpp"
+
+namespace loopwarden::daemon::rt {
+
+// Judges whether the newest sample of PV can be believed: its age, that it is a number, inside the
+// range, and not frozen while the output moves.
+class PvGuard {
+ public:
+  explicit PvGuard(const hal::PvCheckSettings& settings) noexcept : settings_(settings) {}
+
+  void configure(const hal::PvCheckSettings& settings) noexcept { settings_ = settings; }
+
+  // The sample with its quality lowered where a check fails; never raised. `output_span` and
+  // `output` in CO units.
+  hal::Sample check(hal::Sample sample, double output, double output_span,
+                    std::int64_t now_ns) noexcept;
+
+ private:
+  bool frozen(const hal::Sample& sample, double output, double output_span,
+              std::int64_t now_ns) noexcept;
+
+  hal::PvCheckSettings settings_;
+  double still_value_ = 0.0;  // PV units, since still_since_ns_
+  double output_then_ = 0.0;  // CO units, when PV last changed
+  std::int64_t still_since_ns_ = 0;
+};
+
+}  // namespace loopwarden::daemon::rt

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The contract that every hardware backend keeps. hal/README.md explains it on one page.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "hal/contract/sample.hpp"
+
+namespace loopwarden::hal {
+
+// The instant of one control cycle.
+struct CycleTime {
+  std::int64_t now_ns = 0;  // CLOCK_MONOTONIC at the start of the cycle
+  std::uint64_t period_index =
+      0;  // sampling periods since start; jumps by more than one on an overrun
+};
+
+// Contact that permits control. Not a safety function: an emergency stop must act in hardware.
+enum class Enable : std::uint8_t { not_fitted, closed, open };
+
+struct Inputs {
+  Sample process_variable;  // PV units
+  Sample
+      valve_position;  // read-back of what left the valve, CO units; never_received if not fitted
+  bool valve_position_fitted = false;
+  Enable enable = Enable::not_fitted;
+  // Whether commands reach the positioner: false from a failed write until one succeeds, and, with
+  // the reason never_received, before the first command.
+  bool output_ok = false;
+  Reason output_reason = Reason::never_received;
+};
+
+struct Command {
+  double output = 0.0;  // CO units
+  std::int64_t time_ns =
+      0;               // when the loop decided; a backend never repeats a command that grew old
+  bool write = false;  // false: leave the device as it is
+  bool alarm = false;  // alarm relay, where one is fitted (relay de-energised on alarm)
+};
+
+// Counters for status and events; monotonically increasing, written by one backend thread each.
+struct IoCounters {
+  std::uint64_t transactions = 0;
+  std::uint64_t timeouts = 0;
+  std::uint64_t device_exceptions = 0;
+  std::uint64_t invalid_replies = 0;
+  std::uint64_t stale_replies_discarded = 0;
+  std::uint64_t reconnects = 0;
+  std::uint64_t writes = 0;
+  std::uint64_t write_errors = 0;
+  std::uint64_t old_commands_withheld = 0;
+  bool connected = false;
+};
+
+class LoopIo {
+ public:
+  LoopIo() = default;
+  LoopIo(const LoopIo&) = delete;
+  LoopIo& operator=(const LoopIo&) = delete;
+  virtual ~LoopIo() = default;
+
+  // --- set-up thread, may block and allocate -------------------------------------------------
+
+  // Starts whatever the backend needs. A device that does not answer is no error: it shows as a
+  // bad sample until it does. Throws std::runtime_error only for what can't work later either.
+  virtual void open() = 0;
+
+  // Stops the backend's threads. The device keeps its last command.
+  virtual void close() noexcept = 0;
+
+  // With the loop stopped: puts `output` (CO units) on the device and waits until the device has
+  // it. Returns false, with the reason in `why`, if that did not happen within `timeout`.
+  virtual bool drive(double output, std::chrono::milliseconds timeout, std::string& why) = 0;
+
+  // --- real-time thread: never allocates, locks, throws or blocks ----------------------------
+
+  // Newest inputs, whatever their age.
+  virtual void read(const CycleTime& time, Inputs& inputs) noexcept = 0;
+
+  // Hands over a command. Returns what the output stage makes of it (converter resolution and
+  // limits), CO units: the anti-windup refers to this value.
+  virtual double write(const CycleTime& time, const Command& command) noexcept = 0;
+
+  // --- any thread ----------------------------------------------------------------------------
+
+  virtual IoCounters counters() const noexcept = 0;
+
+  // A number that grows while the backend's own thread is alive, also while it waits for a dead
+  // device. Backends without a thread return the same as `has_thread() == false`.
+  virtual bool has_thread() const noexcept { return false; }
+  virtual std::uint64_t ticks() const noexcept { return 0; }
+};
+
+}  // namespace loopwarden::hal

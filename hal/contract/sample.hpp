@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a backend delivers: a value in engineering units, when it was taken, and how far to trust it.
+#pragma once
+
+#include <cstdint>
+
+namespace loopwarden::hal {
+
+// Major quality, with the numbers of the OPC quality byte (192 = good).
+enum class Quality : std::uint8_t { bad = 0x00, uncertain = 0x40, good = 0xC0 };
+
+// The reason behind a quality that is not good.
+enum class Reason : std::uint8_t {
+  none,
+  never_received,  // nothing has arrived since start-up
+  stale,           // older than the configured age
+  not_finite,      // NaN or infinity
+  out_of_range,    // outside the transmitter's range and its margin
+  sensor_failure,  // NAMUR NE 43 failure current, or the device says so
+  device_error,    // the device answered with an error
+  link_lost,       // no connection to the device
+  frozen,          // no change although the output moves
+  end_of_record    // a replayed record has ended
+};
+
+// The value stands at a limit of its range and can't follow further.
+enum class Limit : std::uint8_t { none, low, high, constant };
+
+struct Sample {
+  double value = 0.0;          // engineering units; meaningless while quality is bad
+  std::int64_t time_ns = 0;    // CLOCK_MONOTONIC when the value was taken
+  std::uint32_t sequence = 0;  // +1 for each fresh value
+  Quality quality = Quality::bad;
+  Reason reason = Reason::never_received;
+  Limit limit = Limit::none;
+};
+
+constexpr const char* to_text(Quality quality) noexcept {
+  switch (quality) {
+    case Quality::good: return "good";
+    case Quality::uncertain: return "uncertain";
+    case Quality::bad: break;
+  }
+  return "bad";
+}
+
+constexpr const char* to_text(Reason reason) noexcept {
+  switch (reason) {
+    case Reason::none: return "none";
+    case Reason::never_received: return "never received";
+    case Reason::stale: return "stale";
+    case Reason::not_finite: return "not finite";
+    case Reason::out_of_range: return "out of range";
+    case Reason::sensor_failure: return "sensor failure";
+    case Reason::device_error: return "device error";
+    case Reason::link_lost: return "link lost";
+    case Reason::frozen: return "frozen";
+    case Reason::end_of_record: return "end of record";
+  }
+  return "?";
+}
+
+}  // namespace loopwarden::hal

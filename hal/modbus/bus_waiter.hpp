@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace loopwarden::hal::modbus {
+
+// All waiting of a bus thread: in short slices that keep ticks() growing, for the health check, and
+// at once over when another thread interrupts.
+class BusWaiter {
+ public:
+  enum class Result : std::uint8_t { deadline, ready, interrupted };
+
+  BusWaiter();  // throws std::system_error if there is no file descriptor left
+  BusWaiter(const BusWaiter&) = delete;
+  BusWaiter& operator=(const BusWaiter&) = delete;
+  ~BusWaiter();
+
+  // Any thread.
+  void interrupt() noexcept;
+  void stop() noexcept;
+  bool stopping() const noexcept { return stopping_.load(std::memory_order_acquire); }
+  std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
+
+  // Bus thread only. CLOCK_MONOTONIC.
+  static std::int64_t now_ns() noexcept;
+  Result wait_until(std::int64_t deadline_ns) noexcept { return wait_for_file(-1, 0, deadline_ns); }
+  // The same, but goes on after an interruption unless it was stop(): false if so.
+  bool sleep_until(std::int64_t deadline_ns) noexcept;
+  // `ready` once poll() reports any of `events`, an error or a hang-up on the file. Goes on after
+  // an interruption unless it was stop().
+  Result wait_ready(int file, short events, std::int64_t deadline_ns) noexcept;
+
+ private:
+  Result wait_for_file(int file, short events, std::int64_t deadline_ns) noexcept;
+  void tick() noexcept {
+    ticks_.store(ticks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+
+  int event_ = -1;
+  std::atomic<bool> stopping_{false};
+  std::atomic<std::uint64_t> ticks_{0};
+};
+
+}  // namespace loopwarden::hal::modbus

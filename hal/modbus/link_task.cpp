@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/modbus/link_task.hpp"
+
+namespace loopwarden::hal::modbus {
+namespace {
+
+ReadShape value_shape(const PointSettings& point) noexcept {
+  const auto count = static_cast<std::uint16_t>(register_count(point.reg.type));
+  return {point.unit, read_function(point.reg.table), point.reg.address, count, count};
+}
+
+}  // namespace
+
+ReadPoint::ReadPoint(const PointSettings& point) : settings(point), value_read(value_shape(point)) {
+  if (point.status) {
+    status_read =
+        ReadShape{point.unit, read_function(point.status->table), point.status->address, 1, 1};
+  }
+}
+
+CommandPoint::CommandPoint(const PointSettings& point, std::int64_t maximum_age_ns,
+                           const CommLossSettings& comm_loss)
+    : settings(point), max_age_ns(maximum_age_ns), watchdog(comm_loss.watchdog) {
+  if (watchdog) watchdog_read = value_shape(watchdog->point);
+}
+
+}  // namespace loopwarden::hal::modbus

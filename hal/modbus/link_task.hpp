@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one loop wants of one link in every poll period, and the boxes in which the bus thread and
+// the loop's thread leave each other the newest values.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/contract/sample.hpp"
+#include "hal/modbus/modbus_settings.hpp"
+#include "hal/modbus/pdu.hpp"
+#include "hal/modbus/register_codec.hpp"
+#include "hal/os/newest_value.hpp"
+
+namespace loopwarden::hal::modbus {
+
+// A read of some registers. On a serial line, where a reply does not say what it answers, the link
+// asks for a few registers more than needed so that no two reads of a unit have the same length.
+struct ReadShape {
+  std::uint8_t unit = 0;
+  Function function = Function::read_holding_registers;
+  std::uint16_t address = 0;
+  std::uint16_t needed = 0;
+  std::uint16_t count = 0;  // asked for
+};
+
+// A value that the bus thread reads for the loop.
+struct ReadPoint {
+  explicit ReadPoint(const PointSettings& point);
+
+  const PointSettings settings;
+  os::NewestValue<Sample> newest;  // bus thread to loop
+
+  // Bus thread only.
+  ReadShape value_read;
+  std::optional<ReadShape> status_read;
+  Sample sample;
+};
+
+struct BusCommand {
+  double value = 0.0;        // CO units
+  std::int64_t time_ns = 0;  // when the loop decided
+  std::uint64_t id = 0;      // 0: none yet
+  bool write = false;
+};
+
+struct OutputState {
+  bool ok = false;
+  Reason reason = Reason::never_received;
+  std::uint64_t written_id = 0;  // newest command that the device has confirmed
+};
+
+// A value that the bus thread writes for the loop, every period while the loop renews it.
+struct CommandPoint {
+  CommandPoint(const PointSettings& point, std::int64_t maximum_age_ns,
+               const CommLossSettings& comm_loss);
+
+  // Boxes first: they are aligned to cache lines.
+  os::NewestValue<BusCommand> newest;  // loop to bus thread
+  os::NewestValue<OutputState> state;  // bus thread to loop
+  const PointSettings settings;
+  const std::int64_t max_age_ns;
+  const std::optional<WatchdogRegister> watchdog;
+
+  // Bus thread only.
+  OutputState output;
+  std::uint64_t armed_epoch = 0;  // state of the unit in which its watchdog was set
+  std::int64_t watchdog_check_ns = 0;
+  std::optional<ReadShape> watchdog_read;
+  Registers watchdog_held;  // what the device made of the value written
+  bool withholding = false;
+};
+
+// Written by the bus thread, read by any.
+struct TaskCounters {
+  using Counter = std::atomic<std::uint64_t>;
+  Counter transactions{0};
+  Counter timeouts{0};
+  Counter device_exceptions{0};
+  Counter invalid_replies{0};
+  Counter stale_replies_discarded{0};
+  Counter writes{0};
+  Counter write_errors{0};
+  Counter old_commands_withheld{0};
+  std::atomic<bool> connected{false};  // every unit of the task answered last time
+
+  static void add(Counter& counter) noexcept {
+    counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+};
+
+struct LinkTask {
+  std::string name;  // for events: loop and purpose
+  std::int64_t period_ns = 100'000'000;
+  std::unique_ptr<CommandPoint> command;  // served first
+  std::vector<std::unique_ptr<ReadPoint>> reads;
+  TaskCounters counters;
+  std::atomic<bool> urgent{false};  // serve now, then go on as before
+
+  // Bus thread only.
+  std::int64_t due_ns = 0;
+};
+
+}  // namespace loopwarden::hal::modbus

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "hal/modbus/modbus_link.hpp"
+#include "hal/modbus/modbus_settings.hpp"
+
+namespace loopwarden::hal::modbus {
+
+// Hands out the links of a process. A serial line is one link, whoever uses it. On TCP every unit
+// has a connection and a thread of its own, so that one that is dead holds up no other.
+class ModbusBus {
+ public:
+  explicit ModbusBus(EventSink sink = {}) : sink_(std::move(sink)) {}
+
+  // The link for `unit`, shared with all who asked for the same; it ends with the last of them.
+  // Throws std::runtime_error if it is already open with other settings.
+  std::shared_ptr<ModbusLink> link(const LinkSettings& settings, std::uint8_t unit);
+
+ private:
+  const EventSink sink_;
+  std::mutex mutex_;
+  std::map<std::string, std::weak_ptr<ModbusLink>> links_;
+};
+
+}  // namespace loopwarden::hal::modbus

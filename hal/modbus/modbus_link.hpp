@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "hal/modbus/bus_waiter.hpp"
+#include "hal/modbus/link_task.hpp"
+#include "hal/modbus/modbus_settings.hpp"
+#include "hal/modbus/modbus_transport.hpp"
+#include "hal/os/thread.hpp"
+
+namespace loopwarden::hal::modbus {
+
+// A change worth a line in the log. Repetitions of the same state are counted, not reported.
+struct LinkEvent {
+  enum class Kind : std::uint8_t {
+    connected,
+    connect_failed,
+    disconnected,
+    unit_silent,
+    unit_back,
+    device_error,
+    watchdog_set,
+    watchdog_refused,
+    watchdog_lost,  // the device has forgotten it: it restarted
+    commands_withheld
+  };
+  Kind kind;
+  std::string link;
+  std::string text;
+};
+
+// Called on bus threads, on several at a time if there are several links. Must not throw, nor block
+// for long.
+using EventSink = std::function<void(const LinkEvent&)>;
+
+// One serial line, or one TCP connection, with a thread of its own that serves every task at
+// absolute deadlines and retries for ever.
+//
+// What keeps a late reply from passing for a fresh one: on TCP the transaction number, and a new
+// connection after any failure. A serial reply carries no number, so after a failure the unit is
+// first asked something whose reply has a length that no point of the unit has (a barrier). A unit
+// answers in order: once the barrier is answered nothing older can follow.
+class ModbusLink {
+ public:
+  // Starts the thread.
+  ModbusLink(LinkSettings settings, EventSink sink);
+  ModbusLink(const ModbusLink&) = delete;
+  ModbusLink& operator=(const ModbusLink&) = delete;
+  ~ModbusLink();
+
+  const LinkSettings& settings() const noexcept { return settings_; }
+
+  // Any thread but the bus thread. The task is served from attach() until detach() returns.
+  void attach(LinkTask& task);
+  void detach(LinkTask& task) noexcept;
+  // Serves the task now, back-off or not.
+  void serve_soon(LinkTask& task) noexcept;
+
+  std::uint64_t ticks() const noexcept { return waiter_.ticks(); }
+  std::uint64_t reconnects() const noexcept { return reconnects_.load(std::memory_order_relaxed); }
+
+ private:
+  // What is known of one unit on the link.
+  struct Unit {
+    int failures = 0;             // in a row
+    std::uint64_t epoch = 0;      // a new one whenever the unit may have restarted
+    bool barrier_needed = false;  // serial only, as all below
+    bool silence_reported = false;
+    std::int64_t retry_at_ns = 0;   // not asked before
+    std::int64_t unsettled_ns = 0;  // last instant that could have left a reply on its way
+  };
+  // Who is going to be asked, and a read of it that is likely to be understood.
+  struct Target {
+    std::uint8_t unit;
+    Function function;
+    std::uint16_t address;
+  };
+  enum class Asked : std::uint8_t { valid, exception, failed };
+  enum class Purpose : std::uint8_t { value, barrier };
+
+  bool is_tcp() const noexcept { return settings_.transport == Transport::tcp; }
+  void run();
+  LinkTask* take_due_task(std::int64_t now_ns, std::int64_t& next_ns);
+  void forget_back_off();
+  void give_back();
+
+  void serve(LinkTask& task);
+  void serve_read(LinkTask& task, ReadPoint& point);
+  void serve_command(LinkTask& task, CommandPoint& point);
+  bool ensure_watchdog(LinkTask& task, CommandPoint& point);
+  bool set_watchdog(LinkTask& task, CommandPoint& point);
+  bool watchdog_forgotten(LinkTask& task, CommandPoint& point);
+  bool all_units_answer(const LinkTask& task);
+
+  Unit& unit_of(std::uint8_t id);
+  bool ensure_connected();
+  bool ready(LinkTask& task, const Target& target);
+  void discard_unasked(LinkTask& task);
+  Asked ask(LinkTask& task, const Request& request, Reply& reply);
+  Asked read(LinkTask& task, ReadShape& shape, Reply& reply);
+  Asked exchange(LinkTask& task, const Request& request, Reply& reply, Purpose purpose);
+  bool pass_barrier(LinkTask& task, const Target& target);
+  void note_answer(const Request& request);
+  void note_failure(const Request& request);
+  void note_lost_connection();
+  std::int64_t back_off_ns(int doublings, double first_s, double longest_s);
+  void report(LinkEvent::Kind kind, std::string text) const;
+
+  // Serial only. Under mutex_.
+  void choose_lengths(LinkTask& task);
+  bool length_taken(std::uint8_t unit, Function function, std::uint16_t count) const;
+
+  const LinkSettings settings_;
+  const EventSink sink_;
+  BusWaiter waiter_;
+  std::atomic<std::uint64_t> reconnects_{0};
+
+  std::mutex mutex_;  // tasks_ and in_service_; never held while waiting for the bus
+  std::condition_variable served_;
+  std::vector<LinkTask*> tasks_;
+  LinkTask* in_service_ = nullptr;
+
+  // Bus thread only.
+  ModbusTransport transport_;
+  std::map<std::uint8_t, Unit> units_;
+  std::optional<std::uint8_t> last_asked_;
+  int connection_failures_ = 0;  // in a row; on TCP also requests without a proper reply
+  bool opened_before_ = false;
+  bool working_ = false;  // an answer has come and nothing has failed since
+  bool failure_reported_ = false;
+  std::int64_t reconnect_at_ns_ = 0;
+  std::uint64_t epochs_ = 0;
+  std::minstd_rand jitter_;
+
+  os::Thread thread_;  // last: everything above is there when it starts
+};
+
+}  // namespace loopwarden::hal::modbus

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "hal/contract/loop_io.hpp"
+#include "hal/modbus/link_task.hpp"
+#include "hal/modbus/modbus_bus.hpp"
+#include "hal/modbus/modbus_settings.hpp"
+
+namespace loopwarden::hal::modbus {
+
+// A loop whose transmitter and positioner are Modbus devices. The loop's thread only ever touches
+// newest-value boxes; the bus threads do the rest.
+class ModbusLoopIo final : public LoopIo {
+ public:
+  // `name` is the loop's, for events. `bus` has to outlive this object.
+  ModbusLoopIo(LoopModbusSettings settings, const std::string& name, ModbusBus& bus);
+  ~ModbusLoopIo() override;
+
+  void open() override;
+  void close() noexcept override;
+  bool drive(double output, std::chrono::milliseconds timeout, std::string& why) override;
+
+  void read(const CycleTime& time, Inputs& inputs) noexcept override;
+  double write(const CycleTime& time, const Command& command) noexcept override;
+
+  IoCounters counters() const noexcept override;
+  bool has_thread() const noexcept override { return true; }
+  std::uint64_t ticks() const noexcept override;
+
+ private:
+  // CO units that the positioner makes of `output`.
+  double output_stage(double output) const noexcept;
+  void publish(double value, std::int64_t time_ns, bool write) noexcept;
+
+  const LoopModbusSettings settings_;
+  ModbusBus& bus_;
+  LinkTask transmitter_;
+  LinkTask positioner_;
+  ReadPoint* process_variable_ = nullptr;  // owned by transmitter_
+  ReadPoint* read_back_ = nullptr;         // owned by positioner_; null if not fitted
+  std::shared_ptr<ModbusLink> transmitter_link_;
+  std::shared_ptr<ModbusLink> positioner_link_;
+
+  // Thread that runs the loop only.
+  double last_output_ = 0.0;
+  std::uint64_t command_id_ = 0;
+
+  // ticks() moves on when both bus threads have: seen so far, and how often.
+  mutable std::atomic<std::uint64_t> transmitter_ticks_{0};
+  mutable std::atomic<std::uint64_t> positioner_ticks_{0};
+  mutable std::atomic<std::uint64_t> moves_{0};
+};
+
+}  // namespace loopwarden::hal::modbus

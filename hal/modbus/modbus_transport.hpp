@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <modbus/modbus.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "hal/modbus/bus_waiter.hpp"
+#include "hal/modbus/modbus_settings.hpp"
+#include "hal/modbus/pdu.hpp"
+
+namespace loopwarden::hal::modbus {
+
+enum class Outcome : std::uint8_t {
+  valid,
+  exception,     // the device answered with an error
+  timeout,       // nothing came in time
+  invalid,       // something came that does not answer the request
+  disconnected,  // the connection broke or was not there
+  stopped        // the bus thread is to end
+};
+
+// A connection and one request at a time on it. libmodbus sets up the line, receives, and checks
+// lengths and checksums; its error recovery is off, since it blocks and repeats.
+//
+// After anything but a valid reply or an exception no late byte may meet the next request: TCP is
+// closed, RTU is read and thrown away until the line is silent. For use by the bus thread alone.
+class ModbusTransport {
+ public:
+  ModbusTransport(LinkSettings settings, BusWaiter& waiter);
+  ModbusTransport(const ModbusTransport&) = delete;
+  ModbusTransport& operator=(const ModbusTransport&) = delete;
+  ~ModbusTransport();
+
+  bool connect();
+  // Takes over a connected stream socket (TCP framing).
+  bool adopt(int socket);
+  void disconnect() noexcept;
+  bool connected() const noexcept { return file_ >= 0; }
+  // Why the last connect() or exchange() failed.
+  const std::string& error() const noexcept { return error_; }
+
+  // How long the line has to be silent after a failure. `full`: as long as the response timeout.
+  // `brief`: 3.5 characters, for a unit from which nothing is expected any more.
+  enum class Settle : std::uint8_t { full, brief };
+  Outcome exchange(const Request& request, Reply& reply, Settle settle);
+
+  // Throws away bytes that nobody asked for; their number. On TCP they close the connection.
+  std::size_t discard_unasked();
+  // Bytes thrown away after the last exchange.
+  std::size_t drained_bytes() const noexcept { return drained_bytes_; }
+
+ private:
+  struct ModbusDeleter {
+    void operator()(modbus_t* context) const noexcept { modbus_free(context); }
+  };
+
+  bool connect_tcp();
+  bool connect_rtu();
+  bool fail(std::string why);
+  bool keep_pause();  // between a transfer and the next request; false if the thread is to end
+  bool send(const Request& request);
+  Outcome receive(const Request& request, Reply& reply);
+  void settle_line(std::int64_t silence_ns);
+  std::int64_t character_ns() const noexcept;
+  // Silence that ends a serial frame: 3.5 characters, or what the specification fixes for fast
+  // lines.
+  std::int64_t frame_gap_ns() const noexcept;
+
+  const LinkSettings settings_;
+  BusWaiter& waiter_;
+  std::unique_ptr<modbus_t, ModbusDeleter> context_;
+  int file_ = -1;
+  std::uint16_t transaction_ = 0;   // TCP's number of the request
+  std::int64_t quiet_from_ns_ = 0;  // end of the last transfer
+  std::size_t drained_bytes_ = 0;
+  std::string error_;
+};
+
+}  // namespace loopwarden::hal::modbus

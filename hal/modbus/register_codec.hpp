@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers to registers and back. Own packing: the float helpers of libmodbus 3.1.6 don't give back
+// what was put in, whatever the order (libmodbus issues 807 and 838).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "hal/modbus/modbus_settings.hpp"
+
+namespace loopwarden::hal::modbus {
+
+inline constexpr std::size_t kMaxValueRegisters = 4;
+
+// The registers of one value in the order of their addresses.
+struct Registers {
+  std::array<std::uint16_t, kMaxValueRegisters> words{};
+  std::size_t count = 0;
+  std::span<const std::uint16_t> view() const noexcept { return {words.data(), count}; }
+};
+
+// 1, 2 or 4.
+std::size_t register_count(RegisterType type) noexcept;
+
+// Engineering value of the registers; NaN if they hold NaN or infinity, or are too few. More
+// registers than the type needs are ignored.
+double decode(const RegisterSpec& spec, std::span<const std::uint16_t> registers) noexcept;
+
+enum class EncodeResult : std::uint8_t {
+  encoded,    // rounded to the nearest value that the register can hold
+  saturated,  // beyond what the type can hold: its limit was taken
+  refused     // not a finite number: no registers
+};
+EncodeResult encode(const RegisterSpec& spec, double engineering, Registers& registers) noexcept;
+
+// What the device reads when `engineering` is written: rounded and limited by the register's type.
+// NaN if that is refused.
+double representable(const RegisterSpec& spec, double engineering) noexcept;
+
+}  // namespace loopwarden::hal::modbus

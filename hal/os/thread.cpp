@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/os/thread.hpp"
+
+#include <sched.h>
+
+#include <cstring>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+namespace loopwarden::hal::os {
+namespace {
+
+void* run(void* argument) {
+  const std::unique_ptr<std::function<void()>> body(static_cast<std::function<void()>*>(argument));
+  (*body)();
+  return nullptr;
+}
+
+}  // namespace
+
+std::string Thread::start(const ThreadOptions& options, std::function<void()> body) {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, options.stack_bytes);
+  auto owned = std::make_unique<std::function<void()>>(std::move(body));
+  const int error = pthread_create(&handle_, &attributes, run, owned.get());
+  pthread_attr_destroy(&attributes);
+  if (error != 0) throw std::system_error(error, std::generic_category(), "thread " + options.name);
+  owned.release();  // NOLINT(bugprone-unused-return-value): the new thread owns it now
+  started_ = true;
+  pthread_setname_np(handle_, options.name.substr(0, 15).c_str());
+
+  std::string refused;
+  if (options.fifo_priority > 0) {
+    const sched_param parameters{options.fifo_priority};
+    const int e = pthread_setschedparam(handle_, SCHED_FIFO, &parameters);
+    if (e != 0) {
+      refused = "real-time priority " + std::to_string(options.fifo_priority) + " refused (" +
+                std::strerror(e) + ")";
+    }
+  }
+  if (options.cpu) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<std::size_t>(*options.cpu), &set);
+    const int e = pthread_setaffinity_np(handle_, sizeof set, &set);
+    if (e != 0) {
+      refused += (refused.empty() ? "" : "; ") + std::string("CPU ") +
+                 std::to_string(*options.cpu) + " refused (" + std::strerror(e) + ")";
+    }
+  }
+  return refused;
+}
+
+void Thread::join() noexcept {
+  if (!started_) return;
+  pthread_join(handle_, nullptr);
+  started_ = false;
+}
+
+}  // namespace loopwarden::hal::os

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Backend on a simulated plant: the composed loop of model/plant, one sample per control period.
+//
+// The plant advances in read(), on the real-time thread, by as many samples as periods have passed,
+// so that an overrun costs the simulated loop what it would cost a real one.
+#pragma once
+
+#include <atomic>
+#include <vector>
+
+#include "hal/contract/loop_io.hpp"
+#include "hal/os/newest_value.hpp"
+#include "hal/sim/sim_settings.hpp"
+#include "model/plant/plant.hpp"
+
+namespace loopwarden::hal::sim {
+
+// What no transmitter tells.
+struct GroundTruth {
+  double time_s = 0.0;            // simulated time
+  double stem = 0.0;              // CO units
+  double process_variable = 0.0;  // PV units, before the transmitter
+  double fault_severity = 0.0;    // of the scheduled faults, 0 to 1
+};
+
+class SimLoopIo final : public LoopIo {
+ public:
+  explicit SimLoopIo(const SimSettings& settings);
+
+  void open() override {}
+  void close() noexcept override {}
+  bool drive(double output, std::chrono::milliseconds timeout, std::string& why) override;
+  void read(const CycleTime& time, Inputs& inputs) noexcept override;
+  double write(const CycleTime& time, const Command& command) noexcept override;
+  IoCounters counters() const noexcept override;
+
+  // One reading thread.
+  GroundTruth truth() noexcept { return truth_.newest(); }
+
+ private:
+  bool active(IoFault::Kind kind) const noexcept;
+
+  plant::Plant plant_;
+  std::vector<IoFault> io_faults_;
+  double output_low_;         // CO units
+  double output_high_;        // CO units
+  double output_resolution_;  // CO units
+  double held_output_;        // CO units, what the plant gets
+  bool first_read_ = true;
+  std::uint64_t last_period_ = 0;
+  Sample pv_;
+  Sample stem_;
+  os::NewestValue<GroundTruth> truth_;
+  std::atomic<std::uint64_t> writes_{0};
+};
+
+}  // namespace loopwarden::hal::sim

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// What turns set point and process variable into a controller output: modes, set point, PID law,
+// stickband jacket and output limits, one period at a time.
+//
+// Modes:
+//   manual     the output is what the operator asks for, within limits and rate
+//   automatic  the PID law
+//   fallback   the caller found a reason not to trust the loop; the output is held or goes to a
+//              stated value, within the rate limit
+// Every change of mode is bumpless: the law starts from the output that really stands. In manual
+// by option the set point follows PV; on the way to automatic a set-point ramp starts again from PV.
+//
+// Order of one step: set point -> error -> jacket -> PID -> limits. Nothing here reads a clock,
+// allocates, or throws; the same calls give the same bits.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "model/control/output_limiter.hpp"
+#include "model/control/pid.hpp"
+#include "model/control/set_point.hpp"
+#include "model/control/stickband_jacket.hpp"
+
+namespace loopwarden::control {
+
+enum class Mode : std::uint8_t { manual, automatic, fallback };
+
+constexpr const char* to_text(Mode mode) noexcept {
+  switch (mode) {
+    case Mode::manual: return "MAN";
+    case Mode::automatic: return "AUTO";
+    case Mode::fallback: break;
+  }
+  return "FALLBACK";
+}
+
+// What the output does while something is wrong.
+struct OutputAction {
+  enum class Kind : std::uint8_t { hold, value };
+  Kind kind = Kind::hold;
+  double value = 0.0;  // CO units
+
+  static constexpr OutputAction hold() noexcept { return {}; }
+  static constexpr OutputAction go_to(double value) noexcept { return {Kind::value, value}; }
+  friend bool operator==(const OutputAction&, const OutputAction&) = default;
+};
+
+struct ControllerSettings {
+  PidSettings pid;
+  SetPointLimits set_point;
+  OutputLimits output;
+  JacketSettings jacket;
+  bool set_point_tracks_in_manual = true;
+
+  friend bool operator==(const ControllerSettings&, const ControllerSettings&) = default;
+};
+
+struct ControllerInputs {
+  double process_variable = 0.0;       // PV units
+  bool process_variable_valid = true;  // false only in manual: the output needs no PV there
+  double valve_position = 0.0;         // CO units: read-back or stated valve model
+  bool valve_position_valid = false;
+};
+
+struct ControllerOutput {
+  double output = 0.0;       // CO units, after all limits: what should go out
+  double calculated = 0.0;   // CO units, before limits: the law's result, or what was asked for
+  double set_point = 0.0;    // PV units, working set point
+  double jacket_rate = 0.0;  // CO units/s that acted on the integral
+  double jacket_shadow_rate = 0.0;  // CO units/s that the jacket asks for, acting or not
+  Mode mode = Mode::manual;
+  bool at_low = false;
+  bool at_high = false;
+  bool rate_limited = false;
+};
+
+class LoopController {
+ public:
+  // Starts in manual at `initial_output`. `period_s` > 0.
+  LoopController(const ControllerSettings& settings, double period_s, double initial_set_point,
+                 double initial_output) noexcept;
+
+  void configure(const ControllerSettings& settings) noexcept;
+
+  // Operator's wishes; non-finite values change nothing.
+  void request_mode(Mode manual_or_automatic) noexcept;
+  void request_set_point(double set_point) noexcept { set_point_.request(set_point); }
+  void request_output(double output) noexcept;  // for manual
+
+  // Without knowledge of what the loop did before (start-up): the output now stands at `output`.
+  void assume_output(double output) noexcept;
+
+  // One period in the wished mode, or in fallback.
+  ControllerOutput step(const ControllerInputs& in) noexcept;
+  ControllerOutput step_fallback(OutputAction action) noexcept;
+
+  // What really went out after the last step: limits and resolution of the device included. The
+  // device's rounding (PidSettings::tolerance) does not move the start of the next rate-limited step:
+  // a ramp slower than one count a period arrives all the same.
+  void applied(double output) noexcept {
+    if (!std::isfinite(output)) return;
+    if (std::abs(output - commanded_) > settings_.pid.tolerance) commanded_ = output;
+    applied_ = output;
+  }
+
+  double output_applied() const noexcept { return applied_; }
+  double set_point_target() const noexcept { return set_point_.target(); }
+  Mode requested_mode() const noexcept { return requested_; }
+  Mode mode() const noexcept { return mode_; }
+  const StickbandJacket& jacket() const noexcept { return jacket_; }
+  const ControllerSettings& settings() const noexcept { return settings_; }
+
+ private:
+  ControllerOutput step_automatic(const ControllerInputs& in) noexcept;
+  ControllerOutput step_manual(const ControllerInputs& in) noexcept;
+  ControllerOutput limit(double wanted) noexcept;
+  void stand_at(double output) noexcept {
+    applied_ = output;
+    commanded_ = output;
+  }
+
+  ControllerSettings settings_;
+  double period_s_;
+  Pid pid_;
+  SetPoint set_point_;
+  StickbandJacket jacket_;
+  Mode requested_ = Mode::manual;
+  Mode mode_ = Mode::manual;
+  double manual_output_;  // CO units
+  double applied_;        // CO units, what really went out
+  double commanded_;      // CO units, the same before the device's rounding
+};
+
+}  // namespace loopwarden::control

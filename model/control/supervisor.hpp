@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decides in each period whether the loop may run, or what the output does instead.
+//
+// Faults, the gravest first. Each has one action: hold the output, or send it to a stated value.
+//
+//   stop         the daemon is ending (SIGTERM, SIGINT)
+//   enable_open  the enable contact is open
+//   not_finite   the controller's result was not a number
+//   late_cycle   the cycle came more than `late_cycle_periods` late
+//   output_lost  commands do not reach the positioner
+//   bad_pv       the process variable is bad, or uncertain where that counts as bad; the output is
+//                held for `bad_pv_hold_s` from when PV went bad before the action takes place
+//   starting     a good PV and a reachable positioner have not been seen together since start-up:
+//                no command leaves until then
+//
+// A fault ends when its cause has been gone for `recovery_delay_s`. Then the loop goes back to the
+// mode it had, or to manual where `recovery` says so. The transfer is bumpless (loop_controller.hpp).
+#pragma once
+
+#include <cstdint>
+
+#include "model/control/loop_controller.hpp"
+
+namespace loopwarden::control {
+
+enum class Fault : std::uint8_t {
+  none,
+  starting,
+  bad_pv,
+  output_lost,
+  late_cycle,
+  not_finite,
+  enable_open,
+  stop
+};
+
+constexpr const char* to_text(Fault fault) noexcept {
+  switch (fault) {
+    case Fault::none: return "none";
+    case Fault::starting: return "starting";
+    case Fault::bad_pv: return "bad PV";
+    case Fault::output_lost: return "output lost";
+    case Fault::late_cycle: return "late cycle";
+    case Fault::not_finite: return "not finite";
+    case Fault::enable_open: return "enable open";
+    case Fault::stop: return "stop";
+  }
+  return "?";
+}
+
+enum class Recovery : std::uint8_t { previous_mode, manual };
+
+struct SafetySettings {
+  OutputAction on_stop;
+  OutputAction on_enable_open;
+  OutputAction on_not_finite;
+  OutputAction on_late_cycle;
+  OutputAction on_output_lost;
+  OutputAction on_bad_pv;
+  double bad_pv_hold_s = 0.0;  // s, >= 0
+  bool uncertain_is_good = false;
+  Recovery recovery = Recovery::manual;
+  double recovery_delay_s = 1.0;  // s, >= 0
+  std::uint32_t late_cycle_periods = 3;
+
+  friend bool operator==(const SafetySettings&, const SafetySettings&) = default;
+};
+
+struct Conditions {
+  bool stop = false;
+  bool enable_open = false;
+  bool not_finite = false;  // of the cycle before
+  bool late_cycle = false;
+  bool output_lost = false;
+  bool pv_good = false;
+};
+
+struct Decision {
+  Fault fault = Fault::starting;
+  OutputAction action;     // while fault is not none
+  bool to_manual = false;  // the fault just ended and the loop is to wait in manual
+};
+
+class Supervisor {
+ public:
+  Supervisor(const SafetySettings& settings, double period_s) noexcept
+      : settings_(settings), period_s_(period_s) {}
+
+  void configure(const SafetySettings& settings) noexcept { settings_ = settings; }
+  Decision step(const Conditions& conditions) noexcept;
+  Fault fault() const noexcept { return fault_; }
+
+ private:
+  Fault gravest(const Conditions& conditions) const noexcept;
+  OutputAction action() const noexcept;
+  void watch_pv(bool good) noexcept;
+  double seconds(std::uint64_t periods) const noexcept {
+    return static_cast<double>(periods) * period_s_;
+  }
+
+  SafetySettings settings_;
+  double period_s_;
+  Fault fault_ = Fault::starting;
+  bool started_ = false;
+  // Whole periods, so that a delay ends in the period in which it should.
+  std::uint64_t gone_periods_ = 0;     // since the cause of the present fault went away
+  std::uint64_t pv_bad_periods_ = 0;   // since PV went bad, graver faults in between included
+  std::uint64_t pv_good_periods_ = 0;  // since it came back
+};
+
+}  // namespace loopwarden::control

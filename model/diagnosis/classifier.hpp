@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Weighs the evidence: how probable each cause is.
+//
+// Boosted trees with one score per cause and the probabilities from the scores,
+//
+//   score_c = base_c + sum over the trees of cause c of the leaf that the evidence falls into
+//   p_c     = exp(score_c) / sum exp(score)
+//
+// fitted by steps along the gradient of the log-likelihood (J. H. Friedman, Annals of Statistics 29, 2001)
+// to simulated loops. The table is written by `loopwarden diagnose-study --train`; nothing in it comes
+// from a real record.
+//
+// What it can't do: a loop unlike all that was simulated gets a probability like the nearest that was.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "model/diagnosis/evidence.hpp"
+
+namespace loopwarden::diagnosis {
+
+// What ails the loop. The order is that of the table.
+enum class Cause : std::uint8_t { none, stiction, backlash, tuning, disturbance, saturation };
+inline constexpr std::size_t kCauseCount = 6;
+const char* to_text(Cause cause) noexcept;
+
+using CauseProbabilities = std::array<double, kCauseCount>;
+
+// A complete tree of three levels: node 0, then 1 and 2, then 3 to 6; left where the evidence is at most
+// the threshold.
+struct Tree {
+  std::array<std::uint8_t, 7> evidence{};
+  std::array<float, 7> threshold{};
+  std::array<float, 8> leaf{};
+};
+
+// Round by round, one tree for each cause.
+struct TreeTable {
+  std::array<float, kCauseCount> base{};
+  std::span<const Tree> trees;
+};
+
+CauseProbabilities weigh(const TreeTable& table, const Evidence& evidence);
+std::size_t leaf_of(const Tree& tree, const Evidence& evidence);
+// By the table of this build.
+CauseProbabilities weigh(const Evidence& evidence);
+
+}  // namespace loopwarden::diagnosis

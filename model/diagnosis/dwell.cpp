@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/diagnosis/dwell.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "model/diagnosis/series.hpp"
+
+namespace loopwarden::diagnosis {
+namespace {
+
+constexpr double kTurnDepth = 0.6;      // of the standard deviation of CO
+constexpr double kSteadyBelow = 0.5;    // of the standard deviation of the changes
+constexpr double kPartOfRun = 1.0 / 7;  // in which a jump must fit
+
+// Samples at which a signal turns, a turn counting once it has gone back by `depth`.
+std::vector<std::size_t> turning_points(std::span<const double> x, double depth) {
+  std::vector<std::size_t> turns;
+  std::size_t low = 0;
+  std::size_t high = 0;
+  int direction = 0;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    if (x[k] < x[low]) low = k;
+    if (x[k] > x[high]) high = k;
+    if (direction >= 0 && x[high] - x[k] > depth) {
+      turns.push_back(high);
+      direction = -1;
+      low = k;
+    } else if (direction <= 0 && x[k] - x[low] > depth) {
+      turns.push_back(low);
+      direction = 1;
+      high = k;
+    }
+  }
+  return turns;
+}
+
+double scatter(const Series& x) {
+  const double middle = quantile(x, 0.5);
+  if (x.size() < 4 || middle <= 0.0) return 1.0;
+  return std::min(3.0, (quantile(x, 0.75) - quantile(x, 0.25)) / middle);
+}
+
+double median(Series x) { return quantile(std::move(x), 0.5); }
+
+int word(double change, double threshold) {
+  return change > threshold ? 1 : change < -threshold ? -1 : 0;
+}
+
+}  // namespace
+
+Dwell dwell(std::span<const double> output, std::span<const double> behind, double period) {
+  Dwell d;
+  const auto smoothing = static_cast<std::size_t>(period / 40.0);
+  const Series u = moving_mean(output, smoothing);
+  const Series q = moving_mean(behind, smoothing);
+  const auto turns = turning_points(u, kTurnDepth * std::sqrt(variance(u)));
+  Series by_output;
+  Series by_behind;
+  Series lateness;
+  Series travels;
+  Series durations;
+  for (std::size_t i = 0; i + 1 < turns.size(); ++i) {
+    const std::size_t length = turns[i + 1] - turns[i];
+    travels.push_back(std::abs(u[turns[i + 1]] - u[turns[i]]));
+    durations.push_back(static_cast<double>(length));
+    if (length < 4) continue;
+    const auto part = std::max<std::size_t>(
+        1, static_cast<std::size_t>(kPartOfRun * static_cast<double>(length)));
+    // The answer comes late: the run behind is shifted up to a quarter of its length.
+    const std::size_t end = std::min(q.size() - 1, turns[i + 1] + length / 4);
+    double output_step = 0.0;
+    double behind_step = 0.0;
+    std::size_t behind_at = turns[i];
+    double lowest = q[turns[i]];
+    double highest = lowest;
+    for (std::size_t k = turns[i]; k <= end; ++k) {
+      lowest = std::min(lowest, q[k]);
+      highest = std::max(highest, q[k]);
+      if (k < turns[i] + part) continue;
+      if (k <= turns[i + 1]) output_step = std::max(output_step, std::abs(u[k] - u[k - part]));
+      if (std::abs(q[k] - q[k - part]) > behind_step) {
+        behind_step = std::abs(q[k] - q[k - part]);
+        behind_at = k - part / 2;
+      }
+    }
+    const double range = std::abs(u[turns[i + 1]] - u[turns[i]]);
+    if (range <= 0.0 || highest <= lowest) continue;
+    by_output.push_back(output_step / range);
+    by_behind.push_back(behind_step / (highest - lowest));
+    lateness.push_back(static_cast<double>(behind_at - turns[i]) / static_cast<double>(length));
+  }
+  d.travel_scatter = scatter(travels);
+  d.duration_scatter = scatter(durations);
+  d.runs = by_output.size();
+  if (d.runs >= 2) {
+    d.output_concentration = median(by_output);
+    d.behind_concentration = median(by_behind);
+    d.late = median(lateness);
+  }
+
+  const auto lag = std::max<std::size_t>(1, static_cast<std::size_t>(period / 10.0 + 0.5));
+  if (u.size() <= 3 * lag) return d;
+  Series moved_u;
+  Series moved_q;
+  for (std::size_t k = lag; k < u.size(); ++k) {
+    moved_u.push_back(u[k] - u[k - lag]);
+    moved_q.push_back(q[k] - q[k - lag]);
+  }
+  const double threshold_u = kSteadyBelow * std::sqrt(variance(moved_u));
+  const double threshold_q = kSteadyBelow * std::sqrt(variance(moved_q));
+  double moving = 0.0;
+  double sticky = 0.0;
+  double pairs = 0.0;
+  for (std::size_t k = 0; k + lag < moved_u.size(); ++k) {
+    const int by_u = word(moved_u[k], threshold_u);
+    if (by_u == 0) continue;
+    moving += 1.0;
+    if (word(moved_q[k], threshold_q) != 0) continue;
+    sticky += 1.0;
+    const int next = word(moved_q[k + lag], threshold_q);
+    if (next == 0) pairs += 0.5;
+    if (next == by_u) pairs += 1.0;
+  }
+  if (moving > 0.0) {
+    d.sticky_words = sticky / moving;
+    d.sticky_pairs = pairs / moving;
+  }
+  d.heavy_tails = std::log2(std::max(kurtosis(moved_q), 1.0) / 3.0);
+  d.output_tails = std::log2(std::max(kurtosis(moved_u), 1.0) / 3.0);
+  double area = 0.0;
+  for (std::size_t k = 1; k < u.size(); ++k) area += u[k - 1] * q[k] - u[k] * q[k - 1];
+  const double spread = std::sqrt(variance(u) * variance(q));
+  if (spread > 0.0) {
+    d.loop_area = area * period / static_cast<double>(u.size()) / (4.0 * std::numbers::pi * spread);
+  }
+  return d;
+}
+
+}  // namespace loopwarden::diagnosis

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a routine record to series that mean the same at any sample time and in any unit.
+//
+//  1. Short gaps are filled by straight lines; of a record with a long gap its longest part is used.
+//  2. If the set point moves in a few steps, the longest stretch at one set point is used.
+//  3. The time scale of the loop, its period, is found (oscillation.hpp), from PV and CO.
+//  4. Samples are averaged to at most kSamplesPerPeriod a period, slow movement is removed with a
+//     moving mean of kWindowPeriods periods, upsets are cut back to 2.5 times the range from 5 to 95 %, and both signals are
+//     scaled to a standard deviation of 1.
+//
+// Refuses, with the reason, what can't be judged: too few samples, a CO that does not move (manual), a
+// frozen PV.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "model/diagnosis/oscillation.hpp"
+#include "model/diagnosis/series.hpp"
+
+namespace loopwarden::diagnosis {
+
+inline constexpr std::size_t kLeastSamples = 100;
+inline constexpr double kSamplesPerPeriod = 40.0;
+inline constexpr double kWindowPeriods = 3.0;
+
+// Columns of one length, NaN where a sample is missing; `sp` may be empty.
+struct RoutineRecord {
+  std::span<const double> pv;  // PV units
+  std::span<const double> co;  // CO units
+  std::span<const double> sp;  // PV units
+  double sample_time_s = 1.0;  // s, > 0
+  double co_low = 0.0;         // CO units, the span of the controller's output
+  double co_high = 100.0;
+};
+
+struct Prepared {
+  std::string refusal;  // why the record can't be judged; empty where it can
+
+  std::size_t from = 0;    // first sample of the record that is used
+  std::size_t used = 0;    // samples of the record that are used
+  std::size_t factor = 1;  // samples averaged into one
+  double period = 0.0;     // time scale, samples of the series below
+  double period_s = 0.0;
+  double cycles = 0.0;  // length of the series over the period
+  Oscillation pv_oscillation;
+  Oscillation co_oscillation;
+
+  Series pv;               // averaged, PV units
+  Series co;               // averaged, CO units
+  Series error;            // PV - SP where SP is the active set point, else PV; high-passed, scaled
+  Series output;           // CO, high-passed, scaled
+  Series pv_fast;          // PV, high-passed, scaled
+  std::size_t window = 0;  // of the moving mean, samples
+  double co_scale = 1.0;   // CO units, standard deviation of CO after the high-pass
+  bool set_point_active = false;  // an SP that moves and that PV follows
+  double share_at_limit = 0.0;    // of the samples, CO at its lowest or highest value
+  double fast_share = 0.0;        // of PV's variance that is noise between neighbours, 0 to 1
+  double held_share = 0.0;        // of the samples, PV exactly as before, 0 to 1
+};
+
+Prepared prepare(const RoutineRecord& record);
+
+}  // namespace loopwarden::diagnosis

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/confidence.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace loopwarden::gap {
+namespace {
+
+// F ratio of `innovations` on the moves of CO over the last 1, 2, 4, ... samples.
+double answer_to_moves(const std::vector<double>& innovations, const std::vector<double>& co) {
+  constexpr Eigen::Index kLags = 8;
+  const auto n = static_cast<Eigen::Index>(std::min(innovations.size(), co.size()));
+  if (n < 20 * kLags) return 0.0;
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(kLags, kLags);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(kLags);
+  double total = 0.0;
+  Eigen::VectorXd row(kLags);
+  const Eigen::Index first = Eigen::Index{1} << kLags;
+  if (n < 2 * first) return 0.0;
+  for (Eigen::Index k = first; k < n; ++k) {
+    for (Eigen::Index i = 0; i < kLags; ++i) {
+      const Eigen::Index near = Eigen::Index{1} << i;
+      row(i) = co[static_cast<std::size_t>(k - near)] - co[static_cast<std::size_t>(k - 2 * near)];
+    }
+    const double e = innovations[static_cast<std::size_t>(k)];
+    normal += row * row.transpose();
+    right += e * row;
+    total += e * e;
+  }
+  normal.diagonal().array() += 1e-9 * (normal.diagonal().array() + 1e-12);
+  const double explained = right.dot(normal.ldlt().solve(right));
+  const auto freedom = static_cast<double>(n - first - kLags);
+  return (explained / kLags) / std::max((total - explained) / freedom, 1e-12);
+}
+
+}  // namespace
+
+Residuals examine(const Fitter& fitter, const SearchResult& search, const std::vector<double>& co,
+                  double record_noise, double period_s) {
+  const Fit& fit = search.chosen.fit;
+  Residuals left;
+  left.noise_ratio = record_noise > 0.0 ? fit.noise_rms / record_noise : 1.0;
+  const double ratio = fitter.load_ratio(fit);
+  left.load_intensity = fit.noise_rms * ratio / std::sqrt(period_s);
+  const double load_rms = left.load_intensity * std::sqrt(LoadFilter::kReturnTime_s / 2.0);
+  left.floor_rmse = std::min(std::hypot(fit.noise_rms, load_rms), search.chosen.training_rmse);
+  const std::vector<double> e = fitter.innovations(fit);
+  double fourth = 0.0;
+  double second = 0.0;
+  for (const double v : e) {
+    second += v * v;
+    fourth += v * v * v * v;
+  }
+  const auto count = static_cast<double>(e.size());
+  left.tail = (fourth / count) / std::max((second / count) * (second / count), 1e-12);
+  left.answer = answer_to_moves(e, co);
+  const double before = search.base_rmse * search.base_rmse - fit.noise_rms * fit.noise_rms;
+  const double after =
+      search.chosen.training_rmse * search.chosen.training_rmse - fit.noise_rms * fit.noise_rms;
+  left.closed = before > 0.0 ? 1.0 - std::max(after, 0.0) / before : 1.0;
+  left.adequate =
+      left.noise_ratio < 1.15 && !fitter.load_at_limit(fit) && left.tail < 5.0 && left.answer < 6.0;
+  left.believable = left.adequate || left.closed > 0.85;
+  return left;
+}
+
+double confidence(const SearchResult& search, std::size_t index, const Residuals& left) {
+  const double margin = std::max(search.margins[index], 0.0);
+  const double evidence = -1.5 + 0.9 * std::log1p(margin) + (left.adequate ? 0.5 : -0.5);
+  return std::clamp(1.0 / (1.0 + std::exp(-evidence)), 0.05, 0.99);
+}
+
+}  // namespace loopwarden::gap

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/controller_block.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <nlopt.hpp>
+
+#include "model/gap/record_check.hpp"
+
+namespace loopwarden::gap {
+namespace {
+
+double rms_difference(const std::vector<double>& a, const std::vector<double>& b, std::size_t end) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < end; ++k) {
+    if (!std::isfinite(b[k])) continue;
+    sum += (a[k] - b[k]) * (a[k] - b[k]);
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+struct Slopes {
+  double kp, ki, kp_spread, ki_spread;
+  bool found;
+};
+
+// Kp and Ki from the moves of CO away from its limits.
+Slopes from_moves(const control::PidSettings& settings, double h, const std::vector<double>& sp,
+                  const std::vector<double>& pv, const std::vector<double>& co, std::size_t end) {
+  const double margin = 0.005 * (settings.output_high - settings.output_low);
+  const double side = settings.action == control::Action::reverse ? 1.0 : -1.0;
+  double aa = 0.0;
+  double ab = 0.0;
+  double bb = 0.0;
+  double ay = 0.0;
+  double by = 0.0;
+  double yy = 0.0;
+  int count = 0;
+  const auto inside = [&](double u) {
+    return u > settings.output_low + margin && u < settings.output_high - margin;
+  };
+  for (std::size_t k = 1; k < end; ++k) {
+    if (!inside(co[k]) || !inside(co[k - 1])) continue;
+    const double e = side * (sp[k] - pv[k]);
+    const double a = e - side * (sp[k - 1] - pv[k - 1]);
+    const double b = h * e;
+    const double y = co[k] - co[k - 1];
+    aa += a * a;
+    ab += a * b;
+    bb += b * b;
+    ay += a * y;
+    by += b * y;
+    yy += y * y;
+    ++count;
+  }
+  const double determinant = aa * bb - ab * ab;
+  if (count < 30 || !(determinant > 1e-12 * aa * bb)) return {0, 0, 0, 0, false};
+  const double kp = (bb * ay - ab * by) / determinant;
+  const double ki = (aa * by - ab * ay) / determinant;
+  const double left = std::max(0.0, yy - kp * ay - ki * by) / count;
+  return {kp, ki, std::sqrt(left * bb / determinant), std::sqrt(left * aa / determinant), true};
+}
+
+}  // namespace
+
+std::vector<double> replay_controller(const control::PidSettings& settings, double period_s,
+                                      const std::vector<double>& sp, const std::vector<double>& pv,
+                                      double first_output) {
+  control::Pid pid(settings, period_s);
+  // `initialise` means the output of one period ago: take this period's integral action back.
+  pid.initialise(first_output - pid.integral_rate(pid.error(sp[0], pv[0])) * period_s, sp[0],
+                 pv[0]);
+  std::vector<double> co(sp.size());
+  double went_out = first_output;
+  for (std::size_t k = 0; k < sp.size(); ++k) {
+    const double u = pid.step(sp[k], pv[k], went_out, 0.0);
+    went_out = std::clamp(u, settings.output_low, settings.output_high);
+    co[k] = went_out;
+  }
+  return co;
+}
+
+ControllerFinding compare_controller(const Record& record, const plant::LoopModel& model) {
+  ControllerFinding found;
+  if (!record.has_co() || !record.has_sp()) return found;
+  found.compared = true;
+  const std::size_t n = record.size();
+  const std::size_t end = training_samples(n);
+  const std::vector<double> sp = held(record.sp);
+  const std::vector<double> pv = held(record.pv);
+  const std::vector<double> co = held(record.co);
+  const control::PidSettings& settings = model.controller.pid;
+  const double span = settings.output_high - settings.output_low;
+
+  // The first output's own rounding and the noise in it are not the controller's: the start is free
+  // within what one sample can tell.
+  const auto replay = [&](const control::PidSettings& s) {
+    double best_start = co[0];
+    double best = std::numeric_limits<double>::infinity();
+    std::vector<double> best_co;
+    for (int round = 0; round < 2; ++round) {
+      std::vector<double> tried = replay_controller(s, record.period_s, sp, pv, best_start);
+      double bias = 0.0;
+      const std::size_t head = std::min<std::size_t>(end, 100);
+      for (std::size_t k = 0; k < head; ++k) bias += (co[k] - tried[k]) / static_cast<double>(head);
+      const double rms = rms_difference(tried, record.co, end);
+      if (rms < best) {
+        best = rms;
+        best_co = std::move(tried);
+      }
+      if (std::abs(bias) > 0.01 * span) break;
+      best_start = co[0] + bias;
+    }
+    return best_co;
+  };
+  found.before = replay(settings);
+  found.after = found.before;
+  found.before_rmse = rms_difference(found.before, record.co, n);
+  found.after_rmse = found.before_rmse;
+  found.training_rmse_before = rms_difference(found.before, record.co, end);
+  found.kp = settings.gains.kp;
+  found.ki = settings.gains.ki;
+
+  const double least = 0.002 * span;  // less does not matter
+  if (found.training_rmse_before < least) return found;
+
+  // Another anti-windup first: it shows only near the limits.
+  for (const auto& [kind, name] :
+       {std::pair{control::AntiWindup::integral_clamp, "integral_clamp"},
+        std::pair{control::AntiWindup::back_calculation, "back_calculation"},
+        std::pair{control::AntiWindup::conditional, "conditional"}}) {
+    if (kind == settings.anti_windup) continue;
+    control::PidSettings other = settings;
+    other.anti_windup = kind;
+    if (rms_difference(replay(other), record.co, end) < least) {
+      found.anti_windup = name;
+      return found;
+    }
+  }
+  const Slopes slopes = from_moves(settings, record.period_s, sp, pv, co, end);
+  if (!slopes.found || slopes.kp <= 0.0 || slopes.ki < 0.0) {
+    found.unexplained = true;
+    return found;
+  }
+  const auto with = [&](double kp, double ki) {
+    control::PidSettings s = settings;
+    s.gains.kp = kp;
+    s.gains.ki = ki;
+    return s;
+  };
+  const std::function<double(double, double)> misfit = [&](double kp, double ki) {
+    return rms_difference(replay(with(kp, ki)), record.co, end);
+  };
+  nlopt::opt search(nlopt::LN_SBPLX, 2);
+  search.set_lower_bounds(-0.4);
+  search.set_upper_bounds(0.4);
+  search.set_initial_step(0.02);
+  search.set_maxeval(120);
+  search.set_xtol_abs(1e-5);
+  struct Context {
+    const std::function<double(double, double)>* misfit;
+    double kp, ki;
+  } context{&misfit, slopes.kp, std::max(slopes.ki, 1e-9)};
+  search.set_min_objective(
+      [](const std::vector<double>& x, std::vector<double>&, void* data) {
+        const auto& c = *static_cast<const Context*>(data);
+        return (*c.misfit)(c.kp * std::exp(x[0]), c.ki * std::exp(x[1]));
+      },
+      &context);
+  std::vector<double> x{0.0, 0.0};
+  double reached = 0.0;
+  try {
+    search.optimize(x, reached);
+  } catch (const nlopt::roundoff_limited&) {
+    // What it had reached is in `x`.
+  }
+  const double kp = context.kp * std::exp(x[0]);
+  const double ki = context.ki * std::exp(x[1]);
+  const std::vector<double> after = replay(with(kp, ki));
+  const double after_rms = rms_difference(after, record.co, end);
+  const bool other_settings =
+      std::abs(kp / settings.gains.kp - 1.0) > 0.03 ||
+      std::abs(ki - settings.gains.ki) > 0.03 * std::max(settings.gains.ki, 1e-12);
+  if (other_settings && after_rms < 0.3 * found.training_rmse_before) {
+    found.mismatch = true;
+    found.kp = kp;
+    found.ki = ki;
+    found.kp_spread = std::max(slopes.kp_spread, 1e-3 * kp);
+    found.ki_spread = std::max(slopes.ki_spread, 1e-3 * ki);
+    found.after = after;
+    found.after_rmse = rms_difference(after, record.co, n);
+  } else {
+    found.unexplained = true;
+  }
+  return found;
+}
+
+}  // namespace loopwarden::gap

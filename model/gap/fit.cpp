@@ -1,0 +1,649 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/fit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <nlopt.hpp>
+#include <numbers>
+#include <numeric>
+
+namespace loopwarden::gap {
+namespace {
+
+constexpr std::size_t kNuisances = 5;   // time constant, dead time, three of the healthy valve
+constexpr std::size_t kLittleLoad = 1;  // index of the load ratio
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+bool has_kind(const Terms& terms, Kind kind) {
+  return std::any_of(terms.begin(), terms.end(),
+                     [&](const Candidate* t) { return t->kind == kind; });
+}
+
+bool is_smooth(const Terms& terms) {
+  return std::all_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->smooth; });
+}
+
+// First move of the search in each direction, of the range from 0 to 1.
+double first_step(const Candidate& candidate, std::size_t parameter, double duration_s,
+                  double value) {
+  const SearchRange& range = candidate.search[parameter];
+  if (candidate.kind == Kind::oscillating_disturbance) {
+    // A quarter of the width of a spectral line.
+    return 0.25 * value / duration_s / std::log(range.high / range.low);
+  }
+  if (candidate.kind == Kind::step_disturbance) return 0.5 / range.grid;
+  return 0.08;
+}
+
+// Subplex from `x` with first steps `steps`, from 0 to 1 in each direction. Returns the least value.
+double minimise(std::vector<double>& x, std::vector<double> steps, int evaluations,
+                const std::function<double(const std::vector<double>&)>& objective) {
+  nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(x.size()));
+  search.set_lower_bounds(0.0);
+  search.set_upper_bounds(1.0);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (x[i] + steps[i] > 1.0) steps[i] = -steps[i];
+  }
+  search.set_initial_step(steps);
+  using Objective = std::function<double(const std::vector<double>&)>;
+  search.set_min_objective(
+      [](const std::vector<double>& at, std::vector<double>&, void* data) {
+        const double value = (*static_cast<const Objective*>(data))(at);
+        return std::isfinite(value) ? value : 1e12;
+      },
+      const_cast<Objective*>(&objective));
+  search.set_maxeval(evaluations);
+  search.set_ftol_abs(1e-3);
+  search.set_xtol_abs(1e-4);
+  double reached = kInfinity;
+  try {
+    search.optimize(x, reached);
+  } catch (const nlopt::roundoff_limited&) {
+    // What it had reached is in `x`.
+  }
+  return reached;
+}
+
+}  // namespace
+
+struct Fitter::Work {
+  std::vector<std::vector<double>> columns;
+  std::vector<std::vector<double>> white;
+  std::vector<double> white_pv;
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd right;
+  Eigen::VectorXd solved;
+};
+
+Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
+               const std::vector<bool>& used, double largest_load_ratio, bool allowances)
+    : free_run_(free_run),
+      actuator_{
+          SearchRange{"damping", 0.05, 0.6, false, 1},
+          SearchRange{"natural_frequency",
+                      1.0 / std::min(kFastActuator_s,
+                                     kFastActuator * (free_run.model().process.time_constant_s +
+                                                      free_run.model().process.dead_time_s)),
+                      0.9 * std::numbers::pi / free_run.model().sample_time_s, true, 1}},
+      healthy_friction_(kHealthyFriction * (free_run.model().controller.pid.output_high -
+                                            free_run.model().controller.pid.output_low)),
+      dead_time_uncertainty_s_(free_run.model().uncertainty.dead_time *
+                                   free_run.model().process.dead_time_s +
+                               0.5 * free_run.model().sample_time_s),
+      allowances_(allowances),
+      used_(used),
+      pv_(pv.size(), 0.0) {
+  for (std::size_t k = 0; k < pv.size(); ++k) {
+    if (!used[k]) continue;
+    pv_[k] = pv[k] - free_run.offset()[k];
+    training_end_ = k + 1;
+  }
+  for (const double part : {0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0}) {
+    filters_.emplace_back(used, free_run.model().sample_time_s, part * largest_load_ratio);
+  }
+}
+
+double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit) const {
+  const LoadFilter& filter = filters_[load];
+  const std::size_t n = filter.count();
+  const std::size_t m = work.columns.size();
+  work.white_pv.resize(n);
+  filter.whiten(pv_, work.white_pv);
+  work.white.resize(m);
+  for (std::size_t i = 0; i < m; ++i) {
+    work.white[i].resize(n);
+    filter.whiten(work.columns[i], work.white[i]);
+  }
+  const auto size = static_cast<Eigen::Index>(m);
+  const auto view = [n](const std::vector<double>& v) {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(n));
+  };
+  work.normal.resize(size, size);
+  work.right.resize(size);
+  for (std::size_t i = 0; i < m; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    for (std::size_t j = 0; j <= i; ++j) {
+      const auto column = static_cast<Eigen::Index>(j);
+      work.normal(row, column) = work.normal(column, row) =
+          view(work.white[i]).dot(view(work.white[j]));
+    }
+    work.right(row) = view(work.white[i]).dot(view(work.white_pv));
+    work.normal(row, row) += 1e-9 * (work.normal(row, row) + 1.0);  // columns that never show
+  }
+  work.solved = work.normal.ldlt().solve(work.right);
+
+  // The gain within its bounds: if the free solution is outside, it lies on the bound.
+  const double uncertainty = free_run_.model().uncertainty.gain;
+  const bool gain_free = has_kind(terms, Kind::gain_change);
+  const double low = gain_free ? 0.02 : 1.0 - uncertainty;
+  const double high = gain_free ? 50.0 : 1.0 + uncertainty;
+  if (!(work.solved(0) >= low && work.solved(0) <= high)) {
+    const double gain = std::clamp(std::isfinite(work.solved(0)) ? work.solved(0) : 1.0, low, high);
+    const Eigen::Index rest = size - 1;
+    work.solved.tail(rest) =
+        work.normal.bottomRightCorner(rest, rest)
+            .ldlt()
+            .solve(work.right.tail(rest) - gain * work.normal.col(0).tail(rest));
+    work.solved(0) = gain;
+  }
+  const double sum = view(work.white_pv).squaredNorm() - 2.0 * work.solved.dot(work.right) +
+                     work.solved.dot(work.normal * work.solved);
+  const double count = static_cast<double>(n);
+  if (!std::isfinite(sum)) return kInfinity;
+  const double variance = std::max(sum / count, 1e-18);
+  const double deviance = count * std::log(variance) + filter.log_determinant();
+  if (fit != nullptr) {
+    fit->solved.assign(work.solved.data(), work.solved.data() + size);
+    fit->noise_rms = std::sqrt(variance);
+    fit->samples = n;
+    fit->load = load;
+    fit->deviance = deviance;
+  }
+  return deviance;
+}
+
+double Fitter::evaluate(Work& work, const Terms& terms, const Point& point, std::size_t load,
+                        Fit* fit) const {
+  free_run_.columns(terms, point, work.columns);
+  return solve(work, terms, load, fit);
+}
+
+void Fitter::choose_load(Work& work, Fit& fit) const {
+  free_run_.columns(fit.terms, fit.point, work.columns);
+  std::size_t best = fit.load;
+  double best_deviance = kInfinity;
+  for (std::size_t load = 0; load < filters_.size(); ++load) {
+    const double deviance = solve(work, fit.terms, load, nullptr);
+    if (deviance < best_deviance) {
+      best_deviance = deviance;
+      best = load;
+    }
+  }
+  solve(work, fit.terms, best, &fit);
+}
+
+std::vector<double> Fitter::positions(const Fit& fit) const {
+  const plant::LoopModel& model = free_run_.model();
+  const auto within = [](double value, double nominal, double uncertainty) {
+    if (nominal <= 0.0 || uncertainty <= 0.0) return 0.5;
+    return std::clamp((value / nominal - 1.0 + uncertainty) / (2.0 * uncertainty), 0.0, 1.0);
+  };
+  std::vector<double> x{
+      within(fit.point.time_constant_s, model.process.time_constant_s,
+             model.uncertainty.time_constant),
+      std::clamp((fit.point.dead_time_s - model.process.dead_time_s + dead_time_uncertainty_s_) /
+                     (2.0 * dead_time_uncertainty_s_),
+                 0.0, 1.0),
+      actuator_[0].position(fit.point.actuator_damping),
+      actuator_[1].position(fit.point.actuator_frequency),
+      healthy_friction_ > 0.0 ? fit.point.friction / healthy_friction_ : 0.0};
+  for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    for (std::size_t j = 0; j < fit.terms[i]->search.size(); ++j) {
+      x.push_back(fit.terms[i]->search[j].position(fit.point.searched[i][j]));
+    }
+  }
+  return x;
+}
+
+Point Fitter::with_positions(const Terms& terms, const std::vector<double>& x) const {
+  const plant::LoopModel& model = free_run_.model();
+  Point point;
+  point.time_constant_s =
+      model.process.time_constant_s * (1.0 + model.uncertainty.time_constant * (2.0 * x[0] - 1.0));
+  point.dead_time_s =
+      std::max(0.0, model.process.dead_time_s + dead_time_uncertainty_s_ * (2.0 * x[1] - 1.0));
+  point.actuator_damping = actuator_[0].value(x[2]);
+  point.actuator_frequency = actuator_[1].value(x[3]);
+  point.friction = healthy_friction_ * x[4];
+  if (!allowances_) point.actuator_frequency = 0.0;
+  std::size_t next = kNuisances;
+  for (const Candidate* term : terms) {
+    std::vector<double> values;
+    for (const SearchRange& range : term->search) values.push_back(range.value(x[next++]));
+    point.searched.push_back(std::move(values));
+  }
+  return point;
+}
+
+// Derivative-free search over the terms' own parameters and those of the healthy valve, the process
+// held.
+Fit Fitter::search(Work& work, const Fit& start, int evaluations) const {
+  const std::vector<double> x = positions(start);
+  const std::vector<double> held(x.begin(), x.begin() + 2);
+  std::vector<double> own(x.begin() + 2, x.end());
+  const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
+  std::vector<double> steps{0.1, 0.1, 0.2};
+  for (std::size_t i = 0; i < start.terms.size(); ++i) {
+    for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
+      steps.push_back(first_step(*start.terms[i], j, duration_s, start.point.searched[i][j]));
+    }
+  }
+  const auto at_point = [&](const std::vector<double>& at) {
+    std::vector<double> all = held;
+    all.insert(all.end(), at.begin(), at.end());
+    return with_positions(start.terms, all);
+  };
+  std::vector<double> best = own;
+  minimise(best, steps, evaluations, [&](const std::vector<double>& at) {
+    return evaluate(work, start.terms, at_point(at), start.load, nullptr);
+  });
+  Fit fit = start;
+  Fit tried = start;
+  tried.point = at_point(best);
+  evaluate(work, tried.terms, tried.point, tried.load, &tried);
+  evaluate(work, fit.terms, fit.point, fit.load, &fit);
+  return tried.deviance < fit.deviance ? tried : fit;
+}
+
+// Levenberg-Marquardt over everything, within the bounds, on what is left when the linear part is
+// solved for. Where PV jumps with a parameter the steps that don't help are not taken.
+Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
+  std::vector<double> x = positions(start);
+  const auto size = static_cast<Eigen::Index>(x.size());
+  const auto residual = [&](const std::vector<double>& at, Eigen::VectorXd& r, Fit* fit) {
+    const Point point = with_positions(start.terms, at);
+    const double deviance = evaluate(work, start.terms, point, start.load, fit);
+    const std::size_t n = filters_[start.load].count();
+    r = Eigen::Map<const Eigen::VectorXd>(work.white_pv.data(), static_cast<Eigen::Index>(n));
+    for (std::size_t i = 0; i < work.white.size(); ++i) {
+      r -= work.solved(static_cast<Eigen::Index>(i)) *
+           Eigen::Map<const Eigen::VectorXd>(work.white[i].data(), static_cast<Eigen::Index>(n));
+    }
+    if (fit != nullptr) fit->point = point;
+    return deviance;
+  };
+  Fit best = start;
+  Eigen::VectorXd r;
+  best.deviance = residual(x, r, &best);
+  if (!std::isfinite(best.deviance)) return best;
+  const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
+  Eigen::VectorXd step(size);
+  step.head(kNuisances).setConstant(0.01);
+  Eigen::Index next = kNuisances;
+  for (std::size_t i = 0; i < start.terms.size(); ++i) {
+    for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
+      step(next++) = 0.1 * first_step(*start.terms[i], j, duration_s, start.point.searched[i][j]);
+    }
+  }
+  double damping = 1e-2;
+  Eigen::MatrixXd jacobian(r.size(), size);
+  Eigen::VectorXd moved;
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const double keep = x[at];
+      const double by = keep + step(i) <= 1.0 ? step(i) : -step(i);
+      x[at] = keep + by;
+      residual(x, moved, nullptr);
+      jacobian.col(i) = (moved - r) / by;
+      x[at] = keep;
+    }
+    const Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
+    const Eigen::VectorXd gradient = jacobian.transpose() * r;
+    bool better = false;
+    for (int attempt = 0; attempt < 5 && !better; ++attempt) {
+      // Parameters that push against a bound stay there.
+      Eigen::MatrixXd damped = normal;
+      Eigen::VectorXd right = -gradient;
+      for (Eigen::Index i = 0; i < size; ++i) {
+        const double at = x[static_cast<std::size_t>(i)];
+        const bool blocked = (at <= 0.0 && gradient(i) > 0.0) || (at >= 1.0 && gradient(i) < 0.0);
+        if (blocked || !(normal(i, i) > 0.0)) {
+          damped.row(i).setZero();
+          damped.col(i).setZero();
+          damped(i, i) = 1.0;
+          right(i) = 0.0;
+        } else {
+          damped(i, i) *= 1.0 + damping;
+        }
+      }
+      const Eigen::VectorXd move = damped.ldlt().solve(right);
+      std::vector<double> y = x;
+      for (Eigen::Index i = 0; i < size; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        y[at] = std::clamp(y[at] + std::clamp(move(i), -0.5, 0.5), 0.0, 1.0);
+      }
+      Fit tried = best;
+      tried.deviance = residual(y, moved, &tried);
+      if (tried.deviance < best.deviance) {
+        better = best.deviance - tried.deviance > 0.02;
+        x = y;
+        r = moved;
+        best = tried;
+        damping = std::max(damping / 10.0, 1e-6);
+        if (!better) return best;
+      } else {
+        damping *= 8.0;
+      }
+    }
+    if (!better) break;
+  }
+  return best;
+}
+
+Fit Fitter::refine(const Fit& start, int evaluations) const {
+  Work work;
+  Fit fit = start;
+  evaluate(work, fit.terms, fit.point, fit.load, &fit);
+  fit = descend(work, fit, 6);
+  if (!is_smooth(fit.terms)) fit = descend(work, search(work, fit, evaluations), 4);
+  for (int round = 0; round < 2; ++round) {
+    const std::size_t before = fit.load;
+    choose_load(work, fit);
+    if (fit.load == before) break;
+    if (!is_smooth(fit.terms)) fit = search(work, fit, evaluations / 2);
+    fit = descend(work, fit, 4);
+  }
+  return fit;
+}
+
+Fit Fitter::fit_model() const {
+  Fit fit;
+  fit.point.time_constant_s = free_run_.model().process.time_constant_s;
+  fit.point.dead_time_s = free_run_.model().process.dead_time_s;
+  fit.point.actuator_damping = actuator_[0].value(0.3);
+  fit.point.actuator_frequency = actuator_[1].value(0.3);
+  fit.point.friction = 0.3 * healthy_friction_;
+  Fit best;
+  best.deviance = kInfinity;
+  for (const std::size_t load : {kLittleLoad, std::size_t{3}}) {
+    fit.load = load;
+    const Fit tried = refine(fit, 150);
+    if (tried.deviance < best.deviance) best = tried;
+  }
+  return best;
+}
+
+Fit Fitter::fit_added(const Fit& base, const Candidate& candidate) const {
+  Work work;
+  Fit fit = base;
+  fit.terms.push_back(&candidate);
+  // What the base had to bend to fit without the effect is no place to start from.
+  fit.point.time_constant_s = free_run_.model().process.time_constant_s;
+  fit.point.dead_time_s = free_run_.model().process.dead_time_s;
+  if (candidate.kind == Kind::stiction) fit.point.actuator_damping = 0.3;
+  fit.point.searched.emplace_back(candidate.search.size(), 0.0);
+  std::vector<double>& own = fit.point.searched.back();
+
+  struct Start {
+    std::vector<double> values;
+    std::size_t load;
+    double deviance;
+  };
+  std::vector<Start> starts;
+  const std::vector<std::size_t> loads = base.load <= kLittleLoad
+                                             ? std::vector<std::size_t>{kLittleLoad}
+                                             : std::vector<std::size_t>{kLittleLoad, base.load};
+  const auto consider = [&](std::size_t load, double deviance) {
+    starts.push_back({own, load, deviance});
+  };
+
+  std::vector<Fit> tries;
+  if (candidate.kind == Kind::stiction) {
+    for (Fit& start : sticking_starts(fit)) {
+      start.load = kLittleLoad;
+      start.deviance = kInfinity;
+      Fit at = start;
+      for (const double place : {0.0, -0.5, 0.5, -0.9, 0.9}) {
+        at.point.searched.back().back() = place;
+        evaluate(work, at.terms, at.point, kLittleLoad, &at);
+        if (at.deviance < start.deviance) start = at;
+      }
+      tries.push_back(search(work, start, 80));
+    }
+    // A small stickband beside a large deadband shows best in one long run.
+    Fit at = fit;
+    Fit start = fit;
+    at.load = kLittleLoad;
+    start.deviance = kInfinity;
+    for (int i = 0; i < candidate.search[0].grid; ++i) {
+      for (const double ratio : {0.05, 0.3}) {
+        at.point.searched.back() = {candidate.search[0].value((i + 0.5) / candidate.search[0].grid),
+                                    ratio, 0.0};
+        evaluate(work, at.terms, at.point, kLittleLoad, &at);
+        if (at.deviance < start.deviance) start = at;
+      }
+    }
+    tries.push_back(search(work, start, 80));
+  } else if (candidate.linear_columns() > 0 && !candidate.search.empty()) {
+    // Only the last columns change from place to place.
+    for (double& v : own) v = candidate.search[0].value(0.5);
+    free_run_.columns(fit.terms, fit.point, work.columns);
+    const SearchRange& range = candidate.search[0];
+    const bool by_frequency = candidate.kind == Kind::oscillating_disturbance;
+    const int places = by_frequency ? 400 : range.grid;
+    std::vector<std::vector<double>> last;
+    for (int i = 0; i < places; ++i) {
+      const double p = (i + 0.5) / places;
+      own[0] = by_frequency
+                   ? 1.0 / (1.0 / range.high +
+                            p * std::min(1.0 / range.low - 1.0 / range.high, 100.0 / range.high))
+                   : range.value(p);
+      free_run_.linear_columns(candidate, own, last);
+      std::move(last.begin(), last.end(),
+                work.columns.end() - static_cast<std::ptrdiff_t>(last.size()));
+      for (const std::size_t load : loads) consider(load, solve(work, fit.terms, load, nullptr));
+    }
+  } else {
+    std::vector<int> index(candidate.search.size(), 0);
+    bool more = true;
+    while (more) {
+      for (std::size_t j = 0; j < index.size(); ++j) {
+        own[j] = candidate.search[j].value((index[j] + 0.5) / candidate.search[j].grid);
+      }
+      free_run_.columns(fit.terms, fit.point, work.columns);
+      for (const std::size_t load : loads) consider(load, solve(work, fit.terms, load, nullptr));
+      more = false;
+      for (std::size_t j = 0; j < index.size() && !more; ++j) {
+        if (++index[j] < candidate.search[j].grid) {
+          more = true;
+        } else {
+          index[j] = 0;
+        }
+      }
+    }
+  }
+  // The best places under each load are all taken further with little load: a model that is allowed
+  // much load explains everything a little, and has no slope to follow.
+  for (const std::size_t load : loads) {
+    std::sort(starts.begin(), starts.end(), [&](const Start& x, const Start& y) {
+      return std::make_pair(x.load != load, x.deviance) <
+             std::make_pair(y.load != load, y.deviance);
+    });
+    for (std::size_t i = 0; i < std::min(candidate.starts, starts.size()); ++i) {
+      if (starts[i].load != load) break;
+      own = starts[i].values;
+      fit.load = kLittleLoad;
+      if (!candidate.smooth && candidate.starts > 1) {
+        tries.push_back(search(work, fit, 60));
+      } else {
+        tries.push_back(descend(work, fit, 2));
+      }
+    }
+  }
+  std::sort(tries.begin(), tries.end(),
+            [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; });
+  Fit best;
+  best.deviance = kInfinity;
+  for (std::size_t i = 0; i < std::min<std::size_t>(2, tries.size()); ++i) {
+    const Fit tried = refine(tries[i], 100 + 15 * static_cast<int>(candidate.search.size()));
+    if (tried.deviance < best.deviance) best = tried;
+  }
+  return best;
+}
+
+std::vector<Fit> Fitter::sticking_starts(const Fit& with) const {
+  const plant::LoopModel& model = free_run_.model();
+  const double h = model.sample_time_s;
+  const double slow_s = with.point.time_constant_s + with.point.dead_time_s;
+  const auto run_samples = static_cast<std::size_t>(std::max(8.0 * slow_s / h, 60.0));
+  const Candidate& sticking = *with.terms.back();
+  const bool gain_changed = has_kind(with.terms, Kind::gain_change);
+  const double middle = gain_changed ? with.solved[0] : 1.0;
+  const double width = gain_changed ? 0.1 * middle : model.uncertainty.gain;
+  const auto cost = [&](const Point& point, double gain) {
+    return free_run_.short_runs(with.terms, point, pv_, used_, gain, run_samples);
+  };
+  std::vector<Fit> found;
+  Fit fit = with;
+  for (int i = 0; i < sticking.search[0].grid; ++i) {
+    for (int j = 0; j < sticking.search[1].grid; ++j) {
+      fit.point.searched.back() = {sticking.search[0].value((i + 0.5) / sticking.search[0].grid),
+                                   sticking.search[1].value((j + 0.5) / sticking.search[1].grid),
+                                   0.0};
+      fit.deviance = cost(fit.point, middle);
+      found.push_back(fit);
+    }
+  }
+  std::sort(found.begin(), found.end(),
+            [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; });
+  found.resize(std::min<std::size_t>(found.size(), sticking.starts));
+  for (Fit& start : found) {
+    // s, j/s, the actuator's damping and frequency, and the gain, by the same measure.
+    std::vector<double> x = positions(start);
+    std::vector<double> own(x.begin() + 2, x.begin() + 4);
+    own.insert(own.end(), x.end() - 3, x.end() - 1);
+    own.push_back(0.5);
+    const auto at_point = [&](const std::vector<double>& at) {
+      std::copy(at.begin(), at.begin() + 2, x.begin() + 2);
+      std::copy(at.begin() + 2, at.begin() + 4, x.end() - 3);
+      return with_positions(start.terms, x);
+    };
+    start.deviance =
+        minimise(own, {0.15, 0.15, 0.04, 0.1, 0.2}, 80, [&](const std::vector<double>& at) {
+          return cost(at_point(at), middle + width * (2.0 * at[4] - 1.0));
+        });
+    start.point = at_point(own);
+  }
+  std::sort(found.begin(), found.end(),
+            [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; });
+  found.resize(std::min<std::size_t>(found.size(), 2));
+  return found;
+}
+
+Fit Fitter::fit_without(const Fit& fit, std::size_t index, int evaluations) const {
+  Fit less = fit;
+  const auto at = static_cast<std::ptrdiff_t>(index);
+  less.terms.erase(less.terms.begin() + at);
+  less.point.searched.erase(less.point.searched.begin() + at);
+  return refine(less, evaluations);
+}
+
+std::vector<double> Fitter::simulate(const Fit& fit) const {
+  std::vector<std::vector<double>> columns;
+  free_run_.columns(fit.terms, fit.point, columns);
+  std::vector<double> pv = free_run_.offset();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    for (std::size_t k = 0; k < pv.size(); ++k) pv[k] += fit.solved[i] * columns[i][k];
+  }
+  return pv;
+}
+
+std::vector<double> Fitter::innovations(const Fit& fit) const {
+  std::vector<double> residual = simulate(fit);
+  for (std::size_t k = 0; k < residual.size(); ++k) {
+    residual[k] = pv_[k] + free_run_.offset()[k] - residual[k];
+  }
+  std::vector<double> out(filters_[fit.load].count());
+  filters_[fit.load].whiten(residual, out);
+  for (double& e : out) e /= fit.noise_rms;
+  return out;
+}
+
+double Fitter::training_rmse(const Fit& fit) const {
+  const std::vector<double> pv = simulate(fit);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < training_end_; ++k) {
+    const double r = used_[k] ? pv_[k] + free_run_.offset()[k] - pv[k] : 0.0;
+    sum += r * r;
+  }
+  return std::sqrt(sum / static_cast<double>(fit.samples));
+}
+
+std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
+  Work work;
+  const LoadFilter& filter = filters_[fit.load];
+  const auto n = static_cast<Eigen::Index>(filter.count());
+  std::vector<double> x = positions(fit);
+  const std::size_t searched = x.size();
+  const std::size_t solved = fit.solved.size();
+  Eigen::MatrixXd jacobian(n, static_cast<Eigen::Index>(searched + solved));
+  free_run_.columns(fit.terms, fit.point, work.columns);
+  std::vector<double> white(filter.count());
+  for (std::size_t i = 0; i < solved; ++i) {
+    filter.whiten(work.columns[i], white);
+    jacobian.col(static_cast<Eigen::Index>(searched + i)) =
+        Eigen::Map<const Eigen::VectorXd>(white.data(), n);
+  }
+  Fit moved = fit;
+  for (std::size_t i = 0; i < searched; ++i) {
+    const double step = 0.004;
+    const double keep = x[i];
+    const double up = std::min(1.0, keep + step);
+    const double down = std::max(0.0, keep - step);
+    x[i] = up;
+    moved.point = with_positions(fit.terms, x);
+    std::vector<double> difference = simulate(moved);
+    x[i] = down;
+    moved.point = with_positions(fit.terms, x);
+    const std::vector<double> lower = simulate(moved);
+    x[i] = keep;
+    for (std::size_t k = 0; k < difference.size(); ++k) {
+      difference[k] = (difference[k] - lower[k]) / (up - down);
+    }
+    filter.whiten(difference, white);
+    jacobian.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::VectorXd>(white.data(), n);
+  }
+  Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
+  normal.diagonal().array() += 1e-9 * (normal.diagonal().array() + 1.0);
+  const Eigen::MatrixXd covariance =
+      fit.noise_rms * fit.noise_rms *
+      normal.ldlt().solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
+  std::vector<double> spread;
+  std::size_t first = kNuisances;
+  std::size_t first_solved = searched + 3;
+  for (std::size_t i = 0; i < index; ++i) {
+    first += fit.terms[i]->search.size();
+    first_solved += fit.terms[i]->linear_columns();
+  }
+  const auto deviation = [&](std::size_t i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    return std::sqrt(std::max(0.0, covariance(at, at)));
+  };
+  const Candidate& term = *fit.terms[index];
+  for (std::size_t j = 0; j < term.search.size(); ++j) {
+    const double by = deviation(first + j);
+    const SearchRange& range = term.search[j];
+    spread.push_back((range.value(x[first + j] + by) - range.value(x[first + j] - by)) / 2.0);
+  }
+  if (term.kind == Kind::gain_change) spread.push_back(deviation(searched));
+  for (std::size_t j = 0; j < term.linear_columns(); ++j) {
+    spread.push_back(deviation(first_solved + j));
+  }
+  return spread;
+}
+
+}  // namespace loopwarden::gap

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits the model plus some effects to a record, by free-run simulation driven by the measured CO.
+//
+// Maximum likelihood under white noise and, where the record asks for it, a wandering load
+// (load_filter.hpp). What PV depends on linearly is solved for at every step of the search; the rest
+// is searched from a grid by a derivative-free optimiser with bounds (BOBYQA where PV is smooth in it,
+// Subplex where it sticks and jumps). Gain, time constant and dead time stay within the model's stated
+// uncertainty, so that neither a small misfit is called an effect nor an effect is swallowed.
+//
+// Sources: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432 (variable projection); Powell,
+// BOBYQA (2009); Rowan, Subplex (1990), both in Johnson's NLopt.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "model/gap/free_run.hpp"
+#include "model/gap/load_filter.hpp"
+
+namespace loopwarden::gap {
+
+struct Fit {
+  Terms terms;
+  Point point;
+  std::vector<double> solved;  // K', c1, c2, then each term's
+  std::size_t load = 0;        // index of the load filter it was judged with
+  double deviance = 0.0;       // -2 log likelihood; less is better
+  double noise_rms = 0.0;      // PV units, of the innovations
+  std::size_t samples = 0;     // used
+};
+
+class Fitter {
+ public:
+  // Uses the samples where `used` is true. `free_run` must outlive it.
+  // Loads up to `largest_load_ratio` (load_filter.hpp) are allowed for; without `allowances` no friction
+  // and momentum of a healthy valve.
+  Fitter(const FreeRun& free_run, const std::vector<double>& pv, const std::vector<bool>& used,
+         double largest_load_ratio, bool allowances);
+
+  // Friction that a healthy valve may have, of the output's span.
+  static constexpr double kHealthyFriction = 0.003;
+  // No more load was allowed: what is left may be something else.
+  bool load_at_limit(const Fit& fit) const noexcept { return fit.load + 1 == filters_.size(); }
+  double load_ratio(const Fit& fit) const noexcept { return filters_[fit.load].load_ratio(); }
+
+  // The model as it is with its own parameters within their uncertainty.
+  Fit fit_model() const;
+  // Adds one effect to `base`: from a grid over its parameters, then all jointly.
+  Fit fit_added(const Fit& base, const Candidate& candidate) const;
+  // All jointly, from where `start` stands.
+  Fit refine(const Fit& start, int evaluations) const;
+  // Without term `index`, refined.
+  Fit fit_without(const Fit& fit, std::size_t index, int evaluations) const;
+
+  // PV in free run, from the fit's own state at the first sample.
+  std::vector<double> simulate(const Fit& fit) const;
+  // Innovations of the used samples in units of their standard deviation, and which samples they are.
+  std::vector<double> innovations(const Fit& fit) const;
+  // Of the free run over the samples used. Samples from `training_end` on were never used.
+  double training_rmse(const Fit& fit) const;
+  std::size_t training_end() const noexcept { return training_end_; }
+  // Standard deviations of the searched and solved parameters of term `index`, by the curvature.
+  std::vector<double> spread(const Fit& fit, std::size_t index) const;
+
+ private:
+  struct Work;
+  double evaluate(Work& work, const Terms& terms, const Point& point, std::size_t load,
+                  Fit* fit) const;
+  double solve(Work& work, const Terms& terms, std::size_t load, Fit* fit) const;
+  void choose_load(Work& work, Fit& fit) const;
+  Fit search(Work& work, const Fit& start, int evaluations) const;
+  Fit descend(Work& work, const Fit& start, int iterations) const;
+  // Places to start from for the stiction that is the last term.
+  std::vector<Fit> sticking_starts(const Fit& with) const;
+  Point with_positions(const Terms& terms, const std::vector<double>& x) const;
+  std::vector<double> positions(const Fit& fit) const;
+
+  const FreeRun& free_run_;
+  std::array<SearchRange, 2> actuator_;
+  double healthy_friction_;         // CO units, most that is allowed
+  double dead_time_uncertainty_s_;  // s; half a sample on top of the model's: sampling hides that
+  bool allowances_;
+  std::size_t training_end_ = 0;
+  std::vector<bool> used_;
+  std::vector<double> pv_;  // PV units, offset taken off, 0 where not used
+  std::vector<LoadFilter> filters_;
+};
+
+}  // namespace loopwarden::gap

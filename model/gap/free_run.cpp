@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/free_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "model/plant/effect_catalogue.hpp"
+
+namespace loopwarden::gap {
+namespace {
+
+using plant::Block;
+using plant::EffectSpec;
+
+plant::EffectChain chain_of(const std::vector<EffectSpec>& specs, Block block,
+                            const plant::EffectContext& context) {
+  plant::EffectChain chain;
+  for (const EffectSpec& spec : specs) {
+    if (spec.name == "random_load") continue;  // noise is not part of a free run
+    plant::check_effect(spec, block, context);
+    chain.add(plant::make_effect(spec, context));
+  }
+  return chain;
+}
+
+// Puts an effect of the valve at its place; one of the same name is replaced.
+void place_in_valve(std::vector<EffectSpec>& valve, EffectSpec spec) {
+  std::erase_if(valve, [&](const EffectSpec& s) { return s.name == spec.name; });
+  const auto behind = std::find_if(valve.begin(), valve.end(), [&](const EffectSpec& s) {
+    return valve_rank(s.name) > valve_rank(spec.name);
+  });
+  valve.insert(behind, std::move(spec));
+}
+
+// The stem of a real valve has momentum.
+EffectSpec with_actuator(EffectSpec stiction, const Point& point) {
+  stiction.parameters["natural_frequency"] = point.actuator_frequency;
+  stiction.parameters["damping"] = point.actuator_damping;
+  stiction.options["law"] = "inertial";
+  return stiction;
+}
+
+// How far from CO the stem can rest at the start, CO units.
+double start_offset(const Candidate& candidate, const std::vector<double>& searched) {
+  if (!candidate.starts_offset) return 0.0;
+  const double half_band = candidate.kind == Kind::stiction
+                               ? searched[0] * (1.0 + searched[1]) / 2.0
+                               : searched[0] / 2.0;
+  return searched.back() * half_band;
+}
+
+}  // namespace
+
+FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co)
+    : model_(std::move(model)),
+      context_{.sample_time_s = model_.sample_time_s,
+               .output_low = model_.controller.pid.output_low,
+               .output_high = model_.controller.pid.output_high},
+      co_(std::move(co)),
+      disturbances_(chain_of(model_.disturbances, Block::disturbance, context_)),
+      transmitter_effects_(chain_of(model_.transmitter_effects, Block::transmitter, context_)),
+      plain_transmitter_(disturbances_.empty() && transmitter_effects_.empty()) {
+  (void)chain_of(model_.valve_effects, Block::valve, context_);  // checks them
+  (void)chain_of(model_.process_effects, Block::process, context_);
+  offset_.assign(co_.size(), 0.0);
+  if (plain_transmitter_) return;
+  plant::EffectChain disturbances = disturbances_;
+  plant::EffectChain transmitter = transmitter_effects_;
+  for (std::size_t k = 0; k < co_.size(); ++k) {
+    const double now_s = static_cast<double>(k) * model_.sample_time_s;
+    offset_[k] = k == 0 ? transmitter.reset(disturbances.reset(0.0, 0.0), 0.0)
+                        : transmitter.step(disturbances.step(0.0, now_s), now_s);
+  }
+}
+
+std::size_t FreeRun::column_count(const Terms& terms) noexcept {
+  std::size_t count = 3;
+  for (const Candidate* term : terms) count += term->linear_columns();
+  return count;
+}
+
+void FreeRun::pass_transmitter(std::vector<double>& signal) const {
+  if (plain_transmitter_) return;
+  plant::EffectChain disturbances = disturbances_;
+  plant::EffectChain transmitter = transmitter_effects_;
+  for (std::size_t k = 0; k < signal.size(); ++k) {
+    const double now_s = static_cast<double>(k) * model_.sample_time_s;
+    const double pv = k == 0 ? transmitter.reset(disturbances.reset(signal[k], 0.0), 0.0)
+                             : transmitter.step(disturbances.step(signal[k], now_s), now_s);
+    signal[k] = pv - offset_[k];
+  }
+}
+
+void FreeRun::linear_columns(const Candidate& candidate, const std::vector<double>& searched,
+                             std::vector<std::vector<double>>& columns) const {
+  columns.resize(candidate.linear_columns());
+  const double h = model_.sample_time_s;
+  const std::size_t n = co_.size();
+  for (auto& column : columns) column.assign(n, 1.0);
+  const auto time_s = [&](std::size_t k) { return static_cast<double>(k) * h; };
+  switch (candidate.kind) {
+    case Kind::drift:
+      for (std::size_t k = 0; k < n; ++k) columns[0][k] = time_s(k);
+      break;
+    case Kind::step_disturbance:
+      for (std::size_t k = 0; k < n; ++k) columns[0][k] = time_s(k) >= searched[0] ? 1.0 : 0.0;
+      break;
+    case Kind::oscillating_disturbance:
+      for (std::size_t k = 0; k < n; ++k) {
+        const double angle = 2.0 * std::numbers::pi * time_s(k) / searched[0];
+        columns[0][k] = std::sin(angle);
+        columns[1][k] = std::cos(angle);
+      }
+      break;
+    default: break;
+  }
+  // A sensor's own fault is not seen through the sensor's lag.
+  if (candidate.block == Block::disturbance) {
+    for (auto& column : columns) pass_transmitter(column);
+  }
+}
+
+FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
+  std::vector<EffectSpec> valve = model_.valve_effects;
+  std::vector<EffectSpec> process_effects = model_.process_effects;
+  double offset = 0.0;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    EffectSpec spec = searched_spec(*terms[i], point.searched[i]);
+    if (spec.name.empty() || terms[i]->linear_columns() > 0) continue;
+    offset += start_offset(*terms[i], point.searched[i]);
+    if (terms[i]->kind == Kind::stiction) spec = with_actuator(std::move(spec), point);
+    if (terms[i]->block == Block::valve) {
+      place_in_valve(valve, std::move(spec));
+    } else {
+      process_effects.push_back(std::move(spec));
+    }
+  }
+  const bool has_friction = std::any_of(
+      valve.begin(), valve.end(), [](const EffectSpec& spec) { return spec.name == "stiction"; });
+  if (!has_friction && point.actuator_frequency > 0.0) {
+    place_in_valve(valve, with_actuator({"stiction", {{"s", point.friction}, {"j", 0.0}}}, point));
+  }
+  return {chain_of(valve, Block::valve, context_),
+          chain_of(process_effects, Block::process, context_), offset};
+}
+
+void FreeRun::columns(const Terms& terms, const Point& point,
+                      std::vector<std::vector<double>>& columns) const {
+  const std::size_t n = co_.size();
+  const double h = model_.sample_time_s;
+  columns.resize(column_count(terms));
+  for (std::size_t i = 0; i < 3; ++i) columns[i].resize(n);
+
+  auto [valve_chain, process_chain, offset] = chains(terms, point);
+  plant::Process process({.gain = model_.process.gain,
+                          .time_constant_s = point.time_constant_s,
+                          .dead_time_s = point.dead_time_s},
+                         h);
+
+  // A stem at rest beside CO: it came from where its band ends.
+  double flow = valve_chain.reset(co_[0] - offset, 0.0);
+  if (offset != 0.0) flow = valve_chain.step(co_[0], 0.0);
+  auto& z = columns[0];
+  z[0] = process.reset(process_chain.reset(flow, 0.0));
+  for (std::size_t k = 1; k < n; ++k) {
+    const double held_from_s = static_cast<double>(k - 1) * h;
+    z[k] = process.step(process_chain.step(valve_chain.step(co_[k - 1], held_from_s), held_from_s));
+  }
+  const double keep = std::exp(-h / point.time_constant_s);
+  const auto delay = static_cast<std::size_t>(point.dead_time_s / h);
+  double past = 1.0;
+  double before = 1.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    columns[1][k] = past;
+    columns[2][k] = before;
+    past *= keep;
+    if (k >= delay) before *= keep;
+  }
+  for (std::size_t i = 0; i < 3; ++i) pass_transmitter(columns[i]);
+
+  std::size_t next = 3;
+  std::vector<std::vector<double>> own;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i]->linear_columns() == 0) continue;
+    linear_columns(*terms[i], point.searched[i], own);
+    for (auto& column : own) columns[next++] = std::move(column);
+  }
+}
+
+double FreeRun::short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
+                           const std::vector<bool>& used, double gain,
+                           std::size_t run_samples) const {
+  constexpr int kPlaces = 3;  // to each side of CO
+  const double h = model_.sample_time_s;
+  const double keep = std::exp(-h / point.time_constant_s);
+  const auto dead = static_cast<std::size_t>(point.dead_time_s / h) + 1;
+  const Chains fresh = chains(terms, point);
+  const plant::Process process({.gain = gain * model_.process.gain,
+                                .time_constant_s = point.time_constant_s,
+                                .dead_time_s = point.dead_time_s},
+                               h);
+  const Candidate& sticking = *terms.back();
+  std::vector<double> at_end = point.searched.back();
+  at_end.back() = 1.0;
+  const double half_band = start_offset(sticking, at_end);
+  double sum = 0.0;
+  for (std::size_t begin = 0; begin < co_.size() && used[begin]; begin += run_samples) {
+    const std::size_t end = std::min(begin + run_samples, co_.size());
+    const auto left_from = [&](double place) {
+      Chains c = fresh;
+      plant::Process p = process;
+      const double begin_s = static_cast<double>(begin) * h;
+      double flow = c.valve.reset(co_[begin] - half_band * place, begin_s);
+      flow = c.valve.step(co_[begin], begin_s);
+      double z = p.reset(c.process.reset(flow, begin_s));
+      double past = 1.0;
+      double pp = 0.0;
+      double pr = 0.0;
+      double rr = 0.0;
+      for (std::size_t k = begin; k < end; ++k) {
+        if (k > begin) {
+          const double held_from_s = static_cast<double>(k - 1) * h;
+          z = p.step(c.process.step(c.valve.step(co_[k - 1], held_from_s), held_from_s));
+          past *= keep;
+        }
+        if (!used[k] || k < begin + dead) continue;  // still answers to the run before
+        const double r = pv[k] - z;
+        pp += past * past;
+        pr += past * r;
+        rr += r * r;
+      }
+      return rr - pr * pr / std::max(pp, 1e-12);
+    };
+    double best = std::numeric_limits<double>::infinity();
+    double best_place = 0.0;
+    const auto offer = [&](double place) {
+      const double left = left_from(std::clamp(place, -1.0, 1.0));
+      if (left < best) {
+        best = left;
+        best_place = place;
+      }
+    };
+    for (int place = -kPlaces; place <= kPlaces; ++place) {
+      offer(static_cast<double>(place) / kPlaces);
+    }
+    for (double step = 0.5 / kPlaces; step > 0.1 / kPlaces; step /= 2.0) {
+      const double around = best_place;
+      offer(around - step);
+      offer(around + step);
+    }
+    sum += best;
+  }
+  return sum;
+}
+
+plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,
+                                    const std::vector<double>& solved) const {
+  plant::LoopModel model = model_;
+  model.process.time_constant_s = point.time_constant_s;
+  model.process.dead_time_s = point.dead_time_s;
+  const bool gain_changed = std::any_of(
+      terms.begin(), terms.end(), [](const Candidate* t) { return t->kind == Kind::gain_change; });
+  if (!gain_changed) model.process.gain *= solved[0];
+  std::size_t next = 3;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const Candidate& term = *terms[i];
+    const std::vector<double> own =
+        term.kind == Kind::gain_change
+            ? std::vector<double>{solved[0]}
+            : std::vector<double>(
+                  solved.begin() + static_cast<std::ptrdiff_t>(next),
+                  solved.begin() + static_cast<std::ptrdiff_t>(next + term.linear_columns()));
+    next += term.linear_columns();
+    EffectSpec spec = complete_spec(term, point.searched[i], own);
+    if (term.kind == Kind::stiction) spec = with_actuator(std::move(spec), point);
+    switch (term.block) {
+      case Block::valve: place_in_valve(model.valve_effects, std::move(spec)); break;
+      case Block::process: model.process_effects.push_back(std::move(spec)); break;
+      case Block::transmitter: model.transmitter_effects.push_back(std::move(spec)); break;
+      default: model.disturbances.push_back(std::move(spec)); break;
+    }
+  }
+  return model;
+}
+
+}  // namespace loopwarden::gap

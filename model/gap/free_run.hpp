@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// The model's free run from the measured CO, taken apart into what PV depends on linearly:
+//
+//   PV = offset + K' z + c1 m1 + c2 m2 + sum of the solved parameters times their columns
+//
+//   z       valve, process and transmitter at the model's own gain; K' = 1 there
+//   m1, m2  what is left of the unknown past: the process away from rest at the first sample, and
+//           another CO before it, still inside the dead time
+//   offset  what the model's own disturbances and transmitter effects add
+//
+// PV at sample k+1 follows from CO held since sample k, through the same effects, process and
+// transmitter that the simulator and the daemon step; noise and rounding are left out.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "model/gap/candidate.hpp"
+#include "model/gap/record.hpp"
+#include "model/plant/effect.hpp"
+#include "model/plant/effect_catalogue.hpp"
+
+namespace loopwarden::gap {
+
+// Effects added to the model, in the order in which they were found.
+using Terms = std::vector<const Candidate*>;
+
+// Where a search stands.
+struct Point {
+  double time_constant_s = 1.0;
+  double dead_time_s = 0.0;
+  // What a healthy valve is allowed: dynamics of its actuator faster than matters to the loop, and
+  // friction of a few thousandths of the span.
+  double actuator_damping = 0.5;
+  double actuator_frequency = 0.0;            // rad/s, undamped; 0: none
+  double friction = 0.0;                      // CO units, as a play
+  std::vector<std::vector<double>> searched;  // one list a term
+};
+
+class FreeRun {
+ public:
+  // `model` without noise. `co` complete. Throws plant::EffectError for a model that can't be stepped.
+  FreeRun(plant::LoopModel model, std::vector<double> co);
+
+  std::size_t size() const noexcept { return co_.size(); }
+  const std::vector<double>& offset() const noexcept { return offset_; }
+  const plant::LoopModel& model() const noexcept { return model_; }
+
+  // z, m1, m2, then the columns of each term.
+  static std::size_t column_count(const Terms& terms) noexcept;
+  void columns(const Terms& terms, const Point& point,
+               std::vector<std::vector<double>>& columns) const;
+  // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of
+  // `run_samples`, each with the stem and the process free to start where they fit best. It changes
+  // smoothly where one long run of a sticking stem falls from one sequence of slips into another.
+  double short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
+                    const std::vector<bool>& used, double gain, std::size_t run_samples) const;
+  // The columns of one linear term alone.
+  void linear_columns(const Candidate& candidate, const std::vector<double>& searched,
+                      std::vector<std::vector<double>>& columns) const;
+
+  // The model with the terms in their places, `solved` as fitted behind K', c1, c2.
+  plant::LoopModel corrected(const Terms& terms, const Point& point,
+                             const std::vector<double>& solved) const;
+
+ private:
+  struct Chains {
+    plant::EffectChain valve;
+    plant::EffectChain process;
+    double start_offset;  // CO units
+  };
+  Chains chains(const Terms& terms, const Point& point) const;
+  void pass_transmitter(std::vector<double>& signal) const;
+
+  plant::LoopModel model_;
+  plant::EffectContext context_;
+  std::vector<double> co_;      // CO units
+  std::vector<double> offset_;  // PV units
+  plant::EffectChain disturbances_;
+  plant::EffectChain transmitter_effects_;
+  bool plain_transmitter_;
+};
+
+}  // namespace loopwarden::gap

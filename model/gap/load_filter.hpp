@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whitens what a model leaves of PV when an unmeasured load wanders under white noise.
+//
+//   r(k) = d(k) + w(k),   d(k+1) = a d(k) + v(k),   a = exp(-h/T)
+//   var w = s^2,  var v = s^2 rho^2 T/(2h) (1 - a^2) -> s^2 rho^2 for h << T,  d(0) ~ stationary
+//
+//   r  residual, PV units     d  load, PV units     w  noise and rounding, standard deviation s
+//   rho  load ratio, -: standard deviation of the load's step in one period over s; 0: no load
+//   h  period, s     T  time with which the load returns to its mean, 300 s
+//
+// The Kalman filter of this model turns r into independent innovations e(k) of variance s^2; samples
+// that are not used are passed over. Every regressor goes through the same filter, so that ordinary
+// least squares on the outputs is maximum likelihood:
+//   -2 log L = N log s^2 + log_determinant + sum e^2 / s^2
+//
+// What it can't do: a load that comes in steps or bursts is whitened badly, and shows in e.
+//
+// Source: Kalman (1960); Kristensen, Madsen and Jorgensen, Comput. Chem. Eng. 28 (2004) 1431-1449, for
+// the use of a disturbance state in finding what a model lacks.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace loopwarden::gap {
+
+class LoadFilter {
+ public:
+  static constexpr double kReturnTime_s = 300.0;
+
+  // `used[k]` false: sample k is passed over.
+  LoadFilter(const std::vector<bool>& used, double period_s, double load_ratio);
+
+  // The innovations of the used samples, `count()` of them.
+  void whiten(std::span<const double> in, std::span<double> out) const noexcept;
+
+  std::size_t count() const noexcept { return steps_.size(); }
+  double log_determinant() const noexcept { return log_determinant_; }
+  double load_ratio() const noexcept { return load_ratio_; }
+
+ private:
+  struct Step {
+    std::size_t sample;
+    double keep;   // prediction over the samples since the used one before
+    double gain;   // of the update
+    double scale;  // 1 / innovation's standard deviation in units of s
+  };
+  double load_ratio_;
+  double log_determinant_ = 0.0;
+  std::vector<Step> steps_;
+};
+
+}  // namespace loopwarden::gap

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/locate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+#include "model/gap/record_check.hpp"
+
+namespace loopwarden::gap {
+namespace {
+
+enum Condition : std::uint8_t {
+  kSaturated,
+  kAfterReversal,
+  kAtRest,
+  kFast,
+  kHigh,
+  kLow,
+  kRising,
+  kFalling,
+  kConditions
+};
+constexpr std::array<const char*, kConditions> kConditionText{
+    "while the controller output stands at a limit",
+    "after the controller output reverses",
+    "while the valve should rest",
+    "while the controller output changes fast",
+    "at high opening",
+    "at low opening",
+    "while the controller output rises",
+    "while the controller output falls"};
+
+std::vector<Condition> conditions_of(const Series& series, const plant::LoopModel& model,
+                                     double period_s) {
+  const std::vector<double>& co = series.co;
+  const double low = model.controller.pid.output_low;
+  const double span = model.controller.pid.output_high - low;
+  const auto [used_low, used_high] = std::minmax_element(co.begin(), co.end());
+  const auto dead = static_cast<std::size_t>(model.process.dead_time_s / period_s);
+  const auto lag =
+      std::max<std::size_t>(1, static_cast<std::size_t>(model.process.time_constant_s / period_s));
+  const auto settle = dead + 2 * lag;
+  // Reversals beyond a band of half a percent.
+  std::vector<std::size_t> since(co.size(), co.size());
+  std::size_t last = co.size();
+  const std::vector<std::size_t> turns = reversals(co, 0.005 * span);
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < co.size(); ++k) {
+    if (next < turns.size() && turns[next] == k) last = turns[next++];
+    if (last < co.size()) since[k] = k - last;
+  }
+  std::vector<Condition> out(co.size());
+  for (std::size_t k = 0; k < co.size(); ++k) {
+    const std::size_t cause = k >= dead ? k - dead : 0;  // PV now answers to CO then
+    const double before = co[cause >= lag ? cause - lag : 0];
+    const double far = co[k >= settle ? k - settle : 0];
+    const double move = co[cause] - before;
+    const double opening = (co[cause] - *used_low) / std::max(*used_high - *used_low, 1e-12);
+    if (co[cause] <= low + 1e-3 * span || co[cause] >= low + (1.0 - 1e-3) * span) {
+      out[k] = kSaturated;
+    } else if (since[cause] < settle) {
+      out[k] = kAfterReversal;
+    } else if (std::abs(move) < 0.004 * span && std::abs(co[cause] - far) < 0.006 * span) {
+      out[k] = kAtRest;
+    } else if (std::abs(move) > 0.05 * span) {
+      out[k] = kFast;
+    } else if (opening > 2.0 / 3.0) {
+      out[k] = kHigh;
+    } else if (opening < 1.0 / 3.0) {
+      out[k] = kLow;
+    } else {
+      out[k] = move > 0.0 ? kRising : kFalling;
+    }
+  }
+  return out;
+}
+
+struct Pattern {
+  const char* what = nullptr;
+  plant::Block block = plant::Block::disturbance;
+  double from_s = 0.0;
+  double share = 0.0;  // of the energy
+};
+
+// The best of: a ramp from the start, a level from one moment on, a sine.
+Pattern best_pattern(const std::vector<double>& r, double period_s) {
+  const auto n = static_cast<double>(r.size());
+  double total = 0.0;
+  for (const double v : r) total += v * v;
+  Pattern best;
+  if (!(total > 0.0)) return best;
+  const auto offer = [&](const char* what, plant::Block block, double from_s, double explained) {
+    if (explained / total > best.share) best = {what, block, from_s, explained / total};
+  };
+  double tt = 0.0;
+  double tr = 0.0;
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    const auto t = static_cast<double>(k);
+    tt += t * t;
+    tr += t * r[k];
+  }
+  offer("a slow drift", plant::Block::transmitter, 0.0, tr * tr / tt);
+  double tail = 0.0;
+  double tail_best = 0.0;
+  std::size_t tail_at = 0;
+  for (std::size_t k = r.size(); k-- > 0;) {
+    tail += r[k];
+    const double explained = tail * tail / (n - static_cast<double>(k));
+    if (explained > tail_best) {
+      tail_best = explained;
+      tail_at = k;
+    }
+  }
+  const bool from_start = static_cast<double>(tail_at) < 0.03 * n;
+  offer(from_start ? "all the time, by a constant" : "from one moment on",
+        plant::Block::disturbance, static_cast<double>(tail_at) * period_s, tail_best);
+  const std::size_t stride = std::max<std::size_t>(1, r.size() / 2000);
+  const double duration = n * period_s;
+  for (double cycles = 3.0; cycles < n / static_cast<double>(8 * stride); cycles += 0.25) {
+    double ss = 0.0;
+    double cc = 0.0;
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < r.size(); k += stride, ++count) {
+      const double angle =
+          2.0 * std::numbers::pi * cycles * static_cast<double>(k) * period_s / duration;
+      ss += r[k] * std::sin(angle);
+      cc += r[k] * std::cos(angle);
+    }
+    offer("periodically", plant::Block::disturbance, 0.0,
+          2.0 * (ss * ss + cc * cc) / static_cast<double>(count) * n / static_cast<double>(count));
+    if (cycles > 400.0) break;
+  }
+  best.share = std::min(best.share, 1.0);
+  return best;
+}
+
+}  // namespace
+
+void locate(Result& result, const ControllerFinding& controller,
+            const std::vector<double>& energy_by_effect) {
+  const Series& s = result.series;
+  const std::size_t n = s.time_s.size();
+  const double period_s = result.model.sample_time_s;
+  std::vector<double> energy(n, 0.0);
+  std::vector<double> residual(n, 0.0);
+  double total = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double r = s.pv[k] - s.pv_before[k];
+    if (!std::isfinite(r)) continue;
+    residual[k] = r;
+    energy[k] = r * r;
+    total += energy[k];
+  }
+  if (!(total > 0.0)) return;
+
+  // By block: relative to the spans, the controller's difference beside that of PV.
+  const double pv_span = result.model.transmitter.high - result.model.transmitter.low;
+  const double co_span =
+      result.model.controller.pid.output_high - result.model.controller.pid.output_low;
+  const double floor = std::min(result.noise_floor_rmse, result.before.rmse);
+  const double plant_energy =
+      (result.before.rmse * result.before.rmse - floor * floor) / (pv_span * pv_span) + 1e-15;
+  const double controller_energy =
+      controller.compared && (controller.mismatch || controller.unexplained)
+          ? controller.before_rmse * controller.before_rmse / (co_span * co_span)
+          : 0.0;
+  const double sum = plant_energy + controller_energy;
+  std::map<plant::Block, double> blocks;
+  if (controller_energy > 0.0) blocks[plant::Block::controller] = controller_energy / sum;
+  const double by_effects = std::accumulate(energy_by_effect.begin(), energy_by_effect.end(), 0.0);
+  std::size_t next = 0;
+  for (const FoundEffect& effect : result.effects) {
+    if (effect.block == plant::Block::controller) continue;
+    const double part = by_effects > 0.0 ? energy_by_effect[next] / by_effects : 1.0;
+    ++next;
+    blocks[effect.block] += plant_energy / sum * part;
+  }
+  if (next == 0) {
+    const plant::Block likely =
+        result.candidates.empty() ? plant::Block::process : result.candidates.front().block;
+    blocks[likely] += plant_energy / sum;
+  }
+  for (const auto& [block, share] : blocks) {
+    result.located.push_back(
+        {"block", block,
+         block == plant::Block::controller ? "controller, from SP and PV to CO" : "from CO to PV",
+         0.0, s.time_s.back(), share});
+  }
+  const plant::Block worst =
+      std::max_element(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
+        return a.second < b.second;
+      })->first;
+
+  // By time: stretches that stand out.
+  constexpr std::size_t kBins = 24;
+  std::array<double, kBins> bins{};
+  for (std::size_t k = 0; k < n; ++k) bins[k * kBins / n] += energy[k] / total;
+  const auto bin_s = [&](std::size_t bin) {
+    return static_cast<double>(bin * n / kBins) * period_s;
+  };
+  std::vector<Located> stretches;
+  double rest = 0.0;
+  for (std::size_t begin = 0; begin < kBins;) {
+    if (bins[begin] < 1.25 / kBins) {
+      rest += bins[begin++];
+      continue;
+    }
+    std::size_t end = begin;
+    double share = 0.0;
+    while (end < kBins && bins[end] >= 1.25 / kBins) share += bins[end++];
+    stretches.push_back(
+        {"time", worst, "a stretch that stands out", bin_s(begin), bin_s(end), share});
+    begin = end;
+  }
+  std::sort(stretches.begin(), stretches.end(),
+            [](const Located& a, const Located& b) { return a.share_of_gap > b.share_of_gap; });
+  while (stretches.size() > 5) {
+    rest += stretches.back().share_of_gap;
+    stretches.pop_back();
+  }
+  result.located.insert(result.located.end(), stretches.begin(), stretches.end());
+  if (rest > 0.0) {
+    result.located.push_back(
+        {"time", worst,
+         stretches.empty() ? "spread over the whole record" : "the rest of the record", 0.0,
+         s.time_s.back(), rest});
+  }
+
+  // By condition.
+  std::vector<Located> list;
+  const Pattern pattern = best_pattern(residual, period_s);
+  double left = 1.0;
+  if (pattern.what != nullptr && pattern.share > 0.6) {
+    list.push_back(
+        {"condition", worst, pattern.what, pattern.from_s, s.time_s.back(), pattern.share});
+    left -= pattern.share;
+  }
+  const std::vector<Condition> conditions = conditions_of(s, result.model, period_s);
+  std::array<double, kConditions> shares{};
+  std::array<double, kConditions> peak{};
+  std::array<std::size_t, kConditions> peak_at{};
+  const std::size_t window = std::max<std::size_t>(1, n / 100);
+  std::array<double, kConditions> running{};
+  for (std::size_t k = 0; k < n; ++k) {
+    shares[conditions[k]] += energy[k] / total;
+    running[conditions[k]] += energy[k];
+    if (k >= window) running[conditions[k - window]] -= energy[k - window];
+    if (running[conditions[k]] > peak[conditions[k]]) {
+      peak[conditions[k]] = running[conditions[k]];
+      peak_at[conditions[k]] = k;
+    }
+  }
+  for (std::size_t c = 0; c < kConditions; ++c) {
+    if (shares[c] <= 0.0) continue;
+    const std::size_t begin = peak_at[c] >= window ? peak_at[c] - window : 0;
+    list.push_back({"condition", worst, kConditionText[c], s.time_s[begin], s.time_s[peak_at[c]],
+                    shares[c] * left});
+  }
+  std::sort(list.begin(), list.end(),
+            [](const Located& a, const Located& b) { return a.share_of_gap > b.share_of_gap; });
+  result.located.insert(result.located.end(), list.begin(), list.end());
+}
+
+}  // namespace loopwarden::gap

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/record_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace loopwarden::gap {
+namespace {
+
+std::string percent(double share) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%.3g %%", 100.0 * share);
+  return text;
+}
+
+// Smallest difference that occurs between neighbours, 0 if the values are all alike or not stepped.
+double resolution_of(const std::vector<double>& column) {
+  std::vector<double> moves;
+  for (std::size_t k = 1; k < column.size(); ++k) {
+    const double move = std::abs(column[k] - column[k - 1]);
+    if (move > 0.0) moves.push_back(move);
+  }
+  if (moves.size() < 20) return 0.0;
+  std::sort(moves.begin(), moves.end());
+  // A rounded signal repeats its smallest move; one that is not has no two alike.
+  const double least = moves[moves.size() / 50];
+  const auto alike = std::count_if(moves.begin(), moves.end(), [&](double m) {
+    const double steps = m / least;
+    return std::abs(steps - std::nearbyint(steps)) < 0.02;
+  });
+  return static_cast<double>(alike) > 0.9 * static_cast<double>(moves.size()) ? least : 0.0;
+}
+
+std::size_t missing_in(const std::vector<double>& column) {
+  return static_cast<std::size_t>(
+      std::count_if(column.begin(), column.end(), [](double v) { return !std::isfinite(v); }));
+}
+
+// The longest stretch of equal values.
+std::pair<std::size_t, std::size_t> longest_rest(const std::vector<double>& column) {
+  std::pair<std::size_t, std::size_t> longest{0, 0};
+  std::size_t begin = 0;
+  for (std::size_t k = 1; k <= column.size(); ++k) {
+    if (k < column.size() && column[k] == column[begin]) continue;
+    if (k - begin > longest.second - longest.first) longest = {begin, k};
+    begin = k;
+  }
+  return longest;
+}
+
+}  // namespace
+
+std::vector<double> held(const std::vector<double>& column) {
+  std::vector<double> out = column;
+  const auto first =
+      std::find_if(out.begin(), out.end(), [](double v) { return std::isfinite(v); });
+  if (first == out.end()) return out;
+  double last = *first;
+  for (double& v : out) {
+    if (std::isfinite(v)) {
+      last = v;
+    } else {
+      v = last;
+    }
+  }
+  return out;
+}
+
+std::vector<std::size_t> reversals(const std::vector<double>& column, double band) {
+  std::vector<std::size_t> turns;
+  double high = column.empty() ? 0.0 : column.front();
+  double low = high;
+  int direction = 0;
+  for (std::size_t k = 0; k < column.size(); ++k) {
+    high = std::max(high, column[k]);
+    low = std::min(low, column[k]);
+    if (direction <= 0 && column[k] > low + band) {
+      if (direction < 0) turns.push_back(k);
+      direction = 1;
+      high = column[k];
+    } else if (direction >= 0 && column[k] < high - band) {
+      if (direction > 0) turns.push_back(k);
+      direction = -1;
+      low = column[k];
+    }
+    if (direction > 0) low = column[k];   // the next turn counts from the top
+    if (direction < 0) high = column[k];  // and from the bottom
+  }
+  return turns;
+}
+
+double noise_of(const std::vector<double>& column) {
+  std::vector<double> bends;
+  for (std::size_t k = 1; k + 1 < column.size(); ++k) {
+    const double bend = std::abs(column[k + 1] - 2.0 * column[k] + column[k - 1]);
+    if (std::isfinite(bend)) bends.push_back(bend);
+  }
+  if (bends.empty()) return 0.0;
+  const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
+  std::nth_element(bends.begin(), middle, bends.end());
+  const double noise = 1.4826 * *middle / std::sqrt(6.0);
+  const double rounding = resolution_of(column) / std::sqrt(12.0);
+  return std::max(noise, rounding);
+}
+
+RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
+  RecordCheck check;
+  const auto refuse = [&](std::string why) {
+    check.usable = false;
+    check.refusal = std::move(why);
+    return check;
+  };
+  const auto note = [&](const char* what, std::string text, double from_s = kNone,
+                        double to_s = kNone) {
+    check.notes.push_back({what, std::move(text), from_s, to_s});
+  };
+  const std::size_t n = record.size();
+  if (n < kFewestSamples) {
+    return refuse("only " + std::to_string(n) + " samples; at least " +
+                  std::to_string(kFewestSamples) + " are needed");
+  }
+  if (std::abs(record.period_s - model.sample_time_s) > 0.01 * model.sample_time_s) {
+    char text[96];
+    std::snprintf(text, sizeof text, "sampled every %g s, but the model's sample_time is %g s",
+                  record.period_s, model.sample_time_s);
+    return refuse(text);
+  }
+  const std::size_t missing = missing_in(record.pv);
+  if (missing * 5 > n) {
+    return refuse(percent(static_cast<double>(missing) / static_cast<double>(n)) +
+                  " of PV is missing; at most 20 % may be");
+  }
+  if (missing > 0)
+    note("missing", std::to_string(missing) + " samples of PV are missing; passed over");
+  const std::vector<double> pv = held(record.pv);
+  check.noise_rms = noise_of(record.pv);
+  check.pv_resolution = resolution_of(pv);
+  const auto [pv_low, pv_high] = std::minmax_element(pv.begin(), pv.end());
+  if (*pv_high - *pv_low <= 0.0)
+    return refuse("PV never moves: the transmitter or the record is frozen");
+
+  const auto [rest_begin, rest_end] = longest_rest(record.pv);
+  if (check.pv_resolution < 0.3 * (*pv_high - *pv_low) / 20.0 && rest_end - rest_begin >= 50 &&
+      check.noise_rms > check.pv_resolution) {
+    note("frozen", "PV does not change although it is noisy elsewhere", record.time_s(rest_begin),
+         record.time_s(rest_end));
+  }
+  const auto at_limit = [&](const std::vector<double>& column, double low, double high) {
+    const double margin = 1e-3 * (high - low);
+    return static_cast<double>(
+               std::count_if(column.begin(), column.end(),
+                             [&](double v) { return v <= low + margin || v >= high - margin; })) /
+           static_cast<double>(column.size());
+  };
+  const double pv_limited = at_limit(pv, model.transmitter.low, model.transmitter.high);
+  if (pv_limited > 0.002) {
+    note("saturated", "PV stands at an end of the transmitter's range for " + percent(pv_limited) +
+                          " of the record");
+  }
+  if (record.has_co()) {
+    const std::size_t missing_co = missing_in(record.co);
+    if (missing_co * 20 > n) {
+      return refuse(percent(static_cast<double>(missing_co) / static_cast<double>(n)) +
+                    " of CO is missing; at most 5 % may be");
+    }
+    if (missing_co > 0) {
+      note("missing",
+           std::to_string(missing_co) + " samples of CO are missing; the value before holds");
+    }
+    const std::vector<double> co = held(record.co);
+    check.co_resolution = resolution_of(co);
+    const double low = model.controller.pid.output_low;
+    const double high = model.controller.pid.output_high;
+    const auto [co_low, co_high] = std::minmax_element(co.begin(), co.end());
+    check.output_span_used = *co_high - *co_low;
+    if (*co_low < low - 0.02 * (high - low) || *co_high > high + 0.02 * (high - low)) {
+      char text[128];
+      std::snprintf(text, sizeof text,
+                    "CO runs from %g to %g, outside the model's output range of %g to %g", *co_low,
+                    *co_high, low, high);
+      return refuse(text);
+    }
+    const double limited = at_limit(co, low, high);
+    if (limited > 0.002) {
+      note("saturated", "CO stands at a limit for " + percent(limited) + " of the record");
+    }
+    // Reversals beyond the noise of CO.
+    const double band = std::max(0.005 * (high - low), 6.0 * noise_of(co));
+    check.output_reversals = static_cast<int>(reversals(co, band).size());
+    if (check.output_span_used < 0.01 * (high - low)) {
+      note("little movement",
+           "CO moves by less than 1 % of its span: valve effects can't be told apart; "
+           "step the set point by 3 % twice in each direction");
+    }
+  }
+  return check;
+}
+
+std::vector<bool> usable_samples(const Record& record, const plant::LoopModel& model) {
+  std::vector<bool> used(record.size(), true);
+  const auto wake = static_cast<std::size_t>(
+      (model.process.dead_time_s + 4.0 * model.process.time_constant_s) / record.period_s);
+  std::size_t blind = 0;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    if (!std::isfinite(record.pv[k])) used[k] = false;
+    if (!record.has_co()) continue;
+    blind = std::isfinite(record.co[k]) ? 0 : blind + 1;
+    // One sample is bridged by the value before; after more, PV answers to what nobody knows.
+    if (blind == 2) {
+      for (std::size_t i = k; i < std::min(record.size(), k + wake); ++i) used[i] = false;
+    } else if (blind > 2 && k + wake < record.size()) {
+      used[k + wake] = false;
+    }
+  }
+  return used;
+}
+
+}  // namespace loopwarden::gap

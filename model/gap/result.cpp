@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/result.hpp"
+
+namespace loopwarden::gap {
+
+const char* to_text(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::missing_effect: return "missing_effect";
+    case Verdict::no_gap: return "no_gap";
+    case Verdict::unexplained: break;
+  }
+  return "unexplained";
+}
+
+}  // namespace loopwarden::gap

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the gap workflow found: everything that gap.json, the corrected model and the report show.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::gap {
+
+inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+enum class Verdict : std::uint8_t { missing_effect, no_gap, unexplained };
+const char* to_text(Verdict verdict) noexcept;
+
+// Something about the record that a reader of the result must know.
+struct RecordNote {
+  std::string what;  // e.g. "frozen", "saturated", "missing", "little movement"
+  std::string text;  // one sentence
+  double from_s = kNone;
+  double to_s = kNone;
+};
+
+// What the record itself says about its quality.
+struct RecordCheck {
+  bool usable = true;
+  std::string refusal;            // why not, where not usable
+  std::vector<RecordNote> notes;  // went on in spite of these
+  double noise_rms = 0.0;         // PV units: white noise and rounding, from second differences
+  double pv_resolution = 0.0;     // PV units, smallest step between neighbours; 0: not seen
+  double co_resolution = 0.0;     // CO units
+  int output_reversals = 0;       // of CO, beyond its noise
+  double output_span_used = 0.0;  // CO units
+};
+
+// An effect that the model lacks.
+struct FoundEffect {
+  plant::EffectSpec spec;  // for controller_mismatch: kp, ki as found in the record
+  plant::Block block = plant::Block::valve;
+  double confidence = 0.0;                                // 0 to 1, calibrated
+  std::vector<std::string> alternatives;                  // names the record can't tell apart
+  std::map<std::string, std::array<double, 2>> interval;  // 95 %, for each parameter
+  std::string evidence;                                   // one sentence
+};
+
+// Of PV in a free run driven by the measured CO (without CO: of the closed loop driven by SP).
+struct Misfit {
+  double rmse = kNone;                 // PV units, whole record
+  double fit_percent = kNone;          // NaN: PV hardly moves
+  double training_rmse = kNone;        // PV units, first two thirds
+  double holdout_rmse = kNone;         // PV units, last third
+  double holdout_fit_percent = kNone;  // NaN: PV hardly moves
+};
+
+struct Step {
+  std::string added;    // effect; a leading '-' means taken out again
+  double rmse = kNone;  // PV units, first two thirds
+  double holdout_rmse = kNone;
+};
+
+struct Located {
+  std::string by;  // block, time, condition
+  plant::Block block = plant::Block::valve;
+  std::string what;
+  double from_s = 0.0;  // where it shows most
+  double to_s = 0.0;
+  double share_of_gap = 0.0;  // adds up to 1 within each `by`
+};
+
+// A competitor, fitted alone to what the model lacks.
+struct TriedCandidate {
+  std::string name;
+  plant::Block block = plant::Block::valve;
+  plant::EffectSpec spec;
+  double rmse = kNone;  // PV units, first two thirds
+  double score =
+      kNone;  // log likelihood minus penalty, relative to the model as it is; more is better
+  bool chosen = false;
+  std::string why_not;
+};
+
+// For pictures, one value a sample; NaN where there is none.
+struct Series {
+  std::vector<double> time_s, sp, pv, co;
+  std::vector<double> pv_before, pv_after;  // free runs of the model as given and as corrected
+  std::vector<double> co_before, co_after;  // the model's controller from the measured SP and PV
+  std::vector<double> stem_after;           // CO units, of the corrected model
+};
+
+struct Result {
+  Verdict verdict = Verdict::no_gap;
+  std::string sentence;      // the whole result in one sentence
+  bool closed_loop = false;  // compared as a closed loop, because CO was not measured
+  RecordCheck check;
+  std::vector<FoundEffect> effects;
+  double noise_floor_rmse = 0.0;  // PV units
+  double load_intensity = 0.0;    // PV units per root second, of the unmeasured load; 0: none seen
+  Misfit before, after;
+  double controller_before_rmse = kNone;  // CO units
+  double controller_after_rmse = kNone;
+  std::vector<Step> steps;
+  std::vector<Located> located;
+  std::vector<TriedCandidate> candidates;
+  plant::LoopModel model, corrected;
+  double holdout_from_s = 0.0;  // s
+  Series series;
+};
+
+}  // namespace loopwarden::gap

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+namespace loopwarden::gap {
+namespace {
+
+constexpr double kFirstGain = 5.0;     // nats, to call one effect missing
+constexpr double kFurtherGain = 12.0;  // nats, for each further one
+constexpr double kLeastPart = 0.05;    // of the score before: less is the first one's own misfit
+constexpr double kLeastT = 1.7;        // over the blocks of the record
+constexpr std::size_t kBlocks = 12;
+constexpr std::size_t kSeeds = 3;  // best names from which pairs are formed
+constexpr std::size_t kMostEffects = 3;
+
+double penalty(const Fit& fit) {
+  double parameters = 0.0;
+  for (const Candidate* term : fit.terms) parameters += term->parameters;
+  return 0.5 * parameters * std::log(static_cast<double>(fit.samples));
+}
+
+std::set<std::string> names_of(const Fit& fit) {
+  std::set<std::string> names;
+  for (const Candidate* term : fit.terms) names.insert(term->name);
+  return names;
+}
+
+// Student's t of the gain in log likelihood over blocks of the record.
+double block_t(const Fitter& fitter, const Fit& more, const Fit& less) {
+  const std::vector<double> a = fitter.innovations(more);
+  const std::vector<double> b = fitter.innovations(less);
+  const std::size_t n = a.size();
+  const double constant = (less.deviance - more.deviance) / (2.0 * static_cast<double>(n));
+  std::vector<double> gains;
+  for (std::size_t block = 0; block < kBlocks; ++block) {
+    double gain = 0.0;
+    const std::size_t end = (block + 1) * n / kBlocks;
+    for (std::size_t i = block * n / kBlocks; i < end; ++i) {
+      gain += constant + 0.5 * (b[i] * b[i] - a[i] * a[i]);
+    }
+    gains.push_back(gain);
+  }
+  const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / kBlocks;
+  double spread = 0.0;
+  for (const double g : gains) spread += (g - mean) * (g - mean);
+  spread = std::sqrt(spread / (kBlocks - 1));
+  return spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kBlocks))) : 0.0;
+}
+
+double rms_apart(const std::vector<double>& a, const std::vector<double>& b, std::size_t end) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < end; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+  return std::sqrt(sum / static_cast<double>(end));
+}
+
+}  // namespace
+
+bool contains(const Fit& fit, std::string_view name) {
+  return std::any_of(fit.terms.begin(), fit.terms.end(),
+                     [&](const Candidate* term) { return name == term->name; });
+}
+
+SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& all,
+                            double least_rms, const SearchOptions& options,
+                            const ParallelFor& parallel,
+                            const std::function<void(double)>& progress) {
+  SearchResult result;
+  result.base = fitter.fit_model();
+  const std::size_t end = fitter.training_end();
+  result.base_rmse = fitter.training_rmse(result.base);
+  const auto hypothesis = [&](Fit fit) {
+    const double score = (result.base.deviance - fit.deviance) / 2.0 - penalty(fit);
+    const double rmse = fitter.training_rmse(fit);
+    return Hypothesis{std::move(fit), score, rmse};
+  };
+  const auto better = [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; };
+  result.chosen = hypothesis(result.base);
+  progress(0.05);
+
+  const auto static_alone = [&](const Candidate& candidate) -> const Hypothesis* {
+    switch (candidate.kind) {
+      case Kind::gain_change:
+      case Kind::output_bias:
+      case Kind::drift:
+      case Kind::equal_percentage:
+      case Kind::curve_table:
+      case Kind::oscillating_disturbance:
+      case Kind::step_disturbance: break;
+      default: return nullptr;
+    }
+    for (const Hypothesis& h : result.singles) {
+      if (h.fit.terms[0]->kind == candidate.kind) return &h;
+    }
+    return nullptr;
+  };
+  const auto add_each = [&](const std::vector<Hypothesis>& bases) {
+    std::vector<std::pair<const Fit*, const Candidate*>> jobs;
+    for (const Hypothesis& base : bases) {
+      for (const Candidate& candidate : all) {
+        if (contains(base.fit, candidate.name)) continue;
+        if (is_friction(candidate.kind) &&
+            std::any_of(base.fit.terms.begin(), base.fit.terms.end(),
+                        [](const Candidate* term) { return is_friction(term->kind); })) {
+          continue;
+        }
+        // A sticking valve is searched for again beside what shifts PV as a whole: without that its
+        // own search went astray.
+        const Candidate* first = base.fit.terms.size() == 1 ? base.fit.terms[0] : nullptr;
+        const Hypothesis* alone =
+            first != nullptr && !first->smooth && first->block == plant::Block::valve
+                ? static_alone(candidate)
+                : nullptr;
+        if (alone != nullptr) {
+          jobs.emplace_back(&alone->fit, first);
+        }
+        // A disturbance may show only when the valve is right.
+        if (alone == nullptr || candidate.block == plant::Block::disturbance) {
+          jobs.emplace_back(&base.fit, &candidate);
+        }
+      }
+    }
+    std::vector<Hypothesis> made(jobs.size());
+    parallel(jobs.size(), [&](std::size_t i) {
+      made[i] = hypothesis(fitter.fit_added(*jobs[i].first, *jobs[i].second));
+    });
+    return made;
+  };
+  // Best hypothesis of each set of names, best first.
+  const auto distinct = [&](std::vector<Hypothesis> list) {
+    std::sort(list.begin(), list.end(), better);
+    std::vector<Hypothesis> kept;
+    std::set<std::set<std::string>> seen;
+    for (Hypothesis& h : list) {
+      if (seen.insert(names_of(h.fit)).second) kept.push_back(std::move(h));
+    }
+    return kept;
+  };
+  const auto accepted = [&](const Hypothesis& more, const Hypothesis& less, double gain) {
+    return more.score - less.score > std::max(gain, kLeastPart * less.score) &&
+           rms_apart(fitter.simulate(more.fit), fitter.simulate(less.fit), end) > least_rms &&
+           (less.fit.terms.empty() || more.fit.terms.back()->kind == Kind::step_disturbance ||
+            block_t(fitter, more.fit, less.fit) > kLeastT);
+  };
+
+  result.singles = distinct(add_each({result.chosen}));
+  result.tried = result.singles;
+  progress(options.several ? 0.3 : 0.9);
+  if (accepted(result.singles.front(), result.chosen, kFirstGain)) {
+    result.chosen = result.singles.front();
+    result.path.push_back({result.chosen.fit.terms[0]->name});
+  }
+  if (options.several && !result.chosen.fit.terms.empty()) {
+    std::vector<Hypothesis> seeds(result.singles.begin(),
+                                  result.singles.begin() + static_cast<std::ptrdiff_t>(std::min(
+                                                               kSeeds, result.singles.size())));
+    for (std::size_t count = 2; count <= kMostEffects; ++count) {
+      std::vector<Hypothesis> more = distinct(add_each(seeds));
+      progress(count == 2 ? 0.75 : 0.95);
+      result.tried.insert(result.tried.end(), more.begin(), more.end());
+      if (!accepted(more.front(), result.chosen, kFurtherGain)) break;
+      // Step back: an effect that the others have made superfluous goes.
+      Hypothesis next = more.front();
+      for (std::size_t i = 0; i + 1 < next.fit.terms.size();) {
+        Hypothesis without = hypothesis(fitter.fit_without(next.fit, i, 150));
+        result.tried.push_back(without);
+        if (next.score - without.score < kFurtherGain) {
+          next = std::move(without);
+        } else {
+          ++i;
+        }
+      }
+      if (next.fit.terms.size() < count) break;
+      result.chosen = std::move(next);
+      std::vector<std::string> names;
+      for (const Candidate* term : result.chosen.fit.terms) names.emplace_back(term->name);
+      result.path.push_back(std::move(names));
+      seeds = {result.chosen};
+    }
+  }
+  for (const Candidate* term : result.chosen.fit.terms) {
+    double rival = 0.0;  // the model alone
+    for (const Hypothesis& h : result.tried) {
+      if (h.fit.terms.size() <= result.chosen.fit.terms.size() && !contains(h.fit, term->name)) {
+        rival = std::max(rival, h.score);
+      }
+    }
+    result.margins.push_back(result.chosen.score - rival);
+  }
+  progress(1.0);
+  return result;
+}
+
+}  // namespace loopwarden::gap

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which effects are missing: a competition of hypotheses, each the model plus some effects.
+//
+// Every candidate is fitted alone; the best few are each joined by every other, and the winner is
+// tried again without each of its effects, so that a first name that was wrong is stepped back from.
+// A hypothesis is scored by
+//   score = (deviance of the model alone - deviance of the hypothesis)/2 - k/2 ln N
+// with k parameters and N samples (Schwarz 1978), on the first two thirds of the record. Another
+// effect is taken in only if its gain in score is clear, spread over the record (a t-test over
+// blocks), and large enough to matter in PV.
+//
+// Sources: Schwarz, Ann. Stat. 6 (1978) 461-464; Bacher and Madsen, Energy and Buildings 43 (2011)
+// 1511-1522, for forward selection of physical models.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "model/gap/fit.hpp"
+
+namespace loopwarden::gap {
+
+// Calls body(0) to body(count - 1), in any order or at once, and returns when all are done.
+using ParallelFor =
+    std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
+
+// Steps of the workflow that can be left out, to see what each brings.
+struct SearchOptions {
+  bool several = true;     // more than one effect, with the step back
+  bool load = true;        // an unmeasured load is modelled
+  bool allowances = true;  // a healthy valve's friction and momentum are allowed for
+};
+
+struct Hypothesis {
+  Fit fit;
+  double score = 0.0;          // nats above the model alone
+  double training_rmse = 0.0;  // PV units, free run
+};
+
+struct SearchResult {
+  Fit base;                                    // the model alone, within its uncertainty
+  double base_rmse = 0.0;                      // PV units, first two thirds
+  Hypothesis chosen;                           // without terms: none is missing
+  std::vector<Hypothesis> singles;             // best of each name, best first
+  std::vector<Hypothesis> tried;               // all
+  std::vector<std::vector<std::string>> path;  // names after each step
+  std::vector<double> margins;  // nats, for each term of `chosen`: to the best one without it
+};
+
+bool contains(const Fit& fit, std::string_view name);
+
+// `progress` is told what is done of how much.
+SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& all,
+                            double least_rms, const SearchOptions& options,
+                            const ParallelFor& parallel,
+                            const std::function<void(double)>& progress);
+
+}  // namespace loopwarden::gap

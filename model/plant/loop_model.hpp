@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// A loop as its engineers believe it to be: plain data, read from a model file by config/.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "model/control/loop_controller.hpp"
+#include "model/plant/effect.hpp"
+#include "model/plant/process.hpp"
+#include "model/plant/transmitter.hpp"
+
+namespace loopwarden::plant {
+
+enum class Block : std::uint8_t { controller, valve, process, transmitter, disturbance };
+const char* to_text(Block block) noexcept;
+
+// An effect by name, as it stands in a file. effect_catalogue.hpp turns it into an Effect.
+struct EffectSpec {
+  std::string name;
+  std::map<std::string, double> parameters{};      // as in the catalogue, units there
+  std::map<std::string, std::string> options{};    // e.g. law: karnopp
+  std::vector<std::pair<double, double>> table{};  // points of a characteristic, CO units
+
+  friend bool operator==(const EffectSpec&, const EffectSpec&) = default;
+};
+
+struct ScheduledFault {
+  EffectSpec effect;
+  Block block = Block::valve;
+  Schedule schedule;
+
+  friend bool operator==(const ScheduledFault&, const ScheduledFault&) = default;
+};
+
+struct ProcessUncertainty {  // relative, what a fit may move without calling it an effect
+  double gain = 0.03;
+  double time_constant = 0.06;
+  double dead_time = 0.03;
+
+  friend bool operator==(const ProcessUncertainty&, const ProcessUncertainty&) = default;
+};
+
+struct Scenario {
+  double duration_s = 300.0;                         // s
+  std::vector<std::pair<double, double>> set_point;  // (s, PV units), first at 0
+  std::vector<ScheduledFault> faults;
+  std::uint64_t seed = 1;
+
+  friend bool operator==(const Scenario&, const Scenario&) = default;
+};
+
+struct LoopModel {
+  double sample_time_s = 0.1;  // s
+  control::ControllerSettings controller;
+  std::vector<EffectSpec> valve_effects;  // in the order in which CO meets them
+  ProcessParameters process;
+  std::vector<EffectSpec> process_effects;
+  ProcessUncertainty uncertainty;
+  TransmitterParameters transmitter;
+  std::vector<EffectSpec> transmitter_effects;
+  std::vector<EffectSpec> disturbances;
+  Scenario scenario;
+
+  friend bool operator==(const LoopModel&, const LoopModel&) = default;
+};
+
+}  // namespace loopwarden::plant

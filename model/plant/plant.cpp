@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/plant.hpp"
+
+#include <algorithm>
+
+#include "model/plant/effect_catalogue.hpp"
+
+namespace loopwarden::plant {
+
+Plant::Plant(const LoopModel& model, std::uint64_t seed)
+    : sample_time_s_(model.sample_time_s),
+      output_low_(model.controller.pid.output_low),
+      output_high_(model.controller.pid.output_high),
+      process_(model.process, model.sample_time_s),
+      transmitter_(model.transmitter, seed) {
+  EffectContext context{.sample_time_s = model.sample_time_s,
+                        .output_low = output_low_,
+                        .output_high = output_high_,
+                        .seed = seed};
+  const auto add = [&](EffectChain& chain, Block block, const EffectSpec& spec,
+                       const Schedule& schedule) {
+    ++context.seed;  // each random effect has a stream of its own
+    check_effect(spec, block, context);
+    chain.add(make_effect(spec, context), schedule);
+  };
+  for (const EffectSpec& spec : model.valve_effects) add(valve_, Block::valve, spec, {});
+  for (const EffectSpec& spec : model.process_effects)
+    add(process_effects_, Block::process, spec, {});
+  for (const EffectSpec& spec : model.transmitter_effects) {
+    add(transmitter_effects_, Block::transmitter, spec, {});
+  }
+  for (const EffectSpec& spec : model.disturbances)
+    add(disturbances_, Block::disturbance, spec, {});
+  for (const ScheduledFault& fault : model.scenario.faults) {
+    EffectChain& chain = fault.block == Block::valve         ? valve_
+                         : fault.block == Block::process     ? process_effects_
+                         : fault.block == Block::transmitter ? transmitter_effects_
+                                                             : disturbances_;
+    add(chain, fault.block, fault.effect, fault.schedule);
+  }
+  reset(output_low_);
+}
+
+void Plant::reset(double co) noexcept {
+  samples_ = 0;
+  double flow = valve_.reset(co, 0.0, stem_);
+  flow = process_effects_.reset(flow, 0.0);
+  const double pv = disturbances_.reset(process_.reset(flow), 0.0);
+  true_pv_ = pv;
+  pv_ = transmitter_.step(transmitter_effects_.reset(pv, 0.0));
+}
+
+double Plant::output_for(double pv) const {
+  Plant probe(*this);
+  const auto rest_pv = [&](double co) {
+    probe.reset(co);
+    return probe.true_pv_;
+  };
+  double low = output_low_;
+  double high = output_high_;
+  const bool rising = rest_pv(high) >= rest_pv(low);
+  for (int i = 0; i < 60; ++i) {  // halves the span below any resolution
+    const double middle = (low + high) / 2.0;
+    ((rest_pv(middle) < pv) == rising ? low : high) = middle;
+  }
+  return (low + high) / 2.0;
+}
+
+double Plant::step(double co) noexcept {
+  const double held_from_s = time_s();
+  const double flow = valve_.step(co, held_from_s, stem_);
+  const double driving = process_effects_.step(flow, held_from_s);
+  ++samples_;
+  const double now_s = time_s();
+  true_pv_ = disturbances_.step(process_.step(driving), now_s);
+  pv_ = transmitter_.step(transmitter_effects_.step(true_pv_, now_s));
+  return pv_;
+}
+
+double Plant::fault_severity() const noexcept {
+  const double now_s = time_s();
+  return std::max({valve_.scheduled_severity(now_s), process_effects_.scheduled_severity(now_s),
+                   transmitter_effects_.scheduled_severity(now_s),
+                   disturbances_.scheduled_severity(now_s)});
+}
+
+}  // namespace loopwarden::plant

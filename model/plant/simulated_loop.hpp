@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// The closed loop: the controller of model/control on the plant of plant.hpp.
+//
+// Each sample: SP from the profile, PV from the plant, CO from the controller; CO is then held for
+// one period. `u_valve` of the jacket is the plant's stem.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "model/control/loop_controller.hpp"
+#include "model/plant/loop_model.hpp"
+#include "model/plant/plant.hpp"
+
+namespace loopwarden::plant {
+
+struct LoopSample {
+  double time_s = 0.0;
+  double sp = 0.0;                  // PV units
+  double pv = 0.0;                  // PV units, measured
+  double co = 0.0;                  // CO units, what went out
+  double stem = 0.0;                // CO units
+  double true_pv = 0.0;             // PV units
+  double jacket_rate = 0.0;         // CO units/s, acting
+  double jacket_shadow_rate = 0.0;  // CO units/s, asked for
+  double severity = 0.0;            // of the scheduled faults, 0 to 1
+};
+
+class SimulatedLoop {
+ public:
+  // At rest at the first set point of the scenario, in automatic. CO is rounded to
+  // `output_resolution` (CO units; 0: not at all) as by a converter.
+  explicit SimulatedLoop(const LoopModel& model, double output_resolution = 0.0);
+
+  // The next sample. Never ends; the last set point stands.
+  LoopSample step() noexcept;
+
+  control::LoopController& controller() noexcept { return controller_; }
+  const Plant& plant() const noexcept { return plant_; }
+
+ private:
+  std::vector<std::pair<double, double>> set_point_;  // (s, PV units)
+  std::size_t next_set_point_ = 0;
+  double output_low_;         // CO units
+  double output_resolution_;  // CO units
+  Plant plant_;
+  control::LoopController controller_;
+};
+
+}  // namespace loopwarden::plant

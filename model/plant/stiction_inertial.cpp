@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/stiction_inertial.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace loopwarden::plant {
+namespace {
+
+constexpr int kMostStops = 16;  // in one period; more would be chatter of rounding errors
+
+}  // namespace
+
+StictionInertial::StictionInertial(StictionParameters parameters, Actuator actuator,
+                                   double period_s) noexcept
+    : full_(parameters),
+      period_s_(period_s),
+      decay_rate_(actuator.damping * actuator.natural_frequency_rad_s),
+      frequency_(actuator.natural_frequency_rad_s *
+                 std::sqrt(1.0 - actuator.damping * actuator.damping)),
+      stiffness_(actuator.natural_frequency_rad_s * actuator.natural_frequency_rad_s) {
+  const double decay = std::exp(-decay_rate_ * period_s);
+  const double c = decay * std::cos(frequency_ * period_s);
+  const double s = decay * std::sin(frequency_ * period_s) / frequency_;
+  xx_ = c + decay_rate_ * s;
+  xv_ = s;
+  vx_ = -stiffness_ * s;
+  vv_ = c - decay_rate_ * s;
+  set_severity(1.0);
+}
+
+void StictionInertial::set_severity(double severity) noexcept {
+  const StictionParameters now{full_.s * severity, full_.j * severity};
+  static_friction_ = now.static_friction();
+  moving_friction_ = now.moving_friction();
+  absent_ = severity <= 0.0;
+}
+
+double StictionInertial::reset(double u) noexcept {
+  v_ = 0.0;
+  return x_ = u;
+}
+
+void StictionInertial::advance(double centre, double time_s) noexcept {
+  const double decay = std::exp(-decay_rate_ * time_s);
+  const double c = decay * std::cos(frequency_ * time_s);
+  const double s = decay * std::sin(frequency_ * time_s) / frequency_;
+  const double y = x_ - centre;
+  x_ = centre + (c + decay_rate_ * s) * y + s * v_;
+  v_ = -stiffness_ * s * y + (c - decay_rate_ * s) * v_;
+}
+
+double StictionInertial::step(double u) noexcept {
+  if (!std::isfinite(u)) return x_;
+  if (absent_) return reset(u);
+  double left_s = period_s_;
+  for (int stops = 0; stops < kMostStops && left_s > 0.0; ++stops) {
+    if (v_ == 0.0 && std::abs(u - x_) <= static_friction_) break;
+    const double direction = v_ != 0.0 ? std::copysign(1.0, v_) : std::copysign(1.0, u - x_);
+    const double centre = u - direction * moving_friction_;
+    const double y = x_ - centre;
+    if (stops == 0) {
+      const double v = vx_ * y + vv_ * v_;
+      if (v * direction > 0.0) {
+        x_ = centre + xx_ * y + xv_ * v_;
+        v_ = v;
+        break;
+      }
+    }
+    // When the velocity passes through zero next.
+    double stop_s = std::atan2(v_ * frequency_, stiffness_ * y + decay_rate_ * v_) / frequency_;
+    if (stop_s <= 1e-9) stop_s += std::numbers::pi / frequency_;
+    if (stop_s >= left_s) {
+      advance(centre, left_s);
+      break;
+    }
+    advance(centre, stop_s);
+    v_ = 0.0;
+    left_s -= stop_s;
+  }
+  return x_;
+}
+
+}  // namespace loopwarden::plant

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The transmitter: noise, range and resolution.
+//
+//   y = lo + r round( (clamp(q + N n, lo, hi) - lo) / r )
+//
+//   q, y, lo, hi  PV units     N  noise, standard deviation, PV units, >= 0
+//   r  resolution, PV units, >= 0 (0: none)     n  normal with standard deviation 1, from a seed
+//
+// Errors: none; a q that is not a number reads as lo. (hi - lo) / r must stay below 2^53.
+// What it can't do: white noise only. Lag, bias and drift are effects of their own.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "model/plant/random.hpp"
+
+namespace loopwarden::plant {
+
+struct TransmitterParameters {
+  double low = 0.0;         // PV units
+  double high = 10.0;       // PV units
+  double resolution = 0.0;  // PV units
+  double noise = 0.0;       // PV units
+
+  friend bool operator==(const TransmitterParameters&, const TransmitterParameters&) = default;
+};
+
+class Transmitter {
+ public:
+  Transmitter(const TransmitterParameters& parameters, std::uint64_t seed) noexcept
+      : parameters_(parameters), random_(seed) {}
+
+  double step(double q) noexcept {
+    const TransmitterParameters& p = parameters_;
+    if (p.noise > 0.0) q += p.noise * random_.normal();
+    q = q >= p.low ? std::min(q, p.high) : p.low;  // what is not a number reads as low
+    if (p.resolution > 0.0) {
+      // Not negative after the clamp, so that the cast rounds to the nearest step.
+      // NOLINTNEXTLINE(bugprone-incorrect-roundings): lround is a call, and q - low is not negative
+      const auto steps = static_cast<std::int64_t>((q - p.low) / p.resolution + 0.5);
+      q = p.low + p.resolution * static_cast<double>(steps);
+    }
+    return q;
+  }
+
+ private:
+  TransmitterParameters parameters_;
+  Random random_;
+};
+
+}  // namespace loopwarden::plant

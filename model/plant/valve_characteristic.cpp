@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/valve_characteristic.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace loopwarden::plant {
+
+ValveCharacteristic::ValveCharacteristic(const Parameters& parameters, double low,
+                                         double high) noexcept
+    : parameters_(parameters),
+      low_(low),
+      high_(high),
+      log_range_(std::log(parameters.rangeability)) {}
+
+double ValveCharacteristic::from_table(double x) const noexcept {
+  std::size_t right = 1;
+  while (right + 1 < parameters_.point_count && x > parameters_.points[right].first) ++right;
+  const auto& [x0, q0] = parameters_.points[right - 1];
+  const auto& [x1, q1] = parameters_.points[right];
+  return q0 + (q1 - q0) * (x - x0) / (x1 - x0);
+}
+
+double ValveCharacteristic::flow(double x) const noexcept {
+  if (parameters_.curve == Curve::table) return from_table(x);
+  const double span = high_ - low_;
+  const double h = std::clamp((x - low_) / span, 0.0, 1.0);
+  double share = h;
+  switch (parameters_.curve) {
+    case Curve::equal_percentage:
+      share = std::expm1(log_range_ * h) / (parameters_.rangeability - 1.0);
+      break;
+    case Curve::quick_opening: share = std::sqrt(h); break;
+    case Curve::butterfly: share = 1.0 - std::cos(std::numbers::pi / 2.0 * h); break;
+    case Curve::linear:
+    case Curve::table: break;
+  }
+  return low_ + span * share;
+}
+
+}  // namespace loopwarden::plant

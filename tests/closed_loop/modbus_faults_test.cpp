@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real daemon on a device that this project didn't write (pymodbus), through everything that goes
+// wrong on a plant. Each case ends with where the output stands on the device.
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <string>
+
+#include "tests/hal/modbus/modbus_rig.hpp"
+#include "tests/support/daemon_process.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using test::eventually;
+using test::SerialRig;
+using test::TcpRig;
+
+// Outputs that tell the cases apart, CO units.
+constexpr double kStop = 2.0;
+constexpr double kBadPv = 1.5;
+constexpr double kDeviceFailSafe = 0.5;
+constexpr double kSetPoint = 5.0;
+// The plant runs ten times as fast as plant 1, so do the controller's time constants.
+const std::vector<std::string> kDeviceArguments{"--speed", "10",      "--fail-safe",
+                                                "0.5",     "--start", "3"};
+
+constexpr const char* kLoop = R"(
+loop: FIC-101
+sample_time: {period}
+process_variable: {{unit: L/min, range: [0, 10], max_age: 0.4}}
+controller:
+  action: reverse
+  kp: 0.3494
+  ki: 0.4
+  set_point: {{limits: [0, 9]}}
+  output: {{unit: V, range: [0, 10], rate_limit: 5}}
+start: {{mode: automatic, set_point: 5, output: hold}}
+safe_actions:
+  stop: 2.0
+  bad_pv: {{hold_for: 0.3, then: 1.5}}
+  output_lost: hold
+  enable_open: 0
+  recovery: previous_mode
+  recovery_delay: 0.3
+recording: {{enabled: false}}
+io:
+  backend: modbus
+  poll_period: {period}
+  transmitter:
+    link: {link}
+    unit: 1
+    register: {{table: input, address: 0, type: f32}}
+    status: {{table: input, address: 18, mask: 0xFFFF, value: 0}}
+  positioner:
+    link: {link}
+    unit: 1
+    command: {{address: 0, type: f32}}
+    read_back: {{table: input, address: 20, type: f32}}
+    comm_loss: {{timeout: {watchdog}, register: {{address: 10, type: u16, scale: 0.1}}, value: {watchdog}}}
+)";
+
+std::string loop_file(const std::string& link, double watchdog_s,
+                      const std::string& tag = "FIC-101", double period_s = 0.05) {
+  std::string text = fmt::format(kLoop, fmt::arg("link", link), fmt::arg("watchdog", watchdog_s),
+                                 fmt::arg("period", period_s));
+  return text.replace(text.find("FIC-101"), 7, tag);
+}
+
+std::string tcp_link_yaml(const std::string& name, const std::string& port) {
+  return fmt::format(
+      "  {}: {{transport: tcp, host: 127.0.0.1, port: {}, response_timeout: 0.15, reconnect_min: "
+      "0.05, "
+      "reconnect_max: 0.3}}\n",
+      name, port);
+}
+
+// Daemon, device and a proxy that can spoil the replies, on TCP.
+struct TcpPlant {
+  TcpPlant()
+      : rig(kDeviceArguments),
+        daemon("links:\n" + tcp_link_yaml("field", rig.proxy.ready("port")),
+               {{"loops.d/FIC-101.yaml", loop_file("field", 1.0)}}) {}
+
+  double co() { return rig.device.state_number("co"); }
+  double pv() { return rig.device.state_number("pv"); }
+  bool in_automatic() {
+    return daemon.is("FIC-101", "mode", "AUTO") && daemon.is("FIC-101", "fault", "none");
+  }
+  bool at_set_point() { return in_automatic() && std::abs(pv() - kSetPoint) < 0.2; }
+  // Starts and lets the loop settle.
+  void settle() {
+    daemon.start();
+    REQUIRE(eventually([&] { return at_set_point(); }, std::chrono::seconds(30)));
+  }
+  bool output_at(double value) {
+    return eventually([&] { return std::abs(co() - value) < 0.01; });
+  }
+  // After the fault has gone: back in automatic, and the output has not jumped on the way.
+  void recovers() {
+    using Clock = std::chrono::steady_clock;
+    double last = co();
+    Clock::time_point last_look = Clock::now();
+    double worst = 0.0;
+    const bool back = eventually(
+        [&] {
+          const double now = co();
+          const Clock::time_point look = Clock::now();
+          const double passed_s = std::chrono::duration<double>(look - last_look).count();
+          // What the rate limit of 5 V/s allows since the last look, and a period of the loop and the bus.
+          worst = std::max(worst, std::abs(now - last) - 5.0 * (passed_s + 0.1));
+          last = now;
+          last_look = look;
+          return at_set_point();
+        },
+        std::chrono::seconds(30));
+    CHECK(back);
+    CHECK(worst <= 0.0);
+    CHECK(rig.device.state("unguarded_writes") == "0");
+  }
+
+  TcpRig rig;
+  DaemonProcess daemon;
+};
+
+TEST_CASE("the daemon controls a foreign device over TCP to the set point") {
+  TcpPlant plant;
+  plant.settle();
+  plant.daemon.client().set("FIC-101", {{"set_point", 6.0}});
+  CHECK(eventually([&] { return std::abs(plant.pv() - 6.0) < 0.2; }, std::chrono::seconds(30)));
+  CHECK(plant.rig.device.state("watchdog") == "ok");
+  CHECK(plant.rig.device.state("watchdog_register") == "10");
+}
+
+TEST_CASE("the daemon controls a foreign device over a serial line to the set point") {
+  SerialRig rig(kDeviceArguments);
+  DaemonProcess daemon(
+      fmt::format("links:\n  line: {{transport: rtu, device: {}, baud: 115200, parity: none, "
+                  "response_timeout: 0.2, reconnect_min: 0.05, reconnect_max: 0.3}}\n",
+                  rig.proxy.ready("master")),
+      {{"loops.d/FIC-101.yaml", loop_file("line", 2.0, "FIC-101", 0.1)}});
+  daemon.start();
+  CHECK(eventually([&] { return std::abs(rig.device.state_number("pv") - kSetPoint) < 0.2; },
+                   std::chrono::seconds(30)));
+
+  // A late reply, and the loop is back with fresh values afterwards.
+  rig.proxy.command("late 400 1");
+  CHECK(eventually([&] { return daemon.loop("FIC-101")["io"]["timeouts"].get<int>() > 0; }));
+  CHECK(eventually(
+      [&] {
+        return daemon.is("FIC-101", "mode", "AUTO") &&
+               std::abs(rig.device.state_number("pv") - kSetPoint) < 0.2;
+      },
+      std::chrono::seconds(30)));
+
+  // The line goes silent: only the device itself can act, and does.
+  rig.proxy.command("silent");
+  CHECK(
+      eventually([&] { return std::abs(rig.device.state_number("co") - kDeviceFailSafe) < 0.01; }));
+  rig.proxy.command("ok");
+  CHECK(eventually([&] { return std::abs(rig.device.state_number("pv") - kSetPoint) < 0.2; },
+                   std::chrono::seconds(30)));
+  CHECK(rig.device.state("unguarded_writes") == "0");
+}
+
+TEST_CASE("fault, transmitter: failure, NaN and out of range send the output to the bad-PV value") {
+  TcpPlant plant;
+  plant.settle();
+  const auto [spoil, mend] =
+      GENERATE(std::pair("status 1", "status 0"), std::pair("pv nan", "pv auto"),
+               std::pair("pv inf", "pv auto"), std::pair("pv 42", "pv auto"));
+  INFO(spoil);
+  plant.rig.device.command(spoil);
+  CHECK(plant.output_at(kBadPv));
+  CHECK(plant.daemon.is("FIC-101", "fault", "bad PV"));
+  plant.rig.device.command(mend);
+  plant.recovers();
+}
+
+TEST_CASE("fault, device restart: its watchdog is set again before the first command") {
+  TcpPlant plant;
+  plant.settle();
+  plant.rig.device.command("restart 1.0");
+  CHECK(eventually([&] { return plant.rig.device.state("watchdog_register") == "10"; }));
+  plant.recovers();
+}
+
+TEST_CASE(
+    "fault, replies late, truncated, garbage, of another unit, with another number, exceptions") {
+  TcpPlant plant;
+  plant.settle();
+  const std::string spoil = GENERATE(as<std::string>(), "late 400", "truncate", "garbage",
+                                     "wrong_unit", "wrong_number", "exception 4");
+  INFO(spoil);
+  const double before = plant.co();
+  plant.rig.proxy.command(spoil);
+  REQUIRE(eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
+  // Held by the loop while commands still get through, or put where the device's watchdog says.
+  const bool ended = eventually([&] {
+    const double now = plant.co();
+    return plant.rig.device.state("watchdog") == "tripped" ? std::abs(now - kDeviceFailSafe) < 0.01
+                                                           : std::abs(now - before) < 0.3;
+  });
+  CHECK(ended);
+  plant.rig.proxy.command("ok");
+  plant.recovers();
+}
+
+TEST_CASE(
+    "fault, cable pulled with the link closed: the device's watchdog acts, then bumpless return") {
+  TcpPlant plant;
+  plant.settle();
+  plant.rig.proxy.command("down");
+  CHECK(plant.output_at(kDeviceFailSafe));
+  CHECK_FALSE(plant.daemon.is("FIC-101", "fault", "none"));
+  plant.rig.proxy.command("up");
+  plant.recovers();
+}
+
+TEST_CASE(
+    "fault, cable pulled with the link silent: the device's watchdog acts, then bumpless return") {
+  TcpPlant plant;
+  plant.settle();
+  plant.rig.device.freeze();  // the peer takes bytes and says nothing
+  CHECK(eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
+  plant.rig.device.thaw();
+  plant.recovers();
+
+  plant.rig.proxy.command("silent");  // requests arrive, replies are lost
+  CHECK(plant.output_at(kDeviceFailSafe));
+  plant.rig.proxy.command("ok");
+  plant.recovers();
+}
+
+TEST_CASE("fault, SIGTERM: the output ends at the stop action and the daemon with 0") {
+  TcpPlant plant;
+  plant.settle();
+  plant.daemon.signal(SIGTERM);
+  CHECK(plant.daemon.wait_for_end() == 0);
+  CHECK(plant.co() == Approx(kStop));
+}
+
+TEST_CASE(
+    "fault, SIGTERM while the device is silent: the daemon ends and says what it could not do") {
+  TcpPlant plant;
+  plant.settle();
+  plant.rig.proxy.command("down");
+  REQUIRE(eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
+  plant.daemon.signal(SIGTERM);
+  CHECK(plant.daemon.wait_for_end() == 0);
+  CHECK(plant.daemon.log().find("output NOT at its stop value") != std::string::npos);
+  CHECK(plant.output_at(kDeviceFailSafe));
+}
+
+TEST_CASE(
+    "fault, kill -9: the device's watchdog acts; --safe then sends the output to the stop action") {
+  TcpPlant plant;
+  plant.settle();
+  plant.daemon.signal(SIGKILL);
+  CHECK(plant.daemon.wait_for_end() == -SIGKILL);
+  CHECK(plant.output_at(kDeviceFailSafe));
+  CHECK(plant.daemon.run({"--config", plant.daemon.config().string(), "--safe"}) == 0);
+  CHECK(plant.co() == Approx(kStop));
+  plant.rig.proxy.command("down");
+  CHECK(plant.daemon.run({"--config", plant.daemon.config().string(), "--safe"}) == 74);
+}
+
+TEST_CASE("fault, restart after kill -9: the loop takes over where the valve stands") {
+  TcpPlant plant;
+  plant.settle();
+  plant.daemon.signal(SIGKILL);
+  plant.daemon.wait_for_end();
+  CHECK(plant.output_at(kDeviceFailSafe));
+  plant.daemon.start();
+  plant.recovers();
+}
+
+TEST_CASE("fault, SIGSTOP and SIGCONT: the device's watchdog acts, then bumpless return") {
+  TcpPlant plant;
+  plant.settle();
+  plant.daemon.signal(SIGSTOP);
+  CHECK(plant.output_at(kDeviceFailSafe));
+  plant.daemon.signal(SIGCONT);
+  plant.recovers();
+}
+
+TEST_CASE("fault, device absent at start: the daemon runs, and takes the loop over when it comes") {
+  TcpPlant plant;
+  plant.rig.proxy.command("down");
+  plant.daemon.start();
+  CHECK(eventually([&] { return plant.daemon.is("FIC-101", "fault", "starting"); }));
+  CHECK(plant.co() == Approx(3.0));
+  plant.rig.proxy.command("up");
+  plant.recovers();
+}
+
+TEST_CASE("fault, configuration broken: a reload keeps the loop running; a good one is applied") {
+  TcpPlant plant;
+  plant.settle();
+  plant.daemon.write_config("loops.d/FIC-101.yaml", "loop: FIC-101\ncontroller: [");
+  plant.daemon.signal(SIGHUP);
+  CHECK(eventually([&] { return plant.daemon.log().find("reload refused") != std::string::npos; }));
+  CHECK(plant.in_automatic());
+  std::string changed = loop_file("field", 1.0);
+  changed.replace(changed.find("limits: [0, 9]"), 14, "limits: [0, 4]");
+  changed.replace(changed.find("set_point: 5"), 12, "set_point: 4");
+  changed.replace(changed.find("stop: 2.0"), 9, "stop: 1.0");
+  plant.daemon.write_config("loops.d/FIC-101.yaml", changed);
+  plant.daemon.signal(SIGHUP);
+  CHECK(eventually([&] { return std::abs(plant.pv() - 4.0) < 0.2; }, std::chrono::seconds(30)));
+  plant.daemon.signal(SIGTERM);
+  CHECK(plant.daemon.wait_for_end() == 0);
+  CHECK(plant.co() == Approx(1.0));  // the stop action of the new file, not of the old
+}
+
+TEST_CASE("fault, a dead device never delays another loop") {
+  TcpRig alive(kDeviceArguments);
+  TcpRig dead(kDeviceArguments);
+  DaemonProcess daemon("links:\n" + tcp_link_yaml("one", alive.proxy.ready("port")) +
+                           tcp_link_yaml("two", dead.proxy.ready("port")),
+                       {{"loops.d/FIC-101.yaml", loop_file("one", 1.0)},
+                        {"loops.d/FIC-102.yaml", loop_file("two", 1.0, "FIC-102")}});
+  daemon.start();
+  REQUIRE(eventually([&] {
+    return daemon.is("FIC-101", "mode", "AUTO") && daemon.is("FIC-102", "mode", "AUTO");
+  }));
+  dead.proxy.command("silent");
+  REQUIRE(eventually([&] { return !daemon.is("FIC-102", "fault", "none"); }));
+  for (int i = 0; i < 200; ++i) {
+    REQUIRE(daemon.is("FIC-101", "fault", "none"));
+    ::usleep(10'000);
+  }
+  CHECK(std::abs(dead.device.state_number("co") - kDeviceFailSafe) < 0.01);
+}
+
+}  // namespace
+}  // namespace loopwarden::tests

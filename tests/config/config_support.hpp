@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Short files to vary, and what the readers say about them.
+#pragma once
+
+#include <stdlib.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include "config/config_reader.hpp"
+#include "config/loop_model_reader.hpp"
+
+namespace loopwarden::config::test {
+
+inline const std::string kModel = R"(sample_time: 0.1
+controller:
+  kp: 0.35
+  ki: 0.04
+  output: [0, 10]
+process:
+  gain: 1.2264
+  time_constant: 1.7
+  dead_time: 2.6
+transmitter:
+  range: [0, 10]
+)";
+
+// Its io section is line 16 on.
+inline const std::string kLoopHead = R"(loop: FIC-101
+sample_time: 0.1
+process_variable: {unit: L/min, range: [0, 10]}
+controller:
+  action: reverse
+  kp: 0.35
+  ki: 0.04
+  set_point: {limits: [0, 9]}
+  output: {unit: V, range: [0, 10], limits: [1, 9]}
+start: {mode: manual, set_point: 5}
+safe_actions:
+  stop: 1
+  bad_pv: hold
+  output_lost: hold
+  enable_open: 1
+)";
+
+inline const std::string kModbusLoop = kLoopHead + R"(io:
+  backend: modbus
+  transmitter:
+    link: skid
+    unit: 1
+    register: {table: input, address: 0, type: f32}
+  positioner:
+    link: skid
+    unit: 2
+    command: {address: 100, type: u16, scale: 0.001}
+    comm_loss: {timeout: 2, set_by: device}
+)";
+
+inline const std::string kAnalogLoop = kLoopHead + R"(io:
+  backend: analog
+  input: {device: adc, channel: voltage0, units_per_ma: 250}
+  output:
+    device: dac
+    channel: current1
+    comm_loss: none_accepted
+)";
+
+inline std::map<std::string, hal::modbus::LinkSettings> links() {
+  hal::modbus::LinkSettings tcp;
+  tcp.name = "skid";
+  tcp.host = "127.0.0.1";
+  hal::modbus::LinkSettings rtu;
+  rtu.name = "line";
+  rtu.transport = hal::modbus::Transport::rtu;
+  rtu.device = "/dev/ttyS0";
+  return {{"skid", tcp}, {"line", rtu}};
+}
+
+// `text` with its first `from` made `to`.
+inline std::string with(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+template <class T>
+std::string said(const Loaded<T>& loaded) {
+  const bool failed = has_errors(loaded.diagnostics);
+  CHECK(loaded.value.has_value() != failed);
+  return to_text(loaded.diagnostics);
+}
+
+inline std::string said_of_model(const std::string& text) {
+  return said(read_model_text("m.yaml", text));
+}
+inline std::string said_of_loop(const std::string& text) {
+  return said(read_loop_text("loop.yaml", text, links()));
+}
+inline std::string said_of_daemon(const std::string& text) {
+  return said(read_daemon_text("d.yaml", text));
+}
+
+inline std::string file_text(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  REQUIRE(stream);
+  return text.str();
+}
+
+// A folder of its own for one test, gone afterwards.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "loopwarden-XXXXXX").string();
+    REQUIRE(mkdtemp(name.data()) != nullptr);
+    path_ = name;
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+
+  const std::filesystem::path& path() const { return path_; }
+  void write(const std::string& name, const std::string& text) const {
+    std::filesystem::create_directories((path_ / name).parent_path());
+    std::ofstream(path_ / name, std::ios::binary) << text;
+  }
+  // Diagnostics with the folder's own name taken out.
+  std::string relative(std::string text) const {
+    const std::string prefix = path_.string() + "/";
+    for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix)) {
+      text.erase(at, prefix.size());
+    }
+    return text;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace loopwarden::config::test

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/controller_reader.hpp"
+
+#include "tests/config/config_support.hpp"
+
+using namespace loopwarden;
+using namespace loopwarden::config;
+using test::kModel;
+
+namespace {
+
+// A model with other gains; CO span 10, PV span 20.
+std::string with_gains(const std::string& lines) {
+  const std::string wide = test::with(kModel, "range: [0, 10]", "range: [0, 20]");
+  return test::with(wide, "  kp: 0.35\n  ki: 0.04\n", lines);
+}
+std::string said_of(const std::string& lines) { return test::said_of_model(with_gains(lines)); }
+
+control::PidSettings read(const std::string& lines) {
+  const auto model = read_model_text("m.yaml", with_gains(lines));
+  INFO(to_text(model.diagnostics));
+  REQUIRE(model);
+  return model->controller.pid;
+}
+
+}  // namespace
+
+TEST_CASE("Gains of the parallel form are taken as they are", "[config][controller]") {
+  const control::PidGains gains =
+      read("  kp: 0.5\n  ki: 0.25\n  kd: 0.125\n  derivative_filter: 2\n").gains;
+  CHECK(gains == control::PidGains{.kp = 0.5, .ki = 0.25, .kd = 0.125, .derivative_filter_s = 2});
+  CHECK(read("  kp: 0.5\n  ki: 0\n").gains.ki == 0.0);
+}
+
+TEST_CASE("Gains of the ISA form are converted by the spans", "[config][controller]") {
+  // kc is % of 10 CO units per % of 20 PV units.
+  const control::PidGains seconds = read("  kc: 2\n  ti: 8\n  td: 0.5\n").gains;
+  CHECK(seconds.kp == Approx(1.0));
+  CHECK(seconds.ki == Approx(0.125));
+  CHECK(seconds.kd == Approx(0.5));
+  const control::PidGains minutes = read("  pb: 50\n  ti_min: 0.5\n").gains;
+  CHECK(minutes.kp == Approx(1.0));
+  CHECK(minutes.ki == Approx(1.0 / 30.0));
+}
+
+TEST_CASE("The two forms are never mixed, and each is complete", "[config][controller]") {
+  CHECK(
+      said_of("  kp: 1\n  ti: 8\n") ==
+      "m.yaml:4:7: error: controller.ti: is of the ISA form, but controller.kp (at 3:7) is of the "
+      "parallel form; keep to one\n");
+  CHECK(said_of("  kc: 1\n  pb: 50\n  ti: 8\n") ==
+        "m.yaml:4:7: error: controller.pb: stands beside kc (at 3:7); give one of them\n");
+  CHECK(said_of("  kc: 1\n  ti: 8\n  ti_min: 1\n") ==
+        "m.yaml:5:11: error: controller.ti_min: stands beside ti (at 4:7); give one of them\n");
+  CHECK(said_of("  ti: 8\n") ==
+        "m.yaml:3:3: error: controller: missing key 'kc' (or pb; the ISA form needs a gain)\n");
+  CHECK(
+      said_of("  kc: 8\n") ==
+      "m.yaml:3:3: error: controller: missing key 'ti' (s per repeat, or ti_min; without integral "
+      "action use kp and ki: 0)\n");
+  CHECK(said_of("  kp: 8\n") ==
+        "m.yaml:3:3: error: controller: missing key 'ki' (the parallel form takes kp and ki; 0 for "
+        "none)\n");
+  CHECK(said_of("") ==
+        "m.yaml:3:3: error: controller: gains are missing: kp and ki, or kc and ti\n");
+  CHECK(said_of("  kp: 0\n  ki: 0\n") ==
+        "m.yaml:3:7: error: controller.kp: kp and ki (at 4:7) are both 0: the output would never "
+        "move\n");
+}
+
+TEST_CASE("Gains have no sign and an integral time is above zero", "[config][controller]") {
+  CHECK(said_of("  kp: -1\n  ki: 0.1\n") ==
+        "m.yaml:3:7: error: controller.kp: must be >= 0 CO units/PV unit (got -1)\n");
+  CHECK(said_of("  kc: 1\n  ti: 0\n") ==
+        "m.yaml:4:7: error: controller.ti: must be > 0 s (got 0)\n");
+  CHECK(said_of("  kc: 1\n  ti: .inf\n") ==
+        "m.yaml:4:7: error: controller.ti: must be a finite number (got .inf)\n");
+}
+
+TEST_CASE("Anti-windup and jacket have their defaults and their words", "[config][controller]") {
+  const control::PidSettings plain = read("  kp: 1\n  ki: 1\n");
+  CHECK(plain.anti_windup == control::AntiWindup::integral_clamp);
+  CHECK(plain.tracking_time_s == 0.0);
+  CHECK(read("  kp: 1\n  ki: 1\n  anti_windup: conditional\n").anti_windup ==
+        control::AntiWindup::conditional);
+  CHECK(read("  kp: 1\n  ki: 1\n  tracking_time: 7\n").tracking_time_s == 7.0);
+  CHECK(said_of("  kp: 1\n  ki: 1\n  anti_windup: clamping\n") ==
+        "m.yaml:5:16: error: controller.anti_windup: must be integral_clamp, back_calculation or "
+        "conditional (got 'clamping')\n");
+
+  const auto model = read_model_text(
+      "m.yaml", with_gains("  kp: 1\n  ki: 1\n  jacket: {form: bounded, shadow: true, ks: 2, "
+                           "dead_zone: 0.1, max_mean_error: 3, mean_error_time: 90}\n"));
+  REQUIRE(model);
+  CHECK(model->controller.jacket == control::JacketSettings{.form = control::JacketForm::bounded,
+                                                            .shadow = true,
+                                                            .gain_per_s = 2,
+                                                            .dead_zone = 0.1,
+                                                            .max_mean_error = 3,
+                                                            .mean_error_time_s = 90});
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/daemon_reader.hpp"
+
+#include "tests/config/config_support.hpp"
+
+using namespace loopwarden;
+using namespace loopwarden::config;
+using test::said_of_daemon;
+
+TEST_CASE("The daemon's file fills its settings", "[config][daemon]") {
+  const auto daemon = read_daemon_text("/etc/lw/loopwardend.yaml", R"(
+real_time: {priority: 50, cpu: 1, lock_memory: false}
+accelerate: 10
+runtime_directory: run
+state_directory: /srv/state
+log_level: debug
+stop_timeout: 2
+links:
+  skid: {transport: tcp, host: "::1", port: 1502, connect_timeout: 0.5, response_timeout: 0.2}
+  line:
+    transport: rtu
+    device: /dev/ttyUSB0
+    baud: 57600
+    parity: none
+    stop_bits: 2
+    rs485: true
+    pause: 0.01
+    reconnect_min: 1
+    reconnect_max: 60
+    probe_interval: 10
+)");
+  INFO(to_text(daemon.diagnostics));
+  REQUIRE(daemon);
+  CHECK(daemon->real_time.priority == 50);
+  CHECK(daemon->real_time.cpu == 1);
+  CHECK_FALSE(daemon->real_time.lock_memory);
+  CHECK(daemon->accelerate == 10.0);
+  CHECK(daemon->runtime_directory == "/etc/lw/run");
+  CHECK(daemon->state_directory == "/srv/state");
+  CHECK(daemon->log_level == "debug");
+  CHECK(daemon->stop_timeout_s == 2.0);
+  REQUIRE(daemon->links.size() == 2);
+  const hal::modbus::LinkSettings& skid = daemon->links.at("skid");
+  CHECK(skid.name == "skid");
+  CHECK(skid.transport == hal::modbus::Transport::tcp);
+  CHECK(skid.host == "::1");
+  CHECK(skid.port == 1502);
+  CHECK(skid.connect_timeout_ms == 500);
+  CHECK(skid.response_timeout_ms == 200);
+  const hal::modbus::LinkSettings& line = daemon->links.at("line");
+  CHECK(line.transport == hal::modbus::Transport::rtu);
+  CHECK(line.device == "/dev/ttyUSB0");
+  CHECK(line.baud == 57600);
+  CHECK(line.parity == hal::modbus::Parity::none);
+  CHECK(line.stop_bits == 2);
+  CHECK(line.rs485);
+  CHECK(line.pause_ms == 10);
+  CHECK(line.reconnect_min_s == 1.0);
+  CHECK(line.reconnect_max_s == 60.0);
+  CHECK(line.probe_interval_s == 10.0);
+  CHECK_FALSE(line.response_timeout_ms);
+}
+
+TEST_CASE("Faults of the daemon's file", "[config][daemon]") {
+  CHECK(said_of_daemon("real_time: {priority: 99}\n") ==
+        "d.yaml:1:23: error: real_time.priority: must be a whole number from 0 to 98 (got 99)\n");
+  CHECK(said_of_daemon("accelerate: 0\n") ==
+        "d.yaml:1:13: error: accelerate: must be > 0 and <= 10000 (got 0)\n");
+  CHECK(said_of_daemon("log_level: verbose\n") ==
+        "d.yaml:1:12: error: log_level: must be debug, info, warn or error (got 'verbose')\n");
+}
+
+TEST_CASE("Faults of a link", "[config][daemon]") {
+  const auto said_of_link = [](const std::string& keys) {
+    return said_of_daemon("links: {a: {" + keys + "}}\n");
+  };
+  CHECK(said_of_link("transport: tcp") ==
+        "d.yaml:1:12: error: missing key 'host' in 'links.a' (text)\n");
+  CHECK(said_of_link("transport: tcp, host: plc.example") ==
+        "d.yaml:1:35: error: links.a.host: must be a numeric address or localhost (got "
+        "'plc.example')\n");
+  CHECK(said_of_link("transport: tcp, host: localhost").empty());
+  CHECK(said_of_link("transport: tcp, host: 10.0.0.1, baud: 9600") ==
+        "d.yaml:1:45: error: unknown key 'baud'\n");
+  CHECK(said_of_link("transport: rtu, device: ttyS0") ==
+        "d.yaml:1:37: error: links.a.device: must be an absolute path (got 'ttyS0')\n");
+  CHECK(said_of_link("transport: rtu, device: /dev/ttyS0, baud: 9601") ==
+        "d.yaml:1:55: error: links.a.baud: must be 1200, 2400, 4800, 9600, 19200, 38400, 57600 or "
+        "115200 (got '9601'); did you mean '9600'?\n");
+  CHECK(said_of_link("transport: serial, device: /dev/ttyS0") ==
+        "d.yaml:1:24: error: links.a.transport: must be tcp or rtu (got 'serial')\n");
+  CHECK(said_of_link("transport: tcp, host: ::1, reconnect_min: 5, reconnect_max: 2") ==
+        "d.yaml:1:73: error: links.a.reconnect_max: must be at least reconnect_min = 5 s (at 1:55) "
+        "(got "
+        "2)\n");
+}
+
+TEST_CASE("One serial device has one link", "[config][daemon]") {
+  CHECK(said_of_daemon("links:\n"
+                       "  a: {transport: rtu, device: /dev/ttyS0}\n"
+                       "  b: {transport: rtu, device: /dev/ttyS0}\n") ==
+        "d.yaml:3:31: error: links.b.device: /dev/ttyS0 is the device of link 'a' (at 2:6) as "
+        "well; use "
+        "one link for both\n");
+}

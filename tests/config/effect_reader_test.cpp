@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/effect_reader.hpp"
+
+#include <algorithm>
+
+#include "tests/config/config_support.hpp"
+
+using namespace loopwarden;
+using namespace loopwarden::config;
+using test::kModel;
+
+namespace {
+
+std::string with_valve(const std::string& effect) {
+  return kModel + "valve:\n  effects:\n    - " + effect + "\n";
+}
+std::string said_of(const std::string& effect) { return test::said_of_model(with_valve(effect)); }
+
+plant::EffectSpec read(const std::string& effect) {
+  const auto model = read_model_text("m.yaml", with_valve(effect));
+  INFO(to_text(model.diagnostics));
+  REQUIRE(model);
+  REQUIRE(model->valve_effects.size() == 1);
+  return model->valve_effects.front();
+}
+
+}  // namespace
+
+TEST_CASE("Effects are read by the catalogue", "[config][effects]") {
+  const plant::EffectSpec stiction = read("{effect: stiction, s: 0.9, j: 0.3, law: karnopp}");
+  CHECK(stiction.name == "stiction");
+  CHECK(stiction.parameters == std::map<std::string, double>{{"j", 0.3}, {"s", 0.9}});
+  CHECK(stiction.options == std::map<std::string, std::string>{{"law", "karnopp"}});
+  CHECK(read("{effect: low_air_supply, rate: 2}").parameters ==
+        std::map<std::string, double>{{"rate", 2.0}});
+}
+
+TEST_CASE("A valve characteristic has a curve or a table", "[config][effects]") {
+  const plant::EffectSpec named =
+      read("{effect: valve_characteristic, curve: {name: equal_percentage, rangeability: 40}}");
+  CHECK(named.options.at("curve") == "equal_percentage");
+  CHECK(named.parameters.at("rangeability") == 40.0);
+  CHECK(read("{effect: valve_characteristic, curve: butterfly}").options.at("curve") ==
+        "butterfly");
+  const plant::EffectSpec table =
+      read("{effect: valve_characteristic, table: [[0, 0], [5, 2], [10, 10]]}");
+  CHECK(table.options.at("curve") == "table");
+  CHECK(table.table == std::vector<std::pair<double, double>>{{0, 0}, {5, 2}, {10, 10}});
+
+  CHECK(said_of("{effect: valve_characteristic}") ==
+        "m.yaml:14:7: error: valve.effects[0]: needs a curve or a table\n");
+  CHECK(said_of("{effect: valve_characteristic, curve: table}") ==
+        "m.yaml:14:45: error: valve.effects[0].curve: must be linear, equal_percentage, "
+        "quick_opening "
+        "or butterfly (got 'table')\n");
+  CHECK(said_of("{effect: valve_characteristic, curve: linear, table: [[0, 0], [1, 1]]}") ==
+        "m.yaml:14:60: error: valve.effects[0].table: stands beside curve (at 14:45); give one of "
+        "them\n");
+  CHECK(said_of("{effect: valve_characteristic, table: [[0, 0], [5, 2], [5, 10]]}") ==
+        "m.yaml:14:45: error: valve.effects[0].table: table must rise in both columns (see point "
+        "3)\n");
+  CHECK(
+      said_of("{effect: valve_characteristic, curve: {name: equal_percentage, rangeability: 1}}") ==
+      "m.yaml:14:84: error: valve.effects[0].curve.rangeability: must be > 1 and <= 1000000 (got "
+      "1)\n");
+}
+
+TEST_CASE("Faults of an effect stand at the key that is wrong", "[config][effects]") {
+  CHECK(said_of("{effect: sticktion, s: 1, j: 0}") ==
+        "m.yaml:14:16: error: valve.effects[0].effect: unknown effect 'sticktion'; did you mean "
+        "'stiction'?\n");
+  CHECK(said_of("{s: 1}") ==
+        "m.yaml:14:7: error: missing key 'effect' in 'valve.effects[0]' (text)\n");
+  CHECK(said_of("{effect: stiction, s: 0.2, j: 0.3}") ==
+        "m.yaml:14:37: error: valve.effects[0].j: j must be at most s = 0.2 CO units (got 0.3)\n");
+  CHECK(said_of("{effect: stiction, s: -1, jj: 0.3}") ==
+        "m.yaml:14:7: error: missing key 'j' in 'valve.effects[0]' (number >= 0, CO units)\n"
+        "m.yaml:14:29: error: valve.effects[0].s: must be >= 0 CO units (got -1)\n"
+        "m.yaml:14:33: error: unknown key 'jj'; did you mean 'j'?\n");
+  CHECK(said_of("{effect: stiction, s: 1, j: 0, law: karnop}") ==
+        "m.yaml:14:43: error: valve.effects[0].law: must be choudhury, he, karnopp or inertial "
+        "(got 'karnop'); "
+        "did you mean 'karnopp'?\n");
+  CHECK(said_of("{effect: drift, rate: 1}") ==
+        "m.yaml:14:16: error: valve.effects[0].effect: 'drift' belongs to the transmitter, not to "
+        "the "
+        "valve\n");
+  CHECK(said_of("{effect: hysteresis, width: 1, offset: 1}") ==
+        "m.yaml:14:7: error: valve.effects[0]: hysteresis takes either offset or width\n");
+}
+
+TEST_CASE("Faults come and go on a schedule", "[config][effects]") {
+  const auto fault_text = [](const std::string& fault) {
+    return kModel + "scenario:\n  faults:\n    - " + fault + "\n";
+  };
+  const auto model = read_model_text(
+      "m.yaml", fault_text("{effect: stiction, s: 1, j: 0.4, from: 120, to: 300, ramp: 60}"));
+  REQUIRE(model);
+  REQUIRE(model->scenario.faults.size() == 1);
+  const plant::ScheduledFault& fault = model->scenario.faults.front();
+  CHECK(fault.block == plant::Block::valve);
+  CHECK(fault.schedule == plant::Schedule{.from_s = 120, .to_s = 300, .ramp_s = 60});
+
+  const auto lag = read_model_text(
+      "m.yaml", fault_text("{effect: extra_lag, time_constant: 2, block: transmitter}"));
+  REQUIRE(lag);
+  CHECK(lag->scenario.faults.front().block == plant::Block::transmitter);
+  CHECK(lag->scenario.faults.front().schedule.always());
+
+  CHECK(
+      test::said_of_model(fault_text("{effect: stiction, s: 1, j: 0, from: 9, to: 9}")) ==
+      "m.yaml:14:51: error: scenario.faults[0].to: must be after from = 9 s (at 14:44) (got 9)\n");
+  CHECK(test::said_of_model(fault_text("{effect: stiction, s: 1, j: 0, ramp: 9}")) ==
+        "m.yaml:14:44: error: scenario.faults[0].ramp: needs from, the time at which the effect "
+        "begins "
+        "to grow\n");
+  CHECK(
+      test::said_of_model(fault_text("{effect: stiction, s: 1, j: 0, block: process}")) ==
+      "m.yaml:14:16: error: scenario.faults[0].effect: effect 'stiction' belongs to the valve, not "
+      "to the process\n");
+}
+
+TEST_CASE("Every effect of the catalogue can be read and is described", "[config][effects]") {
+  const std::string table = describe_effects();
+  for (const plant::EffectInfo& info : plant::effect_catalogue()) {
+    CHECK(table.find("| `" + std::string(info.name) + "` |") != std::string::npos);
+  }
+  const auto all = read_model_file(LOOPWARDEN_SOURCE_DIR "/tests/config/data/all_effects.yaml");
+  INFO(to_text(all.diagnostics));
+  REQUIRE(all);
+  for (const plant::EffectInfo& info : plant::effect_catalogue()) {
+    const auto holds = [&](const std::vector<plant::EffectSpec>& effects) {
+      return std::any_of(effects.begin(), effects.end(),
+                         [&](const plant::EffectSpec& spec) { return spec.name == info.name; });
+    };
+    INFO(info.name);
+    CHECK((holds(all->valve_effects) || holds(all->process_effects) ||
+           holds(all->transmitter_effects) || holds(all->disturbances)));
+  }
+}

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/loop_model_writer.hpp"
+
+#include "tests/config/config_support.hpp"
+
+using namespace loopwarden;
+using namespace loopwarden::config;
+
+TEST_CASE("A model that is written reads back equal", "[config][model]") {
+  const std::string file =
+      GENERATE("tests/config/data/model_fast.yaml", "tests/config/data/model_plant1.yaml",
+               "tests/config/data/all_effects.yaml", "config/examples/models/plant1.yaml");
+  const auto model = read_model_file(std::string(LOOPWARDEN_SOURCE_DIR "/") + file);
+  REQUIRE(model);
+  const std::string text = write_model(*model);
+  const auto again = read_model_text("again.yaml", text);
+  INFO(text << to_text(again.diagnostics));
+  REQUIRE(again);
+  CHECK(*again == *model);
+  CHECK(write_model(*again) == text);
+}
+
+TEST_CASE("Numbers are written with all their bits", "[config][model]") {
+  auto model = read_model_text("m.yaml", test::kModel);
+  REQUIRE(model);
+  model->process.gain = 0.1 + 0.2;
+  model->process.time_constant_s = 1.0 / 3.0;
+  model->process.dead_time_s = 1e-7;
+  model->controller.pid.gains.ki = 5e-324;
+  const auto again = read_model_text("again.yaml", write_model(*model));
+  INFO(to_text(again.diagnostics));
+  REQUIRE(again);
+  CHECK(*again == *model);
+}
+
+TEST_CASE("A heading becomes comments", "[config][model]") {
+  const auto model = read_model_text("m.yaml", test::kModel);
+  REQUIRE(model);
+  const std::string text = write_model(*model, "corrected by a gap analysis\nsecond line");
+  CHECK(text.starts_with("# corrected by a gap analysis\n# second line\nsample_time: 0.1"));
+  const auto again = read_model_text("again.yaml", text);
+  REQUIRE(again);
+  CHECK(*again == *model);
+}

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/loop_reader.hpp"
+
+#include <cmath>
+
+#include "tests/config/config_support.hpp"
+
+using namespace loopwarden;
+using namespace loopwarden::config;
+using control::OutputAction;
+using test::kModbusLoop;
+using test::said_of_loop;
+using test::with;
+
+namespace {
+
+LoopConfig read(const std::string& text) {
+  auto loop = read_loop_text("loop.yaml", text, test::links());
+  INFO(to_text(loop.diagnostics));
+  REQUIRE(loop);
+  return std::move(*loop);
+}
+
+// With a jacket behind the controller's action, line 6.
+std::string with_jacket(const std::string& keys) {
+  return with(kModbusLoop, "  kp: 0.35\n", "  jacket: {" + keys + "}\n  kp: 0.35\n");
+}
+
+}  // namespace
+
+TEST_CASE("A loop file fills the loop's settings", "[config][loop]") {
+  const LoopConfig loop =
+      read(with(kModbusLoop, "loop: FIC-101\n", "loop: FIC-101\ndescription: Cooling water\n"));
+  CHECK(loop.file == "loop.yaml");
+  CHECK(loop.name == "FIC-101");
+  CHECK(loop.description == "Cooling water");
+  CHECK(loop.pv_unit == "L/min");
+  CHECK(loop.co_unit == "V");
+  CHECK(loop.sample_time_s == 0.1);
+  CHECK(loop.pv.low == 0.0);
+  CHECK(loop.pv.high == 10.0);
+  CHECK(loop.controller.pid.action == control::Action::reverse);
+  CHECK(loop.controller.pid.output_low == 0.0);
+  CHECK(loop.controller.pid.output_high == 10.0);
+  CHECK(loop.controller.output.low == 1.0);
+  CHECK(loop.controller.output.high == 9.0);
+  CHECK(loop.controller.set_point.high == 9.0);
+  CHECK(loop.start.mode == control::Mode::manual);
+  CHECK(loop.start.set_point == 5.0);
+  CHECK(loop.safety.on_stop == OutputAction::go_to(1.0));
+  CHECK(loop.safety.on_bad_pv == OutputAction::hold());
+  CHECK(loop.safety.on_enable_open == OutputAction::go_to(1.0));
+}
+
+TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
+  const LoopConfig loop = read(kModbusLoop);
+  CHECK(loop.pv.max_age_s == Approx(0.3));  // three sample times
+  CHECK(loop.pv.range_margin == 0.05);
+  CHECK(loop.pv.frozen_after_s == 0.0);
+  CHECK(loop.controller.pid.anti_windup == control::AntiWindup::back_calculation);
+  CHECK(loop.controller.set_point_tracks_in_manual);
+  CHECK(std::isinf(loop.controller.set_point.rate_up_per_s));
+  CHECK(std::isinf(loop.controller.output.rate_per_s));
+  CHECK(loop.controller.jacket.form == control::JacketForm::off);
+  CHECK(loop.valve_position.source == ValvePosition::Source::none);
+  CHECK(loop.start.output == OutputAction::hold());
+  CHECK(loop.safety.on_late_cycle == OutputAction::hold());
+  CHECK(loop.safety.on_not_finite == OutputAction::hold());
+  CHECK(loop.safety.recovery == control::Recovery::manual);
+  CHECK_FALSE(loop.safety.uncertain_is_good);
+  CHECK(loop.recording.enabled);
+  CHECK(loop.recording.limit_bytes == 64'000'000);
+}
+
+TEST_CASE("Action has no default, and neither have the safe actions", "[config][loop]") {
+  CHECK(said_of_loop(with(kModbusLoop, "  action: reverse\n", "")) ==
+        "loop.yaml:5:3: error: missing key 'action' in 'controller' (direct or reverse)\n");
+  CHECK(
+      said_of_loop(with(kModbusLoop, "  stop: 1\n  bad_pv: hold\n  output_lost: hold\n", "")) ==
+      "loop.yaml:12:3: error: missing key 'stop' in 'safe_actions' (`hold` or number, CO units)\n"
+      "loop.yaml:12:3: error: missing key 'bad_pv' in 'safe_actions' (`hold`, number, CO units, or "
+      "{hold_for, then})\n"
+      "loop.yaml:12:3: error: missing key 'output_lost' in 'safe_actions' (`hold` or number, CO "
+      "units)\n");
+  CHECK(said_of_loop(with(kModbusLoop, "  enable_open: 1\n", "")) ==
+        "loop.yaml:12:3: error: missing key 'enable_open' in 'safe_actions' (`hold` or number, CO "
+        "units)\n");
+}
+
+TEST_CASE("A bad PV may be held for a time first", "[config][loop]") {
+  const LoopConfig loop = read(with(kModbusLoop, "bad_pv: hold", "bad_pv: {hold_for: 5, then: 2}"));
+  CHECK(loop.safety.bad_pv_hold_s == 5.0);
+  CHECK(loop.safety.on_bad_pv == OutputAction::go_to(2.0));
+  CHECK(read(with(kModbusLoop, "bad_pv: hold", "bad_pv: 3")).safety.on_bad_pv ==
+        OutputAction::go_to(3.0));
+  CHECK(said_of_loop(with(kModbusLoop, "bad_pv: hold", "bad_pv: {hold_for: 5}")) ==
+        "loop.yaml:13:11: error: missing key 'then' in 'safe_actions.bad_pv' (`hold` or number, CO "
+        "units)\n");
+  CHECK(said_of_loop(with(kModbusLoop, "bad_pv: hold", "bad_pv: helt")) ==
+        "loop.yaml:13:11: error: safe_actions.bad_pv: must be hold or a number (got 'helt')\n");
+}
+
+TEST_CASE("Values that do not fit together name both places", "[config][loop]") {
+  CHECK(said_of_loop(with(kModbusLoop, "limits: [1, 9]", "limits: [-1, 9]")) ==
+        "loop.yaml:9:45: error: controller.output.limits: must lie within range [0, 10] (at 9:28) "
+        "(got "
+        "[-1, 9])\n");
+  CHECK(
+      said_of_loop(with(kModbusLoop, "limits: [0, 9]", "limits: [0, 11]")) ==
+      "loop.yaml:8:23: error: controller.set_point.limits: must lie within range [0, 10] (at 3:40) "
+      "(got [0, 11])\n");
+  CHECK(
+      said_of_loop(with(kModbusLoop, "set_point: 5", "set_point: 9.5")) ==
+      "loop.yaml:10:34: error: start.set_point: must lie within the set point's limits [0, 9] (at "
+      "8:23) (got 9.5)\n");
+  CHECK(said_of_loop(with(kModbusLoop, "stop: 1", "stop: 0")) ==
+        "loop.yaml:12:9: error: safe_actions.stop: must lie within the output's limits [1, 9] (at "
+        "9:45) (got 0)\n");
+  CHECK(said_of_loop(with(kModbusLoop, "range: [0, 10]}", "range: [0, 10], max_age: 0.05}")) ==
+        "loop.yaml:3:58: error: process_variable.max_age: must be at least sample_time = 0.1 s (at "
+        "2:14) (got 0.05)\n");
+  CHECK(said_of_loop(with(kModbusLoop, "limits: [1, 9]}", "limits: [1, 9], deadband: 8}")) ==
+        "loop.yaml:9:63: error: controller.output.deadband: must be less than the span of the "
+        "limits, "
+        "8 (at 9:45) (got 8)\n");
+}
+
+TEST_CASE("Numbers outside what a loop can work with", "[config][loop]") {
+  CHECK(said_of_loop(with(kModbusLoop, "sample_time: 0.1", "sample_time: 0.0009")) ==
+        "loop.yaml:2:14: error: sample_time: must be >= 0.001 and <= 3600 s (got 0.0009)\n");
+  CHECK(said_of_loop(with(kModbusLoop, "sample_time: 0.1", "sample_time: 3601")) ==
+        "loop.yaml:2:14: error: sample_time: must be >= 0.001 and <= 3600 s (got 3601)\n");
+  CHECK(said_of_loop(with(kModbusLoop, "limits: [1, 9]}", "limits: [1, 9], rate_limit: 0}")) ==
+        "loop.yaml:9:65: error: controller.output.rate_limit: must be > 0 CO units/s (got 0)\n");
+}
+
+TEST_CASE("The set point's ramp is one number or one for each way", "[config][loop]") {
+  const LoopConfig both = read(with(kModbusLoop, "limits: [0, 9]", "ramp: 0.5"));
+  CHECK(both.controller.set_point.rate_up_per_s == 0.5);
+  CHECK(both.controller.set_point.rate_down_per_s == 0.5);
+  CHECK(both.controller.set_point.high == 10.0);  // PV's range, without limits
+  const LoopConfig up = read(with(kModbusLoop, "limits: [0, 9]", "ramp: {up: 0.25}"));
+  CHECK(up.controller.set_point.rate_up_per_s == 0.25);
+  CHECK(std::isinf(up.controller.set_point.rate_down_per_s));
+  CHECK(said_of_loop(with(kModbusLoop, "limits: [0, 9]", "ramp: fast")) ==
+        "loop.yaml:8:21: error: controller.set_point.ramp: must be {up, down} or a number (got "
+        "'fast')\n");
+}
+
+TEST_CASE("A tag that can't name files is refused, an unusual one is remarked on",
+          "[config][loop]") {
+  const auto tagged = [](const std::string& tag) {
+    return said_of_loop(with(kModbusLoop, "loop: FIC-101", "loop: " + tag));
+  };
+  for (const char* tag : {"FIC-101", "F1", "FIC101A", "TIC-12345B"}) CHECK(tagged(tag).empty());
+  for (const char* tag : {"flow", "FIC-", "12-FIC", "FIC-101AB", "FICABC-1", "FIC-123456"}) {
+    CHECK(tagged(tag) == "loop.yaml:1:7: warning: loop: '" + std::string(tag) +
+                             "' is no tag in the manner of ISA-5.1, such as FIC-101\n");
+  }
+  for (const char* tag :
+       {"../x", "a/b", "-x", ".x", "'a b'", "FIC-101-with-a-name-beyond-32-bytes"}) {
+    CHECK(tagged(tag).find("must be 1 to 32 letters, digits") != std::string::npos);
+  }
+}
+
+TEST_CASE("The jacket needs the valve's position", "[config][loop]") {
+  CHECK(said_of_loop(with_jacket("form: bounded, shadow: true")) ==
+        "loop.yaml:6:11: error: controller.jacket: missing key 'valve_position' (`read_back` or "
+        "{model: [effects]})\n");
+  CHECK(said_of_loop(with_jacket("form: bounded, shadow: true, valve_position: read_back")) ==
+        "loop.yaml:6:57: error: controller.jacket.valve_position: read_back is not there: the io "
+        "section (at 18:3) has no read_back; add it or state a model of the valve\n");
+  const LoopConfig loop = read(with_jacket(
+      "form: bounded, shadow: true, valve_position: {model: [{effect: backlash, deadband: 0.4}]}"));
+  CHECK(loop.valve_position.source == ValvePosition::Source::model);
+  REQUIRE(loop.valve_position.model.size() == 1);
+  CHECK(loop.valve_position.model.front().name == "backlash");
+  CHECK(
+      said_of_loop(with_jacket("form: bounded, shadow: true, valve_position: {model: [{effect: "
+                               "drift, rate: 1}]}")) ==
+      "loop.yaml:6:75: error: controller.jacket.valve_position.model[0].effect: 'drift' belongs to "
+      "the transmitter, not to the valve\n");
+}
+
+TEST_CASE("On hardware the jacket acts within stated bounds only", "[config][loop]") {
+  const std::string model = ", valve_position: {model: [{effect: backlash, deadband: 0.4}]}";
+  CHECK(said_of_loop(with_jacket("form: paper, max_mean_error: 1" + model)) ==
+        "loop.yaml:6:18: error: controller.jacket.form: paper may act in simulation only, since it "
+        "can "
+        "park the loop off its set point; add shadow: true, or use bounded\n");
+  CHECK(said_of_loop(with_jacket("form: paper, shadow: true" + model)).empty());
+  CHECK(said_of_loop(with_jacket("form: bounded" + model)) ==
+        "loop.yaml:6:11: error: controller.jacket: missing key 'max_mean_error' (number > 0, PV "
+        "units; "
+        "required where the jacket acts on hardware)\n");
+  CHECK(said_of_loop(with_jacket("form: bounded, max_mean_error: 1" + model)).empty());
+}
+
+TEST_CASE("What deadband and converter hold back is no windup", "[config][loop]") {
+  // The register's own step is 0.001 V.
+  CHECK(read(kModbusLoop).controller.pid.tolerance == Approx(0.001));
+  CHECK(read(with(kModbusLoop, "limits: [1, 9]}", "limits: [1, 9], deadband: 0.2}"))
+            .controller.pid.tolerance == Approx(0.201));
+}
+
+TEST_CASE("A derivative without a filter is remarked on", "[config][loop]") {
+  CHECK(said_of_loop(with(kModbusLoop, "  ki: 0.04\n", "  ki: 0.04\n  kd: 0.1\n")) ==
+        "loop.yaml:8:7: warning: controller.kd: derivative without derivative_filter: noise of PV "
+        "goes "
+        "straight to the valve\n");
+  CHECK(said_of_loop(
+            with(kModbusLoop, "  ki: 0.04\n", "  ki: 0.04\n  kd: 0.1\n  derivative_filter: 0.5\n"))
+            .empty());
+}
+
+TEST_CASE("What needs a restart and what does not", "[config][loop]") {
+  const LoopConfig running = read(kModbusLoop);
+  CHECK_FALSE(needs_restart(running, read(with(kModbusLoop, "kp: 0.35", "kp: 0.5"))));
+  CHECK_FALSE(needs_restart(running, read(with(kModbusLoop, "stop: 1", "stop: hold"))));
+  CHECK(needs_restart(running, read(with(kModbusLoop, "sample_time: 0.1", "sample_time: 0.2"))));
+  CHECK(needs_restart(running, read(with(kModbusLoop, "address: 100", "address: 101"))));
+}

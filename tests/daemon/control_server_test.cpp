@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control_server.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "tests/daemon/rt/loop_fixture.hpp"
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+using nlohmann::json;
+using Kind = rt::OperatorCommand::Kind;
+
+// A loop, its historian and its control server, without a real-time thread.
+struct Bench {
+  Bench() : historian(loops, folder.path()) {
+    LoopRuntime loop;
+    loop.config.name = "FIC-101";
+    loop.config.pv_unit = "L/min";
+    loop.config.co_unit = "V";
+    loop.config.controller = tests::plain_settings().controller;
+    loop.config.controller.jacket.form = control::JacketForm::paper;
+    loop.config.io = hal::modbus::LoopModbusSettings{};
+    loop.config.recording.enabled = false;
+    loop.settings = std::make_unique<CurrentSettings>(settings_of(loop.config));
+    loop.io = std::make_unique<tests::FakeLoopIo>();
+    loop.channels = std::make_unique<rt::LoopChannels>(64);
+    loops.push_back(std::move(loop));
+    historian.start();
+    server =
+        std::make_unique<ControlServer>((folder / "control.sock").string(), loops, historian, [] {
+          return json{{"version", "test"}};
+        });
+  }
+
+  json ask(const std::string& line) { return json::parse(server->answer(line, 1000)); }
+  std::vector<rt::OperatorCommand> orders() {
+    std::vector<rt::OperatorCommand> taken;
+    rt::OperatorCommand command;
+    while (loops.front().channels->commands.try_pop(command)) taken.push_back(command);
+    return taken;
+  }
+  void record(std::uint64_t period, double pv) {
+    loops.front().channels->records.try_push({.period_index = period, .sp = 5.0, .pv = pv});
+  }
+
+  tests::TemporaryFolder folder;
+  std::vector<LoopRuntime> loops;
+  Historian historian;
+  std::unique_ptr<ControlServer> server;
+};
+
+TEST_CASE("what is no request is refused with a reason, and nothing is ordered") {
+  Bench bench;
+  const std::string line = GENERATE(
+      as<std::string>(), "", "not json", "[]", "{}", R"({"request": 5})", R"({"request": "dance"})",
+      R"({"request": "set"})", R"({"request": "set", "loop": "FIC-999", "set_point": 5})",
+      R"({"request": "set", "loop": "FIC-101"})",
+      R"({"request": "set", "loop": "FIC-101", "set_point": "x"})",
+      R"({"request": "set", "loop": "FIC-101", "set_point": 100.1})",
+      R"({"request": "set", "loop": "FIC-101", "output": -0.1})",
+      R"({"request": "set", "loop": "FIC-101", "mode": "cascade"})",
+      R"({"request": "set", "loop": "FIC-101", "jacket": "loose"})",
+      R"({"request": "trend", "loop": "FIC-101", "from": -1})",
+      R"({"request": "record", "loop": "FIC-101", "start": "../../etc/passwd"})",
+      R"({"request": "record", "loop": "FIC-101", "start": ".hidden"})");
+  INFO(line);
+  const json answer = bench.ask(line);
+  CHECK(answer.at("ok") == false);
+  CHECK_FALSE(answer.at("error").get<std::string>().empty());
+  CHECK(bench.orders().empty());
+}
+
+TEST_CASE("an order reaches the loop's mailbox as it was given") {
+  Bench bench;
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")
+            .at("ok") == true);
+  const auto orders = bench.orders();
+  REQUIRE(orders.size() == 2);
+  CHECK(orders[0].kind == Kind::set_point);
+  CHECK(orders[0].value == 42.5);
+  CHECK(orders[1].kind == Kind::automatic);
+}
+
+TEST_CASE("on hardware the paper form of the jacket can't be switched on") {
+  Bench bench;
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "jacket": "on"})").at("ok") == false);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "jacket": "shadow"})").at("ok") == true);
+}
+
+TEST_CASE(
+    "the trend holds what the loop recorded, missing values as null, from the wished period on") {
+  Bench bench;
+  for (std::uint64_t k = 10; k < 20; ++k)
+    bench.record(k, k == 15 ? std::nan("") : static_cast<double>(k));
+  hal::record::RecordRow row;
+  REQUIRE(
+      test::eventually([&] { return bench.historian.latest(0, row) && row.period_index == 19; }));
+  const json trend = bench.ask(R"({"request": "trend", "loop": "FIC-101", "from": 14})");
+  CHECK(trend.at("period") == json({14, 15, 16, 17, 18, 19}));
+  CHECK(trend.at("pv")[0] == 14.0);
+  CHECK(trend.at("pv")[1].is_null());
+  const json status = bench.ask(R"({"request": "status"})");
+  CHECK(status.at("loops")[0].at("pv") == 19.0);
+  CHECK(status.at("loops")[0].at("recording").at("rows") == 10);
+}
+
+TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
+  Bench bench;
+  const std::string file =
+      bench.ask(R"({"request": "record", "loop": "FIC-101", "start": "trial"})").at("file");
+  CHECK(bench.ask(R"({"request": "record", "loop": "FIC-101", "start": "second"})").at("ok") ==
+        false);
+  for (const std::uint64_t k : {100U, 101U, 104U, 105U}) bench.record(k, 1.0);
+  hal::record::RecordRow row;
+  REQUIRE(
+      test::eventually([&] { return bench.historian.latest(0, row) && row.period_index == 105; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  CHECK(bench.ask(R"({"request": "record", "loop": "FIC-101", "stop": true})").at("file") == file);
+  const hal::record::Record record = hal::record::read_record(file);
+  CHECK(record.size() == 6);
+  CHECK(record.missing_pv == 2);
+  CHECK(record.time_s.front() == 0.0);
+  CHECK(record.period_s == Approx(0.1));
+}
+
+TEST_CASE(
+    "over the socket: requests are answered line by line, and garbage does not end the server") {
+  Bench bench;
+  bench.server->start();
+  hal::os::LocalClient client((bench.folder / "control.sock").string());
+  const auto patience = std::chrono::milliseconds(5000);
+  CHECK(json::parse(client.request("garbage", patience)).at("ok") == false);
+  CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
+  {
+    hal::os::LocalClient other((bench.folder / "control.sock").string());
+    CHECK(json::parse(other.request(R"({"request": "status"})", patience)).at("ok") == true);
+  }
+  CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
+  CHECK_THROWS_WITH(ControlServer((bench.folder / "control.sock").string(), bench.loops,
+                                  bench.historian, [] { return json(); }),
+                    Catch::Contains("another daemon"));
+}
+
+}  // namespace
+}  // namespace loopwarden::daemon

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rt/control_cycle.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/daemon/rt/loop_fixture.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using control::Fault;
+using control::Mode;
+using control::OutputAction;
+using daemon::rt::EventCode;
+using Kind = daemon::rt::OperatorCommand::Kind;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+TEST_CASE("the loop starts from the read-back, not from what the configuration assumes") {
+  Loop loop;
+  loop.io.set_read_back(63.0);
+  loop.run(1);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.mode() == Mode::automatic);
+  CHECK(loop.io.written == Approx(63.0));
+}
+
+TEST_CASE("without a read-back the loop starts from the configured output") {
+  Loop loop;
+  loop.run(1);
+  CHECK(loop.io.written == Approx(40.0));
+}
+
+TEST_CASE("nothing is written before the first good PV") {
+  Loop loop;
+  loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
+  loop.run(50);
+  CHECK(loop.fault() == Fault::starting);
+  CHECK_FALSE(loop.io.last.write);
+  CHECK(loop.io.written == -1.0);
+  loop.io.set_pv(50.0);
+  loop.run(1);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.io.written == Approx(40.0));
+}
+
+TEST_CASE(
+    "with an unknown output the loop waits in manual for the operator, and refuses automatic") {
+  Loop loop(plain_settings(),
+            {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
+  loop.run(10);
+  CHECK(loop.mode() == Mode::manual);
+  CHECK_FALSE(loop.io.last.write);
+  loop.order(Kind::automatic);
+  loop.run(1);
+  CHECK(loop.mode() == Mode::manual);
+  const auto events = loop.take_events();
+  CHECK(std::any_of(events.begin(), events.end(),
+                    [](const auto& e) { return e.code == EventCode::command_refused; }));
+  loop.order(Kind::output, 30.0);
+  loop.run(1);
+  CHECK(loop.io.written == Approx(30.0));
+  loop.order(Kind::automatic);
+  loop.run(1);
+  CHECK(loop.mode() == Mode::automatic);
+}
+
+TEST_CASE(
+    "a bad PV holds the output first, then sends it to the configured value at the rate limit") {
+  Loop loop;
+  loop.run(20);
+  const double before = loop.io.written;
+  loop.io.set_pv(50.0, hal::Quality::bad, hal::Reason::sensor_failure);
+  loop.run(10);  // 1 s of holding
+  CHECK(loop.fault() == Fault::bad_pv);
+  CHECK(loop.io.written == before);
+  loop.run(1);
+  CHECK(loop.io.written == Approx(before - 5.0));  // 50 CO units/s over 0.1 s
+  loop.run(20);
+  CHECK(loop.io.written == Approx(10.0));
+}
+
+TEST_CASE("a PV that grows old counts as bad") {
+  Loop loop;
+  loop.run(5);
+  loop.io.fresh = false;
+  loop.run(3);
+  CHECK(loop.fault() == Fault::none);
+  loop.run(1);
+  CHECK(loop.fault() == Fault::bad_pv);
+  CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::stale);
+}
+
+TEST_CASE("a PV that is no number never reaches the output") {
+  Loop loop;
+  loop.run(5);
+  loop.io.set_pv(kNaN);
+  loop.run(30);
+  CHECK(loop.fault() == Fault::bad_pv);
+  CHECK(loop.io.written == Approx(10.0));
+}
+
+TEST_CASE("recovery from a bad PV is bumpless and waits for the delay") {
+  Loop loop;
+  loop.run(5);
+  loop.io.set_pv(50.0, hal::Quality::bad, hal::Reason::sensor_failure);
+  loop.run(40);
+  CHECK(loop.io.written == Approx(10.0));
+  loop.io.set_pv(50.0);
+  loop.run(4);
+  CHECK(loop.fault() == Fault::bad_pv);  // 0.4 s of 0.5 s
+  loop.run(1);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.mode() == Mode::automatic);
+  CHECK(loop.io.written == Approx(10.0));  // error is zero: no step at all
+}
+
+TEST_CASE("with recovery to manual the loop waits for the operator") {
+  auto settings = plain_settings();
+  settings.safety.recovery = control::Recovery::manual;
+  Loop loop(settings);
+  loop.run(5);
+  loop.io.set_pv(50.0, hal::Quality::bad, hal::Reason::sensor_failure);
+  loop.run(5);
+  loop.io.set_pv(70.0);
+  loop.run(50);
+  CHECK(loop.mode() == Mode::manual);
+  CHECK(loop.io.written == Approx(40.0));
+}
+
+TEST_CASE("in manual a dead transmitter leaves the valve in the operator's hands") {
+  Loop loop;
+  loop.order(Kind::manual);
+  loop.run(3);
+  loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::sensor_failure);
+  loop.run(30);
+  CHECK(loop.fault() == Fault::none);
+  loop.order(Kind::output, 45.0);
+  loop.run(1);
+  CHECK(loop.io.written == Approx(45.0));
+  CHECK(std::isfinite(loop.row.sp));
+}
+
+TEST_CASE(
+    "while commands don't reach the valve the loop follows its read-back and returns without a "
+    "bump") {
+  Loop loop;
+  loop.io.set_read_back(40.0);
+  loop.run(10);
+  loop.io.inputs.output_ok = false;
+  loop.io.inputs.output_reason = hal::Reason::link_lost;
+  loop.io.set_read_back(12.0);  // the device's own watchdog has moved it
+  loop.run(5);
+  CHECK(loop.fault() == Fault::output_lost);
+  loop.io.inputs.output_ok = true;
+  loop.run(10);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.io.written == Approx(12.0).margin(0.01));
+}
+
+TEST_CASE(
+    "after a lost output nothing is written until a fresh read-back tells where the valve stands") {
+  Loop loop;
+  loop.io.set_read_back(40.0);
+  loop.run(10);
+  loop.io.inputs.output_ok = false;
+  loop.io.inputs.output_reason = hal::Reason::link_lost;
+  loop.io.inputs.valve_position.quality = hal::Quality::bad;
+  loop.run(5);
+  CHECK(loop.fault() == Fault::output_lost);
+  CHECK_FALSE(loop.io.last.write);
+  loop.io.set_read_back(12.0);
+  loop.run(1);
+  CHECK(loop.io.last.write);
+  CHECK(loop.io.written == Approx(12.0));
+}
+
+TEST_CASE("after a pause of the process an old read-back does not count") {
+  Loop loop;
+  loop.io.set_read_back(40.0);
+  loop.run(10);
+  loop.io.fresh = false;
+  loop.run(1, 50);  // stopped for five seconds; the samples are from before
+  CHECK(loop.fault() == Fault::late_cycle);
+  CHECK_FALSE(loop.io.last.write);
+  loop.io.fresh = true;
+  loop.io.set_read_back(5.0);
+  loop.run(1);
+  CHECK(loop.io.written == Approx(5.0));
+  loop.run(10);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.io.written == Approx(5.0));
+}
+
+TEST_CASE("an open enable contact goes before everything but stop") {
+  Loop loop;
+  loop.run(5);
+  loop.io.inputs.enable = hal::Enable::open;
+  loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::sensor_failure);
+  loop.run(20);
+  CHECK(loop.fault() == Fault::enable_open);
+  CHECK(loop.io.written == Approx(0.0));
+  CHECK(loop.io.last.alarm);
+}
+
+TEST_CASE(
+    "stop drives the output to its stop action within the rate limit and says when it is there") {
+  Loop loop;
+  loop.run(5);
+  CHECK(loop.io.written == Approx(40.0));
+  loop.run(1, 0, true);
+  CHECK(loop.io.written == Approx(35.0));
+  CHECK_FALSE(loop.channels.stop_reached.load());
+  loop.run(6, 0, true);
+  CHECK(loop.io.written == Approx(5.0));
+  CHECK(loop.channels.stop_reached.load());
+}
+
+TEST_CASE("the stop action is written even if nothing was ever known of the output") {
+  Loop loop(plain_settings(),
+            {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
+  loop.run(2);
+  loop.run(5, 0, true);
+  CHECK(loop.io.written == Approx(5.0));
+}
+
+TEST_CASE("a late cycle has its own action, and is over when cycles come in time again") {
+  auto settings = plain_settings();
+  settings.safety.on_late_cycle = OutputAction::go_to(20.0);
+  settings.safety.late_cycle_periods = 3;
+  Loop loop(settings);
+  loop.run(5);
+  loop.run(1, 3);
+  CHECK(loop.fault() == Fault::none);  // three missed are still accepted
+  loop.run(1, 4);
+  CHECK(loop.fault() == Fault::late_cycle);
+  loop.run(5);
+  CHECK(loop.fault() == Fault::none);
+}
+
+TEST_CASE("a controller result that is no number is not written and ends in its own action") {
+  auto settings = plain_settings();
+  settings.safety.on_not_finite = OutputAction::go_to(30.0);
+  Loop loop(settings);
+  loop.run(5);
+  auto poisoned = settings;
+  poisoned.controller.pid.gains.kp = kNaN;
+  loop.channels.settings.publish(poisoned);
+  loop.run(1);
+  CHECK(loop.io.written == Approx(40.0));
+  CHECK(std::isfinite(loop.io.last.output));
+  loop.run(10);
+  CHECK(loop.io.written == Approx(30.0));
+  CHECK(loop.fault() == Fault::not_finite);
+}
+
+TEST_CASE("every output ever written lies inside the limits and within the rate") {
+  Loop loop;
+  double last = 40.0;
+  for (int i = 0; i < 4000; ++i) {
+    // PV, quality, enable and set point change wildly, at fixed pseudo-random moments.
+    const int dice = (i * 7919) % 97;
+    if (dice < 5) loop.io.set_pv(dice * 30.0 - 20.0);
+    if (dice == 20) loop.io.set_pv(kNaN);
+    if (dice == 30) loop.io.set_pv(40.0, hal::Quality::bad, hal::Reason::link_lost);
+    if (dice == 40) loop.order(Kind::set_point, (i % 11) * 10.0);
+    if (dice == 50) loop.order(Kind::manual);
+    if (dice == 51) loop.order(Kind::output, (i % 13) * 20.0 - 50.0);
+    if (dice == 60) loop.order(Kind::automatic);
+    loop.io.inputs.enable = dice > 90 ? hal::Enable::open : hal::Enable::closed;
+    loop.run(1);
+    REQUIRE(loop.io.last.output >= 0.0);
+    REQUIRE(loop.io.last.output <= 100.0);
+    REQUIRE(std::abs(loop.io.last.output - last) <= 5.0 + 1e-9);
+    last = loop.io.last.output;
+  }
+}
+
+TEST_CASE("anti-windup refers to what the device really put out") {
+  // The device stops at 60; the loop asks for ever more.
+  Loop loop;
+  loop.io.device = [](double output) { return std::min(output, 60.0); };
+  loop.io.set_pv(30.0);
+  loop.run(300);
+  CHECK(loop.row.co == Approx(60.0));
+  loop.io.set_pv(70.0);  // error of the other sign: the output must come down at once
+  loop.run(2);
+  CHECK(loop.row.co < 60.0);
+}
+
+TEST_CASE("new settings are applied whole and without a bump") {
+  Loop loop;
+  loop.io.set_pv(48.0);
+  loop.run(30);
+  const double before = loop.io.written;
+  auto settings = plain_settings();
+  settings.controller.pid.gains = {.kp = 8.0, .ki = 0.1};
+  loop.channels.settings.publish(settings);
+  loop.run(1);
+  CHECK(loop.io.written == Approx(before).margin(0.1 * 2.0 * 0.1 + 1e-9));  // Ki e h
+}
+
+TEST_CASE("the jacket of the paper form acts only where that is allowed") {
+  auto settings = plain_settings();
+  settings.controller.jacket.form = control::JacketForm::paper;
+  settings.controller.jacket.shadow = true;
+  settings.jacket_may_act = false;
+  Loop loop(settings,
+            {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::go_to(40.0)},
+            daemon::rt::ValvePositionSource::read_back);
+  loop.io.set_read_back(30.0);
+  loop.run(5);
+  loop.io.set_read_back(28.0);  // the stem does not follow
+  loop.run(1);
+  CHECK(loop.row.jacket == 0.0F);
+  CHECK(loop.row.jacket_shadow != 0.0F);
+  loop.order(Kind::jacket_on);
+  loop.run(2);
+  CHECK(loop.row.jacket == 0.0F);
+
+  settings.jacket_may_act = true;
+  loop.channels.settings.publish(settings);
+  loop.order(Kind::jacket_on);
+  loop.run(2);
+  CHECK(loop.row.jacket != 0.0F);
+}
+
+TEST_CASE("an uncertain PV counts as bad unless the configuration says otherwise") {
+  const bool good = GENERATE(true, false);
+  auto settings = plain_settings();
+  settings.safety.uncertain_is_good = good;
+  Loop loop(settings);
+  loop.run(5);
+  loop.io.set_pv(50.0, hal::Quality::uncertain, hal::Reason::sensor_failure);
+  loop.run(2);
+  CHECK((loop.fault() == Fault::none) == good);
+}
+
+TEST_CASE("a full ring of records costs records, never a cycle") {
+  Loop loop;
+  for (int i = 0; i < 5000; ++i) {
+    ++loop.period;
+    loop.now_ns += kPeriodNs;
+    loop.cycle.run({.now_ns = loop.now_ns, .period_index = loop.period}, 0, false);
+  }
+  CHECK(loop.io.commands == 5000);
+  CHECK(loop.channels.records.dropped() == 5000 - loop.channels.records.capacity());
+}
+
+}  // namespace
+}  // namespace loopwarden::tests

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rt/pv_guard.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <limits>
+
+namespace loopwarden::daemon::rt {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+hal::PvCheckSettings settings(double frozen_after_s = 0.0) {
+  return {.low = 0.0,
+          .high = 10.0,
+          .range_margin = 0.05,
+          .max_age_s = 0.3,
+          .frozen_after_s = frozen_after_s};
+}
+
+hal::Sample good(double value, std::int64_t time_ns) {
+  return {.value = value,
+          .time_ns = time_ns,
+          .sequence = 1,
+          .quality = hal::Quality::good,
+          .reason = hal::Reason::none,
+          .limit = hal::Limit::none};
+}
+
+TEST_CASE("a fresh value in range passes as it is") {
+  PvGuard guard(settings());
+  CHECK(guard.check(good(5.0, kSecond), 50.0, 100.0, kSecond).quality == hal::Quality::good);
+  CHECK(guard.check(good(10.5, kSecond), 50.0, 100.0, kSecond).quality == hal::Quality::good);
+  CHECK(guard.check(good(-0.5, kSecond), 50.0, 100.0, kSecond).quality == hal::Quality::good);
+}
+
+TEST_CASE("age, range and numbers that are none make a value bad, each with its reason") {
+  PvGuard guard(settings());
+  const auto reason = [&](double value, std::int64_t age_ns) {
+    const hal::Sample s = guard.check(good(value, kSecond), 50.0, 100.0, kSecond + age_ns);
+    CHECK((s.quality == hal::Quality::bad) == (s.reason != hal::Reason::none));
+    return s.reason;
+  };
+  CHECK(reason(5.0, 300'000'000) == hal::Reason::none);
+  CHECK(reason(5.0, 300'000'001) == hal::Reason::stale);
+  CHECK(reason(10.51, 0) == hal::Reason::out_of_range);
+  CHECK(reason(-0.51, 0) == hal::Reason::out_of_range);
+  CHECK(reason(std::numeric_limits<double>::quiet_NaN(), 0) == hal::Reason::not_finite);
+  CHECK(reason(std::numeric_limits<double>::infinity(), 0) == hal::Reason::not_finite);
+}
+
+TEST_CASE("the guard never raises a quality") {
+  PvGuard guard(settings());
+  hal::Sample sample = good(5.0, kSecond);
+  sample.quality = hal::Quality::bad;
+  sample.reason = hal::Reason::link_lost;
+  CHECK(guard.check(sample, 50.0, 100.0, kSecond).reason == hal::Reason::link_lost);
+  sample.quality = hal::Quality::uncertain;
+  CHECK(guard.check(sample, 50.0, 100.0, kSecond).quality == hal::Quality::uncertain);
+}
+
+TEST_CASE("a value that stands still while the output moves is frozen") {
+  PvGuard guard(settings(10.0));
+  std::int64_t now = kSecond;
+  const auto look = [&](double value, double output, std::int64_t seconds) {
+    now += seconds * kSecond;
+    return guard.check(good(value, now), output, 100.0, now).reason;
+  };
+  CHECK(look(5.0, 50.0, 0) == hal::Reason::none);
+  CHECK(look(5.0, 50.0, 60) == hal::Reason::none);  // the output stands still as well
+  CHECK(look(5.0, 52.5, 1) == hal::Reason::frozen);
+  CHECK(look(5.001, 52.5, 1) == hal::Reason::none);
+  CHECK(look(5.001, 80.0, 9) == hal::Reason::none);  // not yet ten seconds
+  CHECK(look(5.001, 80.0, 2) == hal::Reason::frozen);
+}
+
+}  // namespace
+}  // namespace loopwarden::daemon::rt

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Any bytes as a loop file and as loopwardend.yaml: never a crash, and never silence about a file
+// that is not accepted.
+#include <cstdint>
+#include <cstdlib>
+#include <map>
+#include <string_view>
+
+#include "config/config_reader.hpp"
+
+namespace {
+
+using namespace loopwarden;
+
+template <class T>
+void check(const config::Loaded<T>& loaded) {
+  if (!loaded && config::to_text(loaded.diagnostics).empty()) std::abort();
+}
+
+std::map<std::string, hal::modbus::LinkSettings> links() {
+  hal::modbus::LinkSettings tcp;
+  tcp.name = "skid";
+  hal::modbus::LinkSettings rtu;
+  rtu.name = "line_1";
+  rtu.transport = hal::modbus::Transport::rtu;
+  return {{"skid", tcp}, {"line_1", rtu}};
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const auto kLinks = links();
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  check(config::read_loop_text("loops.d/fuzz.yaml", text, kLinks));
+  check(config::read_daemon_text("loopwardend.yaml", text));
+  return 0;
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/iio/gpio_lines.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+using namespace loopwarden::hal::iio;
+
+// Chips can't be made up without the kernel's gpio-sim; what is checked here is what every machine
+// shows: that a line which does not exist is an error in words, with either libgpiod.
+TEST_CASE("a line that does not exist is an error that names it") {
+  const auto chips = system_gpio_chips();
+  const auto message = [&](const char* chip, const char* line, bool output) -> std::string {
+    try {
+      const LineSettings settings{.chip = chip, .line = line};
+      if (output) {
+        chips->request_output(settings, true);
+      } else {
+        chips->request_input(settings);
+      }
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "no failure";
+  };
+  for (const bool output : {false, true}) {
+    CHECK(message("", "loopwarden-test-none", output) ==
+          "GPIO line 'loopwarden-test-none': no chip has a line of this name");
+    CHECK_THAT(message("/dev/gpiochip99999", "7", output),
+               Catch::StartsWith(
+                   "GPIO line '7' of chip '/dev/gpiochip99999': the chip can't be opened: "));
+    CHECK_THAT(message("no-such-chip", "7", output),
+               Catch::StartsWith("GPIO line '7' of chip 'no-such-chip': the chip can't be opened"));
+    CHECK_THAT(message("/dev/null", "7", output), Catch::Contains("the chip can't be opened"));
+  }
+}

@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/modbus/modbus_link.hpp"
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "tests/hal/modbus/modbus_rig.hpp"
+
+using namespace loopwarden;
+using namespace loopwarden::test;
+using namespace std::chrono_literals;
+using hal::Reason;
+using mb::ByteOrder;
+using mb::RegisterType;
+using Kind = mb::LinkEvent::Kind;
+
+namespace {
+
+std::uint64_t value(const mb::TaskCounters::Counter& counter) { return counter.load(); }
+
+const std::vector<mb::PointSettings> kAllTypes{
+    input(0, RegisterType::f32, ByteOrder::abcd),
+    input(2, RegisterType::f32, ByteOrder::cdab),
+    input(4, RegisterType::f32, ByteOrder::badc),
+    input(6, RegisterType::f32, ByteOrder::dcba),
+    input(8, RegisterType::f64, ByteOrder::abcd),
+    input(12, RegisterType::u16, ByteOrder::abcd, 0.001),
+    input(13, RegisterType::i16, ByteOrder::abcd, 0.001),
+    input(14, RegisterType::u32, ByteOrder::abcd, 0.001),
+    input(16, RegisterType::i32, ByteOrder::abcd, 0.001),
+};
+
+void check_all_types(mb::ModbusLink& link, ForeignProcess& device) {
+  device.command("pv 7.25");
+  Reader reader(link, kAllTypes);
+  for (std::size_t i = 0; i < kAllTypes.size(); ++i) {
+    CAPTURE(i);
+    REQUIRE(eventually([&] { return reader.good(i) && reader.sample(i).value > 7.2; }));
+    CHECK(reader.sample(i).value == Approx(7.25));
+  }
+  device.command("pv -1.5");
+  for (const std::size_t i : {0UL, 4UL, 6UL, 8UL}) {
+    CAPTURE(i);
+    CHECK(eventually([&] { return reader.sample(i).value == Approx(-1.5); }));
+  }
+}
+
+// Four tags of one unit, three of them in the same table and of the same size.
+const std::vector<mb::PointSettings> kTags{
+    input(40, RegisterType::u32),
+    input(42, RegisterType::u32),
+    input(44, RegisterType::u32),
+    input(46, RegisterType::u32),
+};
+
+// Watches the tags for `duration`: no good sample may hold another register's value or an old one.
+// Returns the number of good samples seen.
+int watch_tags(Reader& reader, std::chrono::milliseconds duration,
+               std::size_t tags = kTags.size()) {
+  int seen = 0;
+  std::vector<std::uint32_t> last(tags, 0);
+  const auto end = std::chrono::steady_clock::now() + duration;
+  while (std::chrono::steady_clock::now() < end) {
+    for (std::size_t i = 0; i < tags; ++i) {
+      const hal::Sample sample = reader.sample(i);
+      if (sample.quality != hal::Quality::good || sample.sequence == last[i]) continue;
+      last[i] = sample.sequence;
+      ++seen;
+      const Tag tag(sample.value);
+      CAPTURE(i, seen, tag.age_ms(sample.time_ns));
+      REQUIRE(tag.register_number == 40 + 2 * i);
+      REQUIRE(tag.age_ms(sample.time_ns) <= 2);  // taken after it was asked for; rounding to ms
+    }
+    std::this_thread::sleep_for(2ms);
+  }
+  return seen;
+}
+
+}  // namespace
+
+TEST_CASE("TCP: every type and byte order is read right", "[modbus][link]") {
+  TcpRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  check_all_types(link, rig.device);
+}
+
+TEST_CASE("RTU: every type and byte order is read right", "[modbus][link]") {
+  SerialRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  check_all_types(link, rig.device);
+}
+
+TEST_CASE("a device that is absent at start is found when it comes", "[modbus][link]") {
+  TcpRig rig;
+  rig.proxy.command("down");
+  Events events;
+  mb::ModbusLink link(rig.link(), events.sink());
+  Reader reader(link, {input(0, RegisterType::f32)});
+  REQUIRE(eventually([&] { return reader.sample().reason == Reason::link_lost; }));
+  CHECK(reader.bad());
+  REQUIRE(eventually([&] { return events.count(Kind::connect_failed) == 1; }));
+
+  const std::uint64_t ticks = link.ticks();
+  CHECK(eventually([&] { return link.ticks() > ticks + 3; }));  // alive while it waits
+
+  rig.proxy.command("up");
+  CHECK(eventually([&] { return reader.good(); }));
+  CHECK(events.count(Kind::connect_failed) == 1);  // not once per attempt
+  CHECK(events.count(Kind::connected) == 1);
+}
+
+TEST_CASE("a serial device file that is absent at start is no error", "[modbus][link]") {
+  Events events;
+  mb::ModbusLink link(rtu_link("/dev/does-not-exist"), events.sink());
+  Reader reader(link, {input(0, RegisterType::f32)});
+  REQUIRE(eventually([&] { return events.count(Kind::connect_failed) == 1; }));
+  REQUIRE(eventually([&] { return reader.sample().reason == Reason::link_lost; }));
+}
+
+TEST_CASE("TCP: bad during each fault, good after it", "[modbus][link]") {
+  TcpRig rig;
+  Events events;
+  mb::ModbusLink link(rig.link(), events.sink());
+  Reader reader(link, {input(0, RegisterType::f32)});
+  REQUIRE(eventually([&] { return reader.good(); }));
+
+  for (const char* fault :
+       {"late 2000", "truncate", "garbage", "wrong_unit", "wrong_number", "silent", "down"}) {
+    CAPTURE(fault);
+    rig.proxy.command(fault);
+    REQUIRE(eventually([&] { return reader.bad(); }));
+    CHECK(reader.sample().reason == Reason::link_lost);
+    const auto ticks = link.ticks();
+    REQUIRE(eventually([&] { return link.ticks() > ticks; }));
+    reader.forget();
+    rig.proxy.command("up");
+    REQUIRE(eventually([&] { return reader.fresh(); }));
+  }
+  CHECK(value(reader.counters().timeouts) > 0);
+  CHECK(value(reader.counters().invalid_replies) > 0);
+  CHECK(link.reconnects() >= 7);
+  CHECK(events.count(Kind::disconnected) == 7);
+  CHECK(events.count(Kind::connected) == 8);
+}
+
+TEST_CASE("RTU: bad during each fault, good after it", "[modbus][link]") {
+  SerialRig rig;
+  Events events;
+  mb::ModbusLink link(rig.link(), events.sink());
+  Reader reader(link, {input(0, RegisterType::f32)});
+  REQUIRE(eventually([&] { return reader.good(); }));
+
+  for (const char* fault : {"late 400", "truncate", "garbage", "wrong_unit", "silent"}) {
+    CAPTURE(fault);
+    rig.proxy.command(fault);
+    REQUIRE(eventually([&] { return reader.bad(); }));
+    CHECK(reader.sample().reason == Reason::link_lost);
+    reader.forget();
+    rig.proxy.command("ok");
+    REQUIRE(eventually([&] { return reader.fresh(); }));
+  }
+  CHECK(value(reader.counters().timeouts) > 0);
+  CHECK(value(reader.counters().invalid_replies) > 0);
+}
+
+TEST_CASE("one spoiled reply costs TCP no more than a reconnection at once", "[modbus][link]") {
+  TcpRig rig;
+  mb::LinkSettings settings = rig.link();
+  settings.reconnect_min_s = settings.reconnect_max_s = 30.0;  // back-off would be noticed
+  mb::ModbusLink link(settings, {});
+  Reader reader(link, {input(0, RegisterType::f32)});
+  REQUIRE(eventually([&] { return reader.good(); }));
+  for (const char* fault : {"garbage 1", "close", "truncate 1", "late 800 1"}) {
+    CAPTURE(fault);
+    const std::uint64_t reconnects = link.reconnects();
+    rig.proxy.command(fault);
+    REQUIRE(eventually([&] { return link.reconnects() > reconnects; }));
+    reader.forget();
+    REQUIRE(eventually([&] { return reader.fresh(); }, 5s));
+  }
+}
+
+TEST_CASE("an exception is the device's word: bad, but the link is kept", "[modbus][link]") {
+  TcpRig rig;
+  Events events;
+  mb::LinkSettings settings = rig.link();
+  settings.response_timeout_ms = 2000;
+  mb::ModbusLink link(settings, events.sink());
+  Reader reader(link, {input(0, RegisterType::f32), input(500, RegisterType::f32)});
+  REQUIRE(eventually([&] { return reader.good(0); }));
+  REQUIRE(eventually([&] { return reader.sample(1).reason == Reason::device_error; }));
+  CHECK(reader.bad(1));
+  reader.forget();
+  CHECK(eventually([&] { return reader.fresh(0); }));
+  CHECK(link.reconnects() == 0);
+  CHECK(value(reader.counters().device_exceptions) > 0);
+  CHECK(value(reader.counters().timeouts) == 0);
+  CHECK(events.count(Kind::device_error) == 1);
+
+  rig.proxy.command("exception 4");
+  REQUIRE(eventually([&] { return reader.sample(0).reason == Reason::device_error; }));
+  rig.proxy.command("ok");
+  CHECK(eventually([&] { return reader.good(0); }));
+}
+
+TEST_CASE("values that can't be trusted are bad", "[modbus][link]") {
+  TcpRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  mb::PointSettings with_status = input(0, RegisterType::f32);
+  with_status.status = mb::StatusRegister{mb::Table::input_register, 18, 0x0003, 0x0000};
+  Reader reader(link, {with_status});
+  REQUIRE(eventually([&] { return reader.good(); }));
+
+  rig.device.command("status 2");
+  REQUIRE(eventually([&] { return reader.sample().reason == Reason::sensor_failure; }));
+  CHECK(reader.bad());
+  rig.device.command("status 4");  // outside the mask
+  REQUIRE(eventually([&] { return reader.good(); }));
+
+  rig.device.command("pv nan");
+  REQUIRE(eventually([&] { return reader.sample().reason == Reason::not_finite; }));
+  CHECK(reader.bad());
+  rig.device.command("pv inf");
+  std::this_thread::sleep_for(100ms);
+  CHECK(reader.bad());
+  rig.device.command("pv 3");
+  CHECK(eventually([&] { return reader.good() && reader.sample().value == Approx(3.0); }));
+}
+
+TEST_CASE("RTU: no late reply passes for a fresh one", "[modbus][link]") {
+  SerialRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  Reader reader(link, kTags);
+  for (std::size_t i = 0; i < kTags.size(); ++i)
+    REQUIRE(eventually([&] { return reader.good(i); }));
+
+  // Less than the response timeout, more, more than the drain, and long after everything.
+  for (const char* fault : {"late 30 5", "late 200 3", "late 320 4", "late 1100 3", "late 2000 2",
+                            "duplicate 10", "duplicate_late 40 20"}) {
+    CAPTURE(fault);
+    rig.proxy.command(fault);
+    watch_tags(reader, 600ms);
+    REQUIRE(eventually([&] { return reader.good(0) && reader.good(3); }));
+  }
+  CHECK(value(reader.counters().stale_replies_discarded) > 0);
+  rig.proxy.command("ok");
+  CHECK(eventually([&] { return watch_tags(reader, 300ms) > 5; }));
+}
+
+TEST_CASE("RTU: a reply that comes twice costs nothing", "[modbus][link]") {
+  SerialRig rig;
+  mb::LinkSettings settings = rig.link();
+  settings.response_timeout_ms = 2000;
+  mb::ModbusLink link(settings, {});
+  Reader reader(link, {kTags[0], kTags[1]});
+  REQUIRE(eventually([&] { return reader.good(0) && reader.good(1); }));
+  for (int i = 0; i < 5; ++i) {
+    const std::uint64_t discarded = value(reader.counters().stale_replies_discarded);
+    rig.proxy.command("duplicate 1");
+    REQUIRE(
+        eventually([&] { return value(reader.counters().stale_replies_discarded) > discarded; }));
+  }
+  reader.forget();
+  REQUIRE(eventually([&] { return reader.fresh(0); }));
+  CHECK(value(reader.counters().invalid_replies) == 0);
+  CHECK(value(reader.counters().timeouts) == 0);
+}
+
+TEST_CASE("RTU: a reply later than the drain does not answer the same question asked again",
+          "[modbus][link]") {
+  SerialRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  Reader reader(link, {kTags[0]});
+  for (const char* fault : {"late 330 1", "late 450 1", "late 330 2", "late 600 3"}) {
+    CAPTURE(fault);
+    reader.forget();
+    REQUIRE(eventually([&] { return reader.fresh(); }));
+    rig.proxy.command(fault);
+    watch_tags(reader, 800ms, 1);
+  }
+  CHECK(value(reader.counters().stale_replies_discarded) > 0);
+}
+
+TEST_CASE("RTU: a device that is always late is bad, never stale", "[modbus][link]") {
+  SerialRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  Reader reader(link, kTags);
+  REQUIRE(eventually([&] { return reader.good(3); }));
+  for (const char* fault : {"late 180", "late 330", "late 700"}) {
+    CAPTURE(fault);
+    rig.proxy.command(fault);
+    watch_tags(reader, 1000ms);
+    CHECK(reader.bad(0));
+    rig.proxy.command("ok");
+    reader.forget();
+    REQUIRE(eventually([&] { return reader.fresh(0); }));
+  }
+}
+
+TEST_CASE("TCP: no late reply passes for a fresh one", "[modbus][link]") {
+  TcpRig rig;
+  mb::LinkSettings settings = rig.link();
+  settings.response_timeout_ms = 150;
+  mb::ModbusLink link(settings, {});
+  Reader reader(link, kTags);
+  REQUIRE(eventually([&] { return reader.good(3); }));
+  for (const char* fault : {"late 30 5", "late 160 2", "late 400 3", "late 2000 2", "duplicate 10",
+                            "duplicate_late 20 20"}) {
+    CAPTURE(fault);
+    rig.proxy.command(fault);
+    watch_tags(reader, 450ms);
+    rig.proxy.command("ok");
+    REQUIRE(eventually([&] { return reader.good(0) && reader.good(3); }));
+  }
+  CHECK(eventually([&] { return watch_tags(reader, 300ms) > 5; }));
+}
+
+TEST_CASE("RTU: a unit with few registers is read without the extra ones", "[modbus][link]") {
+  SerialRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  // The last two registers there are: the second read can't be longer than needed.
+  Reader reader(link, {input(116, RegisterType::u32), input(118, RegisterType::u32)});
+  REQUIRE(eventually([&] { return reader.good(0) && reader.good(1); }));
+}
+
+TEST_CASE("RTU: a dead unit holds up the others for no more than a probe", "[modbus][link]") {
+  SerialRig rig({"--units", "1,2"});
+  Events events;
+  mb::LinkSettings settings = rig.link();
+  settings.probe_interval_s = 1.0;
+  mb::ModbusLink link(settings, events.sink());
+  Reader alive(link, {input(30, RegisterType::u16)});
+  Reader dying(link, {input(30, RegisterType::u16, ByteOrder::abcd, 1.0, 2)});
+  Reader absent(link, {input(30, RegisterType::u16, ByteOrder::abcd, 1.0, 9)});
+  REQUIRE(eventually([&] { return alive.good() && dying.good(); }));
+  CHECK(dying.sample().value == 2.0);
+
+  rig.proxy.command("mute 2");
+  REQUIRE(eventually([&] { return dying.bad() && events.count(Kind::unit_silent) == 2; }));
+  REQUIRE(eventually([&] { return alive.fresh(); }));
+
+  // Two dead units, each asked once a second or so for 150 ms: most periods of 20 ms stay free.
+  std::int64_t longest_gap_ns = 0;
+  int fresh = 0;
+  std::int64_t last_ns = alive.sample().time_ns;
+  const auto end = std::chrono::steady_clock::now() + 2s;
+  while (std::chrono::steady_clock::now() < end) {
+    if (alive.fresh()) {
+      ++fresh;
+      longest_gap_ns = std::max(longest_gap_ns, alive.sample().time_ns - last_ns);
+      last_ns = alive.sample().time_ns;
+    }
+    std::this_thread::sleep_for(1ms);
+  }
+  CHECK(fresh > 15);                      // of 100
+  CHECK(longest_gap_ns < 1'500'000'000);  // two probes and slack
+  CHECK(absent.bad());
+
+  rig.proxy.command("mute 0");
+  CHECK(eventually([&] { return dying.good(); }));
+  CHECK(events.count(Kind::unit_back) == 1);
+}
+
+TEST_CASE("a vanished peer is noticed and found again", "[modbus][link]") {
+  TcpRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  Reader reader(link, {input(0, RegisterType::f32)});
+  REQUIRE(eventually([&] { return reader.good(); }));
+  rig.proxy.freeze();  // connections are still accepted by the kernel, nobody answers
+  REQUIRE(eventually([&] { return reader.bad(); }));
+  reader.forget();
+  rig.proxy.thaw();
+  CHECK(eventually([&] { return reader.fresh(); }));
+}
+
+TEST_CASE("a link ends promptly, whatever it waits for", "[modbus][link]") {
+  TcpRig rig;
+  mb::LinkSettings settings = rig.link();
+  settings.response_timeout_ms = 10'000;
+  settings.reconnect_min_s = 60.0;
+  settings.reconnect_max_s = 60.0;
+  for (const char* fault : {"silent", "down"}) {
+    CAPTURE(fault);
+    rig.proxy.command("up");
+    rig.proxy.command(fault);
+    auto link = std::make_unique<mb::ModbusLink>(settings, mb::EventSink{});
+    mb::LinkTask task;
+    task.reads.push_back(std::make_unique<mb::ReadPoint>(input(0, RegisterType::f32)));
+    link->attach(task);
+    std::this_thread::sleep_for(200ms);
+    const auto start = std::chrono::steady_clock::now();
+    link.reset();
+    CHECK(std::chrono::steady_clock::now() - start < 2s);
+  }
+}
+
+TEST_CASE("points come and go while the link runs", "[modbus][link]") {
+  SerialRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  Reader first(link, {input(40, RegisterType::u32)});
+  for (int i = 0; i < 5; ++i) {
+    Reader second(link, {input(42, RegisterType::u32)});
+    REQUIRE(eventually([&] { return second.good(); }));
+    CHECK(Tag(second.sample().value).register_number == 42);
+  }
+  first.forget();
+  CHECK(eventually([&] { return first.fresh(); }));
+}

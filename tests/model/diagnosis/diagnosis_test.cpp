@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verdicts on loops whose truth is known.
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "model/diagnosis/diagnosis.hpp"
+#include "model/plant/backlash.hpp"
+#include "model/plant/stiction_choudhury.hpp"
+#include "model/plant/stiction_karnopp.hpp"
+#include "tests/model/diagnosis/signals.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using namespace diagnosis;
+
+// Keeps a sticking valve from resting at the set point by chance.
+const auto kSteadyLoad = [](double) { return 1.3; };
+const auto kIdeal = [](double u) { return u; };
+
+Diagnosis diagnosed(const SmallLoop::Run& run, double sample_time_s = 0.5) {
+  return diagnose({.pv = run.pv, .co = run.co, .sp = {}, .sample_time_s = sample_time_s});
+}
+
+double valve_probability(const Diagnosis& d) {
+  return d.probabilities[static_cast<std::size_t>(Cause::stiction)] +
+         d.probabilities[static_cast<std::size_t>(Cause::backlash)];
+}
+
+TEST_CASE("a sticking valve is named, with its band, whatever the units") {
+  plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
+  valve.reset(50.0);
+  const SmallLoop loop{.gain = 0.3, .integral_time = 2.0};
+  SmallLoop::Run run = loop.run(
+      1200, [&](double u) { return valve.step(u); }, kSteadyLoad);
+  const Diagnosis d = diagnosed(run);
+  CHECK(d.verdict == Verdict::valve_effect);
+  CHECK(d.cause == Cause::stiction);
+  CHECK(d.oscillating);
+  CHECK(d.s == Approx(4.0).epsilon(0.35));
+  for (double& v : run.pv) v = -3.0 + 700.0 * v;
+  const Diagnosis scaled = diagnosed(run, 60.0);
+  CHECK(valve_probability(scaled) == Approx(valve_probability(d)).margin(1e-6));
+  CHECK(scaled.period_s == Approx(120.0 * d.period_s));
+  CHECK(scaled.s == Approx(d.s));
+}
+
+TEST_CASE("a controller that acts the other way round changes nothing") {
+  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  valve.reset(50.0);
+  SmallLoop::Run run = SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
+      1200, [&](double u) { return valve.step(u); }, kSteadyLoad);
+  const double before = valve_probability(diagnosed(run));
+  for (double& u : run.co) u = 100.0 - u;
+  CHECK(before > kValveThreshold);
+  CHECK(valve_probability(diagnosed(run)) == Approx(before).margin(0.05));
+}
+
+TEST_CASE("a load that oscillates is no valve effect") {
+  const Diagnosis d = diagnosed(SmallLoop{.gain = 0.5, .integral_time = 3.0}.run(
+      1500, kIdeal, [](double t) { return 4.0 * sine(t / 25.0); }));
+  CHECK(d.verdict == Verdict::other_cause);
+  CHECK(d.cause == Cause::disturbance);
+  CHECK(d.oscillating);
+  CHECK(d.period_s == Approx(25.0).epsilon(0.05));
+}
+
+TEST_CASE("tight tuning is no valve effect") {
+  plant::Random random(9);
+  const Diagnosis d = diagnosed(SmallLoop{.gain = 3.3, .integral_time = 4.0}.run(
+      1500, kIdeal, [&](double) { return 0.1 * random.normal(); }));
+  CHECK(d.verdict == Verdict::other_cause);
+  CHECK(d.cause == Cause::tuning);
+}
+
+TEST_CASE("a loop under random load is healthy") {
+  plant::Random random(4);
+  double wander = 0.0;
+  const Diagnosis d = diagnosed(SmallLoop{.gain = 0.5, .integral_time = 3.0}.run(
+      1500, kIdeal, [&](double) { return wander = 0.98 * wander + 0.3 * random.normal(); }));
+  CHECK(d.verdict == Verdict::healthy);
+  CHECK_FALSE(d.oscillating);
+}
+
+TEST_CASE("a valve at its end is called saturation") {
+  SmallLoop loop{.gain = 0.5, .integral_time = 3.0};
+  SmallLoop::Run run = loop.run(
+      1500, [](double u) { return u; }, [](double t) { return 48.0 + 8.0 * sine(t / 60.0); });
+  CHECK(diagnosed(run).cause == Cause::saturation);
+}
+
+TEST_CASE("too little to judge is said, not guessed") {
+  const Series pv(50, 1.0);
+  const Diagnosis d = diagnose({.pv = pv, .co = pv, .sp = {}});
+  CHECK(d.verdict == Verdict::not_enough_data);
+  CHECK_FALSE(d.reason.empty());
+}
+
+TEST_CASE("probabilities add up to one, and the same record gives the same answer") {
+  plant::Backlash valve(3.0);
+  valve.reset(50.0);
+  const SmallLoop::Run run = SmallLoop{}.run(
+      500, [&](double u) { return valve.step(u); }, kSteadyLoad);
+  const Diagnosis d = diagnosed(run);
+  double sum = 0.0;
+  for (const double p : d.probabilities) sum += p;
+  CHECK(sum == Approx(1.0));
+  CHECK(diagnosed(run).probabilities == d.probabilities);
+}
+
+TEST_CASE("evidence is finite on records at the edge") {
+  const auto finite = [](const Series& pv, const Series& co) {
+    const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = {}});
+    for (const double v : d.findings.evidence) {
+      if (!std::isfinite(v)) return false;
+    }
+    return true;
+  };
+  const Series ramp = made_of(300, [](double k) { return k; });
+  Series pulse(300, 0.0);
+  pulse[150] = 1.0;
+  const Series fast = made_of(300, [](double k) { return std::fmod(k, 2.0); });
+  CHECK(finite(ramp, ramp));
+  CHECK(finite(pulse, ramp));
+  CHECK(finite(ramp, pulse));
+  CHECK(finite(fast, fast));
+  CHECK(finite(with_noise(Series(100, 0.0), 1e-9, 1), with_noise(Series(100, 0.0), 1e9, 2)));
+}
+
+TEST_CASE("a tree sends evidence left at its threshold and right above it") {
+  Tree tree;
+  tree.evidence = {2, 0, 1, 0, 0, 0, 0};
+  tree.threshold = {0.5F, 1.0F, -1.0F, 0.0F, 2.0F, 0.0F, 3.0F};
+  Evidence e{};
+  e[2] = 0.5;
+  CHECK(leaf_of(tree, e) == 0);
+  e[0] = 0.5;
+  CHECK(leaf_of(tree, e) == 1);
+  e[0] = 2.5;
+  CHECK(leaf_of(tree, e) == 3);
+  e[2] = 0.6;
+  e[1] = -2.0;
+  CHECK(leaf_of(tree, e) == 5);
+  e[1] = 0.0;
+  CHECK(leaf_of(tree, e) == 6);
+  tree.leaf.fill(0.0F);
+  tree.leaf[6] = 2.0F;
+  std::array<Tree, 1> trees{tree};
+  // One tree of the first cause, whose score is then 2 against five times 0.
+  const CauseProbabilities p = weigh({.base = {}, .trees = trees}, e);
+  CHECK(p[0] == Approx(std::exp(2.0) / (std::exp(2.0) + 5.0)));
+}
+
+}  // namespace
+}  // namespace loopwarden::tests

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "model/diagnosis/preparation.hpp"
+#include "tests/model/diagnosis/signals.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using namespace diagnosis;
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+Series pv_of(std::size_t n) {
+  return made_of(n, [](double k) { return 50.0 + sine(k / 50.0); });
+}
+Series co_of(std::size_t n) {
+  return made_of(n, [](double k) { return 40.0 + 3.0 * sine(k / 50.0 + 0.4); });
+}
+
+TEST_CASE("what can't be judged is refused with the reason") {
+  const Series pv = pv_of(400);
+  const Series co = co_of(400);
+  CHECK(prepare({.pv = pv, .co = co, .sp = {}}).refusal.empty());
+  CHECK(prepare({.pv = pv_of(60), .co = co_of(60), .sp = {}}).refusal.find("fewer than 100") !=
+        std::string::npos);
+  const Series still(400, 12.0);
+  CHECK(prepare({.pv = pv, .co = still, .sp = {}}).refusal.find("does not move") !=
+        std::string::npos);
+  CHECK(prepare({.pv = still, .co = co, .sp = {}}).refusal == "PV is frozen");
+  CHECK_FALSE(prepare({.pv = pv, .co = co_of(300), .sp = {}}).refusal.empty());
+  const Series nothing(400, kMissing);
+  CHECK_FALSE(prepare({.pv = nothing, .co = co, .sp = {}}).refusal.empty());
+  CHECK_FALSE(prepare({.pv = {}, .co = {}, .sp = {}}).refusal.empty());
+}
+
+TEST_CASE("short gaps are filled, of a record with a long one the longest part is used") {
+  Series pv = pv_of(600);
+  const Series co = co_of(600);
+  pv[100] = kMissing;
+  for (std::size_t k = 200; k < 230; ++k) pv[k] = kMissing;
+  const Prepared p = prepare({.pv = pv, .co = co, .sp = {}});
+  CHECK(p.from == 230);
+  CHECK(p.used == 370);
+  pv = pv_of(600);
+  pv[300] = kMissing;
+  CHECK(prepare({.pv = pv, .co = co, .sp = {}}).pv[300] == Approx(pv_of(600)[300]).margin(0.02));
+}
+
+TEST_CASE("of a set point in steps the longest stretch is used, another's set point is not") {
+  Series pv = pv_of(1000);
+  Series sp(1000, 50.0);
+  for (std::size_t k = 300; k < 1000; ++k) {
+    sp[k] = 60.0;
+    pv[k] += 10.0;
+  }
+  const Prepared p = prepare({.pv = pv, .co = co_of(1000), .sp = sp});
+  CHECK(p.from == 370);
+  CHECK(p.used == 630);
+  for (double& v : sp) v -= 1000.0;
+  CHECK(prepare({.pv = pv, .co = co_of(1000), .sp = sp}).used == 1000);
+}
+
+TEST_CASE("the series don't depend on units, and hardly on the sample time") {
+  const Series pv = pv_of(2000);
+  const Series co = co_of(2000);
+  Series scaled = pv;
+  for (double& v : scaled) v = 1e4 * v - 7.0;
+  const Prepared a = prepare({.pv = pv, .co = co, .sp = {}});
+  const Prepared b = prepare({.pv = scaled, .co = co, .sp = {}, .sample_time_s = 3.0});
+  CHECK(b.period == Approx(a.period));
+  CHECK(b.period_s == Approx(3.0 * a.period_s));
+  CHECK(b.error[77] == Approx(a.error[77]).margin(1e-6));
+  // Sampled eight times as fast: averaged to the same number of samples a period.
+  const Series fast_pv = made_of(8000, [](double k) { return 50.0 + sine(k / 400.0); });
+  const Series fast_co = made_of(8000, [](double k) { return 40.0 + 3.0 * sine(k / 400.0 + 0.4); });
+  const Prepared c = prepare({.pv = fast_pv, .co = fast_co, .sp = {}});
+  CHECK(c.factor >= 8);
+  CHECK(c.period <= 50.0);
+}
+
+}  // namespace
+}  // namespace loopwarden::tests

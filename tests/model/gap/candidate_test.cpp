@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/candidate.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "model/plant/effect_catalogue.hpp"
+
+using namespace loopwarden::gap;
+namespace plant = loopwarden::plant;
+
+namespace {
+
+// Loops of other units and speeds than those of the examples.
+std::vector<SearchContext> contexts() {
+  return {{.output_high = 10.0, .output_used_low = 2.0, .output_used_high = 7.0},
+          {.output_low = 4.0,
+           .output_high = 20.0,
+           .output_used_low = 4.0,
+           .output_used_high = 20.0,
+           .period_s = 1.0,
+           .duration_s = 4000.0,
+           .time_constant_s = 60.0,
+           .dead_time_s = 20.0},
+          {.output_used_low = 49.5,
+           .output_used_high = 51.5,
+           .period_s = 0.05,
+           .duration_s = 10.0,
+           .time_constant_s = 0.6,
+           .dead_time_s = 0.0}};
+}
+
+plant::EffectContext effect_context(const SearchContext& c) {
+  return {.sample_time_s = c.period_s, .output_low = c.output_low, .output_high = c.output_high};
+}
+
+}  // namespace
+
+TEST_CASE("every candidate is an effect of the catalogue, in a block where it may stand",
+          "[gap][candidate]") {
+  std::set<std::string> names;
+  for (const Candidate& c : candidates({})) {
+    CAPTURE(c.name);
+    names.insert(c.name);
+    const plant::EffectInfo* info = plant::find_effect(c.name);
+    REQUIRE(info != nullptr);
+    CHECK(std::find(info->blocks.begin(), info->blocks.end(), c.block) != info->blocks.end());
+    CHECK(c.starts >= 1);
+    if (c.starts_offset) CHECK(std::string(c.search.back().name) == "start");
+  }
+  // All that a record can show; what a controller does differently is found without a fit.
+  CHECK(names == std::set<std::string>{"stiction", "backlash", "hysteresis", "low_air_supply",
+                                       "valve_characteristic", "cam_obstruction",
+                                       "positioner_overshoot", "gain_change", "extra_dead_time",
+                                       "extra_lag", "output_bias", "drift",
+                                       "oscillating_disturbance", "step_disturbance"});
+}
+
+TEST_CASE("the corners of every search are effects that can be stepped", "[gap][candidate]") {
+  for (const SearchContext& context : contexts()) {
+    for (const Candidate& c : candidates(context)) {
+      const std::size_t corners = std::size_t{1} << c.search.size();
+      for (std::size_t corner = 0; corner <= corners; ++corner) {  // the last: the middle
+        std::vector<double> values;
+        for (std::size_t j = 0; j < c.search.size(); ++j) {
+          const double place = corner == corners ? 0.5 : (corner >> j & 1U) != 0 ? 1.0 : 0.0;
+          values.push_back(c.search[j].value(place));
+        }
+        const std::vector<double> solved(2, 0.7);
+        const plant::EffectSpec spec = complete_spec(c, values, solved);
+        CAPTURE(c.name, corner, context.period_s);
+        CHECK(spec.name == c.name);
+        CHECK_NOTHROW(plant::check_effect(spec, c.block, effect_context(context)));
+        if (c.linear_columns() == 0 && c.kind != Kind::gain_change) {
+          CHECK(searched_spec(c, values) == spec);
+        } else {
+          CHECK(searched_spec(c, values).name.empty());
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a searched value and its place go back and forth", "[gap][candidate]") {
+  for (const SearchContext& context : contexts()) {
+    for (const Candidate& c : candidates(context)) {
+      for (const SearchRange& range : c.search) {
+        CAPTURE(c.name, range.name);
+        REQUIRE(range.low < range.high);
+        CHECK(range.value(0.0) == Approx(range.low));
+        CHECK(range.value(1.0) == Approx(range.high));
+        for (const double place : {0.0, 0.2, 0.5, 0.93, 1.0}) {
+          CHECK(range.position(range.value(place)) == Approx(place).margin(1e-9));
+        }
+        CHECK(range.value(-3.0) == range.value(0.0));
+        CHECK(range.position(range.high + 1.0) == Approx(1.0));
+      }
+    }
+  }
+}
+
+TEST_CASE("a logarithmic range has the geometric mean in its middle", "[gap][candidate]") {
+  CHECK(SearchRange{"x", 0.1, 10.0, true, 1}.value(0.5) == Approx(1.0));
+  CHECK(SearchRange{"x", 0.1, 10.0, false, 1}.value(0.5) == Approx(5.05));
+}
+
+TEST_CASE("a sine's amplitude and phase follow from what was solved", "[gap][candidate]") {
+  for (const Candidate& c : candidates({})) {
+    if (c.kind != Kind::oscillating_disturbance) continue;
+    const std::vector<double> period{12.0};
+    const plant::EffectSpec spec = complete_spec(c, period, std::vector<double>{3.0, 4.0});
+    CHECK(spec.parameters.at("amplitude") == Approx(5.0));
+    CHECK(spec.parameters.at("phase") == Approx(std::atan2(4.0, 3.0)));
+    CHECK(spec.parameters.at("period") == 12.0);
+  }
+}
+
+TEST_CASE("one friction a valve, and the plug behind it", "[gap][candidate]") {
+  CHECK(is_friction(Kind::stiction));
+  CHECK(is_friction(Kind::backlash));
+  CHECK(is_friction(Kind::cam_obstruction));
+  CHECK_FALSE(is_friction(Kind::low_air_supply));
+  CHECK_FALSE(is_friction(Kind::positioner_overshoot));
+  CHECK(valve_rank("positioner_overshoot") < valve_rank("low_air_supply"));
+  CHECK(valve_rank("low_air_supply") < valve_rank("stiction"));
+  CHECK(valve_rank("stiction") < valve_rank("backlash"));
+  CHECK(valve_rank("backlash") < valve_rank("valve_characteristic"));
+}

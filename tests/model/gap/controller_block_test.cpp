@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/controller_block.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "tests/model/gap/gap_support.hpp"
+
+using namespace loopwarden;
+
+namespace {
+
+// CO stands at its upper limit for a good part of the record.
+plant::LoopModel limited_model() {
+  plant::LoopModel model = test::believed_model();
+  model.controller.output.high = 10.0;
+  model.process.gain = 0.55;
+  return model;
+}
+
+// PV falls when CO rises.
+plant::LoopModel direct_model() {
+  plant::LoopModel model = test::believed_model();
+  model.controller.output.high = 10.0;
+  model.controller.pid.action = control::Action::direct;
+  model.process.gain = -1.1;
+  model.transmitter_effects = {{"output_bias", {{"bias", 10.0}}}};
+  return model;
+}
+
+// From rest, without noise and a converter's rounding.
+gap::Record exact_record(plant::LoopModel truth) {
+  truth.transmitter.low = -10.0;
+  truth.controller.set_point.low = -10.0;
+  const double side = truth.process.gain < 0.0 ? -1.0 : 1.0;
+  truth.scenario.set_point = {
+      {0.0, 3.0 * side}, {5.0, 5.0 * side}, {25.0, 6.5 * side}, {45.0, 4.0 * side}};
+  plant::SimulatedLoop loop(truth);
+  gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
+  for (int k = 0; k < 700; ++k) {
+    const plant::LoopSample s = loop.step();
+    record.pv.push_back(s.pv);
+    record.sp.push_back(s.sp);
+    record.co.push_back(s.co);
+  }
+  return record;
+}
+
+}  // namespace
+
+TEST_CASE("replayed on what it measured, the controller repeats itself", "[gap][controller]") {
+  plant::LoopModel model = GENERATE(test::believed_model(), limited_model(), direct_model());
+  model.transmitter_effects.clear();
+  model.controller.pid.anti_windup =
+      GENERATE(control::AntiWindup::integral_clamp, control::AntiWindup::back_calculation,
+               control::AntiWindup::conditional);
+  const gap::Record record = exact_record(model);
+  const std::vector<double> co = gap::replay_controller(model.controller.pid, record.period_s,
+                                                        record.sp, record.pv, record.co[0]);
+  for (std::size_t k = 0; k < co.size(); ++k) {
+    CAPTURE(k);
+    REQUIRE(co[k] == Approx(record.co[k]).margin(1e-9));
+  }
+}
+
+TEST_CASE("settings are found beside stretches at the limit, and in direct action",
+          "[gap][controller]") {
+  const bool direct = GENERATE(false, true);
+  const plant::LoopModel model = direct ? direct_model() : limited_model();
+  plant::LoopModel truth = model;
+  truth.controller.pid.gains.kp = 0.3;
+  truth.controller.pid.gains.ki = 0.22;
+  const gap::Record record = test::record_of(truth, 120.0);
+  if (!direct) CHECK(std::count(record.co.begin(), record.co.end(), 10.0) > 100);
+  const gap::ControllerFinding found = gap::compare_controller(record, model);
+  REQUIRE(found.mismatch);
+  CHECK(found.kp == Approx(0.3).epsilon(0.02));
+  CHECK(found.ki == Approx(0.22).epsilon(0.02));
+  CHECK(std::abs(found.kp - 0.3) < 6.0 * found.kp_spread);
+  CHECK(found.kp_spread > 0.0);
+}
+
+TEST_CASE("a CO that no PI law gives is left unexplained", "[gap][controller]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 120.0);
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    record.co[k] = 5.0 + std::sin(0.05 * static_cast<double>(k));
+  }
+  const gap::ControllerFinding found = gap::compare_controller(record, model);
+  CHECK_FALSE(found.mismatch);
+  CHECK(found.unexplained);
+}
+
+TEST_CASE("missing samples of SP, PV and CO are bridged", "[gap][controller]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 120.0);
+  for (std::size_t k = 0; k < record.size(); k += 97) {
+    record.sp[k] = std::numeric_limits<double>::quiet_NaN();
+    record.co[k] = std::numeric_limits<double>::quiet_NaN();
+  }
+  const gap::ControllerFinding found = gap::compare_controller(record, model);
+  CHECK_FALSE(found.mismatch);
+  CHECK_FALSE(found.unexplained);
+  CHECK(std::isfinite(found.before_rmse));
+}
+
+TEST_CASE("the model's own controller replays the record to its rounding", "[gap][controller]") {
+  const plant::LoopModel model = test::believed_model();
+  const gap::Record record = test::record_of(model, 120.0);
+  const gap::ControllerFinding found = gap::compare_controller(record, model);
+  CHECK(found.compared);
+  CHECK_FALSE(found.mismatch);
+  CHECK_FALSE(found.unexplained);
+  CHECK(found.before_rmse < 2.0 * 10.0 / 4096.0);
+}
+
+TEST_CASE("other settings are found as they are", "[gap][controller]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.controller.pid.gains.kp = 0.6;
+  truth.controller.pid.gains.ki = 0.11;
+  const gap::ControllerFinding found =
+      gap::compare_controller(test::record_of(truth, 120.0), test::believed_model());
+  REQUIRE(found.mismatch);
+  CHECK(found.kp == Approx(0.6).epsilon(0.01));
+  CHECK(found.ki == Approx(0.11).epsilon(0.01));
+  CHECK(found.after_rmse < 0.1 * found.before_rmse);
+}
+
+TEST_CASE("another anti-windup alone is never called other settings", "[gap][controller]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.controller.pid.anti_windup = control::AntiWindup::conditional;
+  truth.process.gain = 0.5;  // the upper set points can't be reached: CO stands at its limit
+  plant::LoopModel model = truth;
+  model.controller.pid.anti_windup = control::AntiWindup::integral_clamp;
+  const gap::ControllerFinding found =
+      gap::compare_controller(test::record_of(truth, 120.0), model);
+  CHECK_FALSE(found.mismatch);
+}
+
+TEST_CASE("without CO or SP there is nothing to compare", "[gap][controller]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 30.0);
+  record.co.clear();
+  CHECK_FALSE(gap::compare_controller(record, model).compared);
+}

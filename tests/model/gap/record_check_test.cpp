@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/record_check.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "tests/model/gap/gap_support.hpp"
+
+using namespace loopwarden;
+
+namespace {
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+bool noted(const gap::RecordCheck& check, const std::string& what) {
+  return std::any_of(check.notes.begin(), check.notes.end(),
+                     [&](const gap::RecordNote& note) { return note.what == what; });
+}
+
+}  // namespace
+
+TEST_CASE("a sound record is taken without remarks", "[gap][record]") {
+  const plant::LoopModel model = test::believed_model();
+  const gap::RecordCheck check = gap::check_record(test::record_of(model, 120.0), model);
+  CHECK(check.usable);
+  CHECK(check.notes.empty());
+  CHECK(check.noise_rms == Approx(0.015).epsilon(0.15));
+  CHECK(check.co_resolution == Approx(10.0 / 4096.0).epsilon(0.01));
+  CHECK(check.output_reversals >= 3);
+}
+
+TEST_CASE("records that can't be believed are refused, with the reason", "[gap][record]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 60.0);
+  std::string reason;
+  SECTION("short") {
+    record.pv.resize(150);
+    reason = "150 samples";
+  }
+  SECTION("another period") {
+    record.period_s = 0.2;
+    reason = "sampled every 0.2 s";
+  }
+  SECTION("PV missing") {
+    for (std::size_t k = 100; k < 300; ++k) record.pv[k] = kMissing;
+    reason = "of PV is missing";
+  }
+  SECTION("CO missing") {
+    for (std::size_t k = 100; k < 200; ++k) record.co[k] = kMissing;
+    reason = "of CO is missing";
+  }
+  SECTION("frozen PV") {
+    std::fill(record.pv.begin(), record.pv.end(), 4.0);
+    reason = "PV never moves";
+  }
+  SECTION("CO in other units") {
+    for (double& u : record.co) u *= 10.0;
+    reason = "outside the model's output range";
+  }
+  const gap::RecordCheck check = gap::check_record(record, model);
+  CHECK_FALSE(check.usable);
+  INFO(check.refusal);
+  CHECK(check.refusal.find(reason) != std::string::npos);
+}
+
+TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 60.0);
+  SECTION("some PV missing") {
+    record.pv[50] = kMissing;
+    const gap::RecordCheck check = gap::check_record(record, model);
+    CHECK(check.usable);
+    CHECK(noted(check, "missing"));
+    CHECK_FALSE(gap::usable_samples(record, model)[50]);
+  }
+  SECTION("a frozen stretch") {
+    for (std::size_t k = 200; k < 320; ++k) record.pv[k] = record.pv[200];
+    CHECK(noted(gap::check_record(record, model), "frozen"));
+  }
+  SECTION("CO at a limit") {
+    for (std::size_t k = 200; k < 260; ++k) record.co[k] = 10.0;
+    CHECK(noted(gap::check_record(record, model), "saturated"));
+  }
+  SECTION("PV at the end of the transmitter's range") {
+    for (std::size_t k = 200; k < 220; ++k) record.pv[k] = 10.0;
+    CHECK(noted(gap::check_record(record, model), "saturated"));
+  }
+  SECTION("some CO missing") {
+    record.co[50] = kMissing;
+    const gap::RecordCheck check = gap::check_record(record, model);
+    CHECK(check.usable);
+    CHECK(noted(check, "missing"));
+    // One sample is bridged by the value before.
+    CHECK(gap::usable_samples(record, model) == std::vector<bool>(record.size(), true));
+  }
+  SECTION("CO was not measured at all") {
+    record.co.clear();
+    const gap::RecordCheck check = gap::check_record(record, model);
+    CHECK(check.usable);
+    CHECK(check.notes.empty());
+  }
+  SECTION("hardly any movement") {
+    for (double& u : record.co) u = 5.0 + 0.001 * u;
+    CHECK(noted(gap::check_record(record, model), "little movement"));
+  }
+  SECTION("a gap in CO blinds PV in its wake") {
+    for (std::size_t k = 200; k < 205; ++k) record.co[k] = kMissing;
+    const std::vector<bool> used = gap::usable_samples(record, model);
+    CHECK(used[199]);
+    CHECK_FALSE(used[210]);
+    CHECK_FALSE(used[280]);
+    CHECK(used[330]);
+  }
+}
+
+TEST_CASE("gaps are closed by the value before, at the start by the first there is",
+          "[gap][record]") {
+  CHECK(gap::held({kMissing, kMissing, 2.0, kMissing, 3.0, kMissing}) ==
+        std::vector<double>{2.0, 2.0, 2.0, 2.0, 3.0, 3.0});
+  CHECK(std::isnan(gap::held({kMissing, kMissing})[0]));
+}
+
+TEST_CASE("turns count beyond the band, at the sample that shows them", "[gap][record]") {
+  const std::vector<double> column{0, 1, 2, 3, 2.9, 3.1, 2, 1, 1.1, 3, 3, 1};
+  CHECK(gap::reversals(column, 0.5) == std::vector<std::size_t>{6, 9, 11});
+  CHECK(gap::reversals(column, 5.0).empty());
+  CHECK(gap::reversals({}, 1.0).empty());
+  // Neither does a slow turn get lost nor the first move count.
+  std::vector<double> slow;
+  for (int k = 0; k < 200; ++k) slow.push_back(k < 100 ? 0.01 * k : 2.0 - 0.01 * k);
+  CHECK(gap::reversals(slow, 0.5).size() == 1);
+}
+
+TEST_CASE("noise is seen beside slow movement, outliers and rounding", "[gap][record]") {
+  plant::Random random(4);
+  std::vector<double> column;
+  for (int k = 0; k < 3000; ++k) {
+    column.push_back(5.0 + 3.0 * std::sin(0.01 * k) + 0.02 * random.normal());
+  }
+  for (std::size_t k = 50; k < column.size(); k += 100) column[k] += 4.0;
+  CHECK(gap::noise_of(column) == Approx(0.02).epsilon(0.12));
+  for (double& v : column) v = std::round(v / 0.25) * 0.25;
+  CHECK(gap::noise_of(column) == Approx(0.25 / std::sqrt(12.0)).epsilon(0.01));
+  CHECK(gap::noise_of(std::vector<double>(500, 3.0)) == 0.0);
+}

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/workflow.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <thread>
+
+#include "tests/model/gap/gap_support.hpp"
+
+using namespace loopwarden;
+
+namespace {
+
+gap::Result find(const gap::Record& record, const plant::LoopModel& model,
+                 const gap::ParallelFor& parallel = test::serial) {
+  return gap::find_gap(record, model, {}, parallel, [](double) {});
+}
+
+}  // namespace
+
+TEST_CASE("where nothing is missing, nothing is named and the model stays", "[gap][workflow]") {
+  const plant::LoopModel model = test::believed_model();
+  const gap::Result result = find(test::record_of(model, 130.0), model);
+  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.effects.empty());
+  CHECK(result.corrected == model);
+  CHECK(result.before.rmse == Approx(0.015).epsilon(0.2));
+}
+
+TEST_CASE("a changed gain is named, located and added", "[gap][workflow]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.process.gain *= 0.8;
+  const gap::Record record = test::record_of(truth, 90.0);
+  const plant::LoopModel model = test::believed_model();
+  const gap::Result result = find(record, model);
+  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.effects.size() == 1);
+  CHECK(result.effects[0].spec.name == "gain_change");
+  CHECK(result.effects[0].block == plant::Block::process);
+  const double factor = result.effects[0].spec.parameters.at("factor");
+  CHECK(factor == Approx(0.8).epsilon(0.02));
+  const auto& interval = result.effects[0].interval.at("factor");
+  CHECK(interval[0] < factor);
+  CHECK(factor < interval[1]);
+  CHECK(result.after.holdout_rmse < 0.1 * result.before.holdout_rmse);
+  REQUIRE(result.steps.size() == 1);
+  CHECK(result.steps[0].added == "gain_change");
+  std::map<std::string, double> shares;
+  for (const gap::Located& located : result.located) shares[located.by] += located.share_of_gap;
+  CHECK(shares.size() == 3);
+  for (const auto& [by, share] : shares) CHECK(share == Approx(1.0));
+}
+
+TEST_CASE("the result does not depend on the number of threads", "[gap][workflow]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
+  const gap::Record record = test::record_of(truth, 90.0);
+  const gap::Options one_effect{.search = {.several = false}};
+  const auto found = [&](const gap::ParallelFor& parallel) {
+    return gap::find_gap(record, test::believed_model(), one_effect, parallel, [](double) {});
+  };
+  const gap::Result serial = found(test::serial);
+  const gap::Result threads =
+      found([](std::size_t count, const std::function<void(std::size_t)>& body) {
+        std::thread other([&] {
+          for (std::size_t i = 1; i < count; i += 2) body(i);
+        });
+        for (std::size_t i = 0; i < count; i += 2) body(i);
+        other.join();
+      });
+  REQUIRE(serial.effects.size() == 1);
+  REQUIRE(threads.effects.size() == 1);
+  CHECK(serial.effects[0].spec.name == "backlash");
+  CHECK(threads.effects[0].spec == serial.effects[0].spec);
+  CHECK(threads.effects[0].confidence == serial.effects[0].confidence);
+  CHECK(threads.effects[0].interval == serial.effects[0].interval);
+  CHECK(threads.corrected == serial.corrected);
+  REQUIRE(threads.candidates.size() == serial.candidates.size());
+  for (std::size_t i = 0; i < serial.candidates.size(); ++i) {
+    CHECK(threads.candidates[i].name == serial.candidates[i].name);
+    CHECK(threads.candidates[i].score == serial.candidates[i].score);
+  }
+}
+
+TEST_CASE("without CO the closed loop is compared", "[gap][workflow]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 60.0);
+  record.co.clear();
+  const gap::Result result = find(record, model);
+  CHECK(result.closed_loop);
+  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(std::isfinite(result.before.rmse));
+  CHECK(std::isnan(result.controller_before_rmse));
+}
+
+TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][workflow]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 10.0);
+  const gap::Result result = find(record, model);
+  CHECK_FALSE(result.check.usable);
+  CHECK(result.effects.empty());
+}

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/positioner_overshoot.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+using loopwarden::plant::PositionerOvershoot;
+
+TEST_CASE("the overshoot of a step is exp(-pi z / sqrt(1 - z^2))", "[plant][overshoot]") {
+  const double damping = GENERATE(0.1, 0.3, 0.5, 0.7, 0.9);
+  PositionerOvershoot positioner(damping, 2.0, 0.001);
+  positioner.reset(10.0);
+  double highest = 0.0;
+  for (int k = 0; k < 8000; ++k) highest = std::max(highest, positioner.step(30.0));
+  const double share = std::exp(-std::numbers::pi * damping / std::sqrt(1.0 - damping * damping));
+  CHECK((highest - 30.0) / 20.0 == Approx(share).margin(1e-5));
+}
+
+TEST_CASE("the second-order solution agrees with a fine integration", "[plant][overshoot]") {
+  constexpr double kDamping = 0.25;
+  constexpr double kFrequency = 3.0;  // rad/s
+  constexpr double kPeriod = 0.1;     // s
+  PositionerOvershoot positioner(kDamping, kFrequency, kPeriod);
+  double x = positioner.reset(50.0);
+  double v = 0.0;
+  for (int k = 1; k < 300; ++k) {
+    const double u = 50.0 + 20.0 * std::sin(0.05 * k) + (k % 80 < 40 ? 10.0 : 0.0);
+    constexpr int kSteps = 20'000;
+    constexpr double kStep = kPeriod / kSteps;
+    for (int i = 0; i < kSteps; ++i) {  // semi-implicit Euler
+      v += kStep * kFrequency * (kFrequency * (u - x) - 2.0 * kDamping * v);
+      x += kStep * v;
+    }
+    REQUIRE(positioner.step(u) == Approx(x).margin(2e-3));
+  }
+}
+
+TEST_CASE("a positioner at rest stays so, and severity fades the ringing", "[plant][overshoot]") {
+  PositionerOvershoot positioner(0.3, 2.0, 0.1);
+  CHECK(positioner.reset(42.0) == 42.0);
+  CHECK(positioner.step(42.0) == 42.0);
+  PositionerOvershoot half = positioner;
+  half.set_severity(0.5);
+  CHECK(half.step(60.0) == Approx((60.0 + positioner.step(60.0)) / 2.0));
+  half.set_severity(0.0);
+  CHECK(half.step(17.0) == 17.0);
+}

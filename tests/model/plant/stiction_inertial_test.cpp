@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/stiction_inertial.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "model/plant/positioner_overshoot.hpp"
+
+using namespace loopwarden::plant;
+
+namespace {
+
+constexpr double kPeriod_s = 0.1;
+constexpr StictionParameters kFriction{1.0, 0.4};  // fs 0.7, fd 0.3 CO units
+
+}  // namespace
+
+TEST_CASE("without friction it is the second-order actuator", "[plant][stiction]") {
+  StictionInertial valve({0.0, 0.0}, {5.0, 0.1}, kPeriod_s);
+  PositionerOvershoot actuator(0.1, 5.0, kPeriod_s);
+  valve.reset(2.0);
+  actuator.reset(2.0);
+  for (int k = 0; k < 300; ++k) {
+    const double u = 2.0 + (k > 10 ? 1.0 : 0.0) + std::sin(0.03 * k);
+    REQUIRE(valve.step(u) == Approx(actuator.step(u)).margin(1e-9));
+  }
+}
+
+TEST_CASE("it sticks up to the static friction, then slips beyond the moving friction",
+          "[plant][stiction]") {
+  const double damping = GENERATE(0.1, 0.3, 0.7);
+  CAPTURE(damping);
+  StictionInertial valve(kFriction, {6.0, damping}, kPeriod_s);
+  valve.reset(5.0);
+  for (int k = 0; k < 50; ++k) REQUIRE(valve.step(5.699) == 5.0);
+  double x = 5.0;
+  for (int k = 0; k < 50; ++k) x = valve.step(5.701);
+  // From rest at distance fs the stem swings about u - fd with amplitude j, and stops at its turn.
+  const double overshoot =
+      std::exp(-damping * std::numbers::pi / std::sqrt(1.0 - damping * damping));
+  CHECK(x == Approx(5.701 - 0.3 + 0.4 * overshoot).margin(0.002));
+}
+
+TEST_CASE("it agrees with the equation integrated in small steps", "[plant][stiction]") {
+  constexpr double kFrequency = 7.0;
+  constexpr double kDamping = 0.25;
+  StictionInertial valve(kFriction, {kFrequency, kDamping}, kPeriod_s);
+  valve.reset(5.0);
+  double x = 5.0;
+  double v = 0.0;
+  constexpr int kSteps = 20000;
+  const double dt = kPeriod_s / kSteps;
+  for (int k = 0; k < 120; ++k) {
+    const double u = 5.0 + 2.5 * std::sin(0.11 * k);
+    const double exact = valve.step(u);
+    for (int i = 0; i < kSteps; ++i) {
+      if (v == 0.0 && std::abs(u - x) <= kFriction.static_friction()) break;
+      const double side = v != 0.0 ? std::copysign(1.0, v) : std::copysign(1.0, u - x);
+      const double next =
+          v + dt * (kFrequency * kFrequency * (u - x - side * kFriction.moving_friction()) -
+                    2.0 * kDamping * kFrequency * v);
+      v = next * side > 0.0 ? next : 0.0;
+      x += dt * v;
+    }
+    REQUIRE(exact == Approx(x).margin(2e-3));
+  }
+}
+
+TEST_CASE("at severity 0 the stem follows at once; what is not a number moves nothing",
+          "[plant][stiction]") {
+  StictionInertial valve(kFriction, {6.0, 0.3}, kPeriod_s);
+  valve.reset(5.0);
+  valve.set_severity(0.0);
+  CHECK(valve.step(7.0) == 7.0);
+  CHECK(valve.step(std::numeric_limits<double>::quiet_NaN()) == 7.0);
+}

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real loopwardend as a child process, on a configuration folder of the test's own.
+#pragma once
+
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fcntl.h>
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "workbench/daemon_client.hpp"
+
+namespace loopwarden::tests {
+
+class DaemonProcess {
+ public:
+  // `files` by their path below the configuration folder; runtime and state folders are added to
+  // `daemon_yaml`, the content of loopwardend.yaml. Does not start it yet.
+  DaemonProcess(const std::string& daemon_yaml, const std::map<std::string, std::string>& files) {
+    write_config("loopwardend.yaml", "runtime_directory: " + folder_.path().string() +
+                                         "\nstate_directory: " + folder_.path().string() + "\n" +
+                                         daemon_yaml);
+    for (const auto& [name, text] : files) write_config(name, text);
+  }
+  DaemonProcess(const DaemonProcess&) = delete;
+  DaemonProcess& operator=(const DaemonProcess&) = delete;
+  ~DaemonProcess() {
+    if (child_ > 0) {
+      ::kill(child_, SIGKILL);
+      ::waitpid(child_, nullptr, 0);
+    }
+  }
+
+  void write_config(const std::string& name, const std::string& text) {
+    write_file(config() / name, text);
+  }
+  std::filesystem::path config() const { return folder_ / "config"; }
+  const std::filesystem::path& folder() const { return folder_.path(); }
+  std::string log() const { return read_file(folder_ / "log"); }
+
+  // Starts it and waits until it answers.
+  void start() {
+    child_ = spawn({"--config", config().string()}, "log");
+    if (!test::eventually([&] { return answers(); }))
+      throw std::runtime_error("no answer: " + log());
+  }
+  bool answers() {
+    try {
+      client_.emplace((folder_ / "control.sock").string());
+      client_->status();
+      return true;
+    } catch (const std::exception&) {
+      return false;
+    }
+  }
+
+  void signal(int number) const { ::kill(child_, number); }
+  // Exit code of the daemon; -1 if it does not end, -signal if one killed it.
+  int wait_for_end(std::chrono::milliseconds patience = std::chrono::milliseconds(15'000)) {
+    int status = 0;
+    const bool ended =
+        test::eventually([&] { return ::waitpid(child_, &status, WNOHANG) == child_; }, patience);
+    if (!ended) return -1;
+    child_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+  // Runs the program with other arguments to its end; returns its exit code.
+  int run(const std::vector<std::string>& arguments, const std::string& output = "output") {
+    const pid_t other = spawn(arguments, output);
+    int status = 0;
+    ::waitpid(other, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  workbench::DaemonClient& client() { return *client_; }
+  nlohmann::json loop(const std::string& name) {
+    const nlohmann::json status = client_->status();
+    for (const auto& loop : status.at("loops")) {
+      if (loop.at("name") == name) return loop;
+    }
+    throw std::runtime_error("no loop " + name);
+  }
+  bool is(const std::string& loop_name, const char* key, const std::string& value) {
+    return loop(loop_name).value(key, std::string()) == value;
+  }
+
+ private:
+  pid_t spawn(std::vector<std::string> arguments, const std::string& output) {
+    arguments.insert(arguments.begin(), LOOPWARDEN_BIN_DIR "/loopwardend");
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string log = (folder_ / output).string();
+    const pid_t child = ::fork();
+    if (child < 0) throw std::runtime_error("no process for loopwardend");
+    if (child == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+      ::dup2(file, STDOUT_FILENO);
+      ::dup2(file, STDERR_FILENO);
+      ::execv(argv[0], argv.data());
+      ::_exit(127);
+    }
+    return child;
+  }
+
+  TemporaryFolder folder_;
+  pid_t child_ = -1;
+  std::optional<workbench::DaemonClient> client_;
+};
+
+}  // namespace loopwarden::tests

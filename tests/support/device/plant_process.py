@@ -1,0 +1,58 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""A flow loop's valve and process in a process of its own, for the test device.
+
+Reads the valve's command, one number a line, from standard input; writes "PV STEM" lines to
+standard output every period. Valve: first-order lag. Process: gain, first-order lag, dead time.
+"""
+
+import argparse
+import collections
+import os
+import select
+import sys
+import time
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--gain", type=float, default=1.2264, help="PV units per CO unit")
+    parser.add_argument("--time-constant", type=float, default=1.69376, help="s")
+    parser.add_argument("--dead-time", type=float, default=2.6256, help="s")
+    parser.add_argument("--stem-lag", type=float, default=0.1, help="s")
+    parser.add_argument("--speed", type=float, default=1.0, help="plant seconds per second")
+    parser.add_argument("--start", type=float, default=0.0, help="CO at which it is at rest")
+    args = parser.parse_args()
+
+    period = 0.01
+    step = period * args.speed
+    stem = command = args.start
+    pv = args.gain * stem
+    on_the_way = collections.deque([stem] * max(1, round(args.dead_time / step)))
+    pending = b""
+    due = time.monotonic()
+    os.set_blocking(sys.stdin.fileno(), False)
+    while True:
+        due += period
+        while True:
+            readable, _, _ = select.select([sys.stdin], [], [], max(0.0, due - time.monotonic()))
+            if not readable:
+                break
+            received = os.read(sys.stdin.fileno(), 4096)
+            if not received:
+                return
+            *lines, pending = (pending + received).split(b"\n")
+            if lines:
+                command = float(lines[-1])
+        stem += (command - stem) * min(1.0, step / args.stem_lag)
+        on_the_way.append(stem)
+        pv += (args.gain * on_the_way.popleft() - pv) * min(1.0, step / args.time_constant)
+        sys.stdout.write(f"{pv:.9g} {stem:.9g}\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except (BrokenPipeError, KeyboardInterrupt):
+        pass

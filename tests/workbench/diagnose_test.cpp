@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// diagnose and diagnose-study as their users call them, and the open records.
+#include <sys/wait.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "model/diagnosis/classifier.hpp"
+#include "model/plant/random.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "workbench/diagnosis_cases.hpp"
+#include "workbench/diagnosis_training.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+struct Outcome {
+  int exit_code;
+  std::string text;
+};
+
+Outcome loopwarden(const std::string& arguments) {
+  const std::string command =
+      std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
+       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+    text.append(buffer.data(), n);
+  }
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+const std::string kRoutine = LOOPWARDEN_SOURCE_DIR "/data/routine/";
+
+nlohmann::json verdict_of(const std::string& file, const std::string& options = "") {
+  const Outcome outcome = loopwarden("diagnose " + kRoutine + file + " --json " + options);
+  INFO(file << ": " << outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  return nlohmann::json::parse(outcome.text);
+}
+
+TEST_CASE("a plainly sticking valve of the open records is named with its size") {
+  const nlohmann::json wide = verdict_of("r22.csv");
+  CHECK(wide.at("verdict") == "valve_effect");
+  CHECK(wide.at("effects").at(0).at("name") == "stiction");
+  CHECK(wide.at("effects").at(0).at("block") == "valve");
+  CHECK(wide.at("cause").is_null());
+  CHECK(wide.at("co_range") == nlohmann::json({0.0, 100.0}));
+  const double percent = wide.at("effects").at(0).at("percent_of_span").get<double>();
+  CHECK(percent > 0.0);
+  const nlohmann::json interval = wide.at("effects").at(0).at("interval").at("s");
+  CHECK(interval.at(0).get<double>() < percent);
+  CHECK(interval.at(1).get<double>() > percent);
+  CHECK(percent == Approx(wide.at("effects").at(0).at("parameters").at("s").get<double>()));
+  const nlohmann::json narrow = verdict_of("r22.csv", "--co-range 0 50");
+  CHECK(narrow.at("effects").at(0).at("percent_of_span").get<double>() == Approx(2.0 * percent));
+}
+
+TEST_CASE("a cycle without corners in the open records is no valve effect") {
+  for (const char* file : {"r05.csv", "r08.csv", "r12.csv"}) {
+    const nlohmann::json cycling = verdict_of(file);
+    CHECK(cycling.at("verdict") == "other_cause");
+    CHECK(cycling.at("effects").empty());
+    CHECK(cycling.at("oscillating") == true);
+    CHECK(cycling.at("period_s").get<double>() == Approx(152.0).epsilon(0.05));
+    CHECK(std::set<std::string>{"tuning", "disturbance"}.contains(cycling.at("cause")));
+  }
+}
+
+TEST_CASE("every open record gets a verdict, in text too") {
+  const Outcome study = loopwarden("diagnose-study --records " + kRoutine);
+  CHECK(study.exit_code == 0);
+  CHECK(study.text.find("r27.csv") != std::string::npos);
+  CHECK(study.text.find("windows right") != std::string::npos);
+  CHECK(loopwarden("diagnose " + kRoutine + "r22.csv").text.find("valve effect: stiction") == 0);
+}
+
+TEST_CASE("wrong usage and bad records end with their codes") {
+  const TemporaryFolder folder;
+  CHECK(loopwarden("diagnose").exit_code == 64);
+  CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --co-range 10 5").exit_code == 64);
+  CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --co-range 10").exit_code == 64);
+  CHECK(loopwarden("diagnose /nonexistent.csv").exit_code == 74);
+  CHECK(loopwarden("diagnose-study --records /nonexistent").exit_code == 74);
+  write_file(folder / "no_co.csv", "time,pv\n0,1\n1,2\n2,3\n");
+  const Outcome without = loopwarden("diagnose " + (folder / "no_co.csv").string());
+  CHECK(without.exit_code == 65);
+  CHECK(without.text.find("no column 'co'") != std::string::npos);
+  write_file(folder / "tiny.csv", "time,pv,co\n0,1,5\n1,2,6\n2,3,5\n");
+  const Outcome tiny = loopwarden("diagnose --json " + (folder / "tiny.csv").string());
+  CHECK(tiny.exit_code == 0);
+  const nlohmann::json result = nlohmann::json::parse(tiny.text);
+  CHECK(result.at("verdict") == "not_enough_data");
+  CHECK(result.at("effects").empty());
+  CHECK(result.at("oscillating") == false);
+  CHECK(result.at("period_s").is_null());
+}
+
+TEST_CASE("a simulated case is the same for the same seed, and every cause is drawn") {
+  const workbench::DiagnosisCase first = workbench::diagnosis_case(7, 3);
+  CHECK(first.pv == workbench::diagnosis_case(7, 3).pv);
+  CHECK(first.pv != workbench::diagnosis_case(8, 3).pv);
+  std::set<diagnosis::Cause> causes;
+  for (std::size_t i = 0; i < 60; ++i) causes.insert(workbench::diagnosis_case(7, i).cause);
+  CHECK(causes.size() == diagnosis::kCauseCount);
+}
+
+TEST_CASE("training finds the evidence that tells the causes apart, by any number of threads") {
+  plant::Random random(2);
+  std::vector<workbench::LabelledEvidence> cases(600);
+  for (auto& c : cases) {
+    for (double& v : c.evidence) v = random.uniform();
+    const bool sticky = c.evidence[5] > 0.5 && c.evidence[9] < 0.6;
+    c.cause = sticky ? diagnosis::Cause::stiction : diagnosis::Cause::none;
+  }
+  const auto forwards = [](std::size_t n, const std::function<void(std::size_t)>& f) {
+    for (std::size_t i = 0; i < n; ++i) f(i);
+  };
+  const auto backwards = [](std::size_t n, const std::function<void(std::size_t)>& f) {
+    for (std::size_t i = n; i-- > 0;) f(i);
+  };
+  const workbench::TrainingSettings settings{.rounds = 40, .rate = 0.2, .columns = 0.9};
+  const workbench::TrainedTable table = workbench::train(cases, settings, forwards);
+  std::size_t right = 0;
+  for (const auto& c : cases) {
+    const auto p = diagnosis::weigh(table.view(), c.evidence);
+    const bool sticky = p[static_cast<std::size_t>(diagnosis::Cause::stiction)] > 0.5;
+    right += sticky == (c.cause == diagnosis::Cause::stiction) ? 1U : 0U;
+  }
+  CHECK(right >= 590);
+  CHECK(workbench::table_source(table, "x") ==
+        workbench::table_source(workbench::train(cases, settings, backwards), "x"));
+}
+
+}  // namespace
+}  // namespace loopwarden::tests

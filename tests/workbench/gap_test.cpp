@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loopwarden gap` as its users call it.
+#include <sys/wait.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "hal/record/record_csv.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int exit_code;
+  std::string text;  // standard output and error output
+};
+
+Outcome loopwarden(const std::string& arguments) {
+  const std::string command =
+      std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
+       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+    text.append(buffer.data(), n);
+  }
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+// A loop whose process gain is `gain`.
+std::string model_text(double gain) {
+  return "sample_time: 0.1\n"
+         "controller: {kp: 0.4, ki: 0.15, output: [0, 10]}\n"
+         "process: {gain: " +
+         std::to_string(gain) +
+         ", time_constant: 1.5, dead_time: 0.6}\n"
+         "transmitter: {range: [0, 10], resolution: 0.0025, noise: 0.01}\n"
+         "scenario: {duration: 70, set_point: [[0, 3], [5, 5], [20, 6.5], [35, 4], [50, 5.5]]}\n";
+}
+
+// Model and record of a loop whose gain is less than believed.
+class Case {
+ public:
+  Case() {
+    write_file(folder_ / "truth.yaml", model_text(0.8));
+    write_file(folder_ / "model.yaml", model_text(1.1));
+    const Outcome simulated =
+        loopwarden("simulate " + path("truth.yaml") + " --out " + path("record.csv"));
+    INFO(simulated.text);
+    REQUIRE(simulated.exit_code == 0);
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  Outcome gap(const std::string& record, const std::string& model, const std::string& out) const {
+    return loopwarden("gap " + path(record) + " --model " + path(model) + " --out " + out);
+  }
+  const TemporaryFolder& folder() const { return folder_; }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][program]") {
+  const Case one;
+  const std::string out = one.path("new/result");
+  const Outcome outcome = one.gap("record.csv", "model.yaml", out);
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  CHECK(outcome.text.find("gain_change") != std::string::npos);
+  CHECK(read_file(fs::path(out) / "report.html").find("gain_change") != std::string::npos);
+
+  const auto result = nlohmann::json::parse(read_file(fs::path(out) / "gap.json"));
+  for (const char* key : {"verdict", "sentence", "compared", "effects", "gap", "located",
+                          "candidates", "holdout_from_s", "record", "corrected_model"}) {
+    CAPTURE(key);
+    CHECK(result.contains(key));
+  }
+  CHECK(result.at("verdict") == "missing_effect");
+  CHECK(result.at("effects").at(0).at("name") == "gain_change");
+  CHECK(result.at("effects").at(0).at("parameters").at("factor").get<double>() ==
+        Approx(0.8 / 1.1).epsilon(0.02));
+  CHECK(result.at("gap").at("after").at("holdout_rmse").get<double>() <
+        0.2 * result.at("gap").at("before").at("holdout_rmse").get<double>());
+  CHECK(result.at("compared") == "measured_output");
+
+  const std::string corrected = out + "/model.corrected.yaml";
+  CHECK(loopwarden("check " + corrected).exit_code == 0);
+  CHECK(loopwarden("simulate " + corrected + " --out " + one.path("again.csv")).exit_code == 0);
+  CHECK(hal::record::read_record(one.path("again.csv")).size() == 701);
+  // Nothing half-written stays behind.
+  for (const auto& entry : fs::directory_iterator(out)) CHECK(entry.path().extension() != ".tmp");
+}
+
+TEST_CASE("gap refuses records that tell nothing with 65", "[gap][program]") {
+  const Case one;
+  const std::string out = one.path("result");
+  const std::string record = read_file(one.folder() / "record.csv");
+  std::size_t end = 0;
+  for (int line = 0; line < 120; ++line) end = record.find('\n', end) + 1;
+  write_file(one.folder() / "short.csv", record.substr(0, end));
+  const Outcome brief = one.gap("short.csv", "model.yaml", out);
+  CHECK(brief.exit_code == 65);
+  CHECK(brief.text.find("short.csv: only 119 samples") != std::string::npos);
+  write_file(one.folder() / "bad.csv", "time,pv\n0,1\n0.1,high\n");
+  const Outcome bad = one.gap("bad.csv", "model.yaml", out);
+  CHECK(bad.exit_code == 65);
+  CHECK(bad.text.find("bad.csv:3") != std::string::npos);
+  CHECK_FALSE(fs::exists(fs::path(out) / "gap.json"));
+}
+
+TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't be, 64 for misuse",
+          "[gap][program]") {
+  const Case one;
+  const std::string out = one.path("result");
+  write_file(one.folder() / "bad.yaml", "sample_time: 0\n");
+  const Outcome bad = one.gap("record.csv", "bad.yaml", out);
+  CHECK(bad.exit_code == 78);
+  CHECK(bad.text.find("bad.yaml:1:") != std::string::npos);
+  CHECK(one.gap("absent.csv", "model.yaml", out).exit_code == 74);
+  // A file is where the folder should be.
+  CHECK(one.gap("record.csv", "model.yaml", one.path("model.yaml") + " --without several")
+            .exit_code == 74);
+  CHECK(loopwarden("gap " + one.path("record.csv")).exit_code == 64);
+  CHECK(loopwarden("gap " + one.path("record.csv") + " --model " + one.path("model.yaml") +
+                   " --out " + out + " --without everything")
+            .exit_code == 64);
+}
+
+}  // namespace
+}  // namespace loopwarden::tests

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// The workbench as its users call it.
+#include <sys/wait.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "hal/record/record_csv.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+struct Outcome {
+  int exit_code;
+  std::string text;  // standard output and error output
+};
+
+Outcome loopwarden(const std::string& arguments) {
+  const std::string command =
+      std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
+       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+    text.append(buffer.data(), n);
+  }
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+const std::string kModel = LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml";
+
+TEST_CASE("help and version end with 0, wrong usage with 64") {
+  CHECK(loopwarden("--help").exit_code == 0);
+  CHECK(loopwarden("simulate --help").text.find("Example:") != std::string::npos);
+  CHECK(loopwarden("--version").exit_code == 0);
+  CHECK(loopwarden("").exit_code == 64);
+  CHECK(loopwarden("dance").exit_code == 64);
+  CHECK(loopwarden("simulate").exit_code == 64);
+  CHECK(loopwarden("set FIC-101").exit_code == 64);
+}
+
+TEST_CASE("simulate writes a record that reads back, the same for the same seed") {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& name, int seed) {
+    const std::string file = (folder / name).string();
+    const Outcome outcome = loopwarden("simulate " + kModel + " --duration 100 --seed " +
+                                       std::to_string(seed) + " --out " + file);
+    INFO(outcome.text);
+    CHECK(outcome.exit_code == 0);
+    return read_file(file);
+  };
+  const std::string first = run("a.csv", 1);
+  CHECK(first == run("b.csv", 1));
+  CHECK(first != run("c.csv", 2));
+  const hal::record::Record record = hal::record::read_record(folder / "a.csv");
+  CHECK(record.size() == 1001);
+  CHECK(record.has_sp);
+  CHECK(record.has_co);
+  CHECK(record.has_stem);
+}
+
+TEST_CASE(
+    "simulate prints JSON, and refuses a model with errors and a place that can't be written") {
+  const TemporaryFolder folder;
+  const Outcome good = loopwarden("simulate " + kModel + " --duration 10 --json --out " +
+                                  (folder / "a.csv").string());
+  CHECK(nlohmann::json::parse(good.text).at("samples") == 101);
+  write_file(folder / "bad.yaml", "sample_time: -1\n");
+  const Outcome bad = loopwarden("simulate " + (folder / "bad.yaml").string() + " --out " +
+                                 (folder / "b.csv").string());
+  CHECK(bad.exit_code == 78);
+  CHECK(bad.text.find("bad.yaml:1:") != std::string::npos);
+  CHECK(loopwarden("simulate " + kModel + " --duration 10 --out /nonexistent/x.csv").exit_code ==
+        74);
+}
+
+TEST_CASE("check names every error of every file and ends with 78") {
+  const TemporaryFolder folder;
+  write_file(folder / "model.yaml", "sample_time: 0.1\nprocess: {gian: 1}\n");
+  write_file(folder / "loop.yaml", "loop: FIC-101\nsample_time: none\n");
+  const Outcome outcome = loopwarden("check " + kModel + " " + (folder / "model.yaml").string() +
+                                     " " + (folder / "loop.yaml").string());
+  CHECK(outcome.exit_code == 78);
+  CHECK(outcome.text.find("plant1.yaml: ok") != std::string::npos);
+  CHECK(outcome.text.find("did you mean 'gain'") != std::string::npos);
+  CHECK(outcome.text.find("loop.yaml:2:") != std::string::npos);
+}
+
+TEST_CASE("check accepts the example configurations") {
+  const std::string examples = LOOPWARDEN_SOURCE_DIR "/config/examples/";
+  const std::string name = GENERATE(as<std::string>(), "demo", "simulated", "modbus-tcp",
+                                    "modbus-rtu", "analog", "replay");
+  const Outcome outcome = loopwarden("check " + examples + name);
+  INFO(outcome.text);
+  CHECK(outcome.exit_code == 0);
+}
+
+TEST_CASE("effects prints the catalogue, and writes it with pictures") {
+  const TemporaryFolder folder;
+  const Outcome outcome = loopwarden("effects --json --out " + folder.path().string());
+  CHECK(outcome.exit_code == 0);
+  const nlohmann::json effects = nlohmann::json::parse(outcome.text);
+  CHECK(effects.front().at("name") == "stiction");
+  CHECK(effects.front().at("parameters").at(0).at("unit") == "CO units");
+  CHECK(effects.back().at("name") == "controller_mismatch");
+  CHECK(read_file(folder / "effects.md").starts_with("# Effects"));
+  CHECK(read_file(folder / "pictures/effects/stiction.svg").starts_with("<svg"));
+  CHECK(loopwarden("effects --out " + (folder / "effects.md/x").string()).exit_code == 74);
+}
+
+TEST_CASE("gap takes a stretch of a record and says in its report how it was called") {
+  const TemporaryFolder folder;
+  const std::string record = (folder / "record.csv").string();
+  const std::string out = (folder / "out").string();
+  REQUIRE(loopwarden("simulate " + kModel + " --duration 200 --out " + record).exit_code == 0);
+  const std::string gap = "gap " + record + " --model " + kModel + " --out " + out;
+  const Outcome found =
+      loopwarden(gap + " --from 20 --to 110 --largest-load 0.2 --without several");
+  INFO(found.text);
+  CHECK(found.exit_code == 0);
+  CHECK(found.text.find("Times count from 20 s of the record.") != std::string::npos);
+  CHECK(nlohmann::json::parse(read_file(folder / "out/gap.json")).contains("verdict"));
+  const std::string report = read_file(folder / "out/report.html");
+  CHECK(report.find("--from 20 --to 110 --largest-load 0.2 --without several") !=
+        std::string::npos);
+  CHECK(loopwarden("check " + out + "/model.corrected.yaml").exit_code == 0);
+  CHECK(loopwarden(gap + " --from 900").exit_code == 65);
+}
+
+TEST_CASE("gap refuses a record that tells nothing, with the reason as a page and no old results") {
+  const TemporaryFolder folder;
+  std::string frozen = "time,sp,pv,co\n";
+  for (int k = 0; k < 2000; ++k) frozen += std::to_string(k) + ",5,5,5\n";
+  write_file(folder / "frozen.csv", frozen);
+  const std::string out = (folder / "out").string();
+  std::filesystem::create_directories(folder / "out");
+  write_file(folder / "out/gap.json", "{}");
+  const Outcome refused = loopwarden("gap " + (folder / "frozen.csv").string() + " --model " +
+                                     kModel + " --out " + out);
+  CHECK(refused.exit_code == 65);
+  CHECK(refused.text.find("frozen.csv") != std::string::npos);
+  CHECK(read_file(folder / "out/report.html").find("Record refused") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(folder / "out/gap.json"));
+  CHECK_FALSE(std::filesystem::exists(folder / "out/model.corrected.yaml"));
+}
+
+TEST_CASE("without a daemon, top and set say so and end with 74") {
+  const Outcome top = loopwarden("top --once --socket /nonexistent.sock");
+  CHECK(top.exit_code == 74);
+  CHECK(top.text.find("no daemon answers at /nonexistent.sock") != std::string::npos);
+  CHECK(loopwarden("set FIC-101 --sp 5 --socket /nonexistent.sock").exit_code == 74);
+}
+
+}  // namespace
+}  // namespace loopwarden::tests

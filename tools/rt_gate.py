@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Proves by the call graph that the real-time path neither allocates, locks, throws nor logs.
+
+Disassembles a linked loopwardend, follows every call from the real-time roots, and fails with the
+call path when one reaches a function outside the program that is not on the short list below.
+Calls through pointers are allowed only where the program calls an interface (Clock, LoopIo), and
+every implementation of these interfaces is a root itself.
+
+Usage: rt_gate.py PATH/TO/loopwardend      (built with -fno-jump-tables, see the rt-gate preset)
+"""
+import re
+import subprocess
+import sys
+
+ROOTS = [
+    r"loopwarden::daemon::rt::CyclicRunner::run\(",
+    r"loopwarden::hal::os::MonotonicClock::(now_ns|sleep_until_ns)\(",
+    r"loopwarden::hal::\w+::\w+LoopIo::(read|write)\(",
+]
+# Functions that may call through a pointer, and why.
+INTERFACE_CALLERS = [
+    r"loopwarden::daemon::rt::CyclicRunner::",  # Clock
+    r"loopwarden::daemon::rt::ControlCycle::",  # LoopIo
+]
+# What may be called outside the program: arithmetic, copying, and the two calls of the clock.
+ALLOWED = {
+    "memcpy", "memmove", "memset", "exp", "expm1", "log", "cos", "sin", "pow", "sqrt", "floor", "ceil",
+    "nearbyint", "lround", "round", "fmod", "clock_gettime", "clock_nanosleep",
+}
+MANDATORY_ROOTS = ["CyclicRunner::run", "SimLoopIo::read", "SimLoopIo::write", "ModbusLoopIo::read",
+                   "ModbusLoopIo::write", "AnalogLoopIo::read", "AnalogLoopIo::write",
+                   "ReplayLoopIo::read", "ReplayLoopIo::write"]
+
+FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
+CALL = re.compile(r"\s(?:call|jmp|j[a-z]+)\s+[0-9a-f]+ <(.*?)(?:\+0x[0-9a-f]+)?>\s*$")
+INDIRECT = re.compile(r"\s(?:notrack )?(?:call|jmp)\s+\*")
+
+
+def call_graph(binary):
+    text = subprocess.run(["objdump", "-d", "-C", "--no-show-raw-insn", binary], check=True,
+                          capture_output=True, text=True).stdout
+    calls, indirect, current = {}, set(), None
+    for line in text.splitlines():
+        if match := FUNCTION.match(line):
+            current = match.group(1)
+            calls.setdefault(current, set())
+        elif current is None:
+            continue
+        elif INDIRECT.search(line):
+            indirect.add(current)
+        elif match := CALL.search(line):
+            if match.group(1) != current:
+                calls[current].add(match.group(1))
+    return calls, indirect
+
+
+def main():
+    if len(sys.argv) != 2:
+        print(__doc__, file=sys.stderr)
+        return 64
+    calls, indirect = call_graph(sys.argv[1])
+    roots = [f for f in calls if any(re.match(r, f) for r in ROOTS)]
+    missing = [m for m in MANDATORY_ROOTS if not any(m + "(" in f for f in roots)]
+    if missing:
+        print("rt_gate: not found in the program: " + ", ".join(missing), file=sys.stderr)
+        return 1
+
+    path = {root: None for root in roots}
+    queue, problems = list(roots), []
+
+    def trace(function):
+        steps = []
+        while function is not None:
+            steps.append(function)
+            function = path[function]
+        return "\n    called by ".join(steps)
+
+    while queue:
+        function = queue.pop()
+        if function in indirect and not any(re.match(r, function) for r in INTERFACE_CALLERS):
+            problems.append("calls through a pointer: " + trace(function))
+        for callee in sorted(calls.get(function, ())):
+            if callee in path:
+                continue
+            path[callee] = function
+            if callee.endswith("@plt"):
+                if callee[:-4] not in ALLOWED:
+                    problems.append("calls outside: " + trace(callee))
+            else:
+                queue.append(callee)
+
+    if problems:
+        print("rt_gate: the real-time path reaches what it must not:", file=sys.stderr)
+        for problem in problems:
+            print("  " + problem, file=sys.stderr)
+        return 1
+    outside = sorted(f[:-4] for f in path if f.endswith("@plt"))
+    inside = len(path) - len(outside)
+    print(f"rt_gate: {inside} functions on the real-time path from {len(roots)} roots; "
+          f"outside the program they call only: {', '.join(outside)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/daemon_client.hpp"
+
+#include <chrono>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace loopwarden::workbench {
+namespace {
+
+std::vector<double> numbers(const nlohmann::json& array) {
+  std::vector<double> values;
+  values.reserve(array.size());
+  for (const auto& v : array) {
+    values.push_back(v.is_number() ? v.get<double>() : std::numeric_limits<double>::quiet_NaN());
+  }
+  return values;
+}
+
+}  // namespace
+
+nlohmann::json DaemonClient::ask(const nlohmann::json& request) {
+  nlohmann::json answer =
+      nlohmann::json::parse(client_.request(request.dump(), std::chrono::milliseconds(3000)));
+  if (!answer.value("ok", false)) {
+    throw std::runtime_error("the daemon refused: " +
+                             answer.value("error", std::string("no reason")));
+  }
+  return answer;
+}
+
+nlohmann::json DaemonClient::status() { return ask({{"request", "status"}}); }
+
+Trend DaemonClient::trend(const std::string& loop, std::uint64_t from) {
+  const nlohmann::json answer = ask({{"request", "trend"}, {"loop", loop}, {"from", from}});
+  return {.sample_time_s = answer.at("sample_time_s").get<double>(),
+          .period = answer.at("period").get<std::vector<std::uint64_t>>(),
+          .sp = numbers(answer.at("sp")),
+          .pv = numbers(answer.at("pv")),
+          .co = numbers(answer.at("co")),
+          .stem = numbers(answer.at("stem"))};
+}
+
+void DaemonClient::set(const std::string& loop, nlohmann::json request) {
+  request["request"] = "set";
+  request["loop"] = loop;
+  ask(request);
+}
+
+std::string DaemonClient::start_record(const std::string& loop, const std::string& name) {
+  return ask({{"request", "record"}, {"loop", loop}, {"start", name}})
+      .at("file")
+      .get<std::string>();
+}
+
+std::string DaemonClient::stop_record(const std::string& loop) {
+  return ask({{"request", "record"}, {"loop", loop}, {"stop", true}}).at("file").get<std::string>();
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "hal/os/local_socket.hpp"
+
+namespace loopwarden::workbench {
+
+// A stretch of one loop's trend; NaN where there was no value.
+struct Trend {
+  double sample_time_s = 0.0;
+  std::vector<std::uint64_t> period;
+  std::vector<double> sp, pv, co, stem;
+};
+
+// The daemon on this box. Every call throws std::runtime_error with the daemon's own words if it
+// refuses, or if it can't be reached.
+class DaemonClient {
+ public:
+  static constexpr const char* kDefaultSocket = "/run/loopwardend/control.sock";
+
+  explicit DaemonClient(const std::string& socket_path) : client_(socket_path) {}
+
+  nlohmann::json status();
+  // Rows from period `from` on, as many as the daemon keeps.
+  Trend trend(const std::string& loop, std::uint64_t from);
+  // `request` without "request" and "loop", e.g. {"set_point", 5.0}.
+  void set(const std::string& loop, nlohmann::json request);
+  std::string start_record(const std::string& loop, const std::string& name);
+  std::string stop_record(const std::string& loop);
+
+ private:
+  nlohmann::json ask(const nlohmann::json& request);
+  hal::os::LocalClient client_;
+};
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::workbench {
+
+// Reads a loop model and prints what is wrong with it. Empty after an error.
+std::optional<plant::LoopModel> load_model(const std::string& path);
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "model/gap/result.hpp"
+
+namespace loopwarden::workbench {
+
+// gap.json. What is not finite is null: JSON has no NaN.
+nlohmann::json gap_json(const gap::Result& result);
+
+}  // namespace loopwarden::workbench

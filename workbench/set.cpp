@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden set: an operator's hand on a running loop. loopwarden record: a CSV record on demand.
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "workbench/daemon_client.hpp"
+#include "workbench/subcommands.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+struct SetOptions {
+  std::string socket = DaemonClient::kDefaultSocket;
+  std::string loop;
+  std::optional<double> set_point;
+  std::optional<double> output;
+  std::optional<std::string> mode;
+  std::optional<std::string> jacket;
+};
+
+nlohmann::json loop_of(DaemonClient& daemon, const std::string& name) {
+  const nlohmann::json status = daemon.status();
+  for (const auto& loop : status.at("loops")) {
+    if (loop.at("name") == name) return loop;
+  }
+  throw std::runtime_error("the daemon has no loop '" + name + "'");
+}
+
+std::string summary(const nlohmann::json& loop) {
+  const auto number = [&](const char* key) {
+    return loop.contains(key) && loop[key].is_number()
+               ? fmt::format("{:.4g}", loop[key].get<double>())
+               : std::string("-");
+  };
+  return fmt::format(
+      "mode {} (wanted {}), SP {} {}, CO {} {}, jacket {}{}", loop.value("mode", "-"),
+      loop.value("requested_mode", "-"), number("sp"), loop.value("pv_unit", ""), number("co"),
+      loop.value("co_unit", ""),
+      loop.contains("jacket") ? loop["jacket"].value("form", "off") : "off",
+      loop.contains("jacket") && loop["jacket"].value("acting", false) ? " acting" : "");
+}
+
+int run_set(const SetOptions& options) {
+  nlohmann::json request = nlohmann::json::object();
+  if (options.set_point) request["set_point"] = *options.set_point;
+  if (options.output) request["output"] = *options.output;
+  if (options.mode) request["mode"] = *options.mode;
+  if (options.jacket) request["jacket"] = *options.jacket;
+  DaemonClient daemon(options.socket);
+  const nlohmann::json before = loop_of(daemon, options.loop);
+  daemon.set(options.loop, request);
+  // The loop takes it over at its next cycle; the state printed must be from after that.
+  const double sample_time_s = before.at("sample_time_s").get<double>();
+  nlohmann::json after = before;
+  for (int i = 0; i < 100 && after.value("period", 0ULL) < before.value("period", 0ULL) + 2; ++i) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(sample_time_s, 0.1)));
+    after = loop_of(daemon, options.loop);
+  }
+  fmt::print("{}: before: {}\n{:{}}  after:  {}\n", options.loop, summary(before), "",
+             options.loop.size(), summary(after));
+  return kExitOk;
+}
+
+struct RecordOptions {
+  std::string socket = DaemonClient::kDefaultSocket;
+  std::string loop;
+  std::string start;
+  bool stop = false;
+};
+
+int run_record(const RecordOptions& options) {
+  DaemonClient daemon(options.socket);
+  if (options.stop) {
+    const std::string file = daemon.stop_record(options.loop);
+    fmt::print("{}\n", file.empty() ? "no record was being written" : file);
+  } else {
+    fmt::print("recording to {}\n", daemon.start_record(options.loop, options.start));
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_set(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<SetOptions>();
+  CLI::App* sub = app.add_subcommand("set", "set point, mode, output or jacket of a running loop");
+  sub->add_option("loop", options->loop, "tag of the loop")->required();
+  sub->add_option("--socket", options->socket, "the daemon's control socket")
+      ->capture_default_str();
+  auto* sp = sub->add_option("--sp", options->set_point, "set point, PV units");
+  auto* out = sub->add_option("--output", options->output, "output in manual, CO units");
+  auto* mode = sub->add_option("--mode", options->mode, "auto or man")
+                   ->check(CLI::IsMember({"auto", "man"}));
+  auto* jacket = sub->add_option("--jacket", options->jacket, "off, shadow or on")
+                     ->check(CLI::IsMember({"off", "shadow", "on"}));
+  sub->footer("Example: loopwarden set FIC-101 --sp 5 --mode auto");
+  sub->callback([=, &exit_code] {
+    if (sp->empty() && out->empty() && mode->empty() && jacket->empty()) {
+      throw CLI::RequiredError("one of --sp, --output, --mode, --jacket");
+    }
+    exit_code = run_set(*options);
+  });
+}
+
+void add_record(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<RecordOptions>();
+  CLI::App* sub = app.add_subcommand("record", "start or stop a CSV record of a running loop");
+  sub->add_option("loop", options->loop, "tag of the loop")->required();
+  sub->add_option("--socket", options->socket, "the daemon's control socket")
+      ->capture_default_str();
+  auto* start = sub->add_option("--start", options->start, "name of the record, without .csv");
+  sub->add_flag("--stop", options->stop, "end the record")->excludes(start);
+  sub->footer("Example: loopwarden record FIC-101 --start after-repair");
+  sub->callback([=, &exit_code] {
+    if (start->empty() && !options->stop) throw CLI::RequiredError("--start or --stop");
+    exit_code = run_record(*options);
+  });
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every subcommand is a file that registers itself with its options. The exit code of the one that
+// ran ends up in `exit_code`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace loopwarden::workbench {
+
+// sysexits.h, as documented in --help.
+enum ExitCode : int {
+  kExitOk = 0,
+  kExitUsage = 64,
+  kExitData = 65,
+  kExitIo = 74,
+  kExitTryAgain = 75,
+  kExitConfiguration = 78
+};
+
+void add_check(CLI::App& app, int& exit_code);
+void add_simulate(CLI::App& app, int& exit_code);
+void add_jacket_study(CLI::App& app, int& exit_code);
+void add_top(CLI::App& app, int& exit_code);
+void add_set(CLI::App& app, int& exit_code);
+void add_record(CLI::App& app, int& exit_code);
+void add_export(CLI::App& app, int& exit_code);
+void add_diagnose(CLI::App& app, int& exit_code);
+void add_diagnose_study(CLI::App& app, int& exit_code);
+void add_plant1_study(CLI::App& app, int& exit_code);
+void add_gap(CLI::App& app, int& exit_code);
+void add_demo(CLI::App& app, int& exit_code);
+void add_effects(CLI::App& app, int& exit_code);
+
+}  // namespace loopwarden::workbench
