@@ -122,7 +122,6 @@ std::string used_options(const GapOptions& options) {
 // The reason as a page too. What an earlier run left in the folder would pass for this one's.
 void write_refusal(const gap::Result& result, const GapReportContext& context) {
   const std::filesystem::path out(context.out);
-  std::filesystem::create_directories(out);
   std::filesystem::remove(out / "gap.json");
   std::filesystem::remove(out / "model.corrected.yaml");
   write_text(out / "report.html", gap_report_html(result, context));
@@ -154,6 +153,12 @@ int run_gap(const GapOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const auto model = load_model(options.model);
   if (!model) return kExitConfiguration;
+  try {
+    std::filesystem::create_directories(options.out);  // before the work, not after it
+  } catch (const std::filesystem::filesystem_error& e) {
+    fmt::print(stderr, "{}: {}\n", options.out, e.code().message());
+    return kExitIo;
+  }
   gap::Result result;
   try {
     double first_s = 0.0;
@@ -197,7 +202,6 @@ int run_gap(const GapOptions& options) {
       return kExitData;
     }
     const std::filesystem::path out(options.out);
-    std::filesystem::create_directories(out);
     context.corrected_text = config::write_model(
         result.corrected, "loop model corrected by loopwarden gap\n" + result.sentence);
     write_text(out / "model.corrected.yaml", context.corrected_text);

@@ -257,7 +257,9 @@ class Page {
         "lead to the plots.</p>\n");
     const std::array<std::array<const char*, 2>, 3> kinds{
         {{"block", "By block"}, {"time", "By time"}, {"condition", "By condition"}}};
-    for (const auto& [by, title] : kinds) {
+    for (const auto& kind : kinds) {
+      const char* const by = kind[0];
+      const char* const title = kind[1];
       std::vector<const gap::Located*> rows;
       for (const gap::Located& row : result_.located) {
         if (row.by == by) rows.push_back(&row);

@@ -31,6 +31,16 @@ std::size_t Candidate::linear_columns() const noexcept {
   }
 }
 
+namespace {
+
+// Where a record leaves no room between the ends (a process as fast as the sampling), a little above
+// the lower one.
+SearchRange between(const char* name, double low, double high, bool logarithmic, int grid) {
+  return {name, low, std::max(high, logarithmic ? 1.5 * low : low + 1e-6), logarithmic, grid};
+}
+
+}  // namespace
+
 std::vector<Candidate> candidates(const SearchContext& c) {
   const double span = c.output_high - c.output_low;
   const double slow = c.time_constant_s + c.dead_time_s;  // s
@@ -39,6 +49,7 @@ std::vector<Candidate> candidates(const SearchContext& c) {
       std::min(1.2 / (kFastActuator * slow), 0.5 * std::numbers::pi / c.period_s);  // rad/s
   const SearchRange start{"start", -1.0, 1.0, false, 1};
   const double used = std::max(c.output_used_high - c.output_used_low, 0.02 * span);
+  const double middle = (c.output_used_low + c.output_used_high) / 2.0;
   std::vector<Candidate> all{
       {Kind::stiction,
        "stiction",
@@ -77,8 +88,9 @@ std::vector<Candidate> candidates(const SearchContext& c) {
        false,
        3,
        {{"rate", 0.002 * span, 0.5 * span, true, 5},
-        {"travel_limit", c.output_used_low + 0.2 * used, c.output_high, false, 4},
-        {"lag", 0.2 * c.period_s, 2.0 * slow, true, 3}},
+        {"travel_limit", std::min(c.output_used_low + 0.2 * used, c.output_high - 0.02 * span),
+         c.output_high, false, 4},
+        between("lag", 0.2 * c.period_s, 2.0 * slow, true, 3)},
        false,
        4},
       {Kind::equal_percentage,
@@ -102,7 +114,7 @@ std::vector<Candidate> candidates(const SearchContext& c) {
        Block::valve,
        false,
        3,
-       {{"position", c.output_used_low + 0.15 * used, c.output_used_high - 0.15 * used, false, 5},
+       {{"position", middle - 0.35 * used, middle + 0.35 * used, false, 5},
         {"band", 0.01 * span, 0.5 * span, true, 4},
         {"ratio", 0.6, 1.0, false, 2}},
        false},
@@ -112,7 +124,7 @@ std::vector<Candidate> candidates(const SearchContext& c) {
        true,
        2,
        {{"damping", 0.05, 0.95, false, 3},
-        {"natural_frequency", 0.1 / slow, slowest_healthy, true, 7}},
+        between("natural_frequency", 0.1 / slow, slowest_healthy, true, 7)},
        false},
       {Kind::gain_change, "gain_change", Block::process, true, 1, {}, false},
       {Kind::extra_dead_time,
@@ -127,7 +139,7 @@ std::vector<Candidate> candidates(const SearchContext& c) {
        Block::process,
        true,
        1,
-       {{"time_constant", 0.2 * c.period_s, 5.0 * slow, true, 7}},
+       {between("time_constant", 0.2 * c.period_s, 5.0 * slow, true, 7)},
        false},
       {Kind::output_bias, "output_bias", Block::transmitter, true, 1, {}, false},
       {Kind::drift, "drift", Block::transmitter, true, 1, {}, false},
@@ -136,7 +148,7 @@ std::vector<Candidate> candidates(const SearchContext& c) {
        Block::disturbance,
        false,
        3,
-       {{"period", 4.0 * c.period_s, 0.5 * c.duration_s, true, 200}},
+       {between("period", 4.0 * c.period_s, 0.5 * c.duration_s, true, 200)},
        false},
       {Kind::step_disturbance,
        "step_disturbance",

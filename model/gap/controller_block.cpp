@@ -23,6 +23,29 @@ double rms_difference(const std::vector<double>& a, const std::vector<double>& b
   return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
 }
 
+struct Stretch {
+  std::size_t begin, end;
+};
+
+// Where SP, PV and CO are known; a gap of up to three samples is bridged by the value before.
+std::vector<Stretch> known_stretches(const Record& record) {
+  constexpr std::size_t kBridged = 3;
+  std::vector<Stretch> stretches;
+  std::size_t missing = kBridged + 1;  // in a row; so many before the record
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    const bool known = std::isfinite(record.sp[k]) && std::isfinite(record.pv[k]) &&
+                       std::isfinite(record.co[k]);
+    if (!known) {
+      ++missing;
+      continue;
+    }
+    if (missing > kBridged) stretches.push_back({k, k});
+    stretches.back().end = k + 1;
+    missing = 0;
+  }
+  return stretches;
+}
+
 struct Slopes {
   double kp, ki, kp_spread, ki_spread;
   bool found;
@@ -30,7 +53,8 @@ struct Slopes {
 
 // Kp and Ki from the moves of CO away from its limits.
 Slopes from_moves(const control::PidSettings& settings, double h, const std::vector<double>& sp,
-                  const std::vector<double>& pv, const std::vector<double>& co, std::size_t end) {
+                  const std::vector<double>& pv, const std::vector<double>& co,
+                  const std::vector<Stretch>& stretches, std::size_t end) {
   const double margin = 0.005 * (settings.output_high - settings.output_low);
   const double side = settings.action == control::Action::reverse ? 1.0 : -1.0;
   double aa = 0.0;
@@ -43,19 +67,21 @@ Slopes from_moves(const control::PidSettings& settings, double h, const std::vec
   const auto inside = [&](double u) {
     return u > settings.output_low + margin && u < settings.output_high - margin;
   };
-  for (std::size_t k = 1; k < end; ++k) {
-    if (!inside(co[k]) || !inside(co[k - 1])) continue;
-    const double e = side * (sp[k] - pv[k]);
-    const double a = e - side * (sp[k - 1] - pv[k - 1]);
-    const double b = h * e;
-    const double y = co[k] - co[k - 1];
-    aa += a * a;
-    ab += a * b;
-    bb += b * b;
-    ay += a * y;
-    by += b * y;
-    yy += y * y;
-    ++count;
+  for (const Stretch& stretch : stretches) {
+    for (std::size_t k = stretch.begin + 1; k < std::min(stretch.end, end); ++k) {
+      if (!inside(co[k]) || !inside(co[k - 1])) continue;
+      const double e = side * (sp[k] - pv[k]);
+      const double a = e - side * (sp[k - 1] - pv[k - 1]);
+      const double b = h * e;
+      const double y = co[k] - co[k - 1];
+      aa += a * a;
+      ab += a * b;
+      bb += b * b;
+      ay += a * y;
+      by += b * y;
+      yy += y * y;
+      ++count;
+    }
   }
   const double determinant = aa * bb - ab * ab;
   if (count < 30 || !(determinant > 1e-12 * aa * bb)) return {0, 0, 0, 0, false};
@@ -72,10 +98,9 @@ std::vector<double> replay_controller(const control::PidSettings& settings, doub
                                       double first_output) {
   control::Pid pid(settings, period_s);
   // `initialise` means the output of one period ago: take this period's integral action back.
-  pid.initialise(first_output - pid.integral_rate(pid.error(sp[0], pv[0])) * period_s, sp[0],
-                 pv[0]);
+  double went_out = first_output - pid.integral_rate(pid.error(sp[0], pv[0])) * period_s;
+  pid.initialise(went_out, sp[0], pv[0]);
   std::vector<double> co(sp.size());
-  double went_out = first_output;
   for (std::size_t k = 0; k < sp.size(); ++k) {
     const double u = pid.step(sp[k], pv[k], went_out, 0.0);
     went_out = std::clamp(u, settings.output_low, settings.output_high);
@@ -87,7 +112,6 @@ std::vector<double> replay_controller(const control::PidSettings& settings, doub
 ControllerFinding compare_controller(const Record& record, const plant::LoopModel& model) {
   ControllerFinding found;
   if (!record.has_co() || !record.has_sp()) return found;
-  found.compared = true;
   const std::size_t n = record.size();
   const std::size_t end = training_samples(n);
   const std::vector<double> sp = held(record.sp);
@@ -95,27 +119,42 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
   const std::vector<double> co = held(record.co);
   const control::PidSettings& settings = model.controller.pid;
   const double span = settings.output_high - settings.output_low;
+  const std::vector<Stretch> stretches = known_stretches(record);
+  if (stretches.empty()) return found;
+  found.compared = true;
 
   // The first output's own rounding and the noise in it are not the controller's: the start is free
-  // within what one sample can tell.
+  // within what one sample can tell. Behind a gap nobody knows what the controller did meanwhile: it
+  // starts anew.
   const auto replay = [&](const control::PidSettings& s) {
-    double best_start = co[0];
-    double best = std::numeric_limits<double>::infinity();
-    std::vector<double> best_co;
-    for (int round = 0; round < 2; ++round) {
-      std::vector<double> tried = replay_controller(s, record.period_s, sp, pv, best_start);
-      double bias = 0.0;
-      const std::size_t head = std::min<std::size_t>(end, 100);
-      for (std::size_t k = 0; k < head; ++k) bias += (co[k] - tried[k]) / static_cast<double>(head);
-      const double rms = rms_difference(tried, record.co, end);
-      if (rms < best) {
-        best = rms;
-        best_co = std::move(tried);
+    std::vector<double> out = co;
+    for (const Stretch& stretch : stretches) {
+      const auto part = [&](const std::vector<double>& column) {
+        return std::vector<double>(column.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
+                                   column.begin() + static_cast<std::ptrdiff_t>(stretch.end));
+      };
+      const std::vector<double> measured = part(co);
+      const std::size_t head = std::min<std::size_t>(measured.size(), 100);
+      double start = measured[0];
+      double best = std::numeric_limits<double>::infinity();
+      for (int round = 0; round < 2; ++round) {
+        const std::vector<double> tried =
+            replay_controller(s, record.period_s, part(sp), part(pv), start);
+        double bias = 0.0;
+        for (std::size_t k = 0; k < head; ++k) {
+          bias += (measured[k] - tried[k]) / static_cast<double>(head);
+        }
+        const double rms = rms_difference(tried, measured, measured.size());
+        if (rms < best) {
+          best = rms;
+          std::copy(tried.begin(), tried.end(),
+                    out.begin() + static_cast<std::ptrdiff_t>(stretch.begin));
+        }
+        if (std::abs(bias) > 0.01 * span) break;
+        start = measured[0] + bias;
       }
-      if (std::abs(bias) > 0.01 * span) break;
-      best_start = co[0] + bias;
     }
-    return best_co;
+    return out;
   };
   found.before = replay(settings);
   found.after = found.before;
@@ -141,7 +180,7 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
       return found;
     }
   }
-  const Slopes slopes = from_moves(settings, record.period_s, sp, pv, co, end);
+  const Slopes slopes = from_moves(settings, record.period_s, sp, pv, co, stretches, end);
   if (!slopes.found || slopes.kp <= 0.0 || slopes.ki < 0.0) {
     found.unexplained = true;
     return found;

@@ -17,6 +17,14 @@ constexpr std::size_t kNuisances = 5;   // time constant, dead time, three of th
 constexpr std::size_t kLittleLoad = 1;  // index of the load ratio
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Up to what sampling can show; where the process is as fast as that, from half of it on.
+SearchRange actuator_frequency(const plant::LoopModel& model) {
+  const double high = 0.9 * std::numbers::pi / model.sample_time_s;
+  const double slow_s = model.process.time_constant_s + model.process.dead_time_s;
+  const double low = 1.0 / std::min(kFastActuator_s, kFastActuator * slow_s);
+  return {"natural_frequency", std::min(low, 0.5 * high), high, true, 1};
+}
+
 bool has_kind(const Terms& terms, Kind kind) {
   return std::any_of(terms.begin(), terms.end(),
                      [&](const Candidate* t) { return t->kind == kind; });
@@ -83,11 +91,7 @@ Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
     : free_run_(free_run),
       actuator_{
           SearchRange{"damping", 0.05, 0.6, false, 1},
-          SearchRange{"natural_frequency",
-                      1.0 / std::min(kFastActuator_s,
-                                     kFastActuator * (free_run.model().process.time_constant_s +
-                                                      free_run.model().process.dead_time_s)),
-                      0.9 * std::numbers::pi / free_run.model().sample_time_s, true, 1}},
+          actuator_frequency(free_run.model())},
       healthy_friction_(kHealthyFriction * (free_run.model().controller.pid.output_high -
                                             free_run.model().controller.pid.output_low)),
       dead_time_uncertainty_s_(free_run.model().uncertainty.dead_time *
@@ -152,7 +156,13 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
   const double sum = view(work.white_pv).squaredNorm() - 2.0 * work.solved.dot(work.right) +
                      work.solved.dot(work.normal * work.solved);
   const double count = static_cast<double>(n);
-  if (!std::isfinite(sum)) return kInfinity;
+  if (!std::isfinite(sum)) {
+    if (fit != nullptr) {
+      fit->solved.assign(m, 0.0);
+      fit->deviance = kInfinity;
+    }
+    return kInfinity;
+  }
   const double variance = std::max(sum / count, 1e-18);
   const double deviance = count * std::log(variance) + filter.log_determinant();
   if (fit != nullptr) {
@@ -365,7 +375,7 @@ Fit Fitter::fit_model() const {
   fit.point.time_constant_s = free_run_.model().process.time_constant_s;
   fit.point.dead_time_s = free_run_.model().process.dead_time_s;
   fit.point.actuator_damping = actuator_[0].value(0.3);
-  fit.point.actuator_frequency = actuator_[1].value(0.3);
+  fit.point.actuator_frequency = allowances_ ? actuator_[1].value(0.3) : 0.0;
   fit.point.friction = 0.3 * healthy_friction_;
   Fit best;
   best.deviance = kInfinity;

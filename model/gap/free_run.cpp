@@ -36,6 +36,7 @@ void place_in_valve(std::vector<EffectSpec>& valve, EffectSpec spec) {
 
 // The stem of a real valve has momentum.
 EffectSpec with_actuator(EffectSpec stiction, const Point& point) {
+  if (point.actuator_frequency <= 0.0) return stiction;  // left out: the quasi-static law
   stiction.parameters["natural_frequency"] = point.actuator_frequency;
   stiction.parameters["damping"] = point.actuator_damping;
   stiction.options["law"] = "inertial";
@@ -154,6 +155,7 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   for (std::size_t i = 0; i < 3; ++i) columns[i].resize(n);
 
   auto [valve_chain, process_chain, offset] = chains(terms, point);
+  offset += point.start_offset;
   plant::Process process({.gain = model_.process.gain,
                           .time_constant_s = point.time_constant_s,
                           .dead_time_s = point.dead_time_s},

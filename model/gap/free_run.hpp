@@ -34,6 +34,7 @@ struct Point {
   double actuator_damping = 0.5;
   double actuator_frequency = 0.0;            // rad/s, undamped; 0: none
   double friction = 0.0;                      // CO units, as a play
+  double start_offset = 0.0;                  // CO units, by which the stem rests below CO at first
   std::vector<std::vector<double>> searched;  // one list a term
 };
 

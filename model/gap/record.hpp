@@ -2,12 +2,15 @@
 // A measured record as the gap workflow takes it: plain columns on a constant period.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
 namespace loopwarden::gap {
 
-// Columns of equal length; one that was not measured is empty. NaN marks a missing sample.
+// Columns of equal length; one that was not measured is empty, or missing throughout. NaN marks a
+// missing sample.
 struct Record {
   double period_s = 0.1;   // s, > 0
   std::vector<double> pv;  // PV units
@@ -15,9 +18,13 @@ struct Record {
   std::vector<double> co;  // CO units, what went out to the positioner
 
   std::size_t size() const noexcept { return pv.size(); }
-  bool has_sp() const noexcept { return !sp.empty(); }
-  bool has_co() const noexcept { return !co.empty(); }
+  bool has_sp() const noexcept { return has_value(sp); }
+  bool has_co() const noexcept { return has_value(co); }
   double time_s(std::size_t k) const noexcept { return static_cast<double>(k) * period_s; }
+
+  static bool has_value(const std::vector<double>& column) noexcept {
+    return std::any_of(column.begin(), column.end(), [](double v) { return std::isfinite(v); });
+  }
 };
 
 // The first two thirds choose and fit; the rest, the holdout, only proves.

@@ -105,6 +105,14 @@ double noise_of(const std::vector<double>& column) {
   return std::max(noise, rounding);
 }
 
+Record believed(Record record, const plant::LoopModel& model) {
+  const double span = model.transmitter.high - model.transmitter.low;
+  for (double& v : record.pv) {
+    if (!(v >= model.transmitter.low - span && v <= model.transmitter.high + span)) v = kNone;
+  }
+  return record;
+}
+
 RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
   RecordCheck check;
   const auto refuse = [&](std::string why) {
@@ -130,16 +138,25 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
   const std::size_t missing = missing_in(record.pv);
   if (missing * 5 > n) {
     return refuse(percent(static_cast<double>(missing) / static_cast<double>(n)) +
-                  " of PV is missing; at most 20 % may be");
+                  " of PV is missing or far outside the transmitter's range; at most 20 % may be");
   }
-  if (missing > 0)
-    note("missing", std::to_string(missing) + " samples of PV are missing; passed over");
+  if (missing > 0) {
+    note("missing", std::to_string(missing) +
+                        " samples of PV are missing or far outside the transmitter's range; "
+                        "passed over");
+  }
   const std::vector<double> pv = held(record.pv);
   check.noise_rms = noise_of(record.pv);
   check.pv_resolution = resolution_of(pv);
   const auto [pv_low, pv_high] = std::minmax_element(pv.begin(), pv.end());
-  if (*pv_high - *pv_low <= 0.0)
-    return refuse("PV never moves: the transmitter or the record is frozen");
+  std::size_t moves = 0;
+  for (std::size_t k = 1; k < n; ++k) {
+    if (pv[k] != pv[k - 1]) ++moves;
+  }
+  if (moves < kFewestMoves) {
+    return refuse((moves == 0 ? "PV never moves" : "PV hardly ever moves") +
+                  std::string(": the transmitter or the record is frozen"));
+  }
 
   const auto [rest_begin, rest_end] = longest_rest(record.pv);
   if (check.pv_resolution < 0.3 * (*pv_high - *pv_low) / 20.0 && rest_end - rest_begin >= 50 &&
@@ -189,11 +206,19 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
     // Reversals beyond the noise of CO.
     const double band = std::max(0.005 * (high - low), 6.0 * noise_of(co));
     check.output_reversals = static_cast<int>(reversals(co, band).size());
-    if (check.output_span_used < 0.01 * (high - low)) {
+    if (check.output_span_used < kLeastMovement * (high - low)) {
       note("little movement",
            "CO moves by less than 1 % of its span: valve effects can't be told apart; "
            "step the set point by 3 % twice in each direction");
     }
+  }
+  const std::vector<bool> used = usable_samples(record, model);
+  const auto usable = static_cast<std::size_t>(std::count(
+      used.begin(), used.begin() + static_cast<std::ptrdiff_t>(training_samples(n)), true));
+  if (usable < kFewestSamples / 2) {
+    return refuse("only " + std::to_string(usable) +
+                  " samples of the first two thirds can be used; at least " +
+                  std::to_string(kFewestSamples / 2) + " are needed");
   }
   return check;
 }

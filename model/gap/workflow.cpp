@@ -305,35 +305,75 @@ std::string sentence_of(const Result& r) {
       names.c_str(), r.before.holdout_rmse, r.after.holdout_rmse);
 }
 
+// How far from CO the stem of the model's valve can rest, CO units.
+double resting_band(const plant::LoopModel& model) {
+  double band = 0.0;
+  const auto value = [](const plant::EffectSpec& spec, const char* key) {
+    const auto it = spec.parameters.find(key);
+    return it != spec.parameters.end() ? it->second : 0.0;
+  };
+  for (const plant::EffectSpec& spec : model.valve_effects) {
+    if (spec.name == "stiction") band += (value(spec, "s") + value(spec, "j")) / 2.0;
+    if (spec.name == "backlash") band += value(spec, "deadband") / 2.0;
+    if (spec.name == "hysteresis") band += value(spec, "width") / 2.0;
+  }
+  return band;
+}
+
 }  // namespace
 
 std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
                              const std::vector<double>& pv, const std::vector<bool>& used) {
   const FreeRun run(model, co);
-  Point point;
-  point.time_constant_s = model.process.time_constant_s;
-  point.dead_time_s = model.process.dead_time_s;
+  const Range training{0, training_samples(co.size())};
   std::vector<std::vector<double>> columns;
-  run.columns({}, point, columns);
-  // The state at the start, from the samples that still remember it.
-  const double h = model.sample_time_s;
-  const std::size_t head =
-      std::min(co.size(),
-               static_cast<std::size_t>((point.dead_time_s + 6.0 * point.time_constant_s) / h) + 2);
-  Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
-  Eigen::Vector2d right = Eigen::Vector2d::Zero();
-  for (std::size_t k = 0; k < head; ++k) {
-    if (!used[k]) continue;
-    const Eigen::Vector2d row(columns[1][k], columns[2][k]);
-    normal += row * row.transpose();
-    right += row * (pv[k] - run.offset()[k] - columns[0][k]);
+  // From a stem that rests `start_offset` below CO.
+  const auto from = [&](double start_offset) {
+    Point point;
+    point.time_constant_s = model.process.time_constant_s;
+    point.dead_time_s = model.process.dead_time_s;
+    point.start_offset = start_offset;
+    run.columns({}, point, columns);
+    // The process's state at the start, from the samples that still remember it.
+    const double memory_s = point.dead_time_s + 6.0 * point.time_constant_s;
+    const std::size_t head =
+        std::min(co.size(), static_cast<std::size_t>(memory_s / model.sample_time_s) + 2);
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (std::size_t k = 0; k < head; ++k) {
+      if (!used[k]) continue;
+      const Eigen::Vector2d row(columns[1][k], columns[2][k]);
+      normal += row * row.transpose();
+      right += row * (pv[k] - run.offset()[k] - columns[0][k]);
+    }
+    const Eigen::Vector2d past = normal.ldlt().solve(right);
+    std::vector<double> out = run.offset();
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      out[k] += columns[0][k] + past(0) * columns[1][k] + past(1) * columns[2][k];
+    }
+    return out;
+  };
+  std::vector<double> best = from(0.0);
+  const double band = resting_band(model);
+  if (band <= 0.0) return best;
+  double best_rms = rms(pv, best, used, training);
+  double best_place = 0.0;
+  const auto offer = [&](double place) {
+    std::vector<double> tried = from(band * place);
+    const double tried_rms = rms(pv, tried, used, training);
+    if (!(tried_rms < best_rms)) return;
+    best_rms = tried_rms;
+    best_place = place;
+    best = std::move(tried);
+  };
+  constexpr int kPlaces = 12;  // to each side of CO
+  for (int i = -kPlaces; i <= kPlaces; ++i) offer(static_cast<double>(i) / kPlaces);
+  for (double step = 0.5 / kPlaces; step > 0.02 / kPlaces; step /= 2.0) {
+    const double around = best_place;
+    if (around - step >= -1.0) offer(around - step);
+    if (around + step <= 1.0) offer(around + step);
   }
-  const Eigen::Vector2d past = normal.ldlt().solve(right);
-  std::vector<double> out = run.offset();
-  for (std::size_t k = 0; k < out.size(); ++k) {
-    out[k] += columns[0][k] + past(0) * columns[1][k] + past(1) * columns[2][k];
-  }
-  return out;
+  return best;
 }
 
 Result find_gap(const Record& given, const plant::LoopModel& given_model, const Options& options,
@@ -341,10 +381,10 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   Result result;
   result.model = given_model;
   result.corrected = given_model;
-  result.check = check_record(given, given_model);
+  Record record = believed(given, given_model);
+  result.check = check_record(record, given_model);
   if (!result.check.usable) return result;
 
-  Record record = given;
   plant::LoopModel model = given_model;
   model.sample_time_s = record.period_s;
   model.transmitter.noise = 0.0;
@@ -390,7 +430,7 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   const Fitter fitter(run, pv, training, largest_ratio, options.search.allowances);
   const auto [co_low, co_high] =
       std::minmax_element(co.begin(), co.begin() + static_cast<std::ptrdiff_t>(end));
-  const std::vector<Candidate> all = candidates({.output_low = model.controller.pid.output_low,
+  std::vector<Candidate> all = candidates({.output_low = model.controller.pid.output_low,
                                                  .output_high = model.controller.pid.output_high,
                                                  .output_used_low = *co_low,
                                                  .output_used_high = *co_high,
@@ -398,6 +438,13 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
                                                  .duration_s = record.time_s(end),
                                                  .time_constant_s = model.process.time_constant_s,
                                                  .dead_time_s = model.process.dead_time_s});
+  if (*co_high - *co_low < kLeastMovement * (model.controller.pid.output_high -
+                                             model.controller.pid.output_low)) {
+    // A valve that is never moved shows nothing of itself, nor of the process.
+    std::erase_if(all, [](const Candidate& candidate) {
+      return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;
+    });
+  }
   const double least_rms = std::max(0.0015 * pv_span, 0.5 * result.check.noise_rms);
   const SearchResult search =
       search_effects(fitter, all, least_rms, options.search, parallel, progress);
@@ -412,8 +459,8 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   };
   Series& s = result.series;
   for (std::size_t k = 0; k < n; ++k) s.time_s.push_back(record.time_s(k));
-  s.pv = given.pv;
-  s.sp = given.sp;
+  s.pv = record.pv;
+  if (given.has_sp()) s.sp = given.sp;
   s.co = given.has_co() ? given.co : co;
   s.co_before = controller.before;
   s.co_after = controller.after;
