@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/loop_alarms.hpp"
+
+#include <algorithm>
+
+namespace loopwarden::monitor {
+
+LoopAlarms::LoopAlarms(const AlarmSettings& settings) noexcept { alarms_.fill(Alarm(settings)); }
+
+void LoopAlarms::restore(AlarmKind kind, const AlarmMemory& memory) noexcept {
+  Alarm& alarm = alarms_[index_of(kind)];
+  alarm = Alarm(alarm.settings(), memory);
+  find_root();
+}
+
+template <class Change>
+AlarmTransitions LoopAlarms::after(Change change) noexcept {
+  const States before = states();
+  change();
+  find_root();
+  return since(before);
+}
+
+AlarmTransitions LoopAlarms::window_judged(std::int64_t now_ms,
+                                           const AlarmConditions& conditions) noexcept {
+  return after([&] {
+    for (std::size_t i = 0; i < kAlarmKindCount; ++i) {
+      if (conditions[i].on) {
+        alarms_[i].condition_on(now_ms, conditions[i].severity_percent);
+      } else {
+        alarms_[i].condition_off(now_ms);
+      }
+    }
+  });
+}
+
+AlarmTransitions LoopAlarms::window_not_valid() noexcept {
+  return after([&] {
+    for (Alarm& alarm : alarms_) alarm.window_not_valid();
+  });
+}
+
+AlarmTransitions LoopAlarms::pass_time(std::int64_t now_ms) noexcept {
+  return after([&] {
+    for (Alarm& alarm : alarms_) alarm.pass_time(now_ms);
+  });
+}
+
+LoopAlarms::ActionResult LoopAlarms::act(AlarmKind kind, AlarmAction action, std::int64_t now_ms,
+                                         std::int64_t until_ms) noexcept {
+  ActionResult result;
+  result.transitions = after([&] {
+    Alarm& alarm = alarms_[index_of(kind)];
+    switch (action) {
+      case AlarmAction::acknowledge: result.accepted = alarm.acknowledge(now_ms); break;
+      case AlarmAction::reset: result.accepted = alarm.reset(now_ms); break;
+      case AlarmAction::shelve: result.accepted = alarm.shelve(now_ms, until_ms); break;
+      case AlarmAction::unshelve: result.accepted = alarm.unshelve(now_ms); break;
+    }
+  });
+  return result;
+}
+
+void LoopAlarms::find_root() noexcept {
+  const bool low_air = alarm(AlarmKind::low_air_supply).active();
+  for (const AlarmKind kind : kAlarmKinds) {
+    if (kind != AlarmKind::low_air_supply) alarms_[index_of(kind)].explain(low_air);
+  }
+}
+
+LoopAlarms::States LoopAlarms::states() const noexcept {
+  States now{};
+  for (std::size_t i = 0; i < kAlarmKindCount; ++i) now[i] = alarms_[i].state();
+  return now;
+}
+
+AlarmTransitions LoopAlarms::since(const States& before) const noexcept {
+  AlarmTransitions changed;
+  for (const AlarmKind kind : kAlarmKinds) {
+    const AlarmState now = alarm(kind).state();
+    const AlarmState was = before[index_of(kind)];
+    if (now != was) changed.add({kind, was, now, alarm(kind).memory().severity_percent});
+  }
+  return changed;
+}
+
+bool LoopAlarms::any_unacknowledged() const noexcept {
+  return std::any_of(alarms_.begin(), alarms_.end(),
+                     [](const Alarm& alarm) { return alarm.unacknowledged(); });
+}
+
+bool LoopAlarms::any_shelved() const noexcept {
+  return std::any_of(alarms_.begin(), alarms_.end(),
+                     [](const Alarm& alarm) { return alarm.shelved(); });
+}
+
+bool LoopAlarms::any_suppressed() const noexcept {
+  return std::any_of(alarms_.begin(), alarms_.end(),
+                     [](const Alarm& alarm) { return alarm.state() == AlarmState::suppressed; });
+}
+
+}  // namespace loopwarden::monitor

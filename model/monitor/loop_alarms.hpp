@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// All alarms of one loop, with one root alarm where low air explains the rest.
+//
+// A valve without enough air moves slowly and short of its travel; to a classifier of shapes that is
+// stiction, backlash and hysteresis as well. While low air is raised, the valve's other alarms are
+// suppressed as its consequence; when it is gone they show what their own conditions say.
+//
+// Each call returns what changed for the operator, as transitions between the states that he sees.
+//
+// Errors: an action that does not fit the state changes nothing and is refused.
+// What it can't do: explain alarms of one loop by those of another (a common air supply).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "model/monitor/alarm.hpp"
+#include "model/monitor/alarm_kind.hpp"
+
+namespace loopwarden::monitor {
+
+// What the verdict rule says of one alarm after a window that could be judged.
+struct AlarmCondition {
+  bool on = false;
+  double severity_percent = 0.0;  // % of the CO span
+};
+using AlarmConditions = std::array<AlarmCondition, kAlarmKindCount>;
+
+struct AlarmTransition {
+  AlarmKind kind = AlarmKind::stiction;
+  AlarmState from = AlarmState::normal;
+  AlarmState to = AlarmState::normal;
+  double severity_percent = 0.0;
+};
+
+// At most one for each alarm; no allocation.
+class AlarmTransitions {
+ public:
+  void add(const AlarmTransition& transition) noexcept { items_[count_++] = transition; }
+  std::span<const AlarmTransition> view() const noexcept { return {items_.data(), count_}; }
+  bool empty() const noexcept { return count_ == 0; }
+
+ private:
+  std::array<AlarmTransition, kAlarmKindCount> items_;
+  std::size_t count_ = 0;
+};
+
+enum class AlarmAction : std::uint8_t { acknowledge, reset, shelve, unshelve };
+
+class LoopAlarms {
+ public:
+  explicit LoopAlarms(const AlarmSettings& settings) noexcept;
+
+  // Goes on from before a restart.
+  void restore(AlarmKind kind, const AlarmMemory& memory) noexcept;
+
+  AlarmTransitions window_judged(std::int64_t now_ms, const AlarmConditions& conditions) noexcept;
+  AlarmTransitions window_not_valid() noexcept;
+  AlarmTransitions pass_time(std::int64_t now_ms) noexcept;
+
+  struct ActionResult {
+    bool accepted = false;
+    AlarmTransitions transitions;
+  };
+  // `until_ms` is for shelve alone.
+  ActionResult act(AlarmKind kind, AlarmAction action, std::int64_t now_ms,
+                   std::int64_t until_ms = 0) noexcept;
+
+  const Alarm& alarm(AlarmKind kind) const noexcept { return alarms_[index_of(kind)]; }
+  bool any_unacknowledged() const noexcept;
+  bool any_shelved() const noexcept;
+  bool any_suppressed() const noexcept;
+
+ private:
+  using States = std::array<AlarmState, kAlarmKindCount>;
+  States states() const noexcept;
+  void find_root() noexcept;
+  AlarmTransitions since(const States& before) const noexcept;
+  template <class Change>
+  AlarmTransitions after(Change change) noexcept;
+
+  std::array<Alarm, kAlarmKindCount> alarms_;
+};
+
+}  // namespace loopwarden::monitor

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The condensed state of NAMUR NE 107: one signal of five for a loop, and for the box the gravest of
+// its loops'.
+//
+//   failure                F  red     PV or output lost, result no number: the loop can't do its work
+//   function_check         C  orange  simulated or replayed; the operator has the loop in manual
+//   out_of_specification   S  yellow  low air; another valve fault at or above `severe_percent`; PV
+//                                     uncertain
+//   maintenance_required   M  blue    a valve fault below that
+//   normal                 N  green
+//
+// Gravest first, F > C > S > M > N. A shelved alarm still counts: shelving silences, it repairs nothing.
+//
+// Errors: none.
+// What it can't do: weigh a loop's importance to the plant.
+//
+// Source: NAMUR recommendation NE 107 (2012), section 4.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "model/monitor/loop_alarms.hpp"
+
+namespace loopwarden::monitor {
+
+// The numbers are those of the register map and never change; a greater one is graver.
+enum class Ne107 : std::uint8_t {
+  normal = 0,
+  maintenance_required = 1,
+  out_of_specification = 2,
+  function_check = 3,
+  failure = 4
+};
+
+constexpr const char* to_text(Ne107 state) noexcept {
+  switch (state) {
+    case Ne107::normal: return "normal";
+    case Ne107::maintenance_required: return "maintenance_required";
+    case Ne107::out_of_specification: return "out_of_specification";
+    case Ne107::function_check: return "function_check";
+    case Ne107::failure: break;
+  }
+  return "failure";
+}
+
+struct LoopCondition {
+  bool failed = false;
+  bool simulated = false;
+  bool manual = false;
+  bool pv_uncertain = false;
+};
+
+constexpr Ne107 gravest(Ne107 a, Ne107 b) noexcept { return std::max(a, b); }
+
+inline Ne107 condensed(const LoopCondition& loop, const LoopAlarms& alarms,
+                       double severe_percent) noexcept {
+  if (loop.failed) return Ne107::failure;
+  if (loop.simulated || loop.manual) return Ne107::function_check;
+  if (loop.pv_uncertain) return Ne107::out_of_specification;
+  Ne107 state = Ne107::normal;
+  for (const AlarmKind kind : kAlarmKinds) {
+    const Alarm& alarm = alarms.alarm(kind);
+    if (!alarm.active()) continue;
+    const bool severe = kind == AlarmKind::low_air_supply ||
+                        (!alarm.explained() && alarm.memory().severity_percent >= severe_percent);
+    state = gravest(state, severe ? Ne107::out_of_specification : Ne107::maintenance_required);
+  }
+  return state;
+}
+
+}  // namespace loopwarden::monitor

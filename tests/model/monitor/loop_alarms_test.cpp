@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/loop_alarms.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "model/monitor/ne107.hpp"
+
+using namespace loopwarden::monitor;
+
+namespace {
+
+using S = AlarmState;
+using K = AlarmKind;
+
+AlarmConditions with(std::initializer_list<std::pair<K, double>> on) {
+  AlarmConditions conditions{};
+  for (const auto& [kind, severity] : on) conditions[index_of(kind)] = {true, severity};
+  return conditions;
+}
+
+LoopAlarms healthy() {
+  LoopAlarms alarms{AlarmSettings{}};
+  alarms.window_judged(0, {});
+  return alarms;
+}
+
+}  // namespace
+
+TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
+  LoopAlarms alarms = healthy();
+  alarms.window_judged(1, with({{K::stiction, 5.0}}));
+  REQUIRE(alarms.act(K::stiction, AlarmAction::acknowledge, 2).accepted);
+
+  const AlarmTransitions root =
+      alarms.window_judged(3, with({{K::stiction, 6.0}, {K::low_air_supply, 20.0}}));
+  REQUIRE(root.view().size() == 5);  // the root, the raised one, three that are off
+  CHECK(alarms.alarm(K::low_air_supply).state() == S::unacknowledged);
+  for (const K kind : {K::stiction, K::backlash, K::hysteresis, K::unknown}) {
+    CHECK(alarms.alarm(kind).state() == S::suppressed);
+    CHECK(alarms.alarm(kind).explained());
+  }
+  CHECK(alarms.any_suppressed());
+
+  SECTION("what comes meanwhile is its consequence, not an alarm") {
+    const auto more =
+        alarms.window_judged(4, with({{K::backlash, 9.0}, {K::low_air_supply, 20.0}}));
+    CHECK(more.empty());
+    CHECK_FALSE(alarms.alarm(K::backlash).unacknowledged());
+  }
+  SECTION("shelving the root silences it, and explains as before") {
+    REQUIRE(alarms.act(K::low_air_supply, AlarmAction::shelve, 4, 1000).accepted);
+    CHECK(alarms.alarm(K::stiction).state() == S::suppressed);
+  }
+  SECTION("when the air is back, the others show what their own condition says") {
+    alarms.window_judged(5, with({{K::stiction, 6.0}}));
+    CHECK(alarms.alarm(K::low_air_supply).state() == S::returned_unacknowledged);
+    CHECK(alarms.alarm(K::stiction).state() == S::acknowledged);
+    CHECK(alarms.alarm(K::backlash).state() == S::normal);
+  }
+}
+
+TEST_CASE("a window that can't be judged suppresses what is off and keeps what is on",
+          "[monitor][alarm]") {
+  LoopAlarms alarms = healthy();
+  alarms.window_judged(1, with({{K::hysteresis, 5.0}}));
+  const AlarmTransitions changed = alarms.window_not_valid();
+  CHECK(changed.view().size() == 4);
+  CHECK(alarms.alarm(K::hysteresis).state() == S::unacknowledged);
+  CHECK(alarms.alarm(K::stiction).state() == S::suppressed);
+  CHECK(alarms.window_not_valid().empty());  // said once
+  for (const AlarmTransition& t : alarms.window_judged(2, with({{K::hysteresis, 5.0}})).view()) {
+    CHECK(t.from == S::suppressed);
+    CHECK(t.to == S::normal);
+  }
+}
+
+TEST_CASE("transitions name the alarm, both states and the severity", "[monitor][alarm]") {
+  LoopAlarms alarms = healthy();
+  const AlarmTransitions raised = alarms.window_judged(1, with({{K::backlash, 7.5}}));
+  REQUIRE(raised.view().size() == 1);
+  CHECK(raised.view()[0].kind == K::backlash);
+  CHECK(raised.view()[0].from == S::normal);
+  CHECK(raised.view()[0].to == S::unacknowledged);
+  CHECK(raised.view()[0].severity_percent == 7.5);
+
+  const auto refused = alarms.act(K::stiction, AlarmAction::acknowledge, 2);
+  CHECK_FALSE(refused.accepted);
+  CHECK(refused.transitions.empty());
+  REQUIRE(alarms.act(K::backlash, AlarmAction::shelve, 3, 100).accepted);
+  CHECK(alarms.any_shelved());
+  CHECK_FALSE(alarms.any_unacknowledged());
+  CHECK(alarms.pass_time(99).empty());
+  const AlarmTransitions back = alarms.pass_time(100);
+  REQUIRE(back.view().size() == 1);
+  CHECK(back.view()[0].from == S::shelved);
+  CHECK(back.view()[0].to == S::unacknowledged);
+}
+
+TEST_CASE("after a restart the root explains again before the first window", "[monitor][alarm]") {
+  LoopAlarms before = healthy();
+  before.window_judged(1, with({{K::low_air_supply, 20.0}, {K::stiction, 3.0}}));
+  LoopAlarms after{AlarmSettings{}};
+  for (const K kind : kAlarmKinds) after.restore(kind, before.alarm(kind).memory());
+  CHECK(after.alarm(K::low_air_supply).state() == S::unacknowledged);
+  CHECK(after.alarm(K::stiction).state() == S::suppressed);
+}
+
+TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
+  constexpr double kSevere = 10.0;  // %
+  LoopAlarms alarms = healthy();
+  CHECK(condensed({}, alarms, kSevere) == Ne107::normal);
+  CHECK(condensed({.pv_uncertain = true}, alarms, kSevere) == Ne107::out_of_specification);
+  CHECK(condensed({.manual = true}, alarms, kSevere) == Ne107::function_check);
+  CHECK(condensed({.simulated = true, .pv_uncertain = true}, alarms, kSevere) ==
+        Ne107::function_check);
+  CHECK(condensed({.failed = true, .simulated = true, .manual = true, .pv_uncertain = true}, alarms,
+                  kSevere) == Ne107::failure);
+
+  alarms.window_judged(1, with({{K::stiction, 9.9}}));
+  CHECK(condensed({}, alarms, kSevere) == Ne107::maintenance_required);
+  alarms.act(K::stiction, AlarmAction::shelve, 2, 100);
+  CHECK(condensed({}, alarms, kSevere) == Ne107::maintenance_required);
+  alarms.window_judged(3, with({{K::stiction, 10.0}}));
+  CHECK(condensed({}, alarms, kSevere) == Ne107::out_of_specification);
+  alarms.window_judged(4, {});
+  CHECK(condensed({}, alarms, kSevere) == Ne107::normal);
+  alarms.window_judged(5, with({{K::low_air_supply, 0.1}}));
+  CHECK(condensed({}, alarms, kSevere) == Ne107::out_of_specification);
+
+  CHECK(gravest(Ne107::function_check, Ne107::out_of_specification) == Ne107::function_check);
+}
