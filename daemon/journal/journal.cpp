@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/journal/journal.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+namespace loopwarden::daemon::journal {
+namespace {
+
+constexpr std::chrono::milliseconds kPause{200};
+
+std::int64_t utc_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+Journal::Journal(JournalSettings settings)
+    : settings_(std::move(settings)), copy_(settings_.folder / "alarm-state.json") {}
+
+AlarmStates Journal::open() {
+  std::error_code ignored;  // open_file says it better
+  std::filesystem::create_directories(settings_.folder, ignored);
+  std::string why;
+  if (std::optional<AlarmStates> copy = copy_.load(why)) states_ = std::move(*copy);
+  if (!why.empty()) spdlog::error("journal: {}", why);
+  try {
+    open_file();
+    AlarmStates stored = file_->read_states();
+    if (stored.revision >= states_.revision) states_ = std::move(stored);
+  } catch (const JournalError& e) {
+    file_.reset();
+    if (e.kind() == JournalError::Kind::damaged) {
+      replace_damaged(e.what());
+    } else {
+      failed(e.what());
+    }
+  }
+  // A new file, or one that is behind the copy, gets all of it with the first write.
+  changed_states_ = states_;
+  return states_;
+}
+
+void Journal::open_file() {
+  if (!file_) file_ = std::make_unique<JournalFile>(path(), settings_.most_rows);
+}
+
+void Journal::start() {
+  thread_.start({.name = "lw-journal"}, [this] { run(); });
+}
+
+void Journal::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+std::uint64_t Journal::post(JournalEntry entry) {
+  std::uint64_t ticket = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    ticket = ++posted_;
+    queue_.push_back(std::move(entry));
+    ++status_.waiting;
+  }
+  changed_.notify_all();
+  return ticket;
+}
+
+bool Journal::wait_written(std::uint64_t ticket, std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, patience,
+                    [&] { return settled_ >= ticket || !status_.error.empty() || quit_; });
+  return settled_ >= ticket && status_.error.empty();
+}
+
+JournalStatus Journal::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+std::vector<JournalRow> Journal::newest(std::size_t most, const std::string& loop) const {
+  // A connection of its own: in WAL mode a reader and the writer don't disturb each other.
+  try {
+    return JournalFile::read_newest(path(), most, loop);
+  } catch (const JournalError&) {
+    return {};
+  }
+}
+
+void Journal::run() {
+  bool last_round = false;
+  while (!last_round) {
+    last_round = take_waiting();
+    if (!waiting_.empty() && (last_round || std::chrono::steady_clock::now() >= retry_at_)) {
+      // A second time if the file had to be replaced.
+      if (!write_waiting()) write_waiting();
+    }
+    ticks_.fetch_add(1, std::memory_order_relaxed);
+  }
+  file_.reset();
+}
+
+// True if the journal is ending.
+bool Journal::take_waiting() {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, kPause, [&] { return !queue_.empty() || quit_; });
+  std::move(queue_.begin(), queue_.end(), std::back_inserter(waiting_));
+  queue_.clear();
+  taken_ = posted_;
+  // What an alarm must remember is kept even if its line finds no room.
+  for (JournalEntry& entry : waiting_) {
+    if (!entry.memory) continue;
+    ++states_.revision;
+    states_.memories[{entry.loop, entry.alarm}] = *entry.memory;
+    changed_states_.memories[{entry.loop, entry.alarm}] = *entry.memory;
+    changed_states_.revision = states_.revision;
+    entry.memory.reset();
+  }
+  if (waiting_.size() > settings_.most_waiting) {
+    const std::size_t excess = waiting_.size() - settings_.most_waiting;
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(excess));
+    status_.lost += excess;
+  }
+  status_.waiting = waiting_.size();
+  return quit_;
+}
+
+// False if the file was damaged and a new one is to be tried.
+bool Journal::write_waiting() {
+  const bool states_changed = !changed_states_.memories.empty();
+  if (states_changed) save_copy();
+  try {
+    open_file();
+    file_->write(waiting_, changed_states_);
+  } catch (const JournalError& e) {
+    if (e.kind() == JournalError::Kind::damaged) {
+      file_.reset();
+      return !replace_damaged(e.what());
+    }
+    failed(e.what());
+    return true;
+  }
+  changed_states_.memories.clear();
+  if (!reported_.empty()) {
+    spdlog::warn("journal: works again; {} lines written late", waiting_.size());
+    reported_.clear();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    status_.written += waiting_.size();
+    settled_ = taken_;
+    status_.waiting = queue_.size();
+    status_.error.clear();
+  }
+  waiting_.clear();
+  changed_.notify_all();
+  return true;
+}
+
+void Journal::save_copy() {
+  std::string why;
+  if (!copy_.save(states_, why) && reported_.empty()) spdlog::error("journal: {}", why);
+}
+
+// False if it can't be moved.
+bool Journal::replace_damaged(const std::string& why) {
+  try {
+    const std::int64_t now_ms = utc_ms();
+    const std::filesystem::path aside = move_aside(path(), now_ms);
+    spdlog::error("journal: damaged ({}); kept as {}, a new one begins", why, aside.string());
+    waiting_.push_back({.kind = JournalEntry::Kind::system,
+                        .utc_ms = now_ms,
+                        .loop = {},
+                        .alarm = {},
+                        .from = {},
+                        .to = {},
+                        .severity_percent = std::nullopt,
+                        .peer = {},
+                        .what = "journal replaced",
+                        .old_value = aside.filename().string(),
+                        .new_value = {},
+                        .result = why,
+                        .memory = std::nullopt});
+    const std::lock_guard lock(mutex_);
+    ++status_.damaged;
+  } catch (const std::exception& e) {
+    failed(e.what());
+    return false;
+  }
+  changed_states_ = states_;
+  return true;
+}
+
+void Journal::failed(const std::string& why) {
+  retry_at_ = std::chrono::steady_clock::now() + settings_.retry;
+  if (reported_ != why) {
+    spdlog::error("journal: not written: {}; its lines wait in memory", why);
+    reported_ = why;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    status_.error = why;
+  }
+  changed_.notify_all();
+}
+
+}  // namespace loopwarden::daemon::journal

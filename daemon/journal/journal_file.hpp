@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// The journal's SQLite database, used by one thread.
+//
+// journal_mode=WAL and synchronous=FULL: each transaction is on the disk when it returns, so that a
+// power failure takes back nothing that an operator was told is done (NORMAL would keep the file sound
+// but lose the newest transactions). Writes are appended to the write-ahead log, one fsync each, which
+// is as kind to flash as it gets; readers such as `sqlite3` or a backup never make the writer wait.
+// A line and the alarm state that follows from it are one transaction.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "daemon/journal/journal_entry.hpp"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace loopwarden::daemon::journal {
+
+class JournalError : public std::runtime_error {
+ public:
+  enum class Kind : std::uint8_t {
+    damaged,     // the file is no sound database of ours
+    unavailable  // disk full, no rights, I/O error, locked: may work later
+  };
+  JournalError(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
+  Kind kind() const noexcept { return kind_; }
+
+ private:
+  Kind kind_;
+};
+
+struct JournalRow {
+  std::int64_t id = 0;
+  JournalEntry entry;
+};
+
+class JournalFile {
+ public:
+  // Opens or makes the file and checks it. Keeps the newest `most_rows` lines.
+  explicit JournalFile(const std::filesystem::path& path, std::int64_t most_rows);
+  // The newest `most` lines of a journal that another thread writes, newest first; of one loop if it
+  // is not empty.
+  static std::vector<JournalRow> read_newest(const std::filesystem::path& path, std::size_t most,
+                                             const std::string& loop = {});
+  JournalFile(const JournalFile&) = delete;
+  JournalFile& operator=(const JournalFile&) = delete;
+  ~JournalFile();
+
+  // All in one transaction, or nothing and a JournalError.
+  void write(std::span<const JournalEntry> entries, const AlarmStates& states);
+  AlarmStates read_states();
+
+ private:
+  class Statement;
+  enum class Access : std::uint8_t { write, read };
+  JournalFile(const std::filesystem::path& path, Access access, std::int64_t most_rows);
+  std::vector<JournalRow> newest(std::size_t most, const std::string& loop);
+  void make_tables();
+  void check();
+  void execute(const char* sql);
+  [[noreturn]] void fail(const char* step) const;
+  void add(Statement& insert, const JournalEntry& entry);
+
+  sqlite3* db_ = nullptr;
+  std::int64_t most_rows_;
+};
+
+// Moves a damaged database and what belongs to it aside; returns its new name. Throws
+// std::filesystem::filesystem_error.
+std::filesystem::path move_aside(const std::filesystem::path& path, std::int64_t utc_ms);
+
+}  // namespace loopwarden::daemon::journal
