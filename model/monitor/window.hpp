@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// A stretch of one loop's routine operation, the unit in which a monitor judges.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace loopwarden::monitor {
+
+// Samples of a window, as the signatures of Sewdass's thesis have them (31 x 31).
+inline constexpr std::size_t kWindowSamples = 961;
+
+// Columns of one length and constant period; finite but for `stem`, which is NaN throughout where there
+// is no read-back.
+struct Window {
+  std::span<const double> sp;    // PV units
+  std::span<const double> pv;    // PV units
+  std::span<const double> co;    // CO units
+  std::span<const double> stem;  // CO units
+  double sample_time_s = 0.1;    // s, > 0, after decimation
+  double pv_low = 0.0;           // PV units, the transmitter's range
+  double pv_high = 100.0;
+  double co_low = 0.0;  // CO units, the span of the controller's output
+  double co_high = 100.0;
+};
+
+// Why there is no window that could be judged. The numbers are those of the register map.
+enum class WindowState : std::uint8_t {
+  valid = 0,
+  filling = 1,              // being gathered, since the start or an interruption
+  not_automatic = 2,        // manual or fallback
+  bad_pv = 3,               // PV bad or uncertain
+  gap = 4,                  // cycles are missing
+  saturated = 5,            // CO at a limit for more than a tenth of the window
+  not_enough_movement = 6,  // too little movement to tell
+  no_judge = 7              // no specialists for this loop
+};
+
+constexpr const char* to_text(WindowState state) noexcept {
+  switch (state) {
+    case WindowState::valid: return "valid";
+    case WindowState::filling: return "filling";
+    case WindowState::not_automatic: return "not automatic";
+    case WindowState::bad_pv: return "bad PV";
+    case WindowState::gap: return "gap";
+    case WindowState::saturated: return "saturated";
+    case WindowState::not_enough_movement: return "not enough movement";
+    case WindowState::no_judge: break;
+  }
+  return "no specialists";
+}
+
+}  // namespace loopwarden::monitor

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/window_builder.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace loopwarden::monitor {
+namespace {
+
+constexpr std::size_t kRoom = 2 * kWindowSamples;
+constexpr double kMostOverlap = 0.95;
+constexpr std::size_t kMostDecimation = 10'000;
+
+}  // namespace
+
+WindowBuilder::WindowBuilder(const WindowSettings& settings) : settings_(settings) {
+  settings_.decimation = std::clamp<std::size_t>(settings.decimation, 1, kMostDecimation);
+  settings_.overlap =
+      std::isfinite(settings.overlap) ? std::clamp(settings.overlap, 0.0, kMostOverlap) : 0.0;
+  const auto kept = static_cast<std::size_t>(
+      std::lround(settings_.overlap * static_cast<double>(kWindowSamples)));
+  advance_ = kWindowSamples - kept;
+  for (std::vector<double>* column : {&columns_.sp, &columns_.pv, &columns_.co, &columns_.stem}) {
+    column->resize(kRoom);
+  }
+  start_over();
+}
+
+void WindowBuilder::start_over() noexcept {
+  first_ = 0;
+  count_ = 0;
+  until_next_ = kWindowSamples;
+  in_sample_ = 0;
+  sum_sp_ = sum_pv_ = sum_co_ = sum_stem_ = 0.0;
+  window_in_stretch_ = false;
+}
+
+WindowState WindowBuilder::usable(const Cycle& cycle) const noexcept {
+  if (!cycle.automatic) return WindowState::not_automatic;
+  if (!cycle.pv_good || !std::isfinite(cycle.pv)) return WindowState::bad_pv;
+  if (!std::isfinite(cycle.sp) || !std::isfinite(cycle.co)) return WindowState::gap;
+  return WindowState::valid;
+}
+
+WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
+  const bool follows = !any_ || cycle.period_index == last_period_ + 1;
+  any_ = true;
+  last_period_ = cycle.period_index;
+  const WindowState can_use = usable(cycle);
+  if (can_use != WindowState::valid) {
+    const bool news = !broken_ || state_ != can_use;
+    start_over();
+    broken_ = true;
+    state_ = can_use;
+    return news ? Event::broken : Event::none;
+  }
+  Event event = Event::none;
+  if (!follows && !broken_) {
+    start_over();
+    state_ = WindowState::gap;
+    event = Event::broken;
+  } else if (broken_) {
+    state_ = WindowState::filling;
+  }
+  broken_ = false;
+  append(cycle);
+  if (in_sample_ != 0 || until_next_ > 0) return event;
+  until_next_ = advance_;
+  window_in_stretch_ = true;
+  state_ = WindowState::valid;
+  return Event::full;
+}
+
+void WindowBuilder::append(const Cycle& cycle) noexcept {
+  sum_sp_ += cycle.sp;
+  sum_pv_ += cycle.pv;
+  sum_co_ += cycle.co;
+  sum_stem_ += cycle.stem;
+  if (++in_sample_ < settings_.decimation) return;
+  if (first_ + count_ == kRoom) {
+    for (std::vector<double>* column : {&columns_.sp, &columns_.pv, &columns_.co, &columns_.stem}) {
+      std::copy(column->begin() + static_cast<std::ptrdiff_t>(first_), column->end(),
+                column->begin());
+    }
+    first_ = 0;
+  }
+  const auto n = static_cast<double>(in_sample_);
+  const std::size_t at = first_ + count_;
+  columns_.sp[at] = sum_sp_ / n;
+  columns_.pv[at] = sum_pv_ / n;
+  columns_.co[at] = sum_co_ / n;
+  columns_.stem[at] = sum_stem_ / n;
+  in_sample_ = 0;
+  sum_sp_ = sum_pv_ = sum_co_ = sum_stem_ = 0.0;
+  if (count_ < kWindowSamples) {
+    ++count_;
+  } else {
+    ++first_;
+  }
+  --until_next_;
+}
+
+Window WindowBuilder::window() const noexcept {
+  const auto column = [&](const std::vector<double>& values) {
+    return std::span<const double>(values).subspan(first_, count_);
+  };
+  return {.sp = column(columns_.sp),
+          .pv = column(columns_.pv),
+          .co = column(columns_.co),
+          .stem = column(columns_.stem),
+          .sample_time_s = settings_.sample_time_s * static_cast<double>(settings_.decimation),
+          .pv_low = settings_.pv_low,
+          .pv_high = settings_.pv_high,
+          .co_low = settings_.co_low,
+          .co_high = settings_.co_high};
+}
+
+double WindowBuilder::filled() const noexcept {
+  const std::size_t wanted = window_in_stretch_ ? advance_ : kWindowSamples;
+  return 1.0 - static_cast<double>(until_next_) / static_cast<double>(wanted);
+}
+
+}  // namespace loopwarden::monitor

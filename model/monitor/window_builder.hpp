@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Turns the cycles of one loop into windows of kWindowSamples samples, stepped by the caller.
+//
+// `decimation` cycles are averaged into one sample, so that a loop at 100 Hz sees as far back as one at
+// 10 Hz. A window follows the one before by (1 - overlap) of its length. A window never reaches across
+// a gap in the cycles, a change of mode, or a PV that is not good: what was gathered is then thrown
+// away and gathering begins again. A set-point change is no reason: signatures begin with one.
+//
+// Errors: settings outside their ranges are brought to the nearest that is within.
+// What it can't do: bridge a single missing cycle; a loop that misses one each window is never judged,
+// which shows as `gap`.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "model/monitor/window.hpp"
+
+namespace loopwarden::monitor {
+
+// One cycle of a loop, as the monitor sees it.
+struct Cycle {
+  std::uint64_t period_index = 0;  // periods since the start; a gap shows as a jump
+  double sp = 0.0;                 // PV units
+  double pv = 0.0;                 // PV units
+  double co = 0.0;                 // CO units
+  double stem = 0.0;               // CO units; NaN if there is none
+  bool automatic = false;
+  bool pv_good = false;
+};
+
+struct WindowSettings {
+  double overlap = 0.5;        // 0 to 0.95, share of a window that the next one has in common
+  std::size_t decimation = 1;  // 1 to 10000 cycles to a sample
+  double sample_time_s = 0.1;  // s, of a cycle
+  double pv_low = 0.0;         // PV units
+  double pv_high = 100.0;
+  double co_low = 0.0;  // CO units
+  double co_high = 100.0;
+};
+
+class WindowBuilder {
+ public:
+  explicit WindowBuilder(const WindowSettings& settings);
+
+  enum class Event : std::uint8_t {
+    none,
+    broken,  // what was gathered is lost; state() says why. Once for each stretch that can't be used
+    full     // window() holds a window until the next call of add()
+  };
+  // No allocation.
+  Event add(const Cycle& cycle) noexcept;
+
+  // Of the newest window; while the first one of a stretch is being gathered, filling or gap.
+  WindowState state() const noexcept { return state_; }
+  Window window() const noexcept;
+  // Number of the last cycle in the window.
+  std::uint64_t last_period() const noexcept { return last_period_; }
+  double filled() const noexcept;  // share of the next window that is there, 0 to 1
+
+ private:
+  WindowState usable(const Cycle& cycle) const noexcept;
+  void start_over() noexcept;
+  void append(const Cycle& cycle) noexcept;
+
+  WindowSettings settings_;
+  std::size_t advance_;  // samples from one window to the next
+  // Twice the length: samples are appended, and moved to the front when the end is reached.
+  struct Columns {
+    std::vector<double> sp, pv, co, stem;
+  };
+  Columns columns_;
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;       // samples from first_ on
+  std::size_t until_next_ = 0;  // samples until a window is full
+  std::size_t in_sample_ = 0;   // cycles in the sums below
+  double sum_sp_ = 0.0;
+  double sum_pv_ = 0.0;
+  double sum_co_ = 0.0;
+  double sum_stem_ = 0.0;
+  std::uint64_t last_period_ = 0;
+  bool any_ = false;    // a cycle has been seen
+  bool broken_ = true;  // the stretch before this cycle could not be used
+  bool window_in_stretch_ = false;
+  WindowState state_ = WindowState::filling;
+};
+
+}  // namespace loopwarden::monitor

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What decides which fault a window shows. The monitor knows this interface alone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "model/monitor/alarm_kind.hpp"
+#include "model/monitor/window.hpp"
+
+namespace loopwarden::monitor {
+
+struct WindowJudgement {
+  enum class Result : std::uint8_t { no_fault, fault, not_enough_movement };
+  Result result = Result::no_fault;
+  AlarmKind fault = AlarmKind::unknown;  // where the result is fault
+  // Of each fault, 0 to 1; what is missing to a sum of 1 is that of no fault.
+  std::array<double, kAlarmKindCount> probability{};
+  double severity_percent = 0.0;  // % of the CO span, of the fault
+};
+
+class WindowJudge {
+ public:
+  WindowJudge() = default;
+  WindowJudge(const WindowJudge&) = delete;
+  WindowJudge& operator=(const WindowJudge&) = delete;
+  virtual ~WindowJudge() = default;
+
+  // The window has kWindowSamples samples. Neither allocates nor throws; used by one thread at a time.
+  virtual WindowJudgement judge(const Window& window) noexcept = 0;
+};
+
+}  // namespace loopwarden::monitor

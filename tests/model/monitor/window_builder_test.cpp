@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/window_builder.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+using namespace loopwarden::monitor;
+using Event = WindowBuilder::Event;
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+Cycle cycle(std::uint64_t period) {
+  const auto x = static_cast<double>(period);
+  return {.period_index = period,
+          .sp = x + 0.1,
+          .pv = x + 0.2,
+          .co = x + 0.3,
+          .stem = x + 0.4,
+          .automatic = true,
+          .pv_good = true};
+}
+
+// Adds cycles from `from` up to before `to`; returns the periods at which windows were full.
+std::vector<std::uint64_t> add(WindowBuilder& builder, std::uint64_t from, std::uint64_t to) {
+  std::vector<std::uint64_t> full;
+  for (std::uint64_t k = from; k < to; ++k) {
+    const Event event = builder.add(cycle(k));
+    CHECK(event != Event::broken);
+    if (event == Event::full) full.push_back(k);
+  }
+  return full;
+}
+
+}  // namespace
+
+TEST_CASE("windows follow one another with the overlap that was asked for", "[monitor][window]") {
+  for (const double overlap : {0.0, 0.5, 0.9}) {
+    WindowBuilder builder({.overlap = overlap, .sample_time_s = 0.1});
+    const auto full = add(builder, 1000, 1000 + 5 * kWindowSamples);
+    REQUIRE(full.size() >= 5);
+    CHECK(full.front() == 1000 + kWindowSamples - 1);
+    const auto kept =
+        static_cast<std::uint64_t>(std::lround(overlap * static_cast<double>(kWindowSamples)));
+    for (std::size_t i = 1; i < full.size(); ++i) {
+      CHECK(full[i] - full[i - 1] == kWindowSamples - kept);
+    }
+  }
+}
+
+TEST_CASE("a window holds the newest samples, in order, whatever went before",
+          "[monitor][window]") {
+  WindowBuilder builder({.overlap = 0.9,
+                         .sample_time_s = 0.1,
+                         .pv_low = 1.0,
+                         .pv_high = 2.0,
+                         .co_low = 3.0,
+                         .co_high = 4.0});
+  std::size_t windows = 0;
+  for (std::uint64_t k = 5; k < 5 + 4 * kWindowSamples; ++k) {
+    if (builder.add(cycle(k)) != Event::full) continue;
+    ++windows;
+    const Window w = builder.window();
+    REQUIRE(w.pv.size() == kWindowSamples);
+    REQUIRE(w.stem.size() == kWindowSamples);
+    bool as_expected = true;
+    for (std::size_t i = 0; i < kWindowSamples; ++i) {
+      const auto x = static_cast<double>(k - (kWindowSamples - 1) + i);
+      as_expected = as_expected && w.sp[i] == x + 0.1 && w.pv[i] == x + 0.2 && w.co[i] == x + 0.3 &&
+                    w.stem[i] == x + 0.4;
+    }
+    CHECK(as_expected);
+    CHECK(builder.last_period() == k);
+    CHECK(w.sample_time_s == 0.1);
+    CHECK(w.pv_low == 1.0);
+    CHECK(w.pv_high == 2.0);
+    CHECK(w.co_low == 3.0);
+    CHECK(w.co_high == 4.0);
+  }
+  CHECK(windows > 20);
+}
+
+TEST_CASE("decimation averages, so that a fast loop sees as far back", "[monitor][window]") {
+  WindowBuilder builder({.overlap = 0.0, .decimation = 10, .sample_time_s = 0.01});
+  const auto full = add(builder, 0, 10 * kWindowSamples);
+  REQUIRE(full.size() == 1);
+  CHECK(full.front() == 10 * kWindowSamples - 1);
+  const Window w = builder.window();
+  CHECK(w.sample_time_s == Approx(0.1));
+  CHECK(w.pv[0] == Approx(4.5 + 0.2));
+  CHECK(w.pv[960] == Approx(9604.5 + 0.2));
+}
+
+TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
+  WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
+  CHECK(builder.state() == WindowState::filling);
+  REQUIRE(add(builder, 0, kWindowSamples).size() == 1);
+  CHECK(builder.state() == WindowState::valid);
+
+  // Some samples of the next window, then what breaks it.
+  std::uint64_t next = kWindowSamples + 100;
+  add(builder, kWindowSamples, next);
+  Cycle bad = cycle(next);
+  WindowState reason = WindowState::valid;
+  SECTION("manual") {
+    bad.automatic = false;
+    reason = WindowState::not_automatic;
+  }
+  SECTION("bad PV") {
+    bad.pv_good = false;
+    reason = WindowState::bad_pv;
+  }
+  SECTION("PV that is no number, called good") {
+    bad.pv = kNan;
+    reason = WindowState::bad_pv;
+  }
+  SECTION("no output") {
+    bad.co = kNan;
+    reason = WindowState::gap;
+  }
+  SECTION("a missing cycle") {
+    bad.period_index = ++next;
+    reason = WindowState::gap;
+  }
+  CHECK(builder.add(bad) == Event::broken);
+  CHECK(builder.state() == reason);
+  // Told once, however long it lasts.
+  if (builder.add(cycle(next + 1)) == Event::none && reason != WindowState::gap) {
+    CHECK(builder.state() == WindowState::filling);
+  }
+  // A whole window is gathered afresh: nothing from before is in it.
+  const auto full = add(builder, next + 2, next + 2 + 2 * kWindowSamples);
+  REQUIRE_FALSE(full.empty());
+  const Window w = builder.window();
+  CHECK(full.front() >= next + kWindowSamples - 1);
+  CHECK(w.pv.front() > static_cast<double>(next));
+  CHECK(builder.state() == WindowState::valid);
+}
+
+TEST_CASE("a stretch that can't be used is told once, and again when its reason changes",
+          "[monitor][window]") {
+  WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
+  Cycle c = cycle(1);
+  c.automatic = false;
+  CHECK(builder.add(c) == Event::broken);
+  c.period_index = 2;
+  CHECK(builder.add(c) == Event::none);
+  c.period_index = 9;  // a gap within it is no news
+  CHECK(builder.add(c) == Event::none);
+  c.period_index = 10;
+  c.automatic = true;
+  c.pv_good = false;
+  CHECK(builder.add(c) == Event::broken);
+  CHECK(builder.state() == WindowState::bad_pv);
+}
+
+TEST_CASE("a loop without read-back has a stem that is no number, and windows all the same",
+          "[monitor][window]") {
+  WindowBuilder builder({.overlap = 0.0, .sample_time_s = 0.1});
+  bool full = false;
+  for (std::uint64_t k = 0; k < kWindowSamples; ++k) {
+    Cycle c = cycle(k);
+    c.stem = kNan;
+    full = builder.add(c) == Event::full;
+  }
+  REQUIRE(full);
+  CHECK(std::isnan(builder.window().stem[0]));
+  CHECK(std::isnan(builder.window().stem[960]));
+}
+
+TEST_CASE("settings outside their ranges do no harm", "[monitor][window]") {
+  WindowBuilder builder({.overlap = 5.0, .decimation = 0, .sample_time_s = 0.1});
+  CHECK(add(builder, 0, 2 * kWindowSamples).size() > 1);
+  WindowBuilder other({.overlap = kNan, .decimation = 1, .sample_time_s = 0.1});
+  CHECK(add(other, 0, 2 * kWindowSamples).size() == 2);
+}
