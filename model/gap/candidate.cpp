@@ -60,7 +60,7 @@ std::vector<Candidate> candidates(const SearchContext& c) {
         {"ratio", 0.0, 1.0, false, 5},
         {"start", -1.0, 1.0, false, 3}},
        true,
-       3},
+       4},
       {Kind::backlash,
        "backlash",
        Block::valve,

@@ -10,11 +10,15 @@
 #include <numbers>
 #include <numeric>
 
+#include "model/plant/random.hpp"
+
 namespace loopwarden::gap {
 namespace {
 
 constexpr std::size_t kNuisances = 5;   // time constant, dead time, three of the healthy valve
 constexpr std::size_t kLittleLoad = 1;  // index of the load ratio
+constexpr std::size_t kEvolution = 1600;  // evaluations
+constexpr std::uint64_t kEvolutionSeed = 1;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Up to what sampling can show; where the process is as fast as that, from half of it on.
@@ -268,6 +272,65 @@ Fit Fitter::search(Work& work, const Fit& start, int evaluations) const {
   return tried.deviance < fit.deviance ? tried : fit;
 }
 
+// Differential evolution around `start` over everything: where a slip comes or does not come with the
+// least change of a parameter, there is no slope to follow and no simplex that keeps its shape. (NLopt's
+// own evolutions draw from a generator that all threads share; this one's seed is its own.)
+Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const {
+  constexpr std::size_t kPopulation = 32;
+  constexpr double kCrossover = 0.9;
+  const std::vector<double> x = positions(start);
+  std::vector<double> width{0.5, 0.5, 0.25, 0.25, 0.2};
+  const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
+  for (std::size_t i = 0; i < start.terms.size(); ++i) {
+    for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
+      width.push_back(
+          std::min(0.2, first_step(*start.terms[i], j, duration_s, start.point.searched[i][j])));
+    }
+  }
+  plant::Random random(kEvolutionSeed);
+  const auto draw = [&random] { return random.uniform(); };
+  const auto pick = [&] { return static_cast<std::size_t>(draw() * kPopulation); };
+  const auto cost = [&](const std::vector<double>& at) {
+    const double value =
+        evaluate(work, start.terms, with_positions(start.terms, at), start.load, nullptr);
+    return std::isfinite(value) ? value : 1e12;
+  };
+  std::vector<std::vector<double>> members(kPopulation, x);
+  std::vector<double> costs(kPopulation);
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < kPopulation; ++i) {
+    for (std::size_t j = 0; i > 0 && j < x.size(); ++j) {
+      members[i][j] = std::clamp(x[j] + width[j] * (2.0 * draw() - 1.0), 0.0, 1.0);
+    }
+    costs[i] = cost(members[i]);
+    if (costs[i] < costs[best]) best = i;
+  }
+  std::vector<double> child;
+  for (std::size_t spent = kPopulation; spent < evaluations; spent += kPopulation) {
+    for (std::size_t i = 0; i < kPopulation; ++i) {
+      const std::vector<double>& from = members[draw() < 0.5 ? best : pick()];
+      const std::vector<double>& a = members[pick()];
+      const std::vector<double>& b = members[pick()];
+      const double scale = 0.4 + 0.5 * draw();
+      const auto always = static_cast<std::size_t>(draw() * static_cast<double>(x.size()));
+      child = members[i];
+      for (std::size_t j = 0; j < x.size(); ++j) {
+        if (j != always && draw() >= kCrossover) continue;
+        child[j] = std::clamp(from[j] + scale * (a[j] - b[j]), 0.0, 1.0);
+      }
+      const double reached = cost(child);
+      if (reached > costs[i]) continue;
+      members[i] = child;
+      costs[i] = reached;
+      if (reached < costs[best]) best = i;
+    }
+  }
+  Fit fit = start;
+  fit.point = with_positions(fit.terms, members[best]);
+  evaluate(work, fit.terms, fit.point, fit.load, &fit);
+  return fit;
+}
+
 // Levenberg-Marquardt over everything, within the bounds, on what is left when the linear part is
 // solved for. Where PV jumps with a parameter the steps that don't help are not taken.
 Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
@@ -370,6 +433,21 @@ Fit Fitter::refine(const Fit& start, int evaluations) const {
   return fit;
 }
 
+Fit Fitter::polish(const Fit& start) const {
+  if (is_smooth(start.terms)) return start;
+  Work work;
+  Fit best = start;
+  Fit fit = start;
+  for (const std::size_t load : {kLittleLoad, start.load}) {
+    fit.load = load;
+    evaluate(work, fit.terms, fit.point, fit.load, &fit);
+    fit = descend(work, evolve(work, fit, kEvolution), 4);
+    choose_load(work, fit);
+    if (fit.deviance < best.deviance) best = fit;
+  }
+  return best;
+}
+
 Fit Fitter::fit_model() const {
   Fit fit;
   fit.point.time_constant_s = free_run_.model().process.time_constant_s;
@@ -387,7 +465,8 @@ Fit Fitter::fit_model() const {
   return best;
 }
 
-Fit Fitter::fit_added(const Fit& base, const Candidate& candidate) const {
+Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
+                      const std::vector<double>* hint) const {
   Work work;
   Fit fit = base;
   fit.terms.push_back(&candidate);
@@ -413,17 +492,7 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate) const {
 
   std::vector<Fit> tries;
   if (candidate.kind == Kind::stiction) {
-    for (Fit& start : sticking_starts(fit)) {
-      start.load = kLittleLoad;
-      start.deviance = kInfinity;
-      Fit at = start;
-      for (const double place : {0.0, -0.5, 0.5, -0.9, 0.9}) {
-        at.point.searched.back().back() = place;
-        evaluate(work, at.terms, at.point, kLittleLoad, &at);
-        if (at.deviance < start.deviance) start = at;
-      }
-      tries.push_back(search(work, start, 80));
-    }
+    for (const Fit& start : sticking_starts(fit, hint)) tries.push_back(search(work, start, 80));
     // A small stickband beside a large deadband shows best in one long run.
     Fit at = fit;
     Fit start = fit;
@@ -505,16 +574,18 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate) const {
   return best;
 }
 
-std::vector<Fit> Fitter::sticking_starts(const Fit& with) const {
+// A free run of a sticking valve is a poor guide to its own parameters: one slip that is missed spoils
+// what follows. Short runs that each start where the record stands lead near, runs ever longer lead on.
+std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<double>* hint) const {
   const plant::LoopModel& model = free_run_.model();
   const double h = model.sample_time_s;
   const double slow_s = with.point.time_constant_s + with.point.dead_time_s;
-  const auto run_samples = static_cast<std::size_t>(std::max(8.0 * slow_s / h, 60.0));
+  const auto short_run = static_cast<std::size_t>(std::max(8.0 * slow_s / h, 60.0));
   const Candidate& sticking = *with.terms.back();
   const bool gain_changed = has_kind(with.terms, Kind::gain_change);
   const double middle = gain_changed ? with.solved[0] : 1.0;
   const double width = gain_changed ? 0.1 * middle : model.uncertainty.gain;
-  const auto cost = [&](const Point& point, double gain) {
+  const auto cost = [&](const Point& point, double gain, std::size_t run_samples) {
     return free_run_.short_runs(with.terms, point, pv_, used_, gain, run_samples);
   };
   std::vector<Fit> found;
@@ -524,32 +595,47 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with) const {
       fit.point.searched.back() = {sticking.search[0].value((i + 0.5) / sticking.search[0].grid),
                                    sticking.search[1].value((j + 0.5) / sticking.search[1].grid),
                                    0.0};
-      fit.deviance = cost(fit.point, middle);
+      fit.deviance = cost(fit.point, middle, short_run);
       found.push_back(fit);
     }
   }
-  std::sort(found.begin(), found.end(),
-            [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; });
-  found.resize(std::min<std::size_t>(found.size(), sticking.starts));
+  const auto better = [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; };
+  std::sort(found.begin(), found.end(), better);
+  found.resize(hint != nullptr ? 1 : sticking.starts);
+  if (hint != nullptr) {
+    fit.point.searched.back() = *hint;
+    found.push_back(fit);
+  }
+  Work work;
   for (Fit& start : found) {
-    // s, j/s, the actuator's damping and frequency, and the gain, by the same measure.
+    // Process, actuator, s, j/s, and the gain.
     std::vector<double> x = positions(start);
-    std::vector<double> own(x.begin() + 2, x.begin() + 4);
-    own.insert(own.end(), x.end() - 3, x.end() - 1);
-    own.push_back(0.5);
+    const std::size_t own_at = x.size() - 3;
+    std::vector<double> own{x[0], x[1], x[2], x[3], x[own_at], x[own_at + 1], 0.5};
     const auto at_point = [&](const std::vector<double>& at) {
-      std::copy(at.begin(), at.begin() + 2, x.begin() + 2);
-      std::copy(at.begin() + 2, at.begin() + 4, x.end() - 3);
+      std::copy(at.begin(), at.begin() + 4, x.begin());
+      std::copy(at.begin() + 4, at.begin() + 6, x.begin() + static_cast<std::ptrdiff_t>(own_at));
       return with_positions(start.terms, x);
     };
-    start.deviance =
-        minimise(own, {0.15, 0.15, 0.04, 0.1, 0.2}, 80, [&](const std::vector<double>& at) {
-          return cost(at_point(at), middle + width * (2.0 * at[4] - 1.0));
-        });
-    start.point = at_point(own);
+    for (std::size_t run = short_run; run < 16 * short_run; run *= 2) {
+      const std::size_t samples = run < 8 * short_run ? run : used_.size();
+      minimise(own, {0.2, 0.2, 0.15, 0.15, 0.02, 0.08, 0.2}, run == short_run ? 200 : 120,
+               [&](const std::vector<double>& at) {
+                 return cost(at_point(at), middle + width * (2.0 * at[6] - 1.0), samples);
+               });
+    }
+    // Where the stem stood at the start of the one long run.
+    Fit at = start;
+    at.point = at_point(own);
+    start.load = kLittleLoad;
+    start.deviance = kInfinity;
+    for (int place = -9; place <= 9; ++place) {
+      at.point.searched.back().back() = 0.1 * place;
+      evaluate(work, at.terms, at.point, kLittleLoad, &at);
+      if (at.deviance < start.deviance) start = at;
+    }
   }
-  std::sort(found.begin(), found.end(),
-            [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; });
+  std::sort(found.begin(), found.end(), better);
   found.resize(std::min<std::size_t>(found.size(), 2));
   return found;
 }

@@ -3,12 +3,13 @@
 //
 // Maximum likelihood under white noise and, where the record asks for it, a wandering load
 // (load_filter.hpp). What PV depends on linearly is solved for at every step of the search; the rest
-// is searched from a grid by a derivative-free optimiser with bounds (BOBYQA where PV is smooth in it,
-// Subplex where it sticks and jumps). Gain, time constant and dead time stay within the model's stated
+// is searched from a grid: by Levenberg and Marquardt's method within bounds where PV is smooth in it, by
+// Subplex and differential evolution where it sticks and jumps. Gain, time constant and dead time stay within the model's stated
 // uncertainty, so that neither a small misfit is called an effect nor an effect is swallowed.
 //
-// Sources: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432 (variable projection); Powell,
-// BOBYQA (2009); Rowan, Subplex (1990), both in Johnson's NLopt.
+// Sources: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432 (variable projection);
+// Marquardt, J. SIAM 11 (1963) 431-441; Rowan, Subplex (1990), in Johnson's NLopt; Storn and Price,
+// J. Global Optimization 11 (1997) 341-359 (differential evolution).
 #pragma once
 
 #include <array>
@@ -46,8 +47,12 @@ class Fitter {
 
   // The model as it is with its own parameters within their uncertainty.
   Fit fit_model() const;
-  // Adds one effect to `base`: from a grid over its parameters, then all jointly.
-  Fit fit_added(const Fit& base, const Candidate& candidate) const;
+  // Adds one effect to `base`: from a grid over its parameters, then all jointly. For a sticking valve
+  // `hint` is what was found for it without the others, and spares most of the search.
+  Fit fit_added(const Fit& base, const Candidate& candidate,
+                const std::vector<double>* hint = nullptr) const;
+  // Where PV jumps with a parameter: all jointly once more, by evolution.
+  Fit polish(const Fit& start) const;
   // All jointly, from where `start` stands.
   Fit refine(const Fit& start, int evaluations) const;
   // Without term `index`, refined.
@@ -70,9 +75,10 @@ class Fitter {
   double solve(Work& work, const Terms& terms, std::size_t load, Fit* fit) const;
   void choose_load(Work& work, Fit& fit) const;
   Fit search(Work& work, const Fit& start, int evaluations) const;
+  Fit evolve(Work& work, const Fit& start, std::size_t evaluations) const;
   Fit descend(Work& work, const Fit& start, int iterations) const;
   // Places to start from for the stiction that is the last term.
-  std::vector<Fit> sticking_starts(const Fit& with) const;
+  std::vector<Fit> sticking_starts(const Fit& with, const std::vector<double>* hint) const;
   Point with_positions(const Terms& terms, const std::vector<double>& x) const;
   std::vector<double> positions(const Fit& fit) const;
 

@@ -14,6 +14,7 @@ constexpr double kFurtherGain = 12.0;  // nats, for each further one
 constexpr double kLeastPart = 0.05;    // of the score before: less is the first one's own misfit
 constexpr double kLeastT = 1.7;        // over the blocks of the record
 constexpr std::size_t kBlocks = 12;
+constexpr std::size_t kPolished = 4;  // of the best with one more effect
 constexpr std::size_t kSeeds = 3;  // best names from which pairs are formed
 constexpr std::size_t kMostEffects = 3;
 
@@ -50,6 +51,12 @@ double block_t(const Fitter& fitter, const Fit& more, const Fit& less) {
   spread = std::sqrt(spread / (kBlocks - 1));
   return spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kBlocks))) : 0.0;
 }
+
+struct Job {
+  const Fit* base;
+  const Candidate* added;
+  const std::vector<double>* hint;
+};
 
 double rms_apart(const std::vector<double>& a, const std::vector<double>& b, std::size_t end) {
   double sum = 0.0;
@@ -97,8 +104,16 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
     }
     return nullptr;
   };
-  const auto add_each = [&](const std::vector<Hypothesis>& bases) {
-    std::vector<std::pair<const Fit*, const Candidate*>> jobs;
+  const auto add_each = [&](const std::vector<Hypothesis>& bases, bool polished) {
+    std::vector<Job> jobs;
+    // What each kind of sticking valve looked like alone.
+    const auto hint_for = [&](const Candidate& candidate) -> const std::vector<double>* {
+      if (candidate.kind != Kind::stiction) return nullptr;
+      for (const Hypothesis& h : result.singles) {
+        if (h.fit.terms[0]->kind == candidate.kind) return &h.fit.point.searched[0];
+      }
+      return nullptr;
+    };
     for (const Hypothesis& base : bases) {
       for (const Candidate& candidate : all) {
         if (contains(base.fit, candidate.name)) continue;
@@ -115,17 +130,18 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
                 ? static_alone(candidate)
                 : nullptr;
         if (alone != nullptr) {
-          jobs.emplace_back(&alone->fit, first);
+          jobs.push_back({&alone->fit, first, hint_for(*first)});
         }
         // A disturbance may show only when the valve is right.
         if (alone == nullptr || candidate.block == plant::Block::disturbance) {
-          jobs.emplace_back(&base.fit, &candidate);
+          jobs.push_back({&base.fit, &candidate, hint_for(candidate)});
         }
       }
     }
     std::vector<Hypothesis> made(jobs.size());
     parallel(jobs.size(), [&](std::size_t i) {
-      made[i] = hypothesis(fitter.fit_added(*jobs[i].first, *jobs[i].second));
+      Fit fit = fitter.fit_added(*jobs[i].base, *jobs[i].added, jobs[i].hint);
+      made[i] = hypothesis(polished ? fitter.polish(fit) : std::move(fit));
     });
     return made;
   };
@@ -146,7 +162,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
             block_t(fitter, more.fit, less.fit) > kLeastT);
   };
 
-  result.singles = distinct(add_each({result.chosen}));
+  result.singles = distinct(add_each({result.chosen}, true));
   result.tried = result.singles;
   progress(options.several ? 0.3 : 0.9);
   if (accepted(result.singles.front(), result.chosen, kFirstGain)) {
@@ -158,7 +174,10 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
                                   result.singles.begin() + static_cast<std::ptrdiff_t>(std::min(
                                                                kSeeds, result.singles.size())));
     for (std::size_t count = 2; count <= kMostEffects; ++count) {
-      std::vector<Hypothesis> more = distinct(add_each(seeds));
+      std::vector<Hypothesis> more = distinct(add_each(seeds, false));
+      const std::size_t close = std::min(kPolished, more.size());
+      parallel(close, [&](std::size_t i) { more[i] = hypothesis(fitter.polish(more[i].fit)); });
+      std::sort(more.begin(), more.end(), better);
       progress(count == 2 ? 0.75 : 0.95);
       result.tried.insert(result.tried.end(), more.begin(), more.end());
       if (!accepted(more.front(), result.chosen, kFurtherGain)) break;
@@ -166,6 +185,9 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
       Hypothesis next = more.front();
       for (std::size_t i = 0; i + 1 < next.fit.terms.size();) {
         Hypothesis without = hypothesis(fitter.fit_without(next.fit, i, 150));
+        for (const Hypothesis& h : result.tried) {
+          if (names_of(h.fit) == names_of(without.fit) && better(h, without)) without = h;
+        }
         result.tried.push_back(without);
         if (next.score - without.score < kFurtherGain) {
           next = std::move(without);
