@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/specialist_judge.hpp"
+
+namespace loopwarden::monitor {
+
+static_assert(kWindowSamples == specialist::kWindowSamples);
+
+WindowJudgement judgement_of(const specialist::WindowVerdict& verdict) noexcept {
+  using Result = WindowJudgement::Result;
+  using specialist::Condition;
+  WindowJudgement result;
+  const auto p = [&](Condition c) { return verdict.probabilities[static_cast<std::size_t>(c)]; };
+  result.probability = {p(Condition::stiction), p(Condition::backlash), p(Condition::hysteresis),
+                        p(Condition::low_air_supply), p(Condition::other)};
+  result.severity_percent = verdict.severity_percent;
+  switch (verdict.verdict) {
+    case specialist::Verdict::no_fault: result.result = Result::no_fault; break;
+    case specialist::Verdict::not_enough_movement:
+      result.result = Result::not_enough_movement;
+      break;
+    case specialist::Verdict::stiction: result.fault = AlarmKind::stiction; break;
+    case specialist::Verdict::backlash: result.fault = AlarmKind::backlash; break;
+    case specialist::Verdict::hysteresis: result.fault = AlarmKind::hysteresis; break;
+    case specialist::Verdict::low_air_supply: result.fault = AlarmKind::low_air_supply; break;
+    case specialist::Verdict::unknown: result.fault = AlarmKind::unknown; break;
+  }
+  if (specialist::names_fault(verdict.verdict) || verdict.verdict == specialist::Verdict::unknown) {
+    result.result = Result::fault;
+  }
+  return result;
+}
+
+WindowJudgement SpecialistJudge::judge(const Window& window) noexcept {
+  return judgement_of(judge_.judge({window.pv, window.co}));
+}
+
+}  // namespace loopwarden::monitor

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/verdict_rule.hpp"
+
+#include <algorithm>
+
+namespace loopwarden::monitor {
+
+VerdictRule::VerdictRule(const VerdictRuleSettings& settings) noexcept : settings_(settings) {
+  VerdictRuleSettings& s = settings_;
+  s.windows = std::clamp<std::size_t>(s.windows, 1, kMostVotes);
+  s.windows_on = std::clamp<std::size_t>(s.windows_on, 1, s.windows);
+  s.windows_off = std::min(s.windows_off, s.windows_on - 1);
+  s.probability_on = std::clamp(s.probability_on, 0.0, 1.0);
+  s.probability_off = std::clamp(s.probability_off, 0.0, s.probability_on);
+}
+
+const AlarmConditions& VerdictRule::add(const WindowJudgement& judgement) noexcept {
+  using Result = WindowJudgement::Result;
+  if (judgement.result == Result::not_enough_movement) return conditions_;
+  Vote& vote = history_[next_];
+  next_ = (next_ + 1) % settings_.windows;
+  votes_ = std::min(votes_ + 1, settings_.windows);
+  for (std::size_t k = 0; k < kAlarmKindCount; ++k) {
+    const bool named = judgement.result == Result::fault && index_of(judgement.fault) == k;
+    vote.names[k] = named && judgement.probability[k] >= settings_.probability_on;
+    vote.keeps[k] = judgement.probability[k] >= settings_.probability_off;
+    if (vote.names[k]) conditions_[k].severity_percent = judgement.severity_percent;
+  }
+  for (std::size_t k = 0; k < kAlarmKindCount; ++k) {
+    std::size_t names = 0;
+    std::size_t keeps = 0;
+    for (std::size_t i = 0; i < votes_; ++i) {
+      // The newest `votes_` places, which are not the first ones after a restart.
+      const Vote& v = history_[(next_ + settings_.windows - 1 - i) % settings_.windows];
+      names += v.names[k] ? 1U : 0U;
+      keeps += v.keeps[k] ? 1U : 0U;
+    }
+    AlarmCondition& condition = conditions_[k];
+    if (!condition.on) {
+      condition.on = names >= settings_.windows_on;
+    } else if (votes_ == settings_.windows && keeps <= settings_.windows_off) {
+      condition = {};
+    }
+  }
+  return conditions_;
+}
+
+void VerdictRule::restore(AlarmKind kind, bool on, double severity_percent) noexcept {
+  conditions_[index_of(kind)] = {on, on ? severity_percent : 0.0};
+}
+
+}  // namespace loopwarden::monitor

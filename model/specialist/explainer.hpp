@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Explains a window by the healthy loop and by each valve fault, from CO to PV.
+//
+// In % of the CO span, u = CO and p = PV over the gain, both as means of blocks of a few samples:
+//
+//   v = u                                        no fault
+//   v = play(u, D)                               backlash
+//   v = stick_slip(u, s, j)                      stiction, laws of He and of Choudhury
+//   v = mean of four plays of widths around D    hysteresis, gradual
+//   v = u + offset while CO falls                hysteresis in the thesis's form
+//   v' = clamp((min(u, L) - v) / l, -R, R)       low air supply
+//   T y' + y = v(t - dead time)                  the loop's own lag
+//   p = (1 + g) y - dL y' + dT dy/dT + a + b t + c exp(-t/T) + r
+//
+// g, dL and dT are what the belief of gain, dead time and time constant is off by, small by a prior; a, b and c are
+// load, drift and the state in which the window found the process. For each fault, size and starting
+// place of the stem are searched for the least mean of r^2, eight at a time on a grid, then finer.
+// Nothing in it depends on where the window starts, on set points, units or the controller.
+//
+//   p, u, v, r  % of CO span     D, s, offset  % of CO span, >= 0     R  %/s     l  s
+//
+// Errors: none. Without movement every explanation is as good as the other, and the evidence says so.
+// What it can't do: loops that integrate, oscillate by themselves or have a bent characteristic beyond
+// what g takes up; a dead time of more than half the window.
+//
+// Sources: Choudhury, Thornhill and Shah (2005) and He et al. (2007) for the laws (model/plant);
+// R. Srinivasan et al., Ind. Eng. Chem. Res. 44 (2005), for the scheme of fitting them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "model/specialist/loop_window.hpp"
+
+namespace loopwarden::specialist {
+
+// `other_process` is the healthy valve with a belief that may be wrong by half.
+enum class Explanation : std::size_t {
+  healthy,
+  other_process,
+  backlash,
+  stiction,
+  hysteresis_width,
+  hysteresis_offset,
+  low_air_supply
+};
+inline constexpr std::size_t kExplanations = 7;
+
+struct Fit {
+  double mse = 0.0;            // mean of r^2, (% of CO span)^2
+  double innovation = 0.0;     // the same of r less its own slow course
+  double size = 0.0;           // %: D, s, offset; of low air the largest |u - v|
+  double shape = 0.0;          // stiction: j / s; low air: R, %/s; hysteresis: 0
+  double limit = 0.0;          // low air: largest u less L, %, >= 0
+  double gain_off = 0.0;       // g in standard deviations of its prior
+  double dead_time_off = 0.0;  // dL likewise
+  double lag_off = 0.0;        // dT likewise
+};
+
+struct Findings {
+  bool usable = false;      // enough samples, none missing for long, the loop fits the window
+  double noise = 0.0;       // % of CO span, standard deviation of a block
+  double co_range = 0.0;    // % of CO span, from its least to its largest block
+  double co_travel = 0.0;   // %, sum of |changes| of the blocks
+  double co_fastest = 0.0;  // %/s
+  double reversals = 0.0;   // of CO by more than four times the noise
+  double pv_range = 0.0;    // % of CO span
+  double shut_share = 0.0;  // share of the blocks with CO at an end of its range
+  std::array<Fit, kExplanations> fits{};
+  const Fit& of(Explanation e) const { return fits[static_cast<std::size_t>(e)]; }
+};
+
+class Explainer {
+ public:
+  explicit Explainer(const LoopFacts& facts);
+
+  // No allocation. Missing samples hold the last one.
+  Findings explain(const LoopWindow& window) noexcept;
+
+  const LoopFacts& facts() const noexcept { return facts_; }
+
+ private:
+  struct Candidate;
+  bool prepare(const LoopWindow& window, Findings& findings) noexcept;
+  void measure_movement(Findings& findings) const noexcept;
+  template <class Lanes>
+  void try_lanes(Candidate* candidates, Lanes lanes) const noexcept;
+  void evaluate(Candidate* candidates) const noexcept;
+  void trace(const Candidate& candidate) noexcept;
+  Fit fit(Explanation explanation, const Candidate& candidate, double noise) noexcept;
+  Candidate search_play(Explanation explanation) noexcept;
+  Candidate search_stiction() noexcept;
+  Candidate search_low_air() noexcept;
+  void project(std::vector<double>& column) const noexcept;
+
+  LoopFacts facts_;
+  std::size_t samples_per_block_;
+  std::size_t delay_;                         // samples between CO and its first effect
+  std::size_t blocks_;                        // in a window
+  double block_s_;                            // s
+  double keep_;                               // of the lag over a block
+  double mean_keep_;                          // of the lag, mean over a block
+  std::array<std::vector<double>, 3> basis_;  // orthonormal: constant, trend, initial state
+  std::array<std::vector<float>, 3> basis_lanes_;
+  std::vector<double> pv_;  // whole window, holes filled, % of CO span
+  std::vector<double> co_;  // likewise
+  std::vector<double> u_;   // blocks of CO, less their mean, delayed
+  std::vector<float> u_lanes_;
+  std::vector<double> falling_;  // share of each block in which CO falls
+  std::vector<double> target_;   // blocks of PV, projected
+  std::vector<float> target_lanes_;
+  double target_square_ = 0.0;
+  double u_mean_ = 0.0;  // %
+  double u_high_ = 0.0;  // % less the mean
+  double u_low_ = 0.0;
+  std::vector<double> v_;                       // of the candidate that is traced
+  std::array<std::vector<double>, 4> columns_;  // y, y', dy/dT, offset's
+  std::vector<double> residual_;
+};
+
+}  // namespace loopwarden::specialist

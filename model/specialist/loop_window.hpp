@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// A window of a loop, and what a specialist knows of the loop it comes from.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::specialist {
+
+inline constexpr std::size_t kWindowSamples = 961;
+
+// Samples at the loop's period; NaN marks a missing one. PV and CO of one sample are those of one
+// cycle: PV as read, CO as sent because of it.
+struct LoopWindow {
+  std::span<const double> pv;  // PV units
+  std::span<const double> co;  // CO units
+};
+
+// The healthy loop from CO to PV: gain, lag and dead time, and the spans that make both unitless.
+struct LoopFacts {
+  double period_s = 0.1;         // s
+  double gain = 1.0;             // PV units / CO unit, not 0
+  double time_constant_s = 1.0;  // s, > 0
+  double dead_time_s = 0.0;      // s, >= 0
+  double co_low = 0.0;           // CO units
+  double co_high = 100.0;        // CO units, > co_low
+  double pv_low = 0.0;           // PV units
+  double pv_high = 100.0;        // PV units, > pv_low
+
+  friend bool operator==(const LoopFacts&, const LoopFacts&) = default;
+};
+
+LoopFacts facts_of(const plant::LoopModel& model);
+
+}  // namespace loopwarden::specialist

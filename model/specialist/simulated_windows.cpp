@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/specialist/simulated_windows.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "model/plant/random.hpp"
+#include "model/plant/simulated_loop.hpp"
+
+namespace loopwarden::specialist {
+namespace {
+
+using plant::Block;
+using plant::EffectSpec;
+using plant::Random;
+
+constexpr std::array<std::string_view, 9> kOthers{"oscillating_disturbance",
+                                                  "step_disturbance",
+                                                  "extra_dead_time",
+                                                  "gain_change",
+                                                  "extra_lag",
+                                                  "positioner_overshoot",
+                                                  "valve_characteristic",
+                                                  "drift",
+                                                  "controller_mismatch"};
+
+double log_uniform(Random& random, double low, double high) {
+  return std::exp(random.uniform(std::log(low), std::log(high)));
+}
+bool chance(Random& random, double share) { return random.uniform() < share; }
+std::size_t choice(Random& random, std::size_t count) {
+  return std::min(count - 1,
+                  static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));
+}
+double either_sign(Random& random, double size) { return chance(random, 0.5) ? size : -size; }
+
+struct Draw {
+  plant::LoopModel& model;
+  Random& random;
+  double co_span;   // CO units
+  double pv_span;   // PV units
+  double length_s;  // of the whole run
+  double window_s;
+};
+
+void vary_loop(Draw& d, const WindowRequest& request) {
+  plant::LoopModel& m = d.model;
+  Random& r = d.random;
+  const plant::ProcessUncertainty& u = m.uncertainty;
+  const double actuator_s = r.uniform(0.05, 0.3);
+  const double second_s = r.uniform(0.0, 0.05) * m.process.time_constant_s;
+  m.process.gain *= 1.0 + 2.0 * u.gain * r.uniform(-1.0, 1.0);
+  m.process.time_constant_s *= 1.0 + 2.0 * u.time_constant * r.uniform(-1.0, 1.0);
+  m.process.dead_time_s *= 1.0 + 2.0 * u.dead_time * r.uniform(-1.0, 1.0);
+  // Whoever identifies the loop counts small lags as dead time.
+  m.process.dead_time_s = std::max(0.0, m.process.dead_time_s - actuator_s - second_s);
+  m.valve_effects.insert(m.valve_effects.begin(),
+                         EffectSpec{"positioner_lag", {{"time_constant", actuator_s}}});
+  m.process_effects.push_back({"extra_lag", {{"time_constant", second_s}}});
+
+  control::PidGains& gains = m.controller.pid.gains;
+  gains.kp *= std::exp(r.uniform(-0.7, 0.2));
+  gains.ki *= std::exp(r.uniform(-0.7, 0.2));
+
+  const double noise =
+      request.noise_percent >= 0.0 ? request.noise_percent : log_uniform(r, 0.03, 0.4);
+  m.transmitter.noise = 0.01 * noise * d.pv_span;
+  if (m.transmitter.resolution == 0.0) m.transmitter.resolution = d.pv_span / 4096.0;
+  if (chance(r, 0.25)) {
+    m.disturbances.push_back(
+        {"random_load", {{"intensity", 0.001 * d.pv_span * r.uniform(0.3, 1.2)}}});
+  }
+}
+
+// PV units in the middle of what the output reaches.
+double rest_point(const Draw& d, double co_share) {
+  const control::PidSettings& pid = d.model.controller.pid;
+  const double pv = d.model.process.gain * (pid.output_low + co_share * d.co_span);
+  const double margin = 0.08 * d.pv_span;
+  return std::clamp(pv, d.model.transmitter.low + margin, d.model.transmitter.high - margin);
+}
+
+void draw_set_points(Draw& d, const WindowRequest& request) {
+  Random& r = d.random;
+  auto& profile = d.model.scenario.set_point;
+  profile.clear();
+  const double per_output = std::abs(d.model.process.gain) * d.co_span;
+  const double base = r.uniform(0.25, 0.7);
+  const double start = rest_point(d, base);
+  const double least = d.model.transmitter.low + 0.05 * d.pv_span;
+  const double most = d.model.transmitter.high - 0.05 * d.pv_span;
+  profile.emplace_back(0.0, start);
+  const double kind = request.moves == SetPointMoves::steps ? 0.0 : r.uniform();
+  if (kind < 0.6) {
+    // Steps with random pauses, each to a place about the base.
+    const double pause_s = d.window_s * log_uniform(r, 0.2, 1.2);
+    const double reach = per_output * r.uniform(0.06, 0.3);
+    for (double t = r.uniform(0.1, 1.0) * pause_s; t < d.length_s;
+         t += pause_s * r.uniform(0.5, 1.5)) {
+      profile.emplace_back(t, std::clamp(start + reach * r.uniform(-1.0, 1.0), least, most));
+    }
+  } else if (kind < 0.75) {
+    // A square wave.
+    const double half_s = d.window_s * log_uniform(r, 0.15, 0.8);
+    const double reach = per_output * r.uniform(0.03, 0.25);
+    bool up = true;
+    for (double t = r.uniform(0.1, 1.0) * half_s; t < d.length_s; t += half_s) {
+      profile.emplace_back(t, std::clamp(start + (up ? reach : 0.0), least, most));
+      up = !up;
+    }
+  } else if (kind < 0.88) {
+    // What another controller asks for: small steps that add up to ramps and waves.
+    const double step_s = std::max(d.model.sample_time_s, d.window_s / 200.0);
+    const double period_s = d.window_s * log_uniform(r, 0.3, 3.0);
+    const double reach = per_output * r.uniform(0.03, 0.2);
+    const bool ramp = chance(r, 0.5);
+    for (double t = step_s; t < d.length_s; t += step_s) {
+      const double phase = t / period_s;
+      const double wave = ramp ? 4.0 * std::abs(phase - std::floor(phase) - 0.5) - 1.0
+                               : std::sin(2.0 * std::numbers::pi * phase);
+      profile.emplace_back(t, std::clamp(start + reach * wave, least, most));
+    }
+  }
+  // Else constant.
+}
+
+double severity(Draw& d, const WindowRequest& request, double low, double high) {
+  const double percent =
+      request.severity_percent > 0.0 ? request.severity_percent : log_uniform(d.random, low, high);
+  return percent;
+}
+
+EffectSpec stick_slip(Draw& d, double s, double j) {
+  constexpr std::array kLaws{"he", "choudhury", "karnopp", "inertial"};
+  EffectSpec spec{"stiction", {{"s", s}, {"j", j}}};
+  const char* law = kLaws[choice(d.random, kLaws.size())];
+  spec.options["law"] = law;
+  if (spec.options["law"] == "inertial") {
+    const double fastest = 0.9 * std::numbers::pi / d.model.sample_time_s;
+    spec.parameters["natural_frequency"] = std::min(d.random.uniform(8.0, 25.0), fastest);
+    spec.parameters["damping"] = d.random.uniform(0.6, 0.95);
+  }
+  return spec;
+}
+
+// Returns the severity in % of CO span, 0 where it has none or only the run can tell.
+double add_condition(Draw& d, const WindowRequest& request) {
+  Random& r = d.random;
+  plant::LoopModel& m = d.model;
+  const double co_percent = 0.01 * d.co_span;
+  if (request.condition != Condition::stiction && chance(r, 0.7)) {
+    // Packing rubs in a healthy valve too.
+    const double s = r.uniform(0.06, 0.3) * co_percent;
+    m.valve_effects.push_back({"stiction", {{"s", s}, {"j", 0.3 * s}}, {{"law", "he"}}});
+  }
+  switch (request.condition) {
+    case Condition::no_fault:
+    case Condition::other: return 0.0;
+    case Condition::stiction: {
+      const double s = severity(d, request, 1.5, 20.0);
+      m.valve_effects.push_back(
+          stick_slip(d, s * co_percent, s * co_percent * r.uniform(0.1, 0.9)));
+      return s;
+    }
+    case Condition::backlash: {
+      const double width = severity(d, request, 1.5, 20.0);
+      m.valve_effects.push_back({"backlash", {{"deadband", width * co_percent}}});
+      return width;
+    }
+    case Condition::hysteresis: {
+      if (chance(r, 0.3)) {
+        const double offset = severity(d, request, 1.5, 12.0);
+        // In front of all else: the thesis adds it to the controller's output.
+        m.valve_effects.insert(m.valve_effects.begin(),
+                               EffectSpec{"hysteresis", {{"offset", offset * co_percent}}});
+        return offset;
+      }
+      const double width = severity(d, request, 1.5, 20.0);
+      m.valve_effects.push_back(
+          {"hysteresis", {{"width", width * co_percent}, {"knee", r.uniform(-1.0, 0.4)}}});
+      return width;
+    }
+    case Condition::low_air_supply: {
+      EffectSpec spec{
+          "low_air_supply",
+          {{"rate", log_uniform(r, 0.5, 5.0) * co_percent}, {"lag", log_uniform(r, 0.3, 2.5)}}};
+      if (chance(r, 0.65)) {
+        spec.parameters["travel_limit"] =
+            m.controller.pid.output_low + d.co_span * r.uniform(0.4, 0.85);
+      }
+      if (chance(r, 0.3)) spec.options["filling"] = "one_sided";
+      m.valve_effects.push_back(std::move(spec));
+      return 0.0;
+    }
+  }
+  return 0.0;
+}
+
+void add_other(Draw& d, std::string_view name) {
+  Random& r = d.random;
+  plant::LoopModel& m = d.model;
+  const double T = m.process.time_constant_s + m.process.dead_time_s;
+  const double from_s = d.length_s - d.window_s;
+  if (name == "oscillating_disturbance") {
+    m.disturbances.push_back({"oscillating_disturbance",
+                              {{"amplitude", d.pv_span * log_uniform(r, 0.01, 0.06)},
+                               {"period", log_uniform(r, 1.5 * T, 0.8 * d.window_s + 2.0 * T)},
+                               {"phase", r.uniform(0.0, 6.28)}}});
+  } else if (name == "step_disturbance") {
+    m.disturbances.push_back({"step_disturbance",
+                              {{"size", either_sign(r, d.pv_span * log_uniform(r, 0.02, 0.12))},
+                               {"time", from_s + d.window_s * r.uniform(0.1, 0.85)}}});
+  } else if (name == "extra_dead_time") {
+    m.process_effects.push_back(
+        {"extra_dead_time",
+         {{"seconds", m.process.dead_time_s * r.uniform(0.25, 1.0) + d.model.sample_time_s}}});
+    m.controller.pid.gains.kp *= 0.7;
+    m.controller.pid.gains.ki *= 0.7;
+  } else if (name == "gain_change") {
+    const double factor = chance(r, 0.5) ? r.uniform(0.5, 0.8) : r.uniform(1.2, 1.5);
+    m.process_effects.push_back({"gain_change", {{"factor", factor}}});
+    m.controller.pid.gains.kp /= std::max(1.0, factor);
+    m.controller.pid.gains.ki /= std::max(1.0, factor);
+  } else if (name == "extra_lag") {
+    m.process_effects.push_back(
+        {"extra_lag", {{"time_constant", m.process.time_constant_s * r.uniform(0.4, 1.5)}}});
+  } else if (name == "positioner_overshoot") {
+    m.valve_effects.push_back(
+        {"positioner_overshoot",
+         {{"damping", r.uniform(0.1, 0.35)}, {"natural_frequency", log_uniform(r, 0.3, 1.5)}}});
+    m.controller.pid.gains.kp *= 0.7;
+    m.controller.pid.gains.ki *= 0.7;
+  } else if (name == "valve_characteristic") {
+    EffectSpec spec{"valve_characteristic", {}};
+    if (chance(r, 0.6)) {
+      spec.options["curve"] = "equal_percentage";
+      spec.parameters["rangeability"] = r.uniform(15.0, 50.0);
+    } else {
+      spec.options["curve"] = "quick_opening";
+    }
+    m.valve_effects.push_back(std::move(spec));
+    m.controller.pid.gains.kp *= 0.6;
+    m.controller.pid.gains.ki *= 0.6;
+  } else if (name == "drift") {
+    m.transmitter_effects.push_back(
+        {"drift", {{"rate", either_sign(r, d.pv_span * log_uniform(r, 2e-4, 1e-3))}}});
+  } else if (name == "controller_mismatch") {
+    const double factor = chance(r, 0.5) ? r.uniform(0.2, 0.5) : r.uniform(1.1, 1.5);
+    m.controller.pid.gains.kp *= factor;
+    m.controller.pid.gains.ki *= chance(r, 0.5) ? factor : 1.0;
+  } else {
+    throw std::invalid_argument("no other condition is called '" + std::string(name) + "'");
+  }
+}
+
+}  // namespace
+
+std::span<const std::string_view> other_names() noexcept { return kOthers; }
+
+SimulatedWindow simulate_window(const plant::LoopModel& believed, const WindowRequest& request,
+                                std::uint64_t seed) {
+  Random random(seed);
+  plant::LoopModel model = believed;
+  const control::PidSettings& pid = believed.controller.pid;
+  const double window_s = believed.sample_time_s * static_cast<double>(kWindowSamples - 1);
+  const double response_s = believed.process.time_constant_s + believed.process.dead_time_s;
+  const double before_s = 3.0 * response_s + window_s * random.uniform(0.0, 1.0);
+  Draw draw{model,
+            random,
+            pid.output_high - pid.output_low,
+            believed.transmitter.high - believed.transmitter.low,
+            before_s + window_s,
+            window_s};
+  model.scenario.faults.clear();
+  vary_loop(draw, request);
+  draw_set_points(draw, request);
+  SimulatedWindow window;
+  window.condition = request.condition;
+  window.severity_percent = add_condition(draw, request);
+  if (request.condition == Condition::other) {
+    const std::string_view name =
+        request.other.empty() ? kOthers[choice(random, kOthers.size())] : request.other;
+    add_other(draw, name);
+    // What the window's CO and PV explain by themselves is no mistake of the process.
+    if (request.other.empty() && name == "controller_mismatch") {
+      window.condition = Condition::no_fault;
+    }
+  }
+  model.scenario.seed = random.bits();
+  plant::SimulatedLoop loop(model, draw.co_span / 4096.0);
+  const auto before = static_cast<std::size_t>(before_s / believed.sample_time_s);
+  for (std::size_t k = 0; k < before; ++k) loop.step();
+  double lacked = 0.0;
+  for (std::size_t k = 0; k < kWindowSamples; ++k) {
+    const plant::LoopSample s = loop.step();
+    window.pv.push_back(s.pv);
+    window.co.push_back(s.co);
+    window.sp.push_back(s.sp);
+    lacked = std::max(lacked, std::abs(s.co - s.stem));
+  }
+  if (request.condition == Condition::low_air_supply) {
+    window.severity_percent = 100.0 * lacked / draw.co_span;
+  }
+  return window;
+}
+
+}  // namespace loopwarden::specialist

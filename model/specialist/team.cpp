@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/specialist/team.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace loopwarden::specialist {
+namespace {
+
+constexpr std::size_t index_of(Condition c) noexcept { return static_cast<std::size_t>(c); }
+
+const Fit& hysteresis_of(const Findings& f) noexcept {
+  const Fit& width = f.of(Explanation::hysteresis_width);
+  const Fit& offset = f.of(Explanation::hysteresis_offset);
+  return width.mse <= offset.mse ? width : offset;
+}
+
+}  // namespace
+
+double misfit_of(const Findings& f, Condition condition) noexcept {
+  switch (condition) {
+    case Condition::no_fault: return f.of(Explanation::healthy).mse;
+    case Condition::stiction: return f.of(Explanation::stiction).mse;
+    case Condition::backlash: return f.of(Explanation::backlash).mse;
+    case Condition::hysteresis: return hysteresis_of(f).mse;
+    case Condition::low_air_supply: return f.of(Explanation::low_air_supply).mse;
+    case Condition::other: break;
+  }
+  return f.of(Explanation::other_process).mse;
+}
+
+double severity_of(const Findings& f, Condition condition) noexcept {
+  switch (condition) {
+    case Condition::stiction: return f.of(Explanation::stiction).size;
+    case Condition::backlash: return f.of(Explanation::backlash).size;
+    case Condition::hysteresis: return std::abs(hysteresis_of(f).size);
+    case Condition::low_air_supply: return f.of(Explanation::low_air_supply).size;
+    case Condition::no_fault:
+    case Condition::other: break;
+  }
+  return 0.0;
+}
+
+TeamJudge::TeamJudge(const Team& team)
+    : explainer_(team.facts),
+      centre_(team.centre),
+      scale_(team.scale),
+      temperature_(team.temperature) {
+  for (const TeamMember& member : team.members) {
+    most_misfit_[index_of(member.condition)] = member.most_misfit;
+    responders_.emplace_back(member.network);
+  }
+}
+
+WindowVerdict TeamJudge::judge(const LoopWindow& window) noexcept {
+  return judge(explainer_.explain(window));
+}
+
+WindowVerdict TeamJudge::judge(const Findings& findings) noexcept {
+  WindowVerdict result;
+  if (!findings.usable) return result;
+  Evidence evidence = evidence_of(findings);
+  for (std::size_t i = 0; i < kEvidence; ++i) {
+    evidence[i] = (evidence[i] - centre_[i]) / scale_[i];
+  }
+  double highest = -1e300;
+  for (std::size_t c = 0; c < kConditions; ++c) {
+    const double score = responders_[c].respond(evidence)[0] / temperature_;
+    result.probabilities[c] = score;
+    highest = std::max(highest, score);
+    result.mse[c] = misfit_of(findings, static_cast<Condition>(c));
+  }
+  double sum = 0.0;
+  for (double& p : result.probabilities) sum += p = std::exp(p - highest);
+  for (double& p : result.probabilities) p /= sum;
+
+  const double healthy = result.probabilities[index_of(Condition::no_fault)];
+  const double other = result.probabilities[index_of(Condition::other)];
+  Condition best = Condition::stiction;
+  for (std::size_t c = index_of(Condition::stiction); c < kKnownConditions; ++c) {
+    if (result.probabilities[c] > result.probabilities[index_of(best)]) {
+      best = static_cast<Condition>(c);
+    }
+  }
+  const auto fits = [&](Condition c) {
+    return std::log(result.mse[index_of(c)] / (findings.noise * findings.noise)) <=
+           most_misfit_[index_of(c)];
+  };
+  const bool moved = findings.co_range > kLeastMovement * findings.noise;
+  if (1.0 - healthy - other >= kFault && fits(best)) {
+    result.verdict = static_cast<Verdict>(best);
+    result.probability = result.probabilities[index_of(best)];
+    result.severity_percent = severity_of(findings, best);
+  } else if (healthy >= kNoFault && fits(Condition::no_fault) && moved) {
+    result.verdict = Verdict::no_fault;
+    result.probability = healthy;
+  } else if (!moved || (fits(Condition::no_fault) && healthy > other)) {
+    result.verdict = Verdict::not_enough_movement;
+    result.probability = healthy;
+  } else {
+    result.verdict = Verdict::unknown;
+    result.probability = other;
+  }
+  return result;
+}
+
+}  // namespace loopwarden::specialist

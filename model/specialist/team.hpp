@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trustworthy form: a team of specialists that explain a window instead of redrawing it.
+//
+// Each specialist knows one condition. It explains the window from CO to PV by its own fault (explainer.hpp),
+// and its network weighs the evidence of all explanations into one score:
+//
+//   p_c = exp(score_c / temperature) / sum over the specialists of exp(score / temperature)
+//
+// `other` is the specialist of what is no valve fault. The verdict:
+//   1. a fault, where the faults' p together reach kFault and the best of them fits the window no worse
+//      than kMisfitQuantile of its training windows did;
+//   2. else no_fault where its p reaches kNoFault;
+//   3. else not_enough_movement, where the healthy loop explains the window down to the noise or CO hardly moved;
+//   4. else unknown.
+// Where the window starts, set points, step sizes and units do not matter; another process means other
+// LoopFacts and no other networks (docs/specialists.md says how well that goes).
+//
+// What it can't do: two faults at once have one name; a fault that the window's movement does not
+// touch leaves no trace, and a healthy verdict on such a window says nothing about it.
+//
+// Sources: the set of specialists and the lowest error: Sewdass, thesis (Durban University of Technology), ch. 8;
+// temperature: C. Guo, G. Pleiss, Y. Sun and K. Weinberger, Proc. ICML (2017).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "model/specialist/classes.hpp"
+#include "model/specialist/evidence.hpp"
+#include "model/specialist/network.hpp"
+
+namespace loopwarden::specialist {
+
+inline constexpr double kFault = 0.9;
+inline constexpr double kNoFault = 0.8;
+inline constexpr double kMisfitQuantile = 0.995;
+// CO's blocks within this many standard deviations of the noise is no movement.
+inline constexpr double kLeastMovement = 6.0;
+
+struct TeamMember {
+  Condition condition = Condition::no_fault;
+  Network network;  // evidence -> hidden -> hidden -> score
+  double most_misfit =
+      0.0;  // log of mse over noise variance that this condition's windows seldom exceed
+};
+
+struct Team {
+  LoopFacts facts;
+  std::array<double, kEvidence> centre{};
+  std::array<double, kEvidence> scale{};        // > 0
+  double temperature = 1.0;                     // > 0
+  std::array<TeamMember, kConditions> members;  // in the order of Condition
+};
+
+struct WindowVerdict {
+  Verdict verdict = Verdict::not_enough_movement;
+  double probability = 0.0;       // of the verdict's condition; of `unknown` what no known one has
+  double severity_percent = 0.0;  // of CO span; 0 without a fault
+  std::array<double, kConditions> probabilities{};
+  std::array<double, kConditions> mse{};  // of each explanation, (% of CO span)^2
+};
+
+// No allocation after construction.
+class TeamJudge {
+ public:
+  explicit TeamJudge(const Team& team);
+
+  WindowVerdict judge(const LoopWindow& window) noexcept;
+  // The same from findings made before.
+  WindowVerdict judge(const Findings& findings) noexcept;
+
+  const LoopFacts& facts() const noexcept { return explainer_.facts(); }
+
+ private:
+  Explainer explainer_;
+  std::array<double, kEvidence> centre_;
+  std::array<double, kEvidence> scale_;
+  double temperature_;
+  std::array<double, kConditions> most_misfit_{};
+  std::vector<Responder> responders_;
+};
+
+// Mean square that the explanation of this condition leaves, (% of CO span)^2. Of hysteresis the better form.
+double misfit_of(const Findings& findings, Condition condition) noexcept;
+double severity_of(const Findings& findings, Condition condition) noexcept;
+
+}  // namespace loopwarden::specialist

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trains the team of specialists on windows of the simulated loop.
+//
+// The specialists' networks learn together: least cross-entropy of their softmax, by Adam on small batches, weights
+// held small, stopped by the validation windows. Several restarts; the one with the least validation error
+// stays. The temperature is then fitted to the validation windows.
+//
+// The same model, settings and seed give the same bits, whatever the number of threads.
+//
+// Source: D. Kingma and J. Ba, Proc. ICLR (2015).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "model/specialist/simulated_windows.hpp"
+#include "model/specialist/team.hpp"
+
+namespace loopwarden::specialist {
+
+// Calls its body for 0 to count - 1, in any order and on any thread, and returns when all are done.
+using ParallelFor =
+    std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
+
+struct TeamTrainingSettings {
+  std::uint64_t seed = 1;
+  std::size_t windows = 12000;  // of which a tenth validates
+  std::size_t hidden = 16;      // neurons of each hidden layer
+  std::size_t restarts = 2;
+  std::size_t most_epochs = 60;
+  std::size_t patience = 8;  // epochs without a better validation error
+};
+
+struct Example {
+  Evidence evidence{};
+  Condition condition = Condition::no_fault;
+  double log_misfit = 0.0;  // of its own condition's explanation over the noise
+};
+
+struct TeamEpoch {
+  std::size_t restart = 0;
+  std::size_t epoch = 0;
+  double training = 0.0;  // cross-entropy, nats
+  double validation = 0.0;
+};
+
+struct TeamTraining {
+  Team team;
+  std::vector<TeamEpoch> epochs;
+  double validation = 0.0;  // cross-entropy after the temperature, nats
+};
+
+// Examples k = 0 to count - 1 from `seed`; conditions in turn, no_fault as often as two others. Windows that can't be used
+// are drawn again.
+std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_t count,
+                                       std::uint64_t seed, const ParallelFor& parallel_for);
+
+TeamTraining train_team(const LoopFacts& facts, const std::vector<Example>& examples,
+                        const TeamTrainingSettings& settings, const ParallelFor& parallel_for,
+                        const std::function<void(const TeamEpoch&)>& on_epoch = {});
+
+// Seed of example k: independent streams from one seed.
+std::uint64_t stream_seed(std::uint64_t seed, std::uint64_t k) noexcept;
+
+}  // namespace loopwarden::specialist
