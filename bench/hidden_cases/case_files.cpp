@@ -70,6 +70,7 @@ void write_truth(const std::filesystem::path& folder, const std::vector<HiddenCa
                    {"accept", one.accept},
                    {"par", one.parameters},
                    {"note", one.note},
+                   {"from_s", one.from_s},
                    {"floor_rmse", one.floor_rmse}});
   }
   write_text(folder / "truth.json", all.dump(1) + "\n");

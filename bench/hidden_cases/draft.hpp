@@ -38,6 +38,8 @@ struct Draft {
   Chain before_stem;
   std::unique_ptr<Element> stem;
   Chain after_stem;
+  // When before_stem, stem and after_stem take the place of the healthy stem, s; 0: from the start.
+  double valve_from_s = 0.0;
   // Process; an empty core is the healthy lag.
   std::function<double(double)> gain_factor;
   double gain_factor_at_rest = 1.0;

@@ -347,6 +347,28 @@ class SlowTail final : public Element {
   Lag slow_;
 };
 
+class Onset final : public Element {
+ public:
+  Onset(Chain before, Chain after, double at_s)
+      : before_(std::move(before)), after_(std::move(after)), at_s_(at_s) {}
+  double reset(double input) override {
+    begun_ = false;
+    return hidden_cases::reset(before_, input);
+  }
+  double step(double input, double time_s) override {
+    if (time_s < at_s_) return hidden_cases::step(before_, input, time_s);
+    if (!begun_) hidden_cases::reset(after_, input);
+    begun_ = true;
+    return hidden_cases::step(after_, input, time_s);
+  }
+
+ private:
+  Chain before_;
+  Chain after_;
+  double at_s_;
+  bool begun_ = false;
+};
+
 }  // namespace
 
 double reset(Chain& chain, double input) {
@@ -388,6 +410,10 @@ std::unique_ptr<Element> make_bouc_wen(const BoucWen& hysteresis) {
 
 std::unique_ptr<Element> make_play_stack(PlayStack stack) {
   return std::make_unique<PlayStackElement>(std::move(stack));
+}
+
+std::unique_ptr<Element> make_onset(Chain before, Chain after, double at_s) {
+  return std::make_unique<Onset>(std::move(before), std::move(after), at_s);
 }
 
 std::unique_ptr<Element> make_curve(std::function<double(double)> curve) {

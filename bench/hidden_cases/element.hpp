@@ -98,6 +98,9 @@ std::unique_ptr<Element> make_play_stack(PlayStack stack);
 // Any curve without memory: characteristic, leakage, positioner that knows only a grid.
 std::unique_ptr<Element> make_curve(std::function<double(double)> curve);
 
+// `before` until `at_s`, then `after`, which starts at rest under the input of that moment.
+std::unique_ptr<Element> make_onset(Chain before, Chain after, double at_s);
+
 // --- Process -------------------------------------------------------------------------------------
 
 // Gain that may change with time: y = gain(t) v.

@@ -33,6 +33,9 @@ const std::vector<std::string> kSingles{"stiction",
                                         "step_disturbance",
                                         "controller_mismatch"};
 
+const std::vector<std::string> kOnsets{"onset:stiction", "onset:backlash", "onset:hysteresis",
+                                       "onset:low_air_supply", "onset:none"};
+
 const std::vector<std::string> kNones{"none", "none:aggressive_tuning", "none:sluggish_tuning",
                                       "none:constant_set_point"};
 
@@ -82,7 +85,13 @@ const std::vector<std::string> kOutside{"outside:inverse_response",
                                         "outside:recycle",
                                         "outside:slow_tail"};
 
+// "onset:stiction" -> "stiction"
+std::string onset_effect(const CaseRequest& request) {
+  return request.effect.substr(request.effect.find(':') + 1);
+}
+
 std::vector<std::string> parts_of(const CaseRequest& request) {
+  if (request.kind == Kind::kOnset) return {onset_effect(request)};
   const std::size_t plus = request.effect.find('+');
   if (plus == std::string::npos) return {request.effect};
   return {request.effect.substr(0, plus), request.effect.substr(plus + 1)};
@@ -92,7 +101,9 @@ std::vector<std::string> accepted_names(const CaseRequest& request) {
   if (request.kind == Kind::kNone) return {"none"};
   if (request.kind == Kind::kOutside) return {"unexplained"};
   // Distributed play and one play can't always be told apart.
-  if (request.effect == "hysteresis") return {"hysteresis", "backlash"};
+  if (request.effect == "hysteresis" || request.effect == "onset:hysteresis") {
+    return {"hysteresis", "backlash"};
+  }
   return parts_of(request);
 }
 
@@ -121,9 +132,17 @@ void append_process(Chain& path, Draft& draft) {
 TruthLoop build(Draft draft, Tuning believed, const SetPointProfile& profile) {
   TruthLoop loop;
   loop.path.push_back(make_lag(draft.plant.actuator_lag_s));
-  append(loop.path, std::move(draft.before_stem));
-  loop.path.push_back(draft.stem ? std::move(draft.stem) : make_karnopp_stem(draft.plant.stem));
-  append(loop.path, std::move(draft.after_stem));
+  Chain valve;
+  append(valve, std::move(draft.before_stem));
+  valve.push_back(draft.stem ? std::move(draft.stem) : make_karnopp_stem(draft.plant.stem));
+  append(valve, std::move(draft.after_stem));
+  if (draft.valve_from_s > 0.0) {
+    Chain healthy;
+    healthy.push_back(make_karnopp_stem(draft.plant.stem));
+    loop.path.push_back(make_onset(std::move(healthy), std::move(valve), draft.valve_from_s));
+  } else {
+    append(loop.path, std::move(valve));
+  }
   append_process(loop.path, draft);
   loop.added = std::move(draft.added);
   loop.tuning = {believed.kp * draft.kp_factor, believed.ki_per_s * draft.ki_factor};
@@ -170,6 +189,7 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   HiddenCase one;
   one.id = request.id;
   one.effect = request.kind == Kind::kNone ? "none" : request.effect;
+  if (request.kind == Kind::kOnset) one.effect = onset_effect(request);
   one.accept = accepted_names(request);
 
   const std::size_t samples = samples_of(request, random);
@@ -177,6 +197,9 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   draft.plant = draw_plant(random);
   draft.duration_s = kPeriod_s * static_cast<double>(samples);
   for (const std::string& part : parts_of(request)) apply_effect(part, draft, random);
+  if (request.kind == Kind::kOnset) {
+    draft.valve_from_s = one.from_s = draft.duration_s * random.uniform(0.4, 0.6);
+  }
   const Tuning tuning = draw_tuning(draft, random);
   const SetPointProfile profile = draw_profile(draft, random);
   one.believed = believed_loop(draft.plant, tuning, random);
@@ -206,6 +229,7 @@ std::size_t share_of(Kind kind) {
     case Kind::kNone: return 4;
     case Kind::kPair: return 6;
     case Kind::kOutside: return 6;
+    case Kind::kOnset: return 30;
   }
   return 0;
 }
@@ -251,6 +275,7 @@ const std::vector<std::string>& effect_names(Kind kind) {
     case Kind::kNone: return kNones;
     case Kind::kPair: return kPairs;
     case Kind::kOutside: return kOutside;
+    case Kind::kOnset: return kOnsets;
   }
   throw std::invalid_argument("no such kind of hidden case");
 }

@@ -12,7 +12,8 @@
 
 namespace loopwarden::hidden_cases {
 
-enum class Kind { kSingle, kNone, kPair, kOutside };
+// kOnset: a valve that is healthy until some moment about the middle of the record, for what watches loops.
+enum class Kind { kSingle, kNone, kPair, kOutside, kOnset };
 
 // What one case is made of. The same request gives the same bits.
 struct CaseRequest {
@@ -44,6 +45,8 @@ struct HiddenCase {
   std::string note;
   BelievedLoop believed;
   LoopRecord record;
+  // When the effect begins, s; 0: it was always there.
+  double from_s = 0.0;
   double floor_rmse = 0.0;
 };
 
@@ -55,7 +58,7 @@ const std::vector<std::string>& effect_names(Kind kind);
 // than 600 samples.
 HiddenCase make_case(const CaseRequest& request);
 
-// Requests for `count` cases: kinds in the ratio 30 : 4 : 6 : 6 of single, none, pair, outside as
+// Requests for `count` cases: kinds in the ratio 30 : 4 : 6 : 6 : 30 of single, none, pair, outside, onset as
 // far as they are wanted, every effect of a kind as often as the others (of the pairs every other
 // one is stiction+gain_change or backlash+oscillating_disturbance). Case k has the seed seed + k.
 std::vector<CaseRequest> plan_cases(std::size_t count, std::uint64_t seed,

@@ -13,8 +13,9 @@ Kind parse_kind(std::string_view word) {
   if (word == "none") return Kind::kNone;
   if (word == "pair") return Kind::kPair;
   if (word == "outside") return Kind::kOutside;
+  if (word == "onset") return Kind::kOnset;
   throw std::invalid_argument(
-      fmt::format("'{}' is no kind of case: single, none, pair, outside", word));
+      fmt::format("'{}' is no kind of case: single, none, pair, outside, onset", word));
 }
 
 }  // namespace

@@ -50,6 +50,7 @@ bool is_right(const Truth& truth, const Answer& answer) {
     case Kind::kNone: return answer.effects.empty() && answer.verdict != "missing_effect";
     case Kind::kOutside: return answer.effects.empty() && answer.verdict == "unexplained";
     case Kind::kSingle:
+    case Kind::kOnset:
     case Kind::kPair: break;
   }
   std::set<std::string> found;
@@ -194,6 +195,7 @@ Summary summarise(const std::vector<ScoredCase>& cases) {
     ++summary.cases;
     if (!one.answer.failure.empty()) ++summary.failures;
     switch (one.score.kind) {
+      case Kind::kOnset:  // scored as what it ends as
       case Kind::kSingle: summary.single_right.count(one.score.right); break;
       case Kind::kNone:
         summary.none_named.count(!one.score.right && one.answer.failure.empty());
