@@ -147,14 +147,14 @@ std::vector<Candidate> candidates(const SearchContext& c) {
        "oscillating_disturbance",
        Block::disturbance,
        false,
-       3,
+       5,  // a frequency costs as much as three (Djuric 1996)
        {between("period", 4.0 * c.period_s, 0.5 * c.duration_s, true, 200)},
        false},
       {Kind::step_disturbance,
        "step_disturbance",
        Block::disturbance,
        false,
-       2,
+       3,  // a moment costs as much as two (Zhang and Siegmund 2007)
        {{"time", 0.02 * c.duration_s, 0.98 * c.duration_s, false, 100}},
        false},
   };

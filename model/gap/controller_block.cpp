@@ -33,8 +33,8 @@ std::vector<Stretch> known_stretches(const Record& record) {
   std::vector<Stretch> stretches;
   std::size_t missing = kBridged + 1;  // in a row; so many before the record
   for (std::size_t k = 0; k < record.size(); ++k) {
-    const bool known = std::isfinite(record.sp[k]) && std::isfinite(record.pv[k]) &&
-                       std::isfinite(record.co[k]);
+    const bool known =
+        std::isfinite(record.sp[k]) && std::isfinite(record.pv[k]) && std::isfinite(record.co[k]);
     if (!known) {
       ++missing;
       continue;
@@ -117,7 +117,9 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
   const std::vector<double> sp = held(record.sp);
   const std::vector<double> pv = held(record.pv);
   const std::vector<double> co = held(record.co);
-  const control::PidSettings& settings = model.controller.pid;
+  control::PidSettings settings = model.controller.pid;
+  // What the converter rounds away is no windup.
+  settings.tolerance = std::max(settings.tolerance, resolution_of(co));
   const double span = settings.output_high - settings.output_low;
   const std::vector<Stretch> stretches = known_stretches(record);
   if (stretches.empty()) return found;

@@ -17,7 +17,6 @@ namespace {
 
 constexpr std::size_t kNuisances = 5;   // time constant, dead time, three of the healthy valve
 constexpr std::size_t kLittleLoad = 1;  // index of the load ratio
-constexpr std::size_t kEvolution = 1600;  // evaluations
 constexpr std::uint64_t kEvolutionSeed = 1;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -32,6 +31,13 @@ SearchRange actuator_frequency(const plant::LoopModel& model) {
 bool has_kind(const Terms& terms, Kind kind) {
   return std::any_of(terms.begin(), terms.end(),
                      [&](const Candidate* t) { return t->kind == kind; });
+}
+
+// Whether PV jumps with a parameter: a valve that sticks.
+bool jumps(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
+    return t->block == plant::Block::valve && !t->smooth;
+  });
 }
 
 bool is_smooth(const Terms& terms) {
@@ -84,7 +90,6 @@ double minimise(std::vector<double>& x, std::vector<double> steps, int evaluatio
 struct Fitter::Work {
   std::vector<std::vector<double>> columns;
   std::vector<std::vector<double>> white;
-  std::vector<double> white_pv;
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
   Eigen::VectorXd solved;
@@ -93,9 +98,7 @@ struct Fitter::Work {
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
                const std::vector<bool>& used, double largest_load_ratio, bool allowances)
     : free_run_(free_run),
-      actuator_{
-          SearchRange{"damping", 0.05, 0.6, false, 1},
-          actuator_frequency(free_run.model())},
+      actuator_{SearchRange{"damping", 0.05, 0.6, false, 1}, actuator_frequency(free_run.model())},
       healthy_friction_(kHealthyFriction * (free_run.model().controller.pid.output_high -
                                             free_run.model().controller.pid.output_low)),
       dead_time_uncertainty_s_(free_run.model().uncertainty.dead_time *
@@ -111,6 +114,8 @@ Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
   }
   for (const double part : {0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0}) {
     filters_.emplace_back(used, free_run.model().sample_time_s, part * largest_load_ratio);
+    white_pv_.emplace_back(filters_.back().count());
+    filters_.back().whiten(pv_, white_pv_.back());
   }
 }
 
@@ -118,13 +123,8 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
   const LoadFilter& filter = filters_[load];
   const std::size_t n = filter.count();
   const std::size_t m = work.columns.size();
-  work.white_pv.resize(n);
-  filter.whiten(pv_, work.white_pv);
-  work.white.resize(m);
-  for (std::size_t i = 0; i < m; ++i) {
-    work.white[i].resize(n);
-    filter.whiten(work.columns[i], work.white[i]);
-  }
+  const std::vector<double>& white_pv = white_pv_[load];
+  filter.whiten(work.columns, work.white);
   const auto size = static_cast<Eigen::Index>(m);
   const auto view = [n](const std::vector<double>& v) {
     return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(n));
@@ -138,7 +138,7 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
       work.normal(row, column) = work.normal(column, row) =
           view(work.white[i]).dot(view(work.white[j]));
     }
-    work.right(row) = view(work.white[i]).dot(view(work.white_pv));
+    work.right(row) = view(work.white[i]).dot(view(white_pv));
     work.normal(row, row) += 1e-9 * (work.normal(row, row) + 1.0);  // columns that never show
   }
   work.solved = work.normal.ldlt().solve(work.right);
@@ -157,7 +157,7 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
             .solve(work.right.tail(rest) - gain * work.normal.col(0).tail(rest));
     work.solved(0) = gain;
   }
-  const double sum = view(work.white_pv).squaredNorm() - 2.0 * work.solved.dot(work.right) +
+  const double sum = view(white_pv).squaredNorm() - 2.0 * work.solved.dot(work.right) +
                      work.solved.dot(work.normal * work.solved);
   const double count = static_cast<double>(n);
   if (!std::isfinite(sum)) {
@@ -181,12 +181,12 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
 
 double Fitter::evaluate(Work& work, const Terms& terms, const Point& point, std::size_t load,
                         Fit* fit) const {
-  free_run_.columns(terms, point, work.columns);
+  free_run_.columns(terms, point, work.columns, training_end_);
   return solve(work, terms, load, fit);
 }
 
 void Fitter::choose_load(Work& work, Fit& fit) const {
-  free_run_.columns(fit.terms, fit.point, work.columns);
+  free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
   std::size_t best = fit.load;
   double best_deviance = kInfinity;
   for (std::size_t load = 0; load < filters_.size(); ++load) {
@@ -340,7 +340,8 @@ Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
     const Point point = with_positions(start.terms, at);
     const double deviance = evaluate(work, start.terms, point, start.load, fit);
     const std::size_t n = filters_[start.load].count();
-    r = Eigen::Map<const Eigen::VectorXd>(work.white_pv.data(), static_cast<Eigen::Index>(n));
+    r = Eigen::Map<const Eigen::VectorXd>(white_pv_[start.load].data(),
+                                          static_cast<Eigen::Index>(n));
     for (std::size_t i = 0; i < work.white.size(); ++i) {
       r -= work.solved(static_cast<Eigen::Index>(i)) *
            Eigen::Map<const Eigen::VectorXd>(work.white[i].data(), static_cast<Eigen::Index>(n));
@@ -433,17 +434,18 @@ Fit Fitter::refine(const Fit& start, int evaluations) const {
   return fit;
 }
 
-Fit Fitter::polish(const Fit& start) const {
-  if (is_smooth(start.terms)) return start;
+Fit Fitter::polish(const Fit& start, std::size_t evaluations) const {
+  if (!jumps(start.terms)) return start;
   Work work;
   Fit best = start;
   Fit fit = start;
-  for (const std::size_t load : {kLittleLoad, start.load}) {
-    fit.load = load;
+  fit.load = kLittleLoad;
+  for (const std::size_t part : {std::size_t{1}, std::size_t{2}}) {
     evaluate(work, fit.terms, fit.point, fit.load, &fit);
-    fit = descend(work, evolve(work, fit, kEvolution), 4);
+    fit = descend(work, evolve(work, fit, evaluations / part), 4);
     choose_load(work, fit);
     if (fit.deviance < best.deviance) best = fit;
+    if (fit.load == kLittleLoad) break;
   }
   return best;
 }
@@ -510,7 +512,7 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
   } else if (candidate.linear_columns() > 0 && !candidate.search.empty()) {
     // Only the last columns change from place to place.
     for (double& v : own) v = candidate.search[0].value(0.5);
-    free_run_.columns(fit.terms, fit.point, work.columns);
+    free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
     const SearchRange& range = candidate.search[0];
     const bool by_frequency = candidate.kind == Kind::oscillating_disturbance;
     const int places = by_frequency ? 400 : range.grid;
@@ -533,7 +535,7 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
       for (std::size_t j = 0; j < index.size(); ++j) {
         own[j] = candidate.search[j].value((index[j] + 0.5) / candidate.search[j].grid);
       }
-      free_run_.columns(fit.terms, fit.point, work.columns);
+      free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
       for (const std::size_t load : loads) consider(load, solve(work, fit.terms, load, nullptr));
       more = false;
       for (std::size_t j = 0; j < index.size() && !more; ++j) {
@@ -687,7 +689,7 @@ std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
   const std::size_t searched = x.size();
   const std::size_t solved = fit.solved.size();
   Eigen::MatrixXd jacobian(n, static_cast<Eigen::Index>(searched + solved));
-  free_run_.columns(fit.terms, fit.point, work.columns);
+  free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
   std::vector<double> white(filter.count());
   for (std::size_t i = 0; i < solved; ++i) {
     filter.whiten(work.columns[i], white);

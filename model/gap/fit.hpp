@@ -52,7 +52,7 @@ class Fitter {
   Fit fit_added(const Fit& base, const Candidate& candidate,
                 const std::vector<double>* hint = nullptr) const;
   // Where PV jumps with a parameter: all jointly once more, by evolution.
-  Fit polish(const Fit& start) const;
+  Fit polish(const Fit& start, std::size_t evaluations) const;
   // All jointly, from where `start` stands.
   Fit refine(const Fit& start, int evaluations) const;
   // Without term `index`, refined.
@@ -91,6 +91,7 @@ class Fitter {
   std::vector<bool> used_;
   std::vector<double> pv_;  // PV units, offset taken off, 0 where not used
   std::vector<LoadFilter> filters_;
+  std::vector<std::vector<double>> white_pv_;  // by each filter
 };
 
 }  // namespace loopwarden::gap

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "model/plant/effect_catalogue.hpp"
 
@@ -148,8 +149,8 @@ FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
 }
 
 void FreeRun::columns(const Terms& terms, const Point& point,
-                      std::vector<std::vector<double>>& columns) const {
-  const std::size_t n = co_.size();
+                      std::vector<std::vector<double>>& columns, std::size_t samples) const {
+  const std::size_t n = std::min(samples, co_.size());
   const double h = model_.sample_time_s;
   columns.resize(column_count(terms));
   for (std::size_t i = 0; i < 3; ++i) columns[i].resize(n);
@@ -166,10 +167,11 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   if (offset != 0.0) flow = valve_chain.step(co_[0], 0.0);
   auto& z = columns[0];
   z[0] = process.reset(process_chain.reset(flow, 0.0));
-  for (std::size_t k = 1; k < n; ++k) {
-    const double held_from_s = static_cast<double>(k - 1) * h;
-    z[k] = process.step(process_chain.step(valve_chain.step(co_[k - 1], held_from_s), held_from_s));
-  }
+  const std::span<double> moves(z.data() + 1, n - 1);
+  std::copy_n(co_.begin(), n - 1, moves.begin());
+  valve_chain.run(moves, 0.0, h);
+  process_chain.run(moves, 0.0, h);
+  for (double& v : moves) v = process.step(v);
   const double keep = std::exp(-h / point.time_constant_s);
   const auto delay = static_cast<std::size_t>(point.dead_time_s / h);
   double past = 1.0;
@@ -208,27 +210,32 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
   at_end.back() = 1.0;
   const double half_band = start_offset(sticking, at_end);
   double sum = 0.0;
+  Chains c = fresh;
+  plant::Process p = process;
+  std::vector<double> z;
   for (std::size_t begin = 0; begin < co_.size() && used[begin]; begin += run_samples) {
     const std::size_t end = std::min(begin + run_samples, co_.size());
     const auto left_from = [&](double place) {
-      Chains c = fresh;
-      plant::Process p = process;
+      c = fresh;
       const double begin_s = static_cast<double>(begin) * h;
       double flow = c.valve.reset(co_[begin] - half_band * place, begin_s);
       flow = c.valve.step(co_[begin], begin_s);
-      double z = p.reset(c.process.reset(flow, begin_s));
+      z.assign(co_.begin() + static_cast<std::ptrdiff_t>(begin),
+               co_.begin() + static_cast<std::ptrdiff_t>(end) - 1);
+      double at = p.reset(c.process.reset(flow, begin_s));
+      c.valve.run(z, begin_s, h);
+      c.process.run(z, begin_s, h);
       double past = 1.0;
       double pp = 0.0;
       double pr = 0.0;
       double rr = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         if (k > begin) {
-          const double held_from_s = static_cast<double>(k - 1) * h;
-          z = p.step(c.process.step(c.valve.step(co_[k - 1], held_from_s), held_from_s));
+          at = p.step(z[k - 1 - begin]);
           past *= keep;
         }
         if (!used[k] || k < begin + dead) continue;  // still answers to the run before
-        const double r = pv[k] - z;
+        const double r = pv[k] - at;
         pp += past * past;
         pr += past * r;
         rr += r * r;

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "model/gap/candidate.hpp"
@@ -47,10 +48,10 @@ class FreeRun {
   const std::vector<double>& offset() const noexcept { return offset_; }
   const plant::LoopModel& model() const noexcept { return model_; }
 
-  // z, m1, m2, then the columns of each term.
+  // z, m1, m2, then the columns of each term, for at least the first `samples` samples.
   static std::size_t column_count(const Terms& terms) noexcept;
-  void columns(const Terms& terms, const Point& point,
-               std::vector<std::vector<double>>& columns) const;
+  void columns(const Terms& terms, const Point& point, std::vector<std::vector<double>>& columns,
+               std::size_t samples = std::numeric_limits<std::size_t>::max()) const;
   // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of
   // `run_samples`, each with the stem and the process free to start where they fit best. It changes
   // smoothly where one long run of a sticking stem falls from one sequence of slips into another.

@@ -35,6 +35,10 @@ class LoadFilter {
   // The innovations of the used samples, `count()` of them.
   void whiten(std::span<const double> in, std::span<double> out) const noexcept;
 
+  // The same of several columns at once, which hides what each waits for.
+  void whiten(const std::vector<std::vector<double>>& in,
+              std::vector<std::vector<double>>& out) const;
+
   std::size_t count() const noexcept { return steps_.size(); }
   double log_determinant() const noexcept { return log_determinant_; }
   double load_ratio() const noexcept { return load_ratio_; }
@@ -46,6 +50,9 @@ class LoadFilter {
     double gain;   // of the update
     double scale;  // 1 / innovation's standard deviation in units of s
   };
+  template <std::size_t N>
+  void whiten_lanes(const std::vector<double>* in, std::vector<double>* out) const noexcept;
+
   double load_ratio_;
   double log_determinant_ = 0.0;
   std::vector<Step> steps_;

@@ -15,24 +15,6 @@ std::string percent(double share) {
   return text;
 }
 
-// Smallest difference that occurs between neighbours, 0 if the values are all alike or not stepped.
-double resolution_of(const std::vector<double>& column) {
-  std::vector<double> moves;
-  for (std::size_t k = 1; k < column.size(); ++k) {
-    const double move = std::abs(column[k] - column[k - 1]);
-    if (move > 0.0) moves.push_back(move);
-  }
-  if (moves.size() < 20) return 0.0;
-  std::sort(moves.begin(), moves.end());
-  // A rounded signal repeats its smallest move; one that is not has no two alike.
-  const double least = moves[moves.size() / 50];
-  const auto alike = std::count_if(moves.begin(), moves.end(), [&](double m) {
-    const double steps = m / least;
-    return std::abs(steps - std::nearbyint(steps)) < 0.02;
-  });
-  return static_cast<double>(alike) > 0.9 * static_cast<double>(moves.size()) ? least : 0.0;
-}
-
 std::size_t missing_in(const std::vector<double>& column) {
   return static_cast<std::size_t>(
       std::count_if(column.begin(), column.end(), [](double v) { return !std::isfinite(v); }));
@@ -51,6 +33,23 @@ std::pair<std::size_t, std::size_t> longest_rest(const std::vector<double>& colu
 }
 
 }  // namespace
+
+double resolution_of(const std::vector<double>& column) {
+  std::vector<double> moves;
+  for (std::size_t k = 1; k < column.size(); ++k) {
+    const double move = std::abs(column[k] - column[k - 1]);
+    if (move > 0.0) moves.push_back(move);
+  }
+  if (moves.size() < 20) return 0.0;
+  std::sort(moves.begin(), moves.end());
+  // A rounded signal repeats its smallest move; one that is not has no two alike.
+  const double least = moves[moves.size() / 50];
+  const auto alike = std::count_if(moves.begin(), moves.end(), [&](double m) {
+    const double steps = m / least;
+    return std::abs(steps - std::nearbyint(steps)) < 0.02;
+  });
+  return static_cast<double>(alike) > 0.9 * static_cast<double>(moves.size()) ? least : 0.0;
+}
 
 std::vector<double> held(const std::vector<double>& column) {
   std::vector<double> out = column;

@@ -34,6 +34,9 @@ std::vector<bool> usable_samples(const Record& record, const plant::LoopModel& m
 // The column with gaps closed by the value before (at the start: the first there is).
 std::vector<double> held(const std::vector<double>& column);
 
+// Smallest difference that occurs between neighbours, 0 if the values are all alike or not stepped.
+double resolution_of(const std::vector<double>& column);
+
 // Samples at which a column turns by more than `band` (same units).
 std::vector<std::size_t> reversals(const std::vector<double>& column, double band);
 

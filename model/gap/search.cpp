@@ -14,8 +14,10 @@ constexpr double kFurtherGain = 12.0;  // nats, for each further one
 constexpr double kLeastPart = 0.05;    // of the score before: less is the first one's own misfit
 constexpr double kLeastT = 1.7;        // over the blocks of the record
 constexpr std::size_t kBlocks = 12;
+constexpr std::size_t kPolish = 1280;  // evaluations
+constexpr std::size_t kPolishLast = 3840;
 constexpr std::size_t kPolished = 4;  // of the best with one more effect
-constexpr std::size_t kSeeds = 3;  // best names from which pairs are formed
+constexpr std::size_t kSeeds = 3;     // best names from which pairs are formed
 constexpr std::size_t kMostEffects = 3;
 
 double penalty(const Fit& fit) {
@@ -141,7 +143,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
     std::vector<Hypothesis> made(jobs.size());
     parallel(jobs.size(), [&](std::size_t i) {
       Fit fit = fitter.fit_added(*jobs[i].base, *jobs[i].added, jobs[i].hint);
-      made[i] = hypothesis(polished ? fitter.polish(fit) : std::move(fit));
+      made[i] = hypothesis(polished ? fitter.polish(fit, kPolish) : std::move(fit));
     });
     return made;
   };
@@ -176,14 +178,16 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
     for (std::size_t count = 2; count <= kMostEffects; ++count) {
       std::vector<Hypothesis> more = distinct(add_each(seeds, false));
       const std::size_t close = std::min(kPolished, more.size());
-      parallel(close, [&](std::size_t i) { more[i] = hypothesis(fitter.polish(more[i].fit)); });
+      parallel(close,
+               [&](std::size_t i) { more[i] = hypothesis(fitter.polish(more[i].fit, kPolish)); });
       std::sort(more.begin(), more.end(), better);
       progress(count == 2 ? 0.75 : 0.95);
       result.tried.insert(result.tried.end(), more.begin(), more.end());
       if (!accepted(more.front(), result.chosen, kFurtherGain)) break;
-      // Step back: an effect that the others have made superfluous goes.
+      // Step back: an effect that the others have made superfluous goes, and so does the last one if
+      // without it the others, fitted from here, do as well.
       Hypothesis next = more.front();
-      for (std::size_t i = 0; i + 1 < next.fit.terms.size();) {
+      for (std::size_t i = 0; i < next.fit.terms.size();) {
         Hypothesis without = hypothesis(fitter.fit_without(next.fit, i, 150));
         for (const Hypothesis& h : result.tried) {
           if (names_of(h.fit) == names_of(without.fit) && better(h, without)) without = h;
@@ -195,7 +199,10 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
           ++i;
         }
       }
-      if (next.fit.terms.size() < count) break;
+      if (next.fit.terms.size() < count) {
+        if (better(next, result.chosen)) result.chosen = std::move(next);
+        break;
+      }
       result.chosen = std::move(next);
       std::vector<std::string> names;
       for (const Candidate* term : result.chosen.fit.terms) names.emplace_back(term->name);
@@ -203,6 +210,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
       seeds = {result.chosen};
     }
   }
+  result.chosen = hypothesis(fitter.polish(result.chosen.fit, kPolishLast));
   for (const Candidate* term : result.chosen.fit.terms) {
     double rival = 0.0;  // the model alone
     for (const Hypothesis& h : result.tried) {

@@ -431,15 +431,15 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   const auto [co_low, co_high] =
       std::minmax_element(co.begin(), co.begin() + static_cast<std::ptrdiff_t>(end));
   std::vector<Candidate> all = candidates({.output_low = model.controller.pid.output_low,
-                                                 .output_high = model.controller.pid.output_high,
-                                                 .output_used_low = *co_low,
-                                                 .output_used_high = *co_high,
-                                                 .period_s = record.period_s,
-                                                 .duration_s = record.time_s(end),
-                                                 .time_constant_s = model.process.time_constant_s,
-                                                 .dead_time_s = model.process.dead_time_s});
-  if (*co_high - *co_low < kLeastMovement * (model.controller.pid.output_high -
-                                             model.controller.pid.output_low)) {
+                                           .output_high = model.controller.pid.output_high,
+                                           .output_used_low = *co_low,
+                                           .output_used_high = *co_high,
+                                           .period_s = record.period_s,
+                                           .duration_s = record.time_s(end),
+                                           .time_constant_s = model.process.time_constant_s,
+                                           .dead_time_s = model.process.dead_time_s});
+  if (*co_high - *co_low <
+      kLeastMovement * (model.controller.pid.output_high - model.controller.pid.output_low)) {
     // A valve that is never moved shows nothing of itself, nor of the process.
     std::erase_if(all, [](const Candidate& candidate) {
       return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;

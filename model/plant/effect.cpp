@@ -67,6 +67,22 @@ double EffectChain::pass(double in, double time_s, double& before_characteristic
   return in;
 }
 
+void EffectChain::run(std::span<double> signal, double first_s, double period_s) noexcept {
+  for (Link& link : links_) {
+    with_effect(link.effect, [&](auto& e) {
+      for (std::size_t k = 0; k < signal.size(); ++k) {
+        const double time_s = first_s + static_cast<double>(k) * period_s;
+        if (link.scheduled) e.set_severity(link.schedule.severity(time_s));
+        if constexpr (requires { e.step(signal[k], time_s); }) {
+          signal[k] = e.step(signal[k], time_s);
+        } else {
+          signal[k] = e.step(signal[k]);
+        }
+      }
+    });
+  }
+}
+
 double EffectChain::scheduled_severity(double time_s) const noexcept {
   double severity = 0.0;
   for (const Link& link : links_) {

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -73,6 +74,10 @@ class EffectChain {
   // characteristic, or the output if there is none: the stem travel, where the chain is a valve's.
   double reset(double in, double time_s, double& before_characteristic) noexcept;
   double step(double in, double time_s, double& before_characteristic) noexcept;
+
+  // Steps the whole of `signal`, sample k at `first_s` + k `period_s`, in place: the same bits as sample
+  // by sample, several times as fast.
+  void run(std::span<double> signal, double first_s, double period_s) noexcept;
 
   bool empty() const noexcept { return links_.empty(); }
   // Largest severity of the effects on a schedule, 0 if there is none.

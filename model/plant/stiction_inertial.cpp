@@ -50,7 +50,7 @@ void StictionInertial::advance(double centre, double time_s) noexcept {
   v_ = -stiffness_ * s * y + (c - decay_rate_ * s) * v_;
 }
 
-double StictionInertial::step(double u) noexcept {
+double StictionInertial::start_or_stop(double u) noexcept {
   if (!std::isfinite(u)) return x_;
   if (absent_) return reset(u);
   double left_s = period_s_;
@@ -67,14 +67,22 @@ double StictionInertial::step(double u) noexcept {
         break;
       }
     }
-    // When the velocity passes through zero next.
-    double stop_s = std::atan2(v_ * frequency_, stiffness_ * y + decay_rate_ * v_) / frequency_;
-    if (stop_s <= 1e-9) stop_s += std::numbers::pi / frequency_;
+    // The velocity passes through zero next at the phase of (along, across), or half a turn later.
+    double across = v_ * frequency_;
+    double along = stiffness_ * y + decay_rate_ * v_;
+    double stop_s = std::atan2(across, along) / frequency_;
+    if (stop_s <= 1e-9) {
+      stop_s += std::numbers::pi / frequency_;
+      across = -across;
+      along = -along;
+    }
     if (stop_s >= left_s) {
       advance(centre, left_s);
       break;
     }
-    advance(centre, stop_s);
+    const double swing = y * along + (v_ + decay_rate_ * y) / frequency_ * across;
+    x_ = centre +
+         std::exp(-decay_rate_ * stop_s) * swing / std::sqrt(along * along + across * across);
     v_ = 0.0;
     left_s -= stop_s;
   }

@@ -25,6 +25,8 @@
 // Ind. Eng. Chem. Res. 53 (2014), the semi-physical model.
 #pragma once
 
+#include <cmath>
+
 #include "model/plant/stiction_law.hpp"
 
 namespace loopwarden::plant {
@@ -40,9 +42,25 @@ class StictionInertial {
 
   void set_severity(double severity) noexcept;
   double reset(double u) noexcept;
-  double step(double u) noexcept;
+  double step(double u) noexcept {
+    if (v_ == 0.0 && std::abs(u - x_) <= static_friction_ && !absent_) return x_;
+    if (v_ != 0.0) {
+      // On the move throughout the period, as nearly always while it moves at all.
+      const double centre = u - std::copysign(moving_friction_, v_);
+      const double y = x_ - centre;
+      const double v = vx_ * y + vv_ * v_;
+      if (v * v_ > 0.0 && std::isfinite(u) && !absent_) {
+        x_ = centre + xx_ * y + xv_ * v_;
+        v_ = v;
+        return x_;
+      }
+    }
+    return start_or_stop(u);
+  }
 
  private:
+  // A period in which the stem sets out or comes to rest.
+  double start_or_stop(double u) noexcept;
   // Moves on for `time_s` about the end point `centre`, without friction changing sides.
   void advance(double centre, double time_s) noexcept;
 

@@ -126,7 +126,9 @@ TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't 
   CHECK(bad.exit_code == 78);
   CHECK(bad.text.find("bad.yaml:1:") != std::string::npos);
   CHECK(one.gap("absent.csv", "model.yaml", out).exit_code == 74);
-  // A file is where the folder should be.
+  // A file is where the folder should be, which is said before any work.
+  CHECK(one.gap("absent.csv", "model.yaml", one.path("record.csv")).text.find("record.csv: ") !=
+        std::string::npos);
   CHECK(one.gap("record.csv", "model.yaml", one.path("model.yaml") + " --without several")
             .exit_code == 74);
   CHECK(loopwarden("gap " + one.path("record.csv")).exit_code == 64);

@@ -131,12 +131,38 @@ TEST_CASE("other settings are found as they are", "[gap][controller]") {
 TEST_CASE("another anti-windup alone is never called other settings", "[gap][controller]") {
   plant::LoopModel truth = test::believed_model();
   truth.controller.pid.anti_windup = control::AntiWindup::conditional;
+  truth.controller.output.high = 10.0;
   truth.process.gain = 0.5;  // the upper set points can't be reached: CO stands at its limit
   plant::LoopModel model = truth;
   model.controller.pid.anti_windup = control::AntiWindup::integral_clamp;
   const gap::ControllerFinding found =
       gap::compare_controller(test::record_of(truth, 120.0), model);
   CHECK_FALSE(found.mismatch);
+  CHECK_FALSE(found.unexplained);
+  CHECK(found.anti_windup == "conditional");
+}
+
+TEST_CASE("behind a stretch that was not recorded the controller starts anew",
+          "[gap][controller]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 120.0);
+  const std::size_t from = GENERATE(0U, 100U);
+  for (std::size_t k = from; k < from + 130; ++k) {
+    record.pv[k] = std::numeric_limits<double>::quiet_NaN();
+  }
+  const gap::ControllerFinding found = gap::compare_controller(record, model);
+  CHECK(found.compared);
+  CHECK_FALSE(found.mismatch);
+  CHECK_FALSE(found.unexplained);
+  CHECK(found.before_rmse < 2.0 * 10.0 / 4096.0);
+}
+
+TEST_CASE("a column without a value is a column that was not measured", "[gap][controller]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 60.0);
+  std::vector<double>& column = GENERATE(true, false) ? record.sp : record.co;
+  std::fill(column.begin(), column.end(), std::numeric_limits<double>::quiet_NaN());
+  CHECK_FALSE(gap::compare_controller(record, model).compared);
 }
 
 TEST_CASE("without CO or SP there is nothing to compare", "[gap][controller]") {

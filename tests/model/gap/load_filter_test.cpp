@@ -136,3 +136,17 @@ TEST_CASE("without a load nothing changes", "[gap][load]") {
   CHECK(whitened(filter, series) == series);
   CHECK(filter.log_determinant() == 0.0);
 }
+
+TEST_CASE("several columns at once give the same bits as one by one", "[gap][load]") {
+  std::vector<bool> used(300, true);
+  for (std::size_t k = 40; k < 60; ++k) used[k] = false;
+  const LoadFilter filter(used, kPeriod, 0.2);
+  for (std::size_t count = 1; count <= 9; ++count) {
+    std::vector<std::vector<double>> in;
+    for (std::size_t c = 0; c < count; ++c) in.push_back(wandering(300, 0.2, 1.0, c + 1));
+    std::vector<std::vector<double>> out;
+    filter.whiten(in, out);
+    REQUIRE(out.size() == count);
+    for (std::size_t c = 0; c < count; ++c) CHECK(out[c] == whitened(filter, in[c]));
+  }
+}

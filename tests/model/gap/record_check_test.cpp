@@ -55,6 +55,21 @@ TEST_CASE("records that can't be believed are refused, with the reason", "[gap][
     std::fill(record.pv.begin(), record.pv.end(), 4.0);
     reason = "PV never moves";
   }
+  SECTION("PV that changes only now and then") {
+    for (std::size_t k = 0; k < record.size(); ++k) record.pv[k] = k == 77 ? 4.1 : 4.0;
+    reason = "PV hardly ever moves";
+  }
+  SECTION("too little of the first two thirds is left") {
+    for (std::size_t k = 0; k < record.size(); k += 80) {
+      record.co[k] = record.co[k + 1] = kMissing;
+    }
+    reason = "can be used";
+  }
+  SECTION("PV in other units") {
+    for (double& v : record.pv) v *= 100.0;
+    record = gap::believed(record, model);
+    reason = "far outside the transmitter's range";
+  }
   SECTION("CO in other units") {
     for (double& u : record.co) u *= 10.0;
     reason = "outside the model's output range";
@@ -63,6 +78,19 @@ TEST_CASE("records that can't be believed are refused, with the reason", "[gap][
   CHECK_FALSE(check.usable);
   INFO(check.refusal);
   CHECK(check.refusal.find(reason) != std::string::npos);
+}
+
+TEST_CASE("what no transmitter can have sent counts as missing", "[gap][record]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 60.0);
+  record.pv[10] = 1e300;
+  record.pv[20] = -11.0;
+  record.pv[30] = 19.0;  // a span above the range is still taken
+  const gap::Record taken = gap::believed(record, model);
+  CHECK(std::isnan(taken.pv[10]));
+  CHECK(std::isnan(taken.pv[20]));
+  CHECK(taken.pv[30] == 19.0);
+  CHECK(noted(gap::check_record(taken, model), "missing"));
 }
 
 TEST_CASE("what does not forbid the work is stated", "[gap][record]") {

@@ -101,3 +101,67 @@ TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][workf
   CHECK_FALSE(result.check.usable);
   CHECK(result.effects.empty());
 }
+
+TEST_CASE("a model whose valve sticks starts from where the record's valve stood",
+          "[gap][workflow]") {
+  plant::LoopModel model = test::believed_model();
+  model.valve_effects = {{"stiction", {{"s", 1.5}, {"j", 0.5}}}};
+  gap::Record record = test::record_of(model, 120.0);
+  // Cut where the stem rests beside CO.
+  const auto cut = [&](std::vector<double>& column) {
+    column.erase(column.begin(), column.begin() + 300);
+  };
+  cut(record.pv);
+  cut(record.sp);
+  cut(record.co);
+  const std::vector<bool> used(record.size(), true);
+  const std::vector<double> pv = gap::free_run(model, record.co, record.pv, used);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < pv.size(); ++k)
+    sum += (pv[k] - record.pv[k]) * (pv[k] - record.pv[k]);
+  CHECK(std::sqrt(sum / static_cast<double>(pv.size())) < 0.03);
+}
+
+TEST_CASE("a CO that stands still accuses neither valve nor process", "[gap][workflow]") {
+  const plant::LoopModel model = test::believed_model();
+  plant::LoopModel truth = model;
+  truth.transmitter_effects = {{"output_bias", {{"bias", 0.8}}}};
+  gap::Record record{.period_s = 0.1, .pv = {}, .sp = {}, .co = std::vector<double>(900, 4.0)};
+  plant::Random random(3);
+  for (const double v : test::driven(truth, record.co)) {
+    record.pv.push_back(v + 0.02 * random.normal());
+  }
+  const gap::Result result = find(record, model);
+  CHECK(result.check.usable);
+  for (const gap::FoundEffect& effect : result.effects) {
+    CHECK(effect.block != plant::Block::valve);
+    CHECK(effect.block != plant::Block::process);
+  }
+}
+
+TEST_CASE("a process as fast as its sampling is compared like any other", "[gap][workflow]") {
+  plant::LoopModel model = test::believed_model();
+  model.process.time_constant_s = GENERATE(0.25, 0.002);
+  model.process.dead_time_s = 0.0;
+  plant::LoopModel truth = model;
+  truth.process.gain *= 1.3;
+  const gap::Options one_effect{.search = {.several = false}};
+  const gap::Result result =
+      gap::find_gap(test::record_of(truth, 60.0), model, one_effect, test::serial, [](double) {});
+  REQUIRE(result.effects.size() == 1);
+  CHECK(result.effects[0].spec.name == "gain_change");
+}
+
+TEST_CASE("each step of the workflow can be left out", "[gap][workflow]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"stiction", {{"s", 0.9}, {"j", 0.3}}}};
+  const gap::Record record = test::record_of(truth, 90.0);
+  gap::Options options{.search = {.several = false}};
+  const bool allowances = GENERATE(true, false);
+  options.search.allowances = allowances;
+  const gap::Result result =
+      gap::find_gap(record, test::believed_model(), options, test::serial, [](double) {});
+  CAPTURE(allowances);
+  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  CHECK(result.effects[0].spec.name == "stiction");
+}

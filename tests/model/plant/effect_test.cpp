@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <vector>
 
 using namespace loopwarden::plant;
 
@@ -39,6 +40,26 @@ TEST_CASE("effects act in the order in which they were added", "[plant][effect]"
   gain_first.add(GainChange(2.0));
   gain_first.add(OutputBias(1.0));
   CHECK(gain_first.step(3.0, 0.0) == 7.0);
+}
+
+TEST_CASE("a whole signal at once gives the same bits as sample by sample", "[plant][effect]") {
+  EffectChain chain;
+  chain.add(PositionerOvershoot(0.3, 4.0, 0.1));
+  chain.add(StictionInertial({.s = 6.0, .j = 2.0}, {}, 0.1), {.from_s = 3.0, .ramp_s = 20.0});
+  chain.add(Backlash(1.0));
+  chain.add(Drift(0.01));
+  chain.add(ExtraDeadTime(0.25, 0.1));
+  EffectChain stepped = chain;
+  std::vector<double> signal;
+  for (int k = 0; k < 600; ++k) signal.push_back(50.0 + 20.0 * std::sin(0.03 * k));
+  std::vector<double> expected;
+  chain.reset(signal[0], 0.5);
+  stepped.reset(signal[0], 0.5);
+  for (std::size_t k = 0; k < signal.size(); ++k) {
+    expected.push_back(stepped.step(signal[k], 0.5 + static_cast<double>(k) * 0.1));
+  }
+  chain.run(signal, 0.5, 0.1);
+  CHECK(signal == expected);
 }
 
 TEST_CASE("the stem is what enters the first characteristic", "[plant][effect]") {
