@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden check: validates configuration folders, loop files, and loop models.
+// loopwarden check: validates configuration folders, loop files, loop models, and specialists.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -11,6 +11,7 @@
 
 #include "config/config_reader.hpp"
 #include "config/loop_model_reader.hpp"
+#include "config/specialists/specialist_folder.hpp"
 #include "model/control/tuning.hpp"
 #include "workbench/subcommands.hpp"
 
@@ -58,6 +59,13 @@ Checked checked(config::Loaded<T> loaded, Describe describe) {
 }
 
 Checked check(const std::string& path) {
+  if (std::filesystem::exists(std::filesystem::path(path) / "manifest.yaml")) {
+    return checked(config::read_specialists(path), [](const config::SpecialistFolder& s) {
+      return fmt::format("specialists of {}: {} explaining, {} of signatures; {}, seed {}", s.plant,
+                         s.team ? s.team->members.size() : 0, s.signatures.size(),
+                         s.training.source, s.training.seed);
+    });
+  }
   if (std::filesystem::is_directory(path)) {
     return checked(config::read_configuration(path), [](const config::Configuration& c) {
       std::string text = fmt::format("{} loop{}", c.loops.size(), c.loops.size() == 1 ? "" : "s");
@@ -111,8 +119,8 @@ int run_check(const CheckOptions& options) {
 
 void add_check(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CheckOptions>();
-  CLI::App* sub =
-      app.add_subcommand("check", "validate configuration folders, loop files and models");
+  CLI::App* sub = app.add_subcommand(
+      "check", "validate configuration folders, loop files, models and specialists");
   sub->add_option("files", options->files, "files or folders")->required();
   sub->add_flag("--json", options->json, "print the diagnostics as JSON");
   sub->footer("Example: loopwarden check /etc/loopwardend config/examples/models/plant1.yaml");

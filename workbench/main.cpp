@@ -25,6 +25,8 @@ int main(int argc, char** argv) {
   workbench::add_diagnose(app, exit_code);
   workbench::add_diagnose_study(app, exit_code);
   workbench::add_plant1_study(app, exit_code);
+  workbench::add_train(app, exit_code);
+  workbench::add_classify(app, exit_code);
   workbench::add_gap(app, exit_code);
   workbench::add_demo(app, exit_code);
   workbench::add_effects(app, exit_code);

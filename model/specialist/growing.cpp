@@ -172,10 +172,8 @@ Signature simulate_signature(const plant::LoopModel& believed, Condition conditi
   return signature;
 }
 
-Grown grow(
-    const std::vector<Signature>& signatures, Condition condition, const Scaling& scaling,
-    const GrowingSettings& settings,
-    const std::function<void(std::size_t, std::size_t, std::size_t, const Epoch&)>& on_epoch) {
+Grown grow(const std::vector<Signature>& signatures, Condition condition, const Scaling& scaling,
+           const GrowingSettings& settings, const GrowingHooks& hooks) {
   const std::size_t target = target_of(signatures, condition);
   if (target == signatures.size()) throw std::invalid_argument("no signature of this condition");
   Grown grown;
@@ -201,14 +199,19 @@ Grown grow(
   for (const std::size_t size : settings.sizes) {
     GrownSize best{size, {}};
     for (std::size_t restart = 0; restart < settings.restarts; ++restart) {
-      const NetworkShape shape{settings.components, size, size, kSide};
-      const Network start = random_network(
-          shape, stream_seed(settings.seed,
-                             (static_cast<std::uint64_t>(condition) * 64 + size) * 64 + restart));
-      Learned learned = learn(start, lessons[0], lessons[1], lessons[2], settings.learning,
-                              [&](std::size_t epoch, const Epoch& e) {
-                                if (on_epoch) on_epoch(size, restart, epoch, e);
-                              });
+      std::optional<Learned> found = hooks.find ? hooks.find(size, restart) : std::nullopt;
+      if (!found) {
+        const NetworkShape shape{settings.components, size, size, kSide};
+        const std::uint64_t stream =
+            (static_cast<std::uint64_t>(condition) * 64 + size) * 64 + restart;
+        found =
+            learn(random_network(shape, stream_seed(settings.seed, stream)), lessons[0], lessons[1],
+                  lessons[2], settings.learning, [&](std::size_t epoch, const Epoch& e) {
+                    if (hooks.epoch) hooks.epoch(size, restart, epoch, e);
+                  });
+        if (hooks.finished) hooks.finished(size, restart, *found);
+      }
+      Learned learned = std::move(*found);
       if (restart == 0 || learned.epochs[learned.best].validation <
                               best.learned.epochs[best.learned.best].validation) {
         best.learned = std::move(learned);

@@ -17,6 +17,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "model/specialist/ensemble.hpp"
@@ -70,10 +71,16 @@ struct Grown {
   std::size_t chosen = 0;          // among them
 };
 
-// Of one condition; the scaling is that of the plant. Throws std::invalid_argument if a role has no signature.
+struct GrowingHooks {
+  // Finished before, as `finished` got it.
+  std::function<std::optional<Learned>(std::size_t size, std::size_t restart)> find;
+  std::function<void(std::size_t size, std::size_t restart, const Learned&)> finished;
+  std::function<void(std::size_t size, std::size_t restart, std::size_t epoch, const Epoch&)> epoch;
+};
+
+// Of one condition; the scaling is that of the plant. Throws std::invalid_argument if training or validation
+// has no signature of it.
 Grown grow(const std::vector<Signature>& signatures, Condition condition, const Scaling& scaling,
-           const GrowingSettings& settings,
-           const std::function<void(std::size_t size, std::size_t restart, std::size_t epoch,
-                                    const Epoch&)>& on_epoch = {});
+           const GrowingSettings& settings, const GrowingHooks& hooks = {});
 
 }  // namespace loopwarden::specialist

@@ -24,6 +24,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "model/specialist/classes.hpp"
@@ -39,6 +40,7 @@ inline constexpr double kMisfitQuantile = 0.995;
 inline constexpr double kLeastMovement = 6.0;
 
 struct TeamMember {
+  std::string name{};  // P1S16x
   Condition condition = Condition::no_fault;
   Network network;  // evidence -> hidden -> hidden -> score
   double most_misfit =

@@ -117,14 +117,9 @@ double epoch(TeamState& state, const Cases& cases, const std::vector<Index>& ord
   return sum / static_cast<double>(std::max<std::size_t>(batches, 1));
 }
 
-struct Restart {
-  std::array<Network, kConditions> networks;
-  std::vector<TeamEpoch> epochs;
-  double validation = std::numeric_limits<double>::infinity();
-};
-
-Restart run_restart(const Cases& training, const Cases& validation,
-                    const TeamTrainingSettings& settings, std::size_t restart) {
+TeamRestart run_restart(const Cases& training, const Cases& validation,
+                        const TeamTrainingSettings& settings, std::size_t restart,
+                        const TeamHooks& hooks) {
   plant::Random random(stream_seed(settings.seed, 0x7e57 + restart));
   const NetworkShape shape{kEvidence, settings.hidden, settings.hidden, 1};
   TeamState state;
@@ -134,7 +129,8 @@ Restart run_restart(const Cases& training, const Cases& validation,
   }
   std::vector<Index> order(static_cast<std::size_t>(training.evidence.cols()));
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<Index>(k);
-  Restart best;
+  TeamRestart best;
+  best.validation = std::numeric_limits<double>::infinity();
   std::size_t since_best = 0;
   for (std::size_t e = 0; e < settings.most_epochs && since_best < settings.patience; ++e) {
     for (std::size_t k = order.size(); k > 1; --k) {
@@ -145,6 +141,7 @@ Restart run_restart(const Cases& training, const Cases& validation,
     MatrixXd p = scores(state.networks, validation.evidence);
     now.validation = softmax(p, validation.condition, 0);
     best.epochs.push_back(now);
+    if (hooks.epoch) hooks.epoch(now);
     ++since_best;
     if (now.validation < best.validation) {
       best.validation = now.validation;
@@ -239,7 +236,7 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
 
 TeamTraining train_team(const LoopFacts& facts, const std::vector<Example>& examples,
                         const TeamTrainingSettings& settings, const ParallelFor& parallel_for,
-                        const std::function<void(const TeamEpoch&)>& on_epoch) {
+                        const TeamHooks& hooks) {
   TeamTraining result;
   Team& team = result.team;
   team.facts = facts;
@@ -247,17 +244,21 @@ TeamTraining train_team(const LoopFacts& facts, const std::vector<Example>& exam
   standardise(examples, training_count, team);
   const Cases training = cases_of(examples, 0, training_count, team);
   const Cases validation = cases_of(examples, training_count, examples.size(), team);
-  std::vector<Restart> restarts(settings.restarts);
+  std::vector<TeamRestart> restarts(settings.restarts);
   parallel_for(settings.restarts, [&](std::size_t r) {
-    restarts[r] = run_restart(training, validation, settings, r);
-  });
-  const Restart* best = &restarts.front();
-  for (const Restart& restart : restarts) {
-    if (restart.validation < best->validation) best = &restart;
-    for (const TeamEpoch& e : restart.epochs) {
-      if (on_epoch) on_epoch(e);
-      result.epochs.push_back(e);
+    if (hooks.find) {
+      if (std::optional<TeamRestart> found = hooks.find(r)) {
+        restarts[r] = std::move(*found);
+        return;
+      }
     }
+    restarts[r] = run_restart(training, validation, settings, r, hooks);
+    if (hooks.finished) hooks.finished(r, restarts[r]);
+  });
+  const TeamRestart* best = &restarts.front();
+  for (const TeamRestart& restart : restarts) {
+    if (restart.validation < best->validation) best = &restart;
+    result.epochs.insert(result.epochs.end(), restart.epochs.begin(), restart.epochs.end());
   }
   team.temperature =
       fit_temperature(scores(best->networks, validation.evidence), validation, result.validation);

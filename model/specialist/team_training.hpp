@@ -10,8 +10,10 @@
 // Source: D. Kingma and J. Ba, Proc. ICLR (2015).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "model/specialist/simulated_windows.hpp"
@@ -45,6 +47,19 @@ struct TeamEpoch {
   double validation = 0.0;
 };
 
+// One restart, finished: what a caller may keep to go on from after an interruption.
+struct TeamRestart {
+  std::array<Network, kConditions> networks;
+  std::vector<TeamEpoch> epochs;
+  double validation = 0.0;
+};
+
+struct TeamHooks {
+  std::function<std::optional<TeamRestart>(std::size_t restart)> find;  // finished before
+  std::function<void(std::size_t restart, const TeamRestart&)> finished;
+  std::function<void(const TeamEpoch&)> epoch;  // from the threads that train
+};
+
 struct TeamTraining {
   Team team;
   std::vector<TeamEpoch> epochs;
@@ -58,7 +73,7 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
 
 TeamTraining train_team(const LoopFacts& facts, const std::vector<Example>& examples,
                         const TeamTrainingSettings& settings, const ParallelFor& parallel_for,
-                        const std::function<void(const TeamEpoch&)>& on_epoch = {});
+                        const TeamHooks& hooks = {});
 
 // Seed of example k: independent streams from one seed.
 std::uint64_t stream_seed(std::uint64_t seed, std::uint64_t k) noexcept;

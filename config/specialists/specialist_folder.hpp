@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Specialists as a folder: manifest.yaml and a file of weights for each.
+//
+// The loader refuses what it can't trust: another format or version, files larger than their layers can
+// need, a checksum that differs, layers that don't fit, numbers that are not finite, a class that is
+// missing or there twice.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/diagnostic.hpp"
+#include "model/specialist/ensemble.hpp"
+#include "model/specialist/team.hpp"
+
+namespace loopwarden::config {
+
+inline constexpr int kSpecialistVersion = 1;
+
+struct SpecialistTraining {
+  std::string source;  // what they were trained on, in words
+  std::uint64_t seed = 1;
+  std::size_t windows = 0;  // of the simulated loop
+  std::size_t signatures = 0;
+};
+
+// On data that training never saw.
+struct SpecialistFigures {
+  std::size_t windows = 0;
+  double named_percent = 0.0;        // of faulty windows, by their own name
+  double false_alarm_percent = 0.0;  // of windows without a valve fault, called one
+  double undecided_percent = 0.0;    // of all, not_enough_movement
+  double calibration_error = 0.0;    // mean of |probability - share right|, over ten bins
+};
+
+struct SpecialistFolder {
+  std::string plant;  // what their names begin with
+  SpecialistTraining training;
+  std::optional<SpecialistFigures> figures;
+  std::optional<specialist::Team> team;                     // form `explaining`
+  std::vector<specialist::SignatureSpecialist> signatures;  // form `signature`
+};
+
+// `folder` holds manifest.yaml.
+Loaded<SpecialistFolder> read_specialists(const std::filesystem::path& folder);
+
+// Each file under a temporary name first, the manifest last: a folder with a manifest is whole. Returns what went
+// wrong, empty for nothing.
+std::string write_specialists(const SpecialistFolder& specialists,
+                              const std::filesystem::path& folder);
+
+}  // namespace loopwarden::config

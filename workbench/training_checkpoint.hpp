@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a training run has finished, kept beside its result so that a killed run goes on from there.
+//
+// One file for each network, written under a temporary name first. All carry the key of the run: checksum of
+// data, settings and seed. A file of another run, or one that can't be read, counts as not there.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "model/specialist/growing.hpp"
+#include "model/specialist/team_training.hpp"
+
+namespace loopwarden::workbench {
+
+class TrainingCheckpoint {
+ public:
+  // Nothing is kept where the folder can't be made: training goes on without.
+  TrainingCheckpoint(std::filesystem::path folder, std::string key);
+
+  std::optional<specialist::Learned> find_network(const std::string& name) const;
+  void keep_network(const std::string& name, const specialist::Learned& learned) const;
+  std::optional<specialist::TeamRestart> find_team(const std::string& name) const;
+  void keep_team(const std::string& name, const specialist::TeamRestart& restart) const;
+
+  // The run is complete.
+  void remove() const;
+
+ private:
+  std::filesystem::path folder_;
+  std::string key_;
+};
+
+}  // namespace loopwarden::workbench
