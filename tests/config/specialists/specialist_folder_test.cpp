@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/specialists/specialist_folder.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "config/specialists/checksum.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using config::SpecialistFolder;
+using specialist::Condition;
+
+SpecialistFolder some_folder() {
+  SpecialistFolder f;
+  f.plant = "P7";
+  f.training = {"simulated loop of \"x\" \\ y", 42, 700, 25};
+  f.figures = config::SpecialistFigures{900, 81.25, 0.5, 12.5, 0.0125};
+  f.team.emplace();
+  f.team->facts = {0.1, -1.25, 1.7, 2.6, 4.0, 20.0, 0.0, 500.0};
+  f.team->temperature = 1.125;
+  for (std::size_t i = 0; i < specialist::kEvidence; ++i) {
+    f.team->centre[i] = 0.5 * static_cast<double>(i);
+    f.team->scale[i] = 1.0 + static_cast<double>(i);
+  }
+  for (std::size_t c = 0; c < specialist::kConditions; ++c) {
+    const auto condition = static_cast<Condition>(c);
+    f.team->members[c] = {std::string("P7-") + to_text(condition), condition,
+                          specialist::random_network({specialist::kEvidence, 3, 2, 1}, c), 1.5};
+  }
+  specialist::SignatureSpecialist s{
+      "P7S4",
+      Condition::stiction,
+      specialist::random_network({specialist::kSide, 4, 4, specialist::kSide}, 9),
+      {5.0, 2.5},
+      {}};
+  s.target.assign(specialist::kSignatureSamples, 4.25);
+  f.signatures.push_back(s);
+  return f;
+}
+
+// The error's text on a written folder in which `change` has been made.
+template <class Change>
+std::string refusal(Change change) {
+  const TemporaryFolder folder;
+  REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());
+  change(folder.path());
+  const auto read = config::read_specialists(folder.path());
+  CHECK_FALSE(read);
+  return config::to_text(read.diagnostics);
+}
+
+void replace(const std::filesystem::path& file, const std::string& from, const std::string& to) {
+  std::string text = read_file(file);
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  write_file(file, text.replace(at, from.size(), to));
+}
+
+// New weights, and the manifest agrees.
+void put_weights(const std::filesystem::path& folder, const std::string& text) {
+  const std::string before = config::sha256_of(read_file(folder / "P7S4.weights"));
+  write_file(folder / "P7S4.weights", text);
+  replace(folder / "manifest.yaml", before, config::sha256_of(text));
+}
+
+using Catch::Matchers::Contains;
+
+}  // namespace
+
+TEST_CASE("a checksum is that of the standard's example", "[specialists]") {
+  CHECK(config::sha256_of("abc") ==
+        "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST_CASE("specialists read back as they were written", "[specialists]") {
+  const TemporaryFolder folder;
+  const SpecialistFolder written = some_folder();
+  REQUIRE(config::write_specialists(written, folder.path()).empty());
+  const auto read = config::read_specialists(folder.path());
+  INFO(config::to_text(read.diagnostics));
+  REQUIRE(read);
+  CHECK(read->plant == "P7");
+  CHECK(read->training.source == written.training.source);
+  CHECK(read->training.seed == 42);
+  CHECK(read->figures->named_percent == 81.25);
+  REQUIRE(read->team);
+  CHECK(read->team->facts == written.team->facts);
+  CHECK(read->team->temperature == 1.125);
+  CHECK(read->team->scale == written.team->scale);
+  for (std::size_t c = 0; c < specialist::kConditions; ++c) {
+    const specialist::TeamMember& a = read->team->members[c];
+    const specialist::TeamMember& b = written.team->members[c];
+    CHECK(a.name == b.name);
+    CHECK(a.condition == b.condition);
+    CHECK(a.most_misfit == b.most_misfit);
+    for (std::size_t l = 0; l < 3; ++l) {
+      CHECK(a.network.layers[l].weights ==
+            b.network.layers[l].weights.cast<float>().cast<double>());
+      CHECK(a.network.layers[l].bias == b.network.layers[l].bias.cast<float>().cast<double>());
+    }
+  }
+  REQUIRE(read->signatures.size() == 1);
+  CHECK(read->signatures[0].scaling == specialist::Scaling{5.0, 2.5});
+  CHECK(read->signatures[0].target == written.signatures[0].target);
+}
+
+TEST_CASE("a folder that can't be trusted is refused with the reason", "[specialists]") {
+  using Path = std::filesystem::path;
+  CHECK_THAT(
+      refusal([](const Path& f) { replace(f / "manifest.yaml", "version: 1", "version: 2"); }),
+      Contains("version"));
+  CHECK_THAT(refusal([](const Path& f) {
+               replace(f / "manifest.yaml", "loopwarden-specialists", "loopwarden-loops");
+             }),
+             Contains("format"));
+  CHECK_THAT(refusal([](const Path& f) { std::filesystem::remove(f / "manifest.yaml"); }),
+             Contains("manifest.yaml"));
+  CHECK_THAT(refusal([](const Path& f) { std::filesystem::remove(f / "P7S4.weights"); }),
+             Contains("P7S4.weights"));
+  CHECK_THAT(refusal([](const Path& f) { replace(f / "P7S4.weights", "4.25", "4.26"); }),
+             Contains("another sha256"));
+  CHECK_THAT(refusal([](const Path& f) {
+               replace(f / "manifest.yaml", "layers: 31-4-4-31", "layers: 31-4-5-31");
+             }),
+             Contains("numbers"));
+  CHECK_THAT(refusal([](const Path& f) {
+               replace(f / "manifest.yaml", "layers: 31-4-4-31", "layers: 30-4-4-31");
+             }),
+             Contains("must begin with 31"));
+  CHECK_THAT(refusal([](const Path& f) {
+               replace(f / "manifest.yaml", "layers: 31-4-4-31", "layers: 31-4-400-31");
+             }),
+             Contains("four numbers"));
+  CHECK_THAT(refusal([](const Path& f) {
+               replace(f / "manifest.yaml", "class: backlash", "class: stiction");
+             }),
+             Contains("second explaining specialist"));
+  CHECK_THAT(refusal([](const Path& f) {
+               replace(f / "manifest.yaml", "file: P7S4.weights", "file: ../P7S4.weights");
+             }),
+             Contains("plain name"));
+  CHECK_THAT(refusal([](const Path& f) {
+               replace(f / "manifest.yaml", "temperature: 1.125", "temperature: .nan");
+             }),
+             Contains("temperature"));
+  CHECK_THAT(refusal([](const Path& f) { replace(f / "manifest.yaml", "plant:", "plnt:"); }),
+             Contains("plnt"));
+}
+
+TEST_CASE("weights must be as many as the layers take, and finite", "[specialists]") {
+  using Path = std::filesystem::path;
+  const auto changed = [](auto change) {
+    return refusal([&](const Path& f) {
+      std::string text = read_file(f / "P7S4.weights");
+      change(text);
+      put_weights(f, text);
+    });
+  };
+  CHECK_THAT(changed([](std::string& t) { t += "1.0\n"; }), Contains("has more"));
+  CHECK_THAT(changed([](std::string& t) { t.resize(t.rfind("4.25")); }), Contains("must hold"));
+  CHECK_THAT(changed([](std::string& t) { t.replace(t.rfind("4.25"), 4, "nan "); }),
+             Contains("finite number"));
+  CHECK_THAT(changed([](std::string& t) { t.replace(t.rfind("4.25"), 4, "1e99"); }),
+             Contains("finite number"));
+  CHECK_THAT(changed([](std::string& t) { t.replace(t.rfind("4.25"), 4, "4,25"); }),
+             Contains("finite number"));
+  CHECK_THAT(changed([](std::string& t) { t.insert(0, "#"); }), Contains("no file of weights"));
+  CHECK_THAT(changed([](std::string& t) { t.append(100000, ' '); }), Contains("too large"));
+}
+
+}  // namespace loopwarden::tests

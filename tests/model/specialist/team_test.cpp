@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/specialist/team.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/model/specialist/specialist_support.hpp"
+#include "tests/support/rt_guard.hpp"
+
+using namespace loopwarden;
+using namespace loopwarden::specialist;
+
+namespace {
+
+TeamTraining small_team(const ParallelFor& parallel_for) {
+  const plant::LoopModel model = tests::flow_loop();
+  TeamTrainingSettings settings;
+  settings.hidden = 8;
+  settings.restarts = 2;
+  settings.most_epochs = 25;
+  return train_team(facts_of(model), simulate_examples(model, 1400, 5, parallel_for), settings,
+                    parallel_for);
+}
+
+const TeamTraining& trained() {
+  static const TeamTraining result = small_team(tests::one_thread());
+  return result;
+}
+
+// A team whose networks say what the test wants, whatever the evidence: softmax of `scores`.
+Team puppet_team(const std::array<double, kConditions>& scores) {
+  Team team;
+  team.facts = facts_of(tests::flow_loop());
+  team.scale.fill(1.0);
+  for (std::size_t c = 0; c < kConditions; ++c) {
+    team.members[c].condition = static_cast<Condition>(c);
+    team.members[c].network = Network({kEvidence, 1, 1, 1});
+    team.members[c].network.layers[2].bias(0) = scores[c];
+    team.members[c].most_misfit = 1.0;
+  }
+  return team;
+}
+
+// What every condition explains down to twice the noise, with movement.
+Findings plain_findings() {
+  Findings f;
+  f.usable = true;
+  f.noise = 0.1;
+  f.co_range = 10.0;
+  f.pv_range = 10.0;
+  f.co_travel = 30.0;
+  f.co_fastest = 1.0;
+  for (Fit& fit : f.fits) {
+    fit.mse = 0.02;
+    fit.innovation = 0.02;
+    fit.size = 6.0;
+    fit.shape = 0.5;
+  }
+  return f;
+}
+
+}  // namespace
+
+TEST_CASE("names of conditions and verdicts are those of the files", "[specialist]") {
+  CHECK(condition_of("low_air_supply") == Condition::low_air_supply);
+  CHECK_FALSE(condition_of("other"));
+  CHECK_FALSE(condition_of("sticky"));
+  CHECK(std::string(to_text(Verdict::not_enough_movement)) == "not_enough_movement");
+  for (std::size_t c = 0; c < kKnownConditions; ++c) {
+    CHECK(std::string(to_text(static_cast<Condition>(c))) == to_text(static_cast<Verdict>(c)));
+  }
+}
+
+TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[specialist]") {
+  const Findings plain = plain_findings();
+  // no_fault, stiction, backlash, hysteresis, low air, other
+  const auto verdict = [](const std::array<double, kConditions>& scores, const Findings& f) {
+    return TeamJudge(puppet_team(scores)).judge(f);
+  };
+  const WindowVerdict sticky = verdict({0, 6, 3, 0, 0, 0}, plain);
+  CHECK(sticky.verdict == Verdict::stiction);
+  CHECK(sticky.severity_percent == Approx(6.0));
+  CHECK(sticky.probability == Approx(std::exp(6.0) / (std::exp(6.0) + std::exp(3.0) + 4.0)));
+  CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).verdict == Verdict::no_fault);
+  CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).severity_percent == 0.0);
+  CHECK(verdict({0, 0, 0, 0, 0, 6}, plain).verdict == Verdict::unknown);
+  // Faults together are sure, though none is alone.
+  CHECK(verdict({0, 0, 5, 4.9, 0, 0}, plain).verdict == Verdict::backlash);
+  // Torn between healthy and a fault that would not show.
+  CHECK(verdict({2, 2, 0, 0, 0, 0}, plain).verdict == Verdict::not_enough_movement);
+
+  Findings misfit = plain;
+  for (Fit& fit : misfit.fits) fit.mse = 1.0;
+  CHECK(verdict({0, 6, 0, 0, 0, 0}, misfit).verdict == Verdict::unknown);
+  CHECK(verdict({6, 0, 0, 0, 0, 0}, misfit).verdict == Verdict::unknown);
+  Findings still = plain;
+  still.co_range = 0.3;
+  CHECK(verdict({6, 0, 0, 0, 0, 0}, still).verdict == Verdict::not_enough_movement);
+  CHECK(verdict({0, 0, 0, 0, 0, 6}, still).verdict == Verdict::not_enough_movement);
+  CHECK(verdict({0, 6, 0, 0, 0, 0}, Findings{}).verdict == Verdict::not_enough_movement);
+}
+
+TEST_CASE("hysteresis is explained by the better of its two forms", "[specialist]") {
+  Findings f = plain_findings();
+  f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].mse = 0.01;
+  f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].size = -4.0;
+  CHECK(misfit_of(f, Condition::hysteresis) == 0.01);
+  CHECK(severity_of(f, Condition::hysteresis) == 4.0);
+  CHECK(severity_of(f, Condition::other) == 0.0);
+}
+
+TEST_CASE("a trained team knows play of other code than its own, and a healthy valve",
+          "[specialist]") {
+  TeamJudge judge(trained().team);
+  const WindowVerdict play = judge.judge(tests::play_window(0.7, 0.02).view());
+  CHECK(play.verdict == Verdict::backlash);
+  CHECK(play.severity_percent == Approx(7.0).epsilon(0.1));
+  const WindowVerdict healthy = judge.judge(tests::play_window(0.0, 0.02).view());
+  CHECK_FALSE(names_fault(healthy.verdict));
+  CHECK(healthy.verdict != Verdict::unknown);
+  double sum = 0.0;
+  for (const double p : play.probabilities) sum += p;
+  CHECK(sum == Approx(1.0));
+}
+
+TEST_CASE("most fresh windows with a fault are named, few healthy ones are", "[specialist]") {
+  TeamJudge judge(trained().team);
+  const plant::LoopModel model = tests::flow_loop();
+  int wrong = 0;
+  int named = 0;
+  for (std::uint64_t seed = 5000; seed < 5030; ++seed) {
+    const auto verdict_on = [&](Condition c) {
+      return judge
+          .judge(simulate_window(model, {.condition = c, .severity_percent = 8.0}, seed).view())
+          .verdict;
+    };
+    wrong += names_fault(verdict_on(Condition::no_fault)) ? 1 : 0;
+    named += verdict_on(Condition::backlash) == Verdict::backlash ? 1 : 0;
+    named += verdict_on(Condition::stiction) == Verdict::stiction ? 1 : 0;
+  }
+  CHECK(wrong <= 1);
+  CHECK(named >= 30);
+}
+
+TEST_CASE("training depends on the seed alone, not on the order of the work", "[specialist]") {
+  const TeamTraining again = small_team(tests::backwards());
+  REQUIRE(again.epochs.size() == trained().epochs.size());
+  CHECK(again.validation == trained().validation);
+  for (std::size_t c = 0; c < kConditions; ++c) {
+    CHECK(again.team.members[c].network.layers[0].weights ==
+          trained().team.members[c].network.layers[0].weights);
+  }
+}
+
+TEST_CASE("a finished restart is taken over instead of trained again", "[specialist]") {
+  const plant::LoopModel model = tests::flow_loop();
+  const std::vector<Example> examples = simulate_examples(model, 700, 5, tests::one_thread());
+  TeamTrainingSettings settings;
+  settings.hidden = 4;
+  settings.most_epochs = 3;
+  std::vector<TeamRestart> kept(settings.restarts);
+  TeamHooks hooks;
+  hooks.finished = [&](std::size_t r, const TeamRestart& restart) { kept[r] = restart; };
+  const TeamTraining first =
+      train_team(facts_of(model), examples, settings, tests::one_thread(), hooks);
+  int trained_again = 0;
+  hooks.find = [&](std::size_t r) { return r == 0 ? std::optional(kept[0]) : std::nullopt; };
+  hooks.finished = [&](std::size_t, const TeamRestart&) { ++trained_again; };
+  const TeamTraining second =
+      train_team(facts_of(model), examples, settings, tests::one_thread(), hooks);
+  CHECK(trained_again == 1);
+  CHECK(second.validation == first.validation);
+}
+
+TEST_CASE("judging a window does not allocate", "[specialist]") {
+  TeamJudge judge(trained().team);
+  const tests::PlayWindow w = tests::play_window(0.7, 0.02);
+  tests::RealTimeSection::reset();
+  Verdict verdict = Verdict::unknown;
+  {
+    const tests::RealTimeSection section;
+    verdict = judge.judge(w.view()).verdict;
+  }
+  CHECK(verdict == Verdict::backlash);
+  CHECK(tests::RealTimeSection::offences() == 0);
+}
