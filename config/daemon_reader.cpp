@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "config/modbus_server_reader.hpp"
 #include "config/source_file.hpp"
 
 namespace loopwarden::config {
@@ -160,6 +161,13 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   config.stop_timeout_s = in.number(
       "stop_timeout", {"s", between(0.1, 60.0), "to bring every output to its stop action"},
       config.stop_timeout_s);
+  if (std::optional<MapReader> server =
+          in.maybe_section("modbus_server", "offers the register map to Modbus TCP masters")) {
+    config.modbus_server = read_modbus_server(*server);
+  }
+  if (std::optional<MapReader> alarms = in.maybe_section("alarms", "of all loops")) {
+    config.alarms = read_alarms(*alarms);
+  }
   for (auto& [name, section] :
        in.maybe_named_sections("links", "name", "Modbus links that loops refer to by name")) {
     LinkSettings link = read_link(section, name);

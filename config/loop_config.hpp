@@ -15,8 +15,10 @@
 #include "hal/modbus/modbus_settings.hpp"
 #include "hal/replay/replay_settings.hpp"
 #include "hal/sim/sim_settings.hpp"
+#include "hal/os/peer_list.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
+#include "model/monitor/alarm.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::config {
@@ -32,6 +34,15 @@ struct Start {
 struct Recording {
   bool enabled = true;
   std::size_t limit_bytes = 64'000'000;  // of this loop's ring of segments
+};
+
+// How the loop is cut into windows for the specialists.
+struct WindowCut {
+  double overlap = 0.5;  // share of a window that the next one has in common
+  // Cycles averaged into one sample; nothing: as many as fit into 0.1 s, so that a window is 96 s.
+  std::optional<std::size_t> decimation;
+
+  friend bool operator==(const WindowCut&, const WindowCut&) = default;
 };
 
 // Where u_valve of the jacket comes from.
@@ -60,6 +71,7 @@ struct LoopConfig {
   Start start;
   ValvePosition valve_position;
   Recording recording;
+  WindowCut monitor;
   Io io;
 };
 
@@ -67,6 +79,27 @@ struct RealTime {
   int priority = 70;       // SCHED_FIFO priority of the loop thread, 1..98; 0: ordinary
   std::optional<int> cpu;  // CPU for the loop thread
   bool lock_memory = true;
+};
+
+// The register map offered to masters: `loopwarden register-map`.
+struct ModbusServer {
+  enum class LossAction : std::uint8_t { report, manual, automatic };
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 1502;
+  std::uint8_t unit = 1;
+  hal::modbus::ByteOrder word_order = hal::modbus::ByteOrder::abcd;
+  std::size_t most_clients = 32;
+  double idle_timeout_s = 60.0;
+  double requests_per_second = 200.0;  // of each client
+  bool writes = false;
+  std::vector<hal::os::PeerRule> clients;
+  double master_timeout_s = 0.0;  // s; 0: the master's heartbeat is not watched
+  LossAction on_master_loss = LossAction::report;
+};
+
+struct Alarms {
+  monitor::AlarmSettings settings;
+  double severe_percent = 10.0;  // % of the CO span
 };
 
 struct DaemonConfig {
@@ -78,6 +111,8 @@ struct DaemonConfig {
   std::string log_level = "info";
   double stop_timeout_s = 5.0;  // s to reach the stop actions after SIGTERM
   std::map<std::string, hal::modbus::LinkSettings> links;
+  std::optional<ModbusServer> modbus_server;
+  Alarms alarms;
 };
 
 struct Configuration {
@@ -88,7 +123,7 @@ struct Configuration {
 // Whether what differs between two states of a loop's file can't be taken over while it runs.
 inline bool needs_restart(const LoopConfig& running, const LoopConfig& wanted) {
   return running.sample_time_s != wanted.sample_time_s || running.io != wanted.io ||
-         running.valve_position != wanted.valve_position;
+         running.valve_position != wanted.valve_position || running.monitor != wanted.monitor;
 }
 
 }  // namespace loopwarden::config

@@ -98,6 +98,10 @@ class LoopReader {
             in_.maybe_section("recording", "of the loop to disk")) {
       read_recording(*recording);
     }
+    if (std::optional<MapReader> monitor =
+            in_.maybe_section("monitor", "how the loop is cut into windows of 961 samples")) {
+      read_monitor(*monitor);
+    }
     IoSection io;
     if (std::optional<MapReader> section = in_.need_section("io", "what the loop is wired to")) {
       io = read_io(*section, {.file = config().file,
@@ -348,6 +352,17 @@ class LoopReader {
     const Value<std::int64_t> limit =
         in.integer("limit_mb", {1, 1'000'000, "MB", "the oldest goes first"}, 64);
     recording.limit_bytes = static_cast<std::size_t>(limit.value * kMegabyte);
+  }
+
+  void read_monitor(MapReader& in) {
+    WindowCut& monitor = config().monitor;
+    monitor.overlap = in.number(
+        "overlap", {"", between(0.0, 0.95), "share of a window that the next one has in common"},
+        monitor.overlap);
+    const Value<std::int64_t> decimation =
+        in.maybe_integer("decimation", {1, 10'000, "", "cycles averaged into one sample", false,
+                                        "as many as fit into 0.1 s, so that a window is 96 s"});
+    if (decimation.given) monitor.decimation = static_cast<std::size_t>(decimation.value);
   }
 
   void check_jacket(MapReader& in, const IoSection& io) {

@@ -9,14 +9,19 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "config/config_reader.hpp"
 #include "daemon/health/event_text.hpp"
+#include "daemon/loop_health.hpp"
 #include "hal/os/real_time.hpp"
+#include "hal/record/segment_format.hpp"
 #include "model/plant/effect_catalogue.hpp"
 
 namespace loopwarden::daemon {
@@ -51,6 +56,61 @@ rt::ValvePositionSource source_of(const config::ValvePosition& position) {
   return rt::ValvePositionSource::none;
 }
 
+std::int64_t monotonic_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kSecond + now.tv_nsec;
+}
+
+std::int64_t utc_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
+  std::vector<monitor::WatchBoard::Loop> loops;
+  for (const config::LoopConfig& loop : configuration.loops) {
+    loops.push_back({loop.name, loop.sample_time_s});
+  }
+  return loops;
+}
+
+loopwarden::monitor::WindowSettings window_of(const config::LoopConfig& loop) {
+  constexpr double kSample = 0.1;  // s: a window of 961 is then 96 s
+  const auto fitting =
+      static_cast<std::size_t>(std::max(1L, std::lround(kSample / loop.sample_time_s)));
+  return {.overlap = loop.monitor.overlap,
+          .decimation = loop.monitor.decimation.value_or(fitting),
+          .sample_time_s = loop.sample_time_s,
+          .pv_low = loop.pv.low,
+          .pv_high = loop.pv.high,
+          .co_low = loop.controller.pid.output_low,
+          .co_high = loop.controller.pid.output_high};
+}
+
+// CRC-32 over the files in their order; a file that can't be read counts as empty.
+std::uint32_t hash_of(const config::Configuration& configuration) {
+  std::vector<std::string> files{configuration.daemon.file};
+  for (const config::LoopConfig& loop : configuration.loops) files.push_back(loop.file);
+  std::uint32_t hash = 0;
+  for (const std::string& file : files) {
+    std::ifstream stream(file, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(stream), {}};
+    hash = hal::record::crc32(std::span(text.data(), text.size()), hash);
+  }
+  return hash;
+}
+
+gateway::MasterLossAction action_of(config::ModbusServer::LossAction action) {
+  switch (action) {
+    case config::ModbusServer::LossAction::manual: return gateway::MasterLossAction::manual;
+    case config::ModbusServer::LossAction::automatic: return gateway::MasterLossAction::automatic;
+    case config::ModbusServer::LossAction::report: break;
+  }
+  return gateway::MasterLossAction::report;
+}
+
 // Waits for one of the daemon's signals; 0 if none came in time.
 int wait_for_signal(std::int64_t timeout_ns) {
   sigset_t set;
@@ -78,9 +138,14 @@ App::App(config::Configuration configuration, std::filesystem::path config_path)
       rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : ""),
       started_ns_(clock_.now_ns()),
       historian_(loops_, configuration_.daemon.state_directory),
+      journal_({.folder = configuration_.daemon.state_directory}),
+      board_(watched_loops(configuration_), configuration_.daemon.alarms.settings, journal_,
+             utc_ms),
+      config_hash_(hash_of(configuration_)),
       control_((std::filesystem::path(configuration_.daemon.runtime_directory) / "control.sock")
                    .string(),
-               loops_, historian_, [this] { return status(); }) {
+               loops_, historian_, board_, journal_, configuration_.daemon.alarms.severe_percent,
+               [this] { return status(); }) {
   const double accelerate = configuration_.daemon.accelerate;
   std::int64_t tick_ns = 0;
   for (const config::LoopConfig& loop : configuration_.loops) {
@@ -105,13 +170,47 @@ App::App(config::Configuration configuration, std::filesystem::path config_path)
     runner_->add(*loops_.back().cycle,
                  static_cast<std::uint64_t>(period_ns(config, accelerate) / tick_ns));
   }
+
+  board_.restore(journal_.open());
+  std::vector<monitor::WatchedLoop> watched;
+  for (const LoopRuntime& loop : loops_) {
+    watched.push_back({.cycles = &loop.channels->watched,
+                       .window = window_of(loop.config),
+                       .judge = nullptr,
+                       .rule = {}});
+  }
+  monitor_ = std::make_unique<monitor::Monitor>(std::move(watched), board_);
+  if (configuration_.daemon.modbus_server) make_gateway();
+}
+
+void App::make_gateway() {
+  const config::ModbusServer& server = *configuration_.daemon.modbus_server;
+  plant_ = std::make_unique<GatewayPlant>(loops_, historian_, board_, journal_,
+                                          configuration_.daemon.alarms.severe_percent,
+                                          [this] { return box_reading(); });
+  gateway_ = std::make_unique<gateway::Gateway>(
+      gateway::GatewaySettings{.tcp = {.address = server.address,
+                                       .port = server.port,
+                                       .unit = server.unit,
+                                       .most_clients = server.most_clients,
+                                       .idle_timeout_s = server.idle_timeout_s,
+                                       .requests_per_second = server.requests_per_second},
+                               .peers = server.clients,
+                               .writes = server.writes,
+                               .word_order = server.word_order,
+                               .master_heartbeat = {.timeout_s = server.master_timeout_s,
+                                                    .action = action_of(server.on_master_loss)}},
+      *plant_, clock_);
 }
 
 App::~App() {
   quit_ = true;
   real_time_thread_.join();
+  if (gateway_) gateway_->stop();
   control_.stop();
+  monitor_->stop();
   historian_.stop();
+  journal_.stop();
   for (LoopRuntime& loop : loops_) loop.io->close();
 }
 
@@ -124,7 +223,9 @@ int App::run() {
 
 void App::start() {
   for (LoopRuntime& loop : loops_) loop.io->open();
+  journal_.start();
   historian_.start();
+  monitor_->start();
   control_.start();
 
   const config::RealTime& rights = configuration_.daemon.real_time;
@@ -146,6 +247,11 @@ void App::start() {
       clock_.sleep_until_ns(clock_.now_ns() + kSecond / 100);
     }
   }
+  // Only now are there values to be read.
+  if (gateway_) {
+    gateway_->start();
+    spdlog::info("Modbus server at port {}", gateway_->port());
+  }
   watch_threads();
   spdlog::info("running {} loop{}", loops_.size(), loops_.size() == 1 ? "" : "s");
   service_.ready();
@@ -161,6 +267,11 @@ void App::watch_threads() {
   thread_watch_.add(
       {"loops", [this] { return runner_->ticks(); }, 2 * kSecond + 3 * longest_period_ns}, now_ns);
   thread_watch_.add({"historian", [this] { return historian_.ticks(); }, 10 * kSecond}, now_ns);
+  thread_watch_.add({"journal", [this] { return journal_.ticks(); }, 30 * kSecond}, now_ns);
+  thread_watch_.add({"monitor", [this] { return monitor_->ticks(); }, 10 * kSecond}, now_ns);
+  if (gateway_) {
+    thread_watch_.add({"gateway", [this] { return gateway_->ticks(); }, 10 * kSecond}, now_ns);
+  }
   thread_watch_.add({"control", [this] { return control_.ticks(); }, 10 * kSecond}, now_ns);
   for (const LoopRuntime& loop : loops_) {
     if (!loop.io->has_thread()) continue;
@@ -311,10 +422,31 @@ nlohmann::json App::status() const {
                           {"p99_9", microseconds(h.quantile_ns(0.999))},
                           {"worst", microseconds(h.worst_ns)}};
   };
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  const std::int64_t now_ns = now.tv_sec * kSecond + now.tv_nsec;
+  const journal::JournalStatus lines = journal_.status();
+  const monitor::MonitorStatus watched = monitor_->status();
+  nlohmann::json server = nullptr;
+  if (gateway_) {
+    const gateway::TcpServerCounters c = gateway_->counters();
+    server = {{"port", gateway_->port()}, {"clients", c.clients}, {"requests", c.requests},
+              {"accepted", c.accepted},   {"refused", c.refused}, {"displaced", c.displaced},
+              {"malformed", c.malformed}};
+  }
+  const std::int64_t now_ns = monotonic_ns();
   return {{"version", LOOPWARDEN_VERSION},
+          {"config_hash", config_hash_},
+          {"journal",
+           {{"file", journal_.path().string()},
+            {"written", lines.written},
+            {"waiting", lines.waiting},
+            {"lost", lines.lost},
+            {"damaged", lines.damaged},
+            {"error", lines.error}}},
+          {"monitor",
+           {{"windows", watched.windows},
+            {"cycles", watched.cycles},
+            {"dropped", watched.dropped},
+            {"backlog", watched.backlog}}},
+          {"modbus_server", std::move(server)},
           {"uptime_s", static_cast<double>(now_ns - started_ns_) / 1e9},
           {"accelerate", configuration_.daemon.accelerate},
           {"real_time_missing", rights_missing_},
@@ -324,6 +456,33 @@ nlohmann::json App::status() const {
           {"events_dropped", events_.dropped()},
           {"wake_up_us", histogram(runner.wake_up)},
           {"work_us", histogram(runner.work)}};
+}
+
+gateway::BoxReading App::box_reading() const {
+  rt::RunnerStatus runner;
+  {
+    const std::lock_guard lock(status_mutex_);
+    runner = runner_status_;
+  }
+  const journal::JournalStatus lines = journal_.status();
+  const monitor::MonitorStatus watched = monitor_->status();
+  gateway::BoxReading box;
+  box.utc_ms = utc_ms();
+  box.uptime_s = static_cast<double>(monotonic_ns() - started_ns_) / 1e9;
+  box.overruns = runner.overruns;
+  box.wake_up_worst_us = static_cast<double>(runner.wake_up.worst_ns) / 1000.0;
+  box.wake_up_p99_us = static_cast<double>(runner.wake_up.quantile_ns(0.99)) / 1000.0;
+  box.config_hash = config_hash_;
+  box.real_time_rights = rights_missing_.empty();
+  box.any_simulated = std::any_of(loops_.begin(), loops_.end(), [](const LoopRuntime& loop) {
+    return is_simulated(loop.config);
+  });
+  box.journal_trouble = !lines.error.empty();
+  box.journal_waiting = lines.waiting;
+  box.journal_lost = lines.lost;
+  box.window_backlog = watched.backlog;
+  box.monitor_dropped = watched.dropped;
+  return box;
 }
 
 int drive_to_stop_actions(const config::Configuration& configuration) {

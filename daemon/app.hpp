@@ -15,9 +15,14 @@
 #include "config/loop_config.hpp"
 #include "daemon/backend_factory.hpp"
 #include "daemon/control_server.hpp"
+#include "daemon/gateway/gateway.hpp"
+#include "daemon/gateway_plant.hpp"
 #include "daemon/health/watchdog.hpp"
 #include "daemon/historian.hpp"
+#include "daemon/journal/journal.hpp"
 #include "daemon/loop_runtime.hpp"
+#include "daemon/monitor/monitor.hpp"
+#include "daemon/monitor/watch_board.hpp"
 #include "daemon/rt/cyclic_runner.hpp"
 #include "hal/os/clock.hpp"
 #include "hal/os/thread.hpp"
@@ -43,7 +48,9 @@ class App {
   void reload();
   void log_events();
   void watch_threads();
+  void make_gateway();
   nlohmann::json status() const;
+  gateway::BoxReading box_reading() const;
   void publish_runner_status();
 
   config::Configuration configuration_;
@@ -56,7 +63,13 @@ class App {
   std::int64_t started_ns_;
   std::unique_ptr<rt::CyclicRunner> runner_;
   Historian historian_;
+  journal::Journal journal_;
+  monitor::WatchBoard board_;
+  std::unique_ptr<monitor::Monitor> monitor_;
+  std::uint32_t config_hash_ = 0;  // of the files as they were read
   ControlServer control_;
+  std::unique_ptr<GatewayPlant> plant_;
+  std::unique_ptr<gateway::Gateway> gateway_;  // null: no Modbus server is configured
   health::ThreadWatch thread_watch_;
   health::ServiceManager service_;
   std::atomic<bool> stop_{false};  // outputs go to their stop action

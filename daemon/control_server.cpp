@@ -10,10 +10,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "daemon/loop_health.hpp"
+
 namespace loopwarden::daemon {
 namespace {
 
 using nlohmann::json;
+namespace model = loopwarden::monitor;
 
 constexpr std::size_t kMostTrendRows = 512;
 
@@ -69,12 +72,107 @@ json io_status(const hal::IoCounters& c) {
           {"old_commands_withheld", c.old_commands_withheld}};
 }
 
+model::AlarmKind wanted_alarm(const json& request) {
+  const std::string name = wanted_text(request, "alarm");
+  for (const model::AlarmKind kind : model::kAlarmKinds) {
+    if (name == model::to_text(kind)) return kind;
+  }
+  throw RequestError("no alarm '" + name +
+                     "'; alarms are stiction, backlash, hysteresis, low_air_supply, unknown");
+}
+
+model::AlarmAction wanted_action(const json& request) {
+  static const std::map<std::string, model::AlarmAction> kActions{
+      {"acknowledge", model::AlarmAction::acknowledge},
+      {"reset", model::AlarmAction::reset},
+      {"shelve", model::AlarmAction::shelve},
+      {"unshelve", model::AlarmAction::unshelve}};
+  const auto action = kActions.find(wanted_text(request, "action"));
+  if (action == kActions.end()) {
+    throw RequestError("action is acknowledge, reset, shelve or unshelve");
+  }
+  return action->second;
+}
+
+json alarm_json(const std::string& loop, model::AlarmKind kind, const model::Alarm& alarm) {
+  const model::AlarmMemory& memory = alarm.memory();
+  return {{"loop", loop},
+          {"alarm", model::to_text(kind)},
+          {"state", model::to_text(alarm.state())},
+          {"active", alarm.active()},
+          {"unacknowledged", alarm.unacknowledged()},
+          {"consequence", alarm.explained() && alarm.active()},
+          {"raised_ms", memory.raised_ms},
+          {"changed_ms", memory.changed_ms},
+          {"times_raised", memory.times_raised},
+          {"shelved_until_ms", memory.shelved_until_ms},
+          {"severity_percent", number(memory.severity_percent)},
+          {"worst_severity_percent", number(memory.worst_severity_percent)}};
+}
+
+const char* source_text(model::StickSource source) {
+  switch (source) {
+    case model::StickSource::read_back: return "read-back";
+    case model::StickSource::ellipse: return "PV and CO";
+    case model::StickSource::none: break;
+  }
+  return "none";
+}
+
+json watch_json(const monitor::LoopWatch& watch) {
+  const model::WindowMeasures& m = watch.measures;
+  json probability = json::object();
+  for (const model::AlarmKind kind : model::kAlarmKinds) {
+    probability[model::to_text(kind)] = watch.judgement.probability[model::index_of(kind)];
+  }
+  return {{"window_state", model::to_text(watch.window_state)},
+          {"windows", watch.windows},
+          {"windows_suppressed", watch.windows_suppressed},
+          {"probability", std::move(probability)},
+          {"severity_percent", number(watch.judgement.severity_percent)},
+          {"oscillation_index", number(m.oscillation_index)},
+          {"oscillation_period_s", number(m.period_s)},
+          {"variability_percent", number(m.variability_percent)},
+          {"mean_error_percent", number(m.mean_error_percent)},
+          {"saturated_percent", number(m.saturated_percent)},
+          {"travel_percent_per_hour", number(m.travel_percent_per_hour)},
+          {"reversals_per_hour", number(m.reversals_per_hour)},
+          {"stick_percent", number(m.stick_percent)},
+          {"stick_source", source_text(m.stick_source)},
+          {"hours_automatic", watch.times.seconds_in(control::Mode::automatic) / 3600.0},
+          {"hours_manual", watch.times.seconds_in(control::Mode::manual) / 3600.0},
+          {"hours_at_limit", watch.times.seconds_at_limit() / 3600.0}};
+}
+
+json journal_json(const journal::JournalRow& row) {
+  const journal::JournalEntry& e = row.entry;
+  return {{"id", row.id},
+          {"utc_ms", e.utc_ms},
+          {"kind", journal::to_text(e.kind)},
+          {"loop", e.loop},
+          {"alarm", e.alarm},
+          {"from", e.from},
+          {"to", e.to},
+          {"severity_percent", e.severity_percent ? json(*e.severity_percent) : json(nullptr)},
+          {"peer", e.peer},
+          {"what", e.what},
+          {"old", e.old_value},
+          {"new", e.new_value},
+          {"result", e.result},
+          {"reason", e.reason}};
+}
+
 }  // namespace
 
 ControlServer::ControlServer(std::string socket_path, std::vector<LoopRuntime>& loops,
-                             Historian& historian, std::function<json()> daemon_status)
+                             Historian& historian, monitor::WatchBoard& board,
+                             journal::Journal& journal, double severe_percent,
+                             std::function<json()> daemon_status)
     : loops_(loops),
       historian_(historian),
+      board_(board),
+      journal_(journal),
+      severe_percent_(severe_percent),
       daemon_status_(std::move(daemon_status)),
       server_(std::move(socket_path),
               [this](std::string_view line, unsigned uid) { return answer(line, uid); }) {}
@@ -115,6 +213,10 @@ json ControlServer::handle(const json& request, unsigned peer_uid) {
   if (what == "trend") return trend(request);
   if (what == "set") return set(request, peer_uid);
   if (what == "record") return record(request);
+  if (what == "alarms") return alarms();
+  if (what == "alarm") return alarm(request, peer_uid);
+  if (what == "explain") return explain(request);
+  if (what == "journal") return journal(request);
   throw RequestError("unknown request '" + what + "'");
 }
 
@@ -151,8 +253,16 @@ json ControlServer::loop_status(std::size_t index) const {
                        {"last_disk_error", recording.segments.last_error},
                        {"csv_file", recording.csv_file},
                        {"csv_error", recording.csv_error}};
+  const monitor::LoopWatch watch = board_.watch(index);
+  loop["monitor"] = watch_json(watch);
+  json alarm_states = json::object();
+  for (const model::AlarmKind kind : model::kAlarmKinds) {
+    alarm_states[model::to_text(kind)] = alarm_json(config.name, kind, watch.alarms.alarm(kind));
+  }
+  loop["alarms"] = std::move(alarm_states);
   hal::record::RecordRow row;
   if (!historian_.latest(index, row)) return loop;
+  loop["ne107"] = model::to_text(health_of(config, row, watch, severe_percent_));
   loop.update({{"time_s", static_cast<double>(row.period_index) * config.sample_time_s},
                {"period", row.period_index},
                {"sp", number(row.sp)},
@@ -255,6 +365,71 @@ json ControlServer::record(const json& request) {
   const std::size_t index = loop_index(request);
   if (request.contains("stop")) return {{"file", historian_.stop_csv(index)}};
   return {{"file", historian_.start_csv(index, wanted_text(request, "start"))}};
+}
+
+json ControlServer::alarms() const {
+  json all = json::array();
+  for (std::size_t i = 0; i < board_.loops(); ++i) {
+    const monitor::LoopWatch watch = board_.watch(i);
+    for (const model::AlarmKind kind : model::kAlarmKinds) {
+      all.push_back(alarm_json(board_.name(i), kind, watch.alarms.alarm(kind)));
+    }
+  }
+  return {{"now_ms", board_.now_ms()}, {"alarms", std::move(all)}};
+}
+
+json ControlServer::alarm(const json& request, unsigned peer_uid) {
+  constexpr std::uint64_t kLongestText = 200;
+  constexpr std::uint64_t kMostMinutes = 24UL * 60UL;
+  const std::size_t index = loop_index(request);
+  monitor::AlarmOrder order;
+  order.kind = wanted_alarm(request);
+  order.action = wanted_action(request);
+  order.peer = fmt::format("uid {}", peer_uid);
+  if (request.contains("reason")) order.reason = wanted_text(request, "reason");
+  if (order.reason.size() > kLongestText) throw RequestError("reason: at most 200 bytes");
+  if (order.action == model::AlarmAction::shelve) {
+    const std::uint64_t minutes = optional_count(request, "minutes", 0);
+    if (minutes < 1 || minutes > kMostMinutes) {
+      throw RequestError("minutes must be a whole number from 1 to 1440");
+    }
+    order.shelve_ms = static_cast<std::int64_t>(minutes) * 60'000;
+  }
+  const monitor::OrderResult result = board_.act(index, order);
+  if (!result.accepted) throw RequestError(result.why);
+  const monitor::LoopWatch watch = board_.watch(index);
+  return {{"alarm", alarm_json(board_.name(index), order.kind, watch.alarms.alarm(order.kind))},
+          {"on_disk", result.on_disk}};
+}
+
+json ControlServer::explain(const json& request) const {
+  constexpr std::size_t kMostLines = 200;
+  const std::size_t index = loop_index(request);
+  const model::AlarmKind kind = wanted_alarm(request);
+  const monitor::LoopWatch watch = board_.watch(index);
+  const model::AlarmGuide guide = model::guide_of(kind);
+  json history = json::array();
+  for (const journal::JournalRow& row : journal_.newest(kMostLines, board_.name(index))) {
+    if (row.entry.alarm == model::to_text(kind)) history.push_back(journal_json(row));
+  }
+  return {{"alarm", alarm_json(board_.name(index), kind, watch.alarms.alarm(kind))},
+          {"cause", guide.cause},
+          {"consequence", guide.consequence},
+          {"action", guide.action},
+          {"monitor", watch_json(watch)},
+          {"history", std::move(history)}};
+}
+
+json ControlServer::journal(const json& request) const {
+  constexpr std::uint64_t kMostLines = 200;
+  const std::uint64_t most = std::min(optional_count(request, "most", 50), kMostLines);
+  const std::string loop =
+      request.contains("loop") ? board_.name(loop_index(request)) : std::string();
+  json lines = json::array();
+  for (const journal::JournalRow& row : journal_.newest(most, loop)) {
+    lines.push_back(journal_json(row));
+  }
+  return {{"lines", std::move(lines)}};
 }
 
 }  // namespace loopwarden::daemon

@@ -6,6 +6,11 @@
 //   {"request": "set", "loop": TAG, "set_point": X | "mode": "auto"|"man" | "output": X |
 //                                  "jacket": "off"|"shadow"|"on"}
 //   {"request": "record", "loop": TAG, "start": NAME | "stop": true}
+//   {"request": "alarms"}
+//   {"request": "alarm", "loop": TAG, "alarm": NAME, "action": "acknowledge"|"reset"|"shelve"|"unshelve",
+//    "minutes": N, "reason": TEXT}
+//   {"request": "explain", "loop": TAG, "alarm": NAME}
+//   {"request": "journal", "most": N, "loop": TAG}
 // Answers carry "ok": true, or "ok": false and "error".
 #pragma once
 
@@ -19,7 +24,9 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/historian.hpp"
+#include "daemon/journal/journal.hpp"
 #include "daemon/loop_runtime.hpp"
+#include "daemon/monitor/watch_board.hpp"
 #include "hal/os/local_socket.hpp"
 #include "hal/os/thread.hpp"
 
@@ -29,6 +36,7 @@ class ControlServer {
  public:
   // `daemon_status` gives the part of the status that is not about one loop.
   ControlServer(std::string socket_path, std::vector<LoopRuntime>& loops, Historian& historian,
+                monitor::WatchBoard& board, journal::Journal& journal, double severe_percent,
                 std::function<nlohmann::json()> daemon_status);
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
@@ -48,10 +56,17 @@ class ControlServer {
   nlohmann::json trend(const nlohmann::json& request) const;
   nlohmann::json set(const nlohmann::json& request, unsigned peer_uid);
   nlohmann::json record(const nlohmann::json& request);
+  nlohmann::json alarms() const;
+  nlohmann::json alarm(const nlohmann::json& request, unsigned peer_uid);
+  nlohmann::json explain(const nlohmann::json& request) const;
+  nlohmann::json journal(const nlohmann::json& request) const;
   std::size_t loop_index(const nlohmann::json& request) const;
 
   std::vector<LoopRuntime>& loops_;
   Historian& historian_;
+  monitor::WatchBoard& board_;
+  journal::Journal& journal_;
+  double severe_percent_;  // % of the CO span
   std::function<nlohmann::json()> daemon_status_;
   hal::os::LocalServer server_;
   std::atomic<bool> quit_{false};

@@ -10,6 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "hal/contract/sample.hpp"
+
 namespace loopwarden::daemon {
 namespace {
 
@@ -80,7 +82,11 @@ void Historian::take_rows(std::size_t loop) {
 void Historian::keep(std::size_t loop) {
   const std::lock_guard lock(tracks_mutex_);
   Track& track = tracks_[loop];
-  for (const RecordRow& row : fresh_) track.kept[track.rows++ % kKept] = row;
+  for (const RecordRow& row : fresh_) {
+    track.kept[track.rows++ % kKept] = row;
+    if (static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good)
+      track.last_good_pv = row.pv;
+  }
   if (disks_[loop].segments) track.segment_status = disks_[loop].segments->status();
 }
 
@@ -128,6 +134,11 @@ bool Historian::latest(std::size_t loop, RecordRow& row) const {
   if (track.rows == 0) return false;
   row = track.kept[(track.rows - 1) % kKept];
   return true;
+}
+
+double Historian::last_good_pv(std::size_t loop) const {
+  const std::lock_guard lock(tracks_mutex_);
+  return tracks_[loop].last_good_pv;
 }
 
 std::vector<RecordRow> Historian::rows(std::size_t loop, std::uint64_t from,

@@ -45,6 +45,8 @@ class Historian {
 
   // Any thread.
   bool latest(std::size_t loop, hal::record::RecordRow& row) const;
+  // PV units; 0 before the first.
+  double last_good_pv(std::size_t loop) const;
   // Rows with a period index of at least `from`, oldest first, at most `most`.
   std::vector<hal::record::RecordRow> rows(std::size_t loop, std::uint64_t from,
                                            std::size_t most) const;
@@ -60,6 +62,7 @@ class Historian {
   struct Track {
     std::vector<hal::record::RecordRow> kept;  // ring of kKept rows
     std::uint64_t rows = 0;                    // ever put there
+    double last_good_pv = 0.0;                 // PV units
     hal::record::SegmentStatus segment_status;
   };
   // Only the historian's thread touches it.

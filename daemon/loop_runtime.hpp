@@ -12,7 +12,7 @@
 
 namespace loopwarden::daemon {
 
-// The settings in force: a reload changes them while the control thread looks.
+// The settings in force: a reload or a Modbus master changes them while others look.
 class CurrentSettings {
  public:
   explicit CurrentSettings(const rt::LoopSettings& settings) : settings_(settings) {}
@@ -23,6 +23,11 @@ class CurrentSettings {
   void set(const rt::LoopSettings& settings) {
     const std::lock_guard lock(mutex_);
     settings_ = settings;
+  }
+  template <class Change>
+  void change(Change change) {
+    const std::lock_guard lock(mutex_);
+    change(settings_);
   }
 
  private:

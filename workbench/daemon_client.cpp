@@ -58,4 +58,22 @@ std::string DaemonClient::stop_record(const std::string& loop) {
   return ask({{"request", "record"}, {"loop", loop}, {"stop", true}}).at("file").get<std::string>();
 }
 
+nlohmann::json DaemonClient::alarms() { return ask({{"request", "alarms"}}); }
+
+nlohmann::json DaemonClient::act(const std::string& loop, nlohmann::json order) {
+  order["request"] = "alarm";
+  order["loop"] = loop;
+  return ask(order);
+}
+
+nlohmann::json DaemonClient::explain(const std::string& loop, const std::string& alarm) {
+  return ask({{"request", "explain"}, {"loop", loop}, {"alarm", alarm}});
+}
+
+nlohmann::json DaemonClient::journal(std::size_t most, const std::string& loop) {
+  nlohmann::json request = {{"request", "journal"}, {"most", most}};
+  if (!loop.empty()) request["loop"] = loop;
+  return ask(request).at("lines");
+}
+
 }  // namespace loopwarden::workbench

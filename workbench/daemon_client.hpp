@@ -33,6 +33,13 @@ class DaemonClient {
   void set(const std::string& loop, nlohmann::json request);
   std::string start_record(const std::string& loop, const std::string& name);
   std::string stop_record(const std::string& loop);
+  // {"now_ms": ..., "alarms": [...]}
+  nlohmann::json alarms();
+  // `order`: "alarm", "action" and what belongs to it. Returns {"alarm": ..., "on_disk": ...}.
+  nlohmann::json act(const std::string& loop, nlohmann::json order);
+  nlohmann::json explain(const std::string& loop, const std::string& alarm);
+  // The newest lines, newest first; of every loop if `loop` is empty.
+  nlohmann::json journal(std::size_t most, const std::string& loop);
 
  private:
   nlohmann::json ask(const nlohmann::json& request);

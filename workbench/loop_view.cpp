@@ -59,10 +59,35 @@ std::string daemon_line(const nlohmann::json& status) {
       accelerate == 1.0 ? "" : fmt::format("  {:g} x real time", accelerate),
       d.at("ticks").get<std::uint64_t>(), d.at("overruns").get<std::uint64_t>(),
       wake.at("p50").get<double>(), wake.at("p99").get<double>(), wake.at("worst").get<double>());
+  std::size_t waiting = 0;
+  for (const auto& loop : status.at("loops")) {
+    for (const auto& alarm : loop.value("alarms", nlohmann::json::object())) {
+      waiting += alarm.value("unacknowledged", false) ? 1U : 0U;
+    }
+  }
+  if (waiting > 0) {
+    line += coloured(fmt::format("  {} alarm{} to acknowledge", waiting, waiting == 1 ? "" : "s"),
+                     Colour::red);
+  }
   if (!d.at("real_time_missing").get<std::string>().empty()) {
     line += coloured("  no real-time rights", Colour::yellow);
   }
   return line;
+}
+
+std::string alarm_summary(const nlohmann::json& loop) {
+  std::string text;
+  for (const auto& alarm : loop.value("alarms", nlohmann::json::object())) {
+    const std::string state = alarm.value("state", "normal");
+    if (state == "normal" || state == "suppressed") continue;
+    const std::string severity =
+        alarm.value("active", false)
+            ? fmt::format(" {:.1f} %", alarm.value("severity_percent", 0.0))
+            : std::string();
+    text += fmt::format("{}{}{} ({})", text.empty() ? "" : ", ", alarm.value("alarm", ""), severity,
+                        state);
+  }
+  return text;
 }
 
 std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t selected) {
@@ -88,14 +113,16 @@ std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t se
       state += fmt::format(", jacket {}{}", loop["jacket"].value("form", ""),
                            loop["jacket"].value("acting", false) ? " acting" : " idle");
     }
+    const std::string alarms = alarm_summary(loop);
+    std::string shown = coloured(state, fault == "none" ? Colour::plain : Colour::red);
+    if (!alarms.empty()) shown += ", " + coloured("ALARM " + alarms, Colour::red);
     lines.push_back(fmt::format("{} {:<14} {} {:>16} {:>16} {:>14} {:>14}  {}",
                                 i == selected ? ">" : " ", loop.value("name", ""),
                                 coloured(fmt::format("{:<9}", mode), mode_colour(mode)),
                                 quantity(loop.value("sp", nlohmann::json()), pv_unit),
                                 quantity(loop.value("pv", nlohmann::json()), pv_unit),
                                 quantity(loop.value("co", nlohmann::json()), co_unit),
-                                quantity(loop.value("stem", nlohmann::json()), co_unit),
-                                coloured(state, fault == "none" ? Colour::plain : Colour::red)));
+                                quantity(loop.value("stem", nlohmann::json()), co_unit), shown));
   }
   return lines;
 }

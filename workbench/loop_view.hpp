@@ -30,6 +30,8 @@ class TrendBuffer {
 };
 
 std::string daemon_line(const nlohmann::json& status);
+// The loop's alarms that are on, wait, or lie on the shelf, in words; empty: none.
+std::string alarm_summary(const nlohmann::json& loop);
 // One line a loop; the selected one is marked.
 std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t selected);
 // The last `window_s` seconds in a frame of `columns` x `rows`: PV and SP above, CO and stem below.

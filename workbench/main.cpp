@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
   workbench::add_top(app, exit_code);
   workbench::add_set(app, exit_code);
   workbench::add_record(app, exit_code);
+  workbench::add_alarms(app, exit_code);
+  workbench::add_register_map(app, exit_code);
   workbench::add_export(app, exit_code);
   workbench::add_diagnose(app, exit_code);
   workbench::add_diagnose_study(app, exit_code);

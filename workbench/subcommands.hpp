@@ -23,6 +23,8 @@ void add_jacket_study(CLI::App& app, int& exit_code);
 void add_top(CLI::App& app, int& exit_code);
 void add_set(CLI::App& app, int& exit_code);
 void add_record(CLI::App& app, int& exit_code);
+void add_alarms(CLI::App& app, int& exit_code);
+void add_register_map(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_diagnose_study(CLI::App& app, int& exit_code);

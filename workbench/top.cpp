@@ -48,6 +48,21 @@ std::string details(const nlohmann::json& loop) {
       io.at("invalid_replies").get<std::uint64_t>(), io.at("reconnects").get<std::uint64_t>());
 }
 
+// What the monitor says of the loop's valve.
+std::string valve_line(const nlohmann::json& loop) {
+  const auto& m = loop.at("monitor");
+  const double index = m.value("oscillation_index", 0.0);
+  return fmt::format(
+      "valve: {}   window {}: {}   variability {:.2f} %   {}   travel {:.0f} %/h   {:.0f} "
+      "reversals/h   stick {:.1f} % ({})",
+      loop.value("ne107", "-"), m.at("windows").get<std::uint64_t>(), m.value("window_state", ""),
+      m.value("variability_percent", 0.0),
+      index > 1.0 ? fmt::format("oscillates at {:.1f} s", m.value("oscillation_period_s", 0.0))
+                  : std::string("does not oscillate"),
+      m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
+      m.value("stick_percent", 0.0), m.value("stick_source", ""));
+}
+
 std::string page(const nlohmann::json& status, std::size_t selected, const Trend& trend,
                  double window_s) {
   const TerminalSize size = terminal_size();
@@ -63,11 +78,12 @@ std::string page(const nlohmann::json& status, std::size_t selected, const Trend
   }
   text += "\n";
   const auto& loop = status.at("loops").at(selected);
-  const int used = static_cast<int>(shown) + 7;
+  const int used = static_cast<int>(shown) + 8;
   for (const std::string& line :
        trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
     text += line + "\n";
   }
+  text += coloured(valve_line(loop), Colour::grey) + "\n";
   text += coloured(details(loop), Colour::grey) + "\n";
   text += coloured("q quit   up/down select loop   +/- longer or shorter trend", Colour::grey);
   return text;

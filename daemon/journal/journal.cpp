@@ -189,6 +189,7 @@ bool Journal::replace_damaged(const std::string& why) {
                         .old_value = aside.filename().string(),
                         .new_value = {},
                         .result = why,
+                        .reason = {},
                         .memory = std::nullopt});
     const std::lock_guard lock(mutex_);
     ++status_.damaged;

@@ -26,6 +26,7 @@ struct JournalEntry {
   std::string old_value;
   std::string new_value;
   std::string result;  // "done", or why not
+  std::string reason;  // in the words of who did it
   // What the alarm must remember from here on; stored together with the line, or not at all.
   std::optional<monitor::AlarmMemory> memory;
 };

@@ -22,7 +22,7 @@ CREATE TABLE journal(
   utc_ms INTEGER NOT NULL,
   kind TEXT NOT NULL,
   loop TEXT, alarm TEXT, from_state TEXT, to_state TEXT, severity_percent REAL,
-  peer TEXT, what TEXT, old_value TEXT, new_value TEXT, result TEXT);
+  peer TEXT, what TEXT, old_value TEXT, new_value TEXT, result TEXT, reason TEXT);
 CREATE INDEX journal_loop ON journal(loop, id);
 CREATE TRIGGER journal_is_append_only BEFORE UPDATE ON journal
   BEGIN SELECT RAISE(ABORT, 'the journal is append-only'); END;
@@ -183,6 +183,7 @@ void JournalFile::add(Statement& insert, const JournalEntry& entry) {
   insert.bind(10, entry.old_value);
   insert.bind(11, entry.new_value);
   insert.bind(12, entry.result);
+  insert.bind(13, entry.reason);
   insert.run_once();
 }
 
@@ -191,8 +192,8 @@ void JournalFile::write(std::span<const JournalEntry> entries, const AlarmStates
   try {
     Statement insert(*this,
                      "INSERT INTO journal(utc_ms, kind, loop, alarm, from_state, to_state, "
-                     "severity_percent, peer, what, old_value, new_value, result) "
-                     "VALUES(?,?,?,?,?,?,?,?,?,?,?,?)");
+                     "severity_percent, peer, what, old_value, new_value, result, reason) "
+                     "VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)");
     for (const JournalEntry& entry : entries) add(insert, entry);
     Statement keep(*this, "INSERT OR REPLACE INTO alarm_state VALUES(?,?,?,?,?,?,?,?,?)");
     for (const auto& [key, memory] : states.memories) {
@@ -264,6 +265,7 @@ std::vector<JournalRow> JournalFile::newest(std::size_t most, const std::string&
                  .old_value = read.text(10),
                  .new_value = read.text(11),
                  .result = read.text(12),
+                 .reason = read.text(13),
                  .memory = std::nullopt};
   }
   return rows;

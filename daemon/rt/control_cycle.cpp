@@ -76,6 +76,7 @@ void ControlCycle::take_settings() noexcept {
 void ControlCycle::take_commands() noexcept {
   OperatorCommand command;
   while (channels_.commands.try_pop(command)) apply(command);
+  while (channels_.master_commands.try_pop(command)) apply(command);
 }
 
 void ControlCycle::apply(const OperatorCommand& command) noexcept {
@@ -83,6 +84,11 @@ void ControlCycle::apply(const OperatorCommand& command) noexcept {
   const auto set_jacket = [&](control::JacketForm form, bool shadow) {
     settings_.controller.jacket.form = form;
     settings_.controller.jacket.shadow = shadow || !settings_.jacket_may_act;
+    controller_.configure(settings_.controller);
+  };
+  const auto set_gain = [&](double& gain) {
+    if (!(command.value >= 0.0) || !std::isfinite(command.value)) return;
+    gain = command.value;
     controller_.configure(settings_.controller);
   };
   switch (command.kind) {
@@ -104,6 +110,9 @@ void ControlCycle::apply(const OperatorCommand& command) noexcept {
     case Kind::jacket_off: set_jacket(control::JacketForm::off, true); return;
     case Kind::jacket_shadow: set_jacket(configured_jacket_, true); return;
     case Kind::jacket_on: set_jacket(configured_jacket_, false); return;
+    case Kind::kp: set_gain(settings_.controller.pid.gains.kp); return;
+    case Kind::ki: set_gain(settings_.controller.pid.gains.ki); return;
+    case Kind::kd: set_gain(settings_.controller.pid.gains.kd); return;
   }
 }
 
@@ -189,29 +198,32 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
   const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
   const bool stem_known =
       inputs_.valve_position_fitted && inputs_.valve_position.quality != hal::Quality::bad;
-  channels_.records.try_push(
-      {.time_ns = time.now_ns,
-       .period_index = time.period_index,
-       .sp = out.set_point,
-       .pv = pv.quality == hal::Quality::bad ? kNone : pv.value,
-       .co = controller_.output_applied(),
-       .stem = stem_known ? inputs_.valve_position.value : kNone,
-       .calculated = static_cast<float>(out.calculated),
-       .jacket = static_cast<float>(out.jacket_rate),
-       .jacket_shadow = static_cast<float>(out.jacket_shadow_rate),
-       .mode = static_cast<std::uint8_t>(out.mode),
-       .fault = static_cast<std::uint8_t>(supervisor_.fault()),
-       .pv_quality = static_cast<std::uint8_t>(pv.quality),
-       .pv_reason = static_cast<std::uint8_t>(pv.reason),
-       .flags = static_cast<std::uint8_t>(flag(out.at_low, hal::record::kAtLow) |
-                                          flag(out.at_high, hal::record::kAtHigh) |
-                                          flag(out.rate_limited, hal::record::kRateLimited) |
-                                          flag(missed > 0, hal::record::kLateCycle) |
-                                          flag(out.jacket_rate != 0.0, hal::record::kJacketActs) |
-                                          flag(!inputs_.output_ok, hal::record::kOutputLost)),
-       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
-       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
-       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)});
+  const hal::record::RecordRow row{
+      .time_ns = time.now_ns,
+      .period_index = time.period_index,
+      .sp = out.set_point,
+      .pv = pv.quality == hal::Quality::bad ? kNone : pv.value,
+      .co = controller_.output_applied(),
+      .stem = stem_known ? inputs_.valve_position.value : kNone,
+      .calculated = static_cast<float>(out.calculated),
+      .jacket = static_cast<float>(out.jacket_rate),
+      .jacket_shadow = static_cast<float>(out.jacket_shadow_rate),
+      .mode = static_cast<std::uint8_t>(out.mode),
+      .fault = static_cast<std::uint8_t>(supervisor_.fault()),
+      .pv_quality = static_cast<std::uint8_t>(pv.quality),
+      .pv_reason = static_cast<std::uint8_t>(pv.reason),
+      .flags = static_cast<std::uint8_t>(flag(out.at_low, hal::record::kAtLow) |
+                                         flag(out.at_high, hal::record::kAtHigh) |
+                                         flag(out.rate_limited, hal::record::kRateLimited) |
+                                         flag(missed > 0, hal::record::kLateCycle) |
+                                         flag(out.jacket_rate != 0.0, hal::record::kJacketActs) |
+                                         flag(!inputs_.output_ok, hal::record::kOutputLost)),
+      .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
+      .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
+      .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};
+  channels_.records.try_push(row);
+  channels_.watched.try_push(row);
+  channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
 }
 
 void ControlCycle::report(const hal::Sample& pv, std::uint64_t missed) noexcept {

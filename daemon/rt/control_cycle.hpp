@@ -21,12 +21,16 @@ namespace loopwarden::daemon::rt {
 // Everything that crosses the border of the real-time thread, for one loop. daemon/README.md names
 // the threads at the other ends.
 struct LoopChannels {
-  explicit LoopChannels(std::size_t record_capacity) : records(record_capacity) {}
+  explicit LoopChannels(std::size_t record_capacity)
+      : records(record_capacity), watched(record_capacity) {}
 
-  hal::os::NewestValue<LoopSettings> settings;        // reload -> cycle
-  hal::os::SpscRing<OperatorCommand> commands{32};    // operator -> cycle
-  hal::os::SpscRing<hal::record::RecordRow> records;  // cycle -> historian
-  std::atomic<bool> stop_reached{false};              // cycle -> main: output is where it ends
+  hal::os::NewestValue<LoopSettings> settings;             // reload -> cycle
+  hal::os::SpscRing<OperatorCommand> commands{32};         // operator -> cycle
+  hal::os::SpscRing<OperatorCommand> master_commands{32};  // Modbus master -> cycle
+  hal::os::SpscRing<hal::record::RecordRow> records;       // cycle -> historian
+  hal::os::SpscRing<hal::record::RecordRow> watched;       // cycle -> monitor
+  std::atomic<double> set_point_wanted{0.0};               // cycle -> Modbus server, PV units
+  std::atomic<bool> stop_reached{false};                   // cycle -> main: output is where it ends
 };
 
 // How the loop begins.

@@ -26,10 +26,14 @@ struct OperatorCommand {
     output,
     jacket_off,
     jacket_shadow,
-    jacket_on
+    jacket_on,
+    kp,
+    ki,
+    kd
   };
   Kind kind = Kind::set_point;
-  double value = 0.0;  // set_point: PV units; output: CO units
+  // set_point: PV units; output: CO units; kp, ki, kd: of the parallel form, until the next reload
+  double value = 0.0;
 };
 
 }  // namespace loopwarden::daemon::rt

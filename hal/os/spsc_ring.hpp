@@ -36,6 +36,13 @@ class SpscRing {
     return true;
   }
 
+  // Writing thread only: so many items are sure to be taken.
+  std::size_t room() const noexcept {
+    const std::size_t used =
+        head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire);
+    return mask_ + 1 - used;
+  }
+
   // Reading thread only. False if there is nothing to read.
   bool try_pop(T& item) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);

@@ -103,3 +103,73 @@ TEST_CASE("One serial device has one link", "[config][daemon]") {
         "well; use "
         "one link for both\n");
 }
+
+TEST_CASE("The Modbus server's section fills its settings", "[config][daemon]") {
+  const auto daemon = read_daemon_text("/etc/lw/loopwardend.yaml", R"(
+modbus_server:
+  address: 0.0.0.0
+  port: 502
+  unit: 17
+  word_order: cdab
+  max_clients: 4
+  idle_timeout: 10
+  request_rate: 20
+  writes: true
+  clients:
+    - {peer: 192.168.10.0/24}
+    - {peer: 192.168.10.5, writes: true}
+  master_heartbeat: {timeout: 3, action: manual}
+alarms: {latching: true, shelve_limit: 2.5, severe: 15}
+)");
+  INFO(to_text(daemon.diagnostics));
+  REQUIRE(daemon);
+  REQUIRE(daemon->modbus_server);
+  const ModbusServer& server = *daemon->modbus_server;
+  CHECK(server.address == "0.0.0.0");
+  CHECK(server.port == 502);
+  CHECK(server.unit == 17);
+  CHECK(server.word_order == hal::modbus::ByteOrder::cdab);
+  CHECK(server.most_clients == 4);
+  CHECK(server.idle_timeout_s == 10.0);
+  CHECK(server.requests_per_second == 20.0);
+  CHECK(server.writes);
+  REQUIRE(server.clients.size() == 2);
+  CHECK(server.clients[0].network.bits == 96 + 24);
+  CHECK_FALSE(server.clients[0].may_write);
+  CHECK(server.clients[1].may_write);
+  CHECK(server.master_timeout_s == 3.0);
+  CHECK(server.on_master_loss == ModbusServer::LossAction::manual);
+  CHECK(daemon->alarms.settings.latching);
+  CHECK(daemon->alarms.settings.shelve_limit_ms == 9'000'000);
+  CHECK(daemon->alarms.severe_percent == 15.0);
+}
+
+TEST_CASE("Without a section there is no Modbus server; an empty one reads only, from this host",
+          "[config][daemon]") {
+  CHECK_FALSE(read_daemon_text("d.yaml", "log_level: info\n")->modbus_server);
+  const auto daemon = read_daemon_text("d.yaml", "modbus_server: {}\n");
+  INFO(to_text(daemon.diagnostics));
+  REQUIRE(daemon);
+  const ModbusServer& server = *daemon->modbus_server;
+  CHECK(server.address == "127.0.0.1");
+  CHECK(server.port == 1502);
+  CHECK_FALSE(server.writes);
+  REQUIRE(server.clients.size() == 2);
+  for (const hal::os::PeerRule& rule : server.clients) {
+    CHECK(rule.network.bits == 128);
+    CHECK_FALSE(rule.may_write);
+  }
+}
+
+TEST_CASE("What is wrong with a Modbus server is said at its place", "[config][daemon]") {
+  CHECK(said_of_daemon("modbus_server: {address: plc}\n").find("numeric address") !=
+        std::string::npos);
+  CHECK(said_of_daemon("modbus_server: {clients: [{peer: 10.0.0.1/24}]}\n")
+            .find("without bits behind its length") != std::string::npos);
+  CHECK(said_of_daemon("modbus_server: {clients: [{writes: true}]}\n").find("peer") !=
+        std::string::npos);
+  CHECK(said_of_daemon("modbus_server: {master_heartbeat: {action: stop}}\n").find("timeout") !=
+        std::string::npos);
+  CHECK(said_of_daemon("modbus_server: {portt: 502}\n").find("port") != std::string::npos);
+  CHECK(said_of_daemon("alarms: {shelve_limit: 25}\n").find("24") != std::string::npos);
+}

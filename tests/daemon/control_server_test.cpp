@@ -33,10 +33,12 @@ struct Bench {
     loop.channels = std::make_unique<rt::LoopChannels>(64);
     loops.push_back(std::move(loop));
     historian.start();
-    server =
-        std::make_unique<ControlServer>((folder / "control.sock").string(), loops, historian, [] {
-          return json{{"version", "test"}};
-        });
+    journal.open();
+    journal.start();
+    server = std::make_unique<ControlServer>((folder / "control.sock").string(), loops, historian,
+                                             board, journal, 10.0, [] {
+                                               return json{{"version", "test"}};
+                                             });
   }
 
   json ask(const std::string& line) { return json::parse(server->answer(line, 1000)); }
@@ -53,8 +55,17 @@ struct Bench {
   tests::TemporaryFolder folder;
   std::vector<LoopRuntime> loops;
   Historian historian;
+  journal::Journal journal{{.folder = folder.path()}};
+  std::int64_t now_ms = 1'800'000'000'000;
+  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
   std::unique_ptr<ControlServer> server;
 };
+
+loopwarden::monitor::AlarmConditions stiction_on() {
+  loopwarden::monitor::AlarmConditions conditions{};
+  conditions[0] = {true, 6.5};
+  return conditions;
+}
 
 TEST_CASE("what is no request is refused with a reason, and nothing is ordered") {
   Bench bench;
@@ -69,7 +80,17 @@ TEST_CASE("what is no request is refused with a reason, and nothing is ordered")
       R"({"request": "set", "loop": "FIC-101", "jacket": "loose"})",
       R"({"request": "trend", "loop": "FIC-101", "from": -1})",
       R"({"request": "record", "loop": "FIC-101", "start": "../../etc/passwd"})",
-      R"({"request": "record", "loop": "FIC-101", "start": ".hidden"})");
+      R"({"request": "record", "loop": "FIC-101", "start": ".hidden"})",
+      R"({"request": "alarm", "loop": "FIC-101"})",
+      R"({"request": "alarm", "loop": "FIC-999", "alarm": "stiction", "action": "acknowledge"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "rust", "action": "acknowledge"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "forget"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 0})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 481})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 1e30})",
+      R"({"request": "explain", "loop": "FIC-101"})", R"({"request": "journal", "most": "all"})");
   INFO(line);
   const json answer = bench.ask(line);
   CHECK(answer.at("ok") == false);
@@ -130,6 +151,41 @@ TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
   CHECK(record.period_s == Approx(0.1));
 }
 
+TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the journal has it all") {
+  Bench bench;
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  const auto stiction = [&] {
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("alarms").at("stiction");
+  };
+  CHECK(stiction().at("state") == "unacknowledged");
+  CHECK(stiction().at("severity_percent") == 6.5);
+  CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 5);
+
+  json done = bench.ask(
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})");
+  CHECK(done.at("ok") == true);
+  CHECK(done.at("on_disk") == true);
+  CHECK(stiction().at("state") == "acknowledged");
+
+  done = bench.ask(
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 30, "reason": "packing ordered"})");
+  CHECK(done.at("alarm").at("state") == "shelved");
+  CHECK(done.at("alarm").at("shelved_until_ms") == bench.now_ms + 30 * 60'000);
+
+  const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "stiction"})");
+  CHECK_FALSE(told.at("action").get<std::string>().empty());
+  REQUIRE(told.at("history").size() >= 3);
+  CHECK(told.at("history").back().at("to") == "unacknowledged");
+
+  const json lines = bench.ask(R"({"request": "journal", "most": 50})").at("lines");
+  bool reason = false;
+  for (const json& line : lines) {
+    reason = reason || (line.at("what") == "shelve" && line.at("reason") == "packing ordered" &&
+                        line.at("peer") == "uid 1000" && line.at("new") == "30 min");
+  }
+  CHECK(reason);
+}
+
 TEST_CASE(
     "over the socket: requests are answered line by line, and garbage does not end the server") {
   Bench bench;
@@ -143,9 +199,10 @@ TEST_CASE(
     CHECK(json::parse(other.request(R"({"request": "status"})", patience)).at("ok") == true);
   }
   CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
-  CHECK_THROWS_WITH(ControlServer((bench.folder / "control.sock").string(), bench.loops,
-                                  bench.historian, [] { return json(); }),
-                    Catch::Contains("another daemon"));
+  CHECK_THROWS_WITH(
+      ControlServer((bench.folder / "control.sock").string(), bench.loops, bench.historian,
+                    bench.board, bench.journal, 10.0, [] { return json(); }),
+      Catch::Contains("another daemon"));
 }
 
 }  // namespace

@@ -31,6 +31,18 @@ TEST_CASE("room is at least what was asked for", "[os][ring]") {
   CHECK_FALSE(ring.try_push(-1));
 }
 
+TEST_CASE("the writer can ask what is sure to be taken", "[os][ring]") {
+  SpscRing<int> ring(8);
+  CHECK(ring.room() == 8);
+  for (int i = 0; i < 8; ++i) {
+    REQUIRE(ring.try_push(i));
+    CHECK(ring.room() == static_cast<std::size_t>(7 - i));
+  }
+  int item = 0;
+  REQUIRE(ring.try_pop(item));
+  CHECK(ring.room() == 1);
+}
+
 TEST_CASE("a full ring refuses the new item, counts it and keeps the old", "[os][ring]") {
   SpscRing<int> ring(4);
   for (int i = 0; i < 4; ++i) REQUIRE(ring.try_push(i));

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/modbus_server_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <optional>
+
+namespace loopwarden::config {
+namespace {
+
+using hal::modbus::ByteOrder;
+using LossAction = ModbusServer::LossAction;
+
+constexpr std::array kOrders{
+    Choice<ByteOrder>{"abcd", ByteOrder::abcd}, Choice<ByteOrder>{"cdab", ByteOrder::cdab},
+    Choice<ByteOrder>{"badc", ByteOrder::badc}, Choice<ByteOrder>{"dcba", ByteOrder::dcba}};
+constexpr std::array kLossActions{Choice<LossAction>{"report", LossAction::report},
+                                  Choice<LossAction>{"manual", LossAction::manual},
+                                  Choice<LossAction>{"automatic", LossAction::automatic}};
+
+void read_client(MapReader& in, ModbusServer& server) {
+  const Value<std::string> peer =
+      in.need_text("peer", "IPv4 or IPv6 address, or network such as 192.168.10.0/24");
+  const bool may_write =
+      in.flag("writes", "may write, where modbus_server.writes is true as well", false);
+  if (!peer.given || !peer.valid) return;
+  const std::optional<hal::os::Network> network = hal::os::parse_network(peer.value);
+  if (!network) {
+    in.error("peer", fmt::format("must be a numeric address, or a network without bits behind its "
+                                 "length (got '{}')",
+                                 quotable(peer.value)));
+    return;
+  }
+  server.clients.push_back({*network, may_write});
+}
+
+void read_heartbeat(MapReader& in, ModbusServer& server) {
+  server.master_timeout_s = in.need_number(
+      "timeout",
+      {"s", between(0.5, 3600.0), "without a new number in master_heartbeat, after the first one"});
+  server.on_master_loss = in.one_of(
+      "action", kLossActions,
+      "report: a bit and a line in the journal; manual: every loop to manual, its output stays; "
+      "automatic: every loop to automatic on its last set point",
+      server.on_master_loss);
+}
+
+}  // namespace
+
+ModbusServer read_modbus_server(MapReader& in) {
+  ModbusServer server;
+  const Value<std::string> address = in.text(
+      "address", "numeric address to listen at; 0.0.0.0: every IPv4 network", server.address);
+  server.address = address;
+  if (address.given && address.valid && !hal::os::parse_network(address.value)) {
+    in.error("address",
+             fmt::format("must be a numeric address (got '{}')", quotable(address.value)));
+  }
+  server.port = static_cast<std::uint16_t>(in.integer(
+      "port", {1, 65535, "", "TCP port; below 1024 needs CAP_NET_BIND_SERVICE"}, server.port));
+  server.unit = static_cast<std::uint8_t>(in.integer(
+      "unit", {1, 247, "", "unit identifier; 0 and 255 are answered as well"}, server.unit));
+  server.word_order = in.one_of(
+      "word_order", kOrders, "of 32-bit values; abcd: most significant first", server.word_order);
+  server.most_clients = static_cast<std::size_t>(
+      in.integer("max_clients",
+                 {1, 500, "",
+                  "connections; when all are taken, the one goes that has been silent for longest"},
+                 static_cast<std::int64_t>(server.most_clients)));
+  server.idle_timeout_s =
+      in.number("idle_timeout", {"s", between(1.0, 86400.0), "without a sound request"},
+                server.idle_timeout_s);
+  server.requests_per_second =
+      in.number("request_rate", {"1/s", between(1.0, 10000.0), "of one client; more waits"},
+                server.requests_per_second);
+  server.writes = in.flag("writes", "true: clients whose entry says so may write; false: nobody",
+                          server.writes);
+  const bool listed = in.given("clients");
+  for (MapReader& client :
+       in.maybe_list("clients", "who may connect; default: this host alone, without writes")) {
+    read_client(client, server);
+  }
+  if (!listed)
+    server.clients = {{*hal::os::parse_network("127.0.0.1"), false},
+                      {*hal::os::parse_network("::1"), false}};
+  if (std::optional<MapReader> heartbeat = in.maybe_section(
+          "master_heartbeat", "what to do when the master that leads the loops falls silent")) {
+    read_heartbeat(*heartbeat, server);
+  }
+  return server;
+}
+
+Alarms read_alarms(MapReader& in) {
+  constexpr double kHour = 3600.0 * 1000.0;  // ms
+  Alarms alarms;
+  alarms.settings.latching =
+      in.flag("latching", "an alarm whose condition is gone stays until it is reset", false);
+  alarms.settings.shelve_limit_ms = static_cast<std::int64_t>(
+      kHour *
+      in.number("shelve_limit",
+                {"h", {.low = 0.0, .high = 24.0, .low_is_open = true}, "longest time on the shelf"},
+                8.0));
+  alarms.severe_percent = in.number(
+      "severe",
+      {"% of CO span", between(0.0, 100.0),
+       "a valve fault of this size is out of specification (NE 107), a smaller one maintenance"},
+      alarms.severe_percent);
+  return alarms;
+}
+
+}  // namespace loopwarden::config

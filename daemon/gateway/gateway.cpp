@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/gateway/gateway.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+namespace loopwarden::daemon::gateway {
+namespace {
+
+constexpr std::chrono::milliseconds kRound{100};
+
+hal::os::PeerList peers_of(const GatewaySettings& settings) {
+  std::vector<hal::os::PeerRule> rules = settings.peers;
+  for (hal::os::PeerRule& rule : rules) rule.may_write = rule.may_write && settings.writes;
+  return hal::os::PeerList(std::move(rules));
+}
+
+}  // namespace
+
+Gateway::Gateway(const GatewaySettings& settings, Plant& plant, hal::os::Clock& clock)
+    : plant_(plant),
+      clock_(clock),
+      master_(settings.master_heartbeat),
+      master_watch_(settings.master_heartbeat),
+      bank_(plant, settings.word_order, state_),
+      identity_{.revision = LOOPWARDEN_VERSION},
+      server_(settings.tcp, peers_of(settings), clock,
+              [this](std::span<const std::uint8_t> request, const Peer& peer) {
+                return answer(request, bank_, identity_, peer);
+              }) {
+  state_.writes_enabled = settings.writes;
+}
+
+void Gateway::start() {
+  thread_.start({.name = "lw-gateway"}, [this] {
+    while (!quit_.load(std::memory_order_relaxed)) serve(kRound);
+  });
+}
+
+void Gateway::stop() {
+  quit_ = true;
+  thread_.join();
+}
+
+void Gateway::serve(std::chrono::milliseconds timeout) {
+  try {
+    server_.serve(timeout);
+    watch_master();
+  } catch (const std::exception& e) {
+    spdlog::error("Modbus server: {}", e.what());
+  }
+  state_.clients = static_cast<std::uint16_t>(server_.counters().clients);
+  {
+    const std::lock_guard lock(counters_mutex_);
+    counters_ = server_.counters();
+  }
+  ticks_.fetch_add(1, std::memory_order_relaxed);
+}
+
+TcpServerCounters Gateway::counters() const {
+  const std::lock_guard lock(counters_mutex_);
+  return counters_;
+}
+
+void Gateway::watch_master() {
+  const MasterWatch::Event event =
+      master_watch_.step(clock_.now_ns(), state_.master_beat, state_.master_heartbeat);
+  state_.master_beat = false;
+  state_.master_lost = master_watch_.lost();
+  if (event == MasterWatch::Event::none) return;
+  if (event == MasterWatch::Event::back) {
+    spdlog::info("Modbus master: its heartbeat is back");
+    write_down_loss("master back");
+    return;
+  }
+  spdlog::warn("Modbus master: no heartbeat for {:.3g} s", master_.timeout_s);
+  write_down_loss("master lost");
+  if (master_.action == MasterLossAction::report) return;
+  using Kind = rt::OperatorCommand::Kind;
+  const Kind kind = master_.action == MasterLossAction::manual ? Kind::manual : Kind::automatic;
+  for (std::size_t i = 0; i < plant_.loops(); ++i) {
+    if (plant_.room_for_commands(i) > 0) plant_.order(i, {kind, 0.0});
+  }
+}
+
+void Gateway::write_down_loss(const char* what) {
+  journal::JournalEntry entry;
+  entry.kind = journal::JournalEntry::Kind::system;
+  entry.utc_ms = plant_.box().utc_ms;
+  entry.what = what;
+  constexpr const char* kActions[] = {"report", "manual", "automatic"};
+  entry.result = kActions[static_cast<std::size_t>(master_.action)];
+  plant_.write_down(std::move(entry));
+}
+
+}  // namespace loopwarden::daemon::gateway

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The Modbus server's thread: connections, the register map, and the watch over the master.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
+#include "daemon/gateway/map_bank.hpp"
+#include "daemon/gateway/master_watch.hpp"
+#include "daemon/gateway/modbus_answer.hpp"
+#include "daemon/gateway/plant.hpp"
+#include "daemon/gateway/tcp_server.hpp"
+#include "hal/os/clock.hpp"
+#include "hal/os/thread.hpp"
+
+namespace loopwarden::daemon::gateway {
+
+struct GatewaySettings {
+  TcpServerSettings tcp;
+  std::vector<hal::os::PeerRule> peers;
+  bool writes = false;  // false: nobody may write, whatever his rule says
+  hal::modbus::ByteOrder word_order = hal::modbus::ByteOrder::abcd;
+  MasterHeartbeatSettings master_heartbeat;
+};
+
+class Gateway {
+ public:
+  // Listens from now on; serves from start() on. Throws std::runtime_error.
+  Gateway(const GatewaySettings& settings, Plant& plant, hal::os::Clock& clock);
+  Gateway(const Gateway&) = delete;
+  Gateway& operator=(const Gateway&) = delete;
+  ~Gateway() { stop(); }
+
+  void start();
+  void stop();
+
+  // One round; public for tests.
+  void serve(std::chrono::milliseconds timeout);
+
+  std::uint16_t port() const noexcept { return server_.port(); }
+  TcpServerCounters counters() const;  // any thread
+  std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
+
+ private:
+  void watch_master();
+  void write_down_loss(const char* what);
+
+  Plant& plant_;
+  hal::os::Clock& clock_;
+  MasterHeartbeatSettings master_;
+  MasterWatch master_watch_;
+  ServerState state_;
+  MapBank bank_;
+  DeviceIdentity identity_;
+  TcpServer server_;
+  mutable std::mutex counters_mutex_;
+  TcpServerCounters counters_;
+  std::atomic<bool> quit_{false};
+  std::atomic<std::uint64_t> ticks_{0};
+  hal::os::Thread thread_;
+};
+
+}  // namespace loopwarden::daemon::gateway

@@ -1,0 +1,468 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/gateway/map_bank.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "hal/contract/sample.hpp"
+#include "hal/modbus/register_codec.hpp"
+#include "hal/register_map/register_map.hpp"
+#include "model/control/supervisor.hpp"
+
+namespace loopwarden::daemon::gateway {
+
+namespace map = hal::register_map;
+namespace model = loopwarden::monitor;
+using control::Mode;
+using hal::modbus::ByteOrder;
+using hal::modbus::RegisterSpec;
+using hal::modbus::RegisterType;
+using map::Field;
+using map::Place;
+using map::Register;
+using map::Table;
+using model::AlarmKind;
+using rt::OperatorCommand;
+
+namespace {
+
+constexpr double kHour = 3600.0;          // s
+constexpr std::int64_t kMinute = 60'000;  // ms
+constexpr double kNotThere = -327.68;     // %, the scaled copy's mark
+
+RegisterSpec spec_of(const Register& reg, ByteOrder order) {
+  // The word order is that of 32-bit values; a single register is big-endian, as Modbus has it.
+  const bool wide = map::width(reg) == 2;
+  return {.type = reg.type, .order = wide ? order : ByteOrder::abcd, .scale = reg.scale};
+}
+
+double scaled(double value, double low, double high) {
+  if (!std::isfinite(value) || !(high > low)) return kNotThere;
+  // The lowest number is the mark of what is not there.
+  return std::max(100.0 * (value - low) / (high - low), kNotThere + 0.01);
+}
+
+double from_scaled(double percent, double low, double high) {
+  return low + percent / 100.0 * (high - low);
+}
+
+double flag(bool set) { return set ? 1.0 : 0.0; }
+double number(std::size_t value) { return static_cast<double>(value); }
+AlarmKind kind_of(const Register& reg) { return static_cast<AlarmKind>(reg.alarm); }
+
+bool is(const LoopReading& loop, hal::record::RecordFlag bit) {
+  return (loop.row.flags & bit) != 0;
+}
+
+double shown_pv(const LoopReading& loop) {
+  const bool bad = static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::bad;
+  return bad || !std::isfinite(loop.row.pv) ? loop.last_good_pv : loop.row.pv;
+}
+
+unsigned loop_bits(const LoopReading& loop) {
+  unsigned bits = 0;
+  if (is(loop, hal::record::kAtLow)) bits |= 1U;
+  if (is(loop, hal::record::kAtHigh)) bits |= 2U;
+  if (is(loop, hal::record::kRateLimited)) bits |= 4U;
+  if (is(loop, hal::record::kOutputLost)) bits |= 8U;
+  if (is(loop, hal::record::kJacketActs)) bits |= 16U;
+  if (std::isfinite(loop.row.stem)) bits |= 32U;
+  return bits;
+}
+
+double minutes_on_shelf(const model::Alarm& alarm, std::int64_t now_ms) {
+  if (!alarm.shelved()) return 0.0;
+  // Rounded up: an alarm on the shelf never reads 0.
+  const std::int64_t left_ms = alarm.memory().shelved_until_ms - now_ms;
+  return static_cast<double>(std::max<std::int64_t>((left_ms + kMinute - 1) / kMinute, 1));
+}
+
+// What the box's block needs of all loops.
+struct Totals {
+  std::size_t active = 0;
+  std::size_t unacknowledged = 0;
+  std::size_t shelved = 0;
+  std::uint64_t windows = 0;
+  model::Ne107 ne107 = model::Ne107::normal;
+};
+
+}  // namespace
+
+// The plant at the moment of one request: every loop is read at most once.
+class MapBank::Snapshot {
+ public:
+  Snapshot(Plant& plant, const ServerState& server) : plant_(plant), server_(server) {}
+
+  double value(const Register& reg, std::size_t loop) {
+    return reg.area == map::Area::box ? box_value(reg.field) : loop_value(reg, this->loop(loop));
+  }
+
+  const LoopReading& loop(std::size_t index) {
+    auto found = loops_.find(index);
+    if (found == loops_.end()) found = loops_.emplace(index, plant_.read(index)).first;
+    return found->second;
+  }
+
+  const BoxReading& box() {
+    if (!box_) box_ = plant_.box();
+    return *box_;
+  }
+
+ private:
+  const Totals& totals() {
+    if (totals_) return *totals_;
+    Totals& t = totals_.emplace();
+    for (std::size_t i = 0; i < plant_.loops(); ++i) {
+      const LoopReading& reading = loop(i);
+      t.windows += reading.watch.windows;
+      t.ne107 = model::gravest(t.ne107, reading.ne107);
+      for (const AlarmKind kind : model::kAlarmKinds) {
+        const model::Alarm& alarm = reading.watch.alarms.alarm(kind);
+        t.active += alarm.active() ? 1U : 0U;
+        t.unacknowledged += alarm.unacknowledged() ? 1U : 0U;
+        t.shelved += alarm.shelved() ? 1U : 0U;
+      }
+    }
+    return t;
+  }
+
+  double status_bits() {
+    unsigned bits = 1U;
+    if (box().any_simulated) bits |= 2U;
+    if (server_.writes_enabled) bits |= 4U;
+    if (totals().unacknowledged > 0) bits |= 8U;
+    if (box().journal_trouble) bits |= 16U;
+    if (!box().real_time_rights) bits |= 32U;
+    if (server_.master_lost) bits |= 64U;
+    return static_cast<double>(bits);
+  }
+
+  double box_value(Field field);
+  double loop_value(const Register& reg, const LoopReading& loop);
+
+  Plant& plant_;
+  const ServerState& server_;
+  std::map<std::size_t, LoopReading> loops_;
+  std::optional<BoxReading> box_;
+  std::optional<Totals> totals_;
+  friend class MapBank;
+  ByteOrder order_ = ByteOrder::abcd;
+};
+
+double MapBank::Snapshot::box_value(Field field) {
+  const auto wraps = [](double seconds) { return std::fmod(std::floor(seconds), 65536.0); };
+  switch (field) {
+    case Field::magic: return map::kMagic;
+    case Field::map_version: return map::kVersion;
+    case Field::heartbeat: return wraps(box().uptime_s);
+    case Field::status_bits: return status_bits();
+    case Field::uptime: return std::floor(box().uptime_s);
+    case Field::loop_count: return number(std::min(plant_.loops(), map::kMostLoops));
+    case Field::first_block: return map::layout(Table::input_register).first_loop;
+    case Field::block_stride: return map::layout(Table::input_register).loop_stride;
+    case Field::box_ne107: return static_cast<double>(totals().ne107);
+    case Field::overruns: return number(box().overruns);
+    case Field::wake_up_worst: return box().wake_up_worst_us;
+    case Field::wake_up_p99: return box().wake_up_p99_us;
+    case Field::float_test: return static_cast<double>(map::kFloatTest);
+    case Field::integer_test: return map::kIntegerTest;
+    case Field::config_hash: return box().config_hash;
+    case Field::model_hash: return box().model_hash;
+    case Field::utc_seconds: return static_cast<double>(box().utc_ms / 1000);
+    case Field::utc_milliseconds: return static_cast<double>(box().utc_ms % 1000);
+    case Field::word_order: return static_cast<double>(order_);
+    case Field::alarms_active: return number(totals().active);
+    case Field::alarms_unacknowledged: return number(totals().unacknowledged);
+    case Field::alarms_shelved: return number(totals().shelved);
+    case Field::windows_judged: return number(totals().windows);
+    case Field::window_backlog: return number(box().window_backlog);
+    case Field::monitor_dropped: return number(box().monitor_dropped);
+    case Field::journal_waiting: return number(box().journal_waiting);
+    case Field::journal_lost: return number(box().journal_lost);
+    case Field::clients: return server_.clients;
+    case Field::running: return 1.0;
+    case Field::any_alarm_active: return flag(totals().active > 0);
+    case Field::any_alarm_unacknowledged: return flag(totals().unacknowledged > 0);
+    case Field::writes_enabled: return flag(server_.writes_enabled);
+    case Field::any_simulated: return flag(box().any_simulated);
+    case Field::master_lost: return flag(server_.master_lost);
+    case Field::journal_trouble: return flag(box().journal_trouble);
+    case Field::no_real_time_rights: return flag(!box().real_time_rights);
+    case Field::master_heartbeat: return server_.master_heartbeat;
+    default: return 0.0;  // coils read 0; no other field is in the box's blocks
+  }
+}
+
+double MapBank::Snapshot::loop_value(const Register& reg, const LoopReading& loop) {
+  const hal::record::RecordRow& row = loop.row;
+  const hal::PvCheckSettings& pv_range = loop.settings.pv_check;
+  const control::PidSettings& pid = loop.settings.controller.pid;
+  const model::WindowMeasures& measures = loop.watch.measures;
+  const model::Alarm& alarm = loop.watch.alarms.alarm(kind_of(reg));
+  const auto of_pv = [&](double v) { return scaled(v, pv_range.low, pv_range.high); };
+  const auto of_co = [&](double v) { return scaled(v, pid.output_low, pid.output_high); };
+  switch (reg.field) {
+    case Field::sequence_head:
+    case Field::sequence_tail: return static_cast<double>(row.period_index & 0xFFFF);
+    case Field::mode: return row.mode;
+    case Field::requested_mode:
+    case Field::wanted_mode: return row.requested_mode;
+    case Field::pv_quality: return row.pv_quality;
+    case Field::pv_reason: return row.pv_reason;
+    case Field::fault: return row.fault;
+    case Field::sp: return row.sp;
+    case Field::pv: return shown_pv(loop);
+    case Field::co:
+    case Field::wanted_output: return row.co;
+    case Field::stem: return row.stem;
+    case Field::jacket_rate: return static_cast<double>(row.jacket);
+    case Field::sp_scaled: return of_pv(row.sp);
+    case Field::pv_scaled: return of_pv(row.pv);
+    case Field::co_scaled:
+    case Field::wanted_output_scaled: return of_co(row.co);
+    case Field::stem_scaled: return of_co(row.stem);
+    case Field::pv_age: return static_cast<double>(row.age_ms);
+    case Field::ne107: return static_cast<double>(loop.ne107);
+    case Field::loop_bits: return static_cast<double>(loop_bits(loop));
+    case Field::variability: return measures.variability_percent;
+    case Field::mean_error: return measures.mean_error_percent;
+    case Field::oscillation_index: return measures.oscillation_index;
+    case Field::oscillation_period: return measures.period_s;
+    case Field::travel: return measures.travel_percent_per_hour;
+    case Field::reversals: return measures.reversals_per_hour;
+    case Field::stick: return measures.stick_percent;
+    case Field::stick_source: return static_cast<double>(measures.stick_source);
+    case Field::saturated: return measures.saturated_percent;
+    case Field::window_state: return static_cast<double>(loop.watch.window_state);
+    case Field::window_number: return loop.watch.windows;
+    case Field::window_severity: return loop.watch.judgement.severity_percent;
+    case Field::probability: return 100.0 * loop.watch.judgement.probability[reg.alarm];
+    case Field::alarm_severity: return alarm.active() ? alarm.memory().severity_percent : 0.0;
+    case Field::alarm_state: return static_cast<double>(alarm.state());
+    case Field::hours_automatic: return loop.watch.times.seconds_in(Mode::automatic) / kHour;
+    case Field::hours_manual: return loop.watch.times.seconds_in(Mode::manual) / kHour;
+    case Field::hours_at_limit: return loop.watch.times.seconds_at_limit() / kHour;
+    case Field::records_dropped: return number(loop.dropped);
+    case Field::alarm_active: return flag(alarm.active());
+    case Field::alarm_unacknowledged: return flag(alarm.unacknowledged());
+    case Field::pv_bad: return flag(static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad);
+    case Field::at_low: return flag(is(loop, hal::record::kAtLow));
+    case Field::at_high: return flag(is(loop, hal::record::kAtHigh));
+    case Field::in_manual: return flag(static_cast<Mode>(row.mode) == Mode::manual);
+    case Field::any_suppressed: return flag(loop.watch.alarms.any_suppressed());
+    case Field::any_shelved: return flag(loop.watch.alarms.any_shelved());
+    case Field::communication_lost: return flag(is(loop, hal::record::kOutputLost));
+    case Field::in_fault:
+      return flag(static_cast<control::Fault>(row.fault) != control::Fault::none);
+    case Field::window_valid: return flag(loop.watch.window_state == model::WindowState::valid);
+    case Field::wanted_sp: return loop.set_point_wanted;
+    case Field::wanted_sp_scaled: return of_pv(loop.set_point_wanted);
+    case Field::kp: return pid.gains.kp;
+    case Field::ki: return pid.gains.ki;
+    case Field::kd: return pid.gains.kd;
+    case Field::shelve_minutes: return minutes_on_shelf(alarm, box().utc_ms);
+    default: return 0.0;  // coils read 0; no other field is in a loop's blocks
+  }
+}
+
+Exception MapBank::read(Table table, std::uint16_t address, std::span<std::uint16_t> values) {
+  Snapshot snapshot(plant_, server_);
+  snapshot.order_ = order_;
+  const Register* encoded = nullptr;
+  std::size_t encoded_loop = 0;
+  hal::modbus::Registers words;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Place place = map::find(table, static_cast<std::uint32_t>(address + i), plant_.loops());
+    if (!place.in_map) return Exception::illegal_address;
+    values[i] = 0;
+    if (place.reg == nullptr) continue;
+    if (place.reg != encoded || place.loop != encoded_loop) {
+      encoded = place.reg;
+      encoded_loop = place.loop;
+      const double value = snapshot.value(*place.reg, place.loop);
+      // A number that is none would be taken for one by many masters.
+      hal::modbus::encode(spec_of(*place.reg, order_), std::isfinite(value) ? value : 0.0, words);
+    }
+    values[i] = words.words[place.word];
+  }
+  return Exception::none;
+}
+
+// One register or coil of a write request.
+struct MapBank::Wish {
+  const Register* reg = nullptr;
+  std::size_t loop = 0;
+  double value = 0.0;      // as it will be ordered
+  double old_value = 0.0;  // for the journal
+};
+
+Exception MapBank::collect(Table table, std::uint16_t address,
+                           std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const {
+  for (std::size_t i = 0; i < values.size();) {
+    const Place place = map::find(table, static_cast<std::uint32_t>(address + i), plant_.loops());
+    if (!place.in_map || place.reg == nullptr) return Exception::illegal_address;
+    const std::size_t words = map::width(*place.reg);
+    // Half of a number is no number.
+    if (place.word != 0 || i + words > values.size()) return Exception::illegal_value;
+    const double value = hal::modbus::decode(spec_of(*place.reg, order_), values.subspan(i, words));
+    if (!std::isfinite(value)) return Exception::illegal_value;
+    wishes.push_back({place.reg, place.loop, value, 0.0});
+    i += words;
+  }
+  return Exception::none;
+}
+
+Exception MapBank::check(std::vector<Wish>& wishes, Snapshot& snapshot) {
+  for (Wish& wish : wishes) {
+    wish.old_value = snapshot.value(*wish.reg, wish.loop);
+    if (wish.reg->area == map::Area::box) continue;
+    const control::ControllerSettings& limits = snapshot.loop(wish.loop).settings.controller;
+    const hal::PvCheckSettings& pv_range = snapshot.loop(wish.loop).settings.pv_check;
+    const auto inside = [&](double low, double high) {
+      return wish.value >= low && wish.value <= high;
+    };
+    bool sound = true;
+    switch (wish.reg->field) {
+      case Field::wanted_mode: sound = wish.value == 0.0 || wish.value == 1.0; break;
+      case Field::wanted_sp_scaled:
+        wish.value = from_scaled(wish.value, pv_range.low, pv_range.high);
+        wish.old_value = from_scaled(wish.old_value, pv_range.low, pv_range.high);
+        sound = inside(limits.set_point.low, limits.set_point.high);
+        break;
+      case Field::wanted_sp: sound = inside(limits.set_point.low, limits.set_point.high); break;
+      case Field::wanted_output_scaled:
+        wish.value = from_scaled(wish.value, limits.pid.output_low, limits.pid.output_high);
+        wish.old_value = from_scaled(wish.old_value, limits.pid.output_low, limits.pid.output_high);
+        sound = inside(limits.output.low, limits.output.high);
+        break;
+      case Field::wanted_output: sound = inside(limits.output.low, limits.output.high); break;
+      case Field::kp:
+      case Field::ki:
+      case Field::kd: sound = wish.value >= 0.0; break;
+      case Field::shelve_minutes:
+        sound = inside(0.0, static_cast<double>(snapshot.loop(wish.loop)
+                                                    .watch.alarms.alarm(kind_of(*wish.reg))
+                                                    .settings()
+                                                    .shelve_limit_ms /
+                                                kMinute));
+        break;
+      default: break;  // coils take 0 and 1, and nothing else gets here
+    }
+    if (!sound) return Exception::illegal_value;
+  }
+  return Exception::none;
+}
+
+bool MapBank::mailboxes_have_room(const std::vector<Wish>& wishes) {
+  std::map<std::size_t, std::size_t> needed;
+  for (const Wish& wish : wishes) {
+    if (wish.reg->table == Table::holding_register && wish.reg->area == map::Area::loop) {
+      ++needed[wish.loop];
+    }
+  }
+  return std::all_of(needed.begin(), needed.end(), [&](const auto& loop) {
+    return plant_.room_for_commands(loop.first) >= loop.second;
+  });
+}
+
+Exception MapBank::write(Table table, std::uint16_t address, std::span<const std::uint16_t> values,
+                         const Peer& peer) {
+  std::vector<Wish> wishes;
+  if (const Exception e = collect(table, address, values, wishes); e != Exception::none) return e;
+  Snapshot snapshot(plant_, server_);
+  const Exception unsound = check(wishes, snapshot);
+  const bool busy = unsound == Exception::none && !mailboxes_have_room(wishes);
+  if (unsound != Exception::none || busy) {
+    for (const Wish& wish : wishes) {
+      journal::JournalEntry entry;
+      entry.kind = journal::JournalEntry::Kind::register_write;
+      entry.utc_ms = snapshot.box().utc_ms;
+      if (wish.reg->area == map::Area::loop) entry.loop = plant_.name(wish.loop);
+      entry.peer = peer.name;
+      entry.what = wish.reg->name;
+      entry.old_value = fmt::format("{:.9g}", wish.old_value);
+      entry.new_value = fmt::format("{:.9g}", wish.value);
+      entry.result = busy ? "refused: too many commands at once" : "refused: outside its limits";
+      plant_.write_down(std::move(entry));
+    }
+    return busy ? Exception::busy : unsound;
+  }
+  for (const Wish& wish : wishes) {
+    if (const Exception e = apply(wish, peer); e != Exception::none) return e;
+  }
+  return Exception::none;
+}
+
+Exception MapBank::apply(const Wish& wish, const Peer& peer) {
+  using Kind = OperatorCommand::Kind;
+  if (wish.reg->field == Field::master_heartbeat) {
+    // Not for the journal: it comes each second.
+    server_.master_heartbeat = static_cast<std::uint16_t>(wish.value);
+    server_.master_beat = true;
+    return Exception::none;
+  }
+  if (wish.reg->table == Table::coil || wish.reg->field == Field::shelve_minutes) {
+    return act(wish, peer);
+  }
+  OperatorCommand command{Kind::set_point, wish.value};
+  switch (wish.reg->field) {
+    case Field::wanted_mode:
+      command.kind = wish.value == 0.0 ? Kind::manual : Kind::automatic;
+      break;
+    case Field::wanted_output:
+    case Field::wanted_output_scaled: command.kind = Kind::output; break;
+    case Field::kp: command.kind = Kind::kp; break;
+    case Field::ki: command.kind = Kind::ki; break;
+    case Field::kd: command.kind = Kind::kd; break;
+    default: break;
+  }
+  plant_.order(wish.loop, command);
+  journal::JournalEntry entry;
+  entry.kind = journal::JournalEntry::Kind::register_write;
+  entry.utc_ms = plant_.box().utc_ms;
+  entry.loop = plant_.name(wish.loop);
+  entry.peer = peer.name;
+  entry.what = wish.reg->name;
+  entry.old_value = fmt::format("{:.9g}", wish.old_value);
+  entry.new_value = fmt::format("{:.9g}", wish.value);
+  entry.result = "done";
+  plant_.write_down(std::move(entry));
+  return Exception::none;
+}
+
+Exception MapBank::act(const Wish& wish, const Peer& peer) {
+  using model::AlarmAction;
+  monitor::AlarmOrder order{kind_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
+  if (wish.reg->field == Field::shelve_minutes) {
+    order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;
+    order.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
+  } else {
+    if (wish.value == 0.0) return Exception::none;  // a momentary coil rests at 0
+    switch (wish.reg->field) {
+      case Field::acknowledge_all: acknowledge_all(peer); return Exception::none;
+      case Field::reset: order.action = AlarmAction::reset; break;
+      case Field::unshelve: order.action = AlarmAction::unshelve; break;
+      default: break;
+    }
+  }
+  // An order for which there is nothing to do is no error: masters repeat themselves.
+  plant_.act(wish.loop, order);
+  return Exception::none;
+}
+
+void MapBank::acknowledge_all(const Peer& peer) {
+  for (std::size_t i = 0; i < plant_.loops(); ++i) {
+    const LoopReading loop = plant_.read(i);
+    for (const AlarmKind kind : model::kAlarmKinds) {
+      if (!loop.watch.alarms.alarm(kind).unacknowledged()) continue;
+      plant_.act(i, {kind, model::AlarmAction::acknowledge, 0, peer.name, {}});
+    }
+  }
+}
+
+}  // namespace loopwarden::daemon::gateway

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the Modbus server may see and do: the loops and the box as the rest of the daemon offers them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "daemon/journal/journal_entry.hpp"
+#include "daemon/monitor/watch_board.hpp"
+#include "daemon/rt/loop_settings.hpp"
+#include "hal/record/record_row.hpp"
+#include "model/monitor/ne107.hpp"
+
+namespace loopwarden::daemon::gateway {
+
+// One loop at one moment.
+struct LoopReading {
+  explicit LoopReading(const monitor::LoopWatch& watched) : watch(watched) {}
+
+  bool running = false;  // the row is of a cycle
+  hal::record::RecordRow row;
+  double last_good_pv = 0.0;      // PV units; 0 before the first
+  double set_point_wanted = 0.0;  // PV units, where a ramp goes
+  rt::LoopSettings settings;      // in force, ranges and limits included
+  monitor::LoopWatch watch;
+  loopwarden::monitor::Ne107 ne107 = loopwarden::monitor::Ne107::normal;
+  bool simulated = false;
+  std::uint64_t dropped = 0;  // cycles lost by recorder and monitor
+};
+
+// The box at one moment.
+struct BoxReading {
+  std::int64_t utc_ms = 0;
+  double uptime_s = 0.0;
+  std::uint64_t overruns = 0;
+  double wake_up_worst_us = 0.0;
+  double wake_up_p99_us = 0.0;
+  std::uint32_t config_hash = 0;
+  std::uint32_t model_hash = 0;
+  bool real_time_rights = true;
+  bool any_simulated = false;
+  bool journal_trouble = false;
+  std::uint64_t journal_waiting = 0;
+  std::uint64_t journal_lost = 0;
+  std::uint64_t window_backlog = 0;
+  std::uint64_t monitor_dropped = 0;
+};
+
+class Plant {
+ public:
+  Plant() = default;
+  Plant(const Plant&) = delete;
+  Plant& operator=(const Plant&) = delete;
+  virtual ~Plant() = default;
+
+  virtual std::size_t loops() const = 0;
+  virtual const std::string& name(std::size_t loop) const = 0;
+  virtual LoopReading read(std::size_t loop) = 0;
+  virtual BoxReading box() = 0;
+
+  // Commands that the loop's mailbox has room for; only the gateway's thread fills it.
+  virtual std::size_t room_for_commands(std::size_t loop) = 0;
+  // Applied at the start of the loop's next cycle.
+  virtual void order(std::size_t loop, const rt::OperatorCommand& command) = 0;
+  virtual monitor::OrderResult act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
+  virtual void write_down(journal::JournalEntry entry) = 0;
+};
+
+}  // namespace loopwarden::daemon::gateway

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon's loops as the Modbus server sees them. Used by the server's thread alone.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "daemon/gateway/plant.hpp"
+#include "daemon/historian.hpp"
+#include "daemon/journal/journal.hpp"
+#include "daemon/loop_runtime.hpp"
+#include "daemon/monitor/watch_board.hpp"
+
+namespace loopwarden::daemon {
+
+class GatewayPlant final : public gateway::Plant {
+ public:
+  GatewayPlant(std::vector<LoopRuntime>& loops, const Historian& historian,
+               monitor::WatchBoard& board, journal::Journal& journal, double severe_percent,
+               std::function<gateway::BoxReading()> box);
+
+  std::size_t loops() const override { return loops_.size(); }
+  const std::string& name(std::size_t loop) const override { return loops_[loop].config.name; }
+  gateway::LoopReading read(std::size_t loop) override;
+  gateway::BoxReading box() override { return box_(); }
+  std::size_t room_for_commands(std::size_t loop) override;
+  void order(std::size_t loop, const rt::OperatorCommand& command) override;
+  monitor::OrderResult act(std::size_t loop, const monitor::AlarmOrder& order) override;
+  void write_down(journal::JournalEntry entry) override;
+
+ private:
+  std::vector<LoopRuntime>& loops_;
+  const Historian& historian_;
+  monitor::WatchBoard& board_;
+  journal::Journal& journal_;
+  double severe_percent_;
+  std::function<gateway::BoxReading()> box_;
+};
+
+}  // namespace loopwarden::daemon

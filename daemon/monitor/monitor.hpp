@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// The monitor's thread: takes every loop's cycles, cuts them into windows and has them judged.
+//
+// Loops are served in turn. In one turn a loop gives at most kCyclesATurn cycles and has at most one
+// window judged, so that a loop with a long queue does not keep the others waiting; the next round
+// begins behind the loop at which the last one ended. What a ring had no room for is counted by the
+// ring, and breaks the window: the loop starts a new one.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "daemon/monitor/watch_board.hpp"
+#include "hal/os/spsc_ring.hpp"
+#include "hal/os/thread.hpp"
+#include "hal/record/record_row.hpp"
+#include "model/monitor/verdict_rule.hpp"
+#include "model/monitor/window_builder.hpp"
+#include "model/monitor/window_judge.hpp"
+
+namespace loopwarden::daemon::monitor {
+
+struct WatchedLoop {
+  hal::os::SpscRing<hal::record::RecordRow>* cycles = nullptr;
+  loopwarden::monitor::WindowSettings window;
+  loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
+  loopwarden::monitor::VerdictRuleSettings rule;
+};
+
+struct MonitorStatus {
+  std::uint64_t windows = 0;  // looked at
+  std::uint64_t cycles = 0;   // taken from the rings
+  std::uint64_t dropped = 0;  // not taken: a ring was full
+  std::size_t backlog = 0;    // loops whose cycles were not all taken in the last round
+};
+
+class Monitor {
+ public:
+  static constexpr std::size_t kCyclesATurn = 256;
+
+  // What is pointed to outlives this. Alarms that the board knows from before a restart stay on until
+  // windows say otherwise.
+  Monitor(std::vector<WatchedLoop> loops, WatchBoard& board);
+  Monitor(const Monitor&) = delete;
+  Monitor& operator=(const Monitor&) = delete;
+  ~Monitor() { stop(); }
+
+  void start();
+  void stop();
+
+  // One turn for every loop; public for tests.
+  void round();
+
+  MonitorStatus status() const noexcept;  // any thread
+  std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Track {
+    explicit Track(const WatchedLoop& watched)
+        : loop(watched),
+          builder(watched.window),
+          rule(watched.rule),
+          times(watched.window.sample_time_s) {}
+    WatchedLoop loop;
+    loopwarden::monitor::WindowBuilder builder;
+    loopwarden::monitor::VerdictRule rule;
+    loopwarden::monitor::ModeTimes times;
+  };
+  // True if there may be more.
+  bool take_turn(std::size_t index);
+  void judge(std::size_t index);
+
+  std::vector<Track> tracks_;
+  WatchBoard& board_;
+  std::size_t first_ = 0;  // loop at which the next round begins
+  std::atomic<std::uint64_t> windows_{0};
+  std::atomic<std::uint64_t> cycles_{0};
+  std::atomic<std::size_t> backlog_{0};
+  std::atomic<bool> quit_{false};
+  std::atomic<std::uint64_t> ticks_{0};
+  hal::os::Thread thread_;
+};
+
+}  // namespace loopwarden::daemon::monitor

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/monitor/watch_board.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace loopwarden::daemon::monitor {
+
+namespace model = loopwarden::monitor;
+using journal::JournalEntry;
+using model::AlarmAction;
+using model::AlarmKind;
+using model::AlarmState;
+using model::AlarmTransitions;
+using model::WindowState;
+
+namespace {
+
+const char* to_text(AlarmAction action) noexcept {
+  switch (action) {
+    case AlarmAction::acknowledge: return "acknowledge";
+    case AlarmAction::reset: return "reset";
+    case AlarmAction::shelve: return "shelve";
+    case AlarmAction::unshelve: break;
+  }
+  return "unshelve";
+}
+
+// Suppressed and normal are one to the journal: a loop in manual would fill it.
+bool worth_a_line(const model::AlarmTransition& t) noexcept {
+  const auto quiet = [](AlarmState s) {
+    return s == AlarmState::normal || s == AlarmState::suppressed;
+  };
+  return !(quiet(t.from) && quiet(t.to));
+}
+
+}  // namespace
+
+WatchBoard::WatchBoard(std::vector<Loop> loops, const model::AlarmSettings& settings,
+                       journal::Journal& journal, std::function<std::int64_t()> utc_ms)
+    : settings_(settings), journal_(journal), utc_ms_(std::move(utc_ms)) {
+  for (Loop& loop : loops) {
+    watches_.emplace_back(settings, loop.period_s);
+    names_.push_back(std::move(loop.name));
+  }
+}
+
+void WatchBoard::restore(const journal::AlarmStates& states) {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    for (const AlarmKind kind : model::kAlarmKinds) {
+      const auto found = states.memories.find({names_[i], model::to_text(kind)});
+      if (found != states.memories.end()) watches_[i].alarms.restore(kind, found->second);
+    }
+  }
+}
+
+void WatchBoard::window_judged(std::size_t loop, const model::WindowMeasures& measures,
+                               const model::WindowJudgement& judgement,
+                               const model::AlarmConditions& conditions) {
+  const std::lock_guard lock(mutex_);
+  LoopWatch& watch = watches_[loop];
+  const Memories before = memories(loop);
+  ++watch.windows;
+  watch.window_state = WindowState::valid;
+  watch.measures = measures;
+  watch.judgement = judgement;
+  write_down(loop, before, watch.alarms.window_judged(utc_ms_(), conditions));
+}
+
+void WatchBoard::window_not_fit(std::size_t loop, const model::WindowMeasures& measures,
+                                WindowState why) {
+  const std::lock_guard lock(mutex_);
+  LoopWatch& watch = watches_[loop];
+  ++watch.windows;
+  ++watch.windows_suppressed;
+  watch.measures = measures;
+  suppressed(loop, why);
+}
+
+void WatchBoard::interrupted(std::size_t loop, WindowState why) {
+  const std::lock_guard lock(mutex_);
+  suppressed(loop, why);
+}
+
+void WatchBoard::suppressed(std::size_t loop, WindowState why) {
+  LoopWatch& watch = watches_[loop];
+  watch.window_state = why;
+  const Memories before = memories(loop);
+  write_down(loop, before, watch.alarms.window_not_valid());
+}
+
+void WatchBoard::set_times(std::size_t loop, const model::ModeTimes& times, WindowState state) {
+  const std::lock_guard lock(mutex_);
+  watches_[loop].times = times;
+  if (state != WindowState::valid) watches_[loop].window_state = state;
+}
+
+void WatchBoard::pass_time() {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (!watches_[i].alarms.any_shelved()) continue;
+    const Memories before = memories(i);
+    write_down(i, before, watches_[i].alarms.pass_time(utc_ms_()));
+  }
+}
+
+OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order,
+                            std::chrono::milliseconds patience) {
+  OrderResult result;
+  std::uint64_t ticket = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    model::LoopAlarms& alarms = watches_[loop].alarms;
+    const std::int64_t now_ms = utc_ms_();
+    const Memories before = memories(loop);
+    const AlarmState state = alarms.alarm(order.kind).state();
+    const auto done = alarms.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
+    result.accepted = done.accepted;
+    if (!done.accepted) {
+      result.why =
+          order.action == AlarmAction::shelve
+              ? fmt::format(
+                    "an alarm is shelved for at least a minute, and for {} min at "
+                    "most",
+                    settings_.shelve_limit_ms / 60'000)
+              : fmt::format("alarm {} of {} is {}: nothing to {}", model::to_text(order.kind),
+                            names_[loop], model::to_text(state), to_text(order.action));
+    }
+    ticket = write_order(loop, order, result);
+    const std::uint64_t later = write_down(loop, before, done.transitions);
+    if (later != 0) ticket = later;
+  }
+  if (result.accepted) result.on_disk = journal_.wait_written(ticket, patience);
+  return result;
+}
+
+LoopWatch WatchBoard::watch(std::size_t loop) const {
+  const std::lock_guard lock(mutex_);
+  return watches_[loop];
+}
+
+WatchBoard::Memories WatchBoard::memories(std::size_t loop) const {
+  Memories all;
+  for (const AlarmKind kind : model::kAlarmKinds) {
+    all[model::index_of(kind)] = watches_[loop].alarms.alarm(kind).memory();
+  }
+  return all;
+}
+
+std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
+                                     const AlarmTransitions& transitions) {
+  std::uint64_t ticket = 0;
+  for (const AlarmKind kind : model::kAlarmKinds) {
+    const model::Alarm& alarm = watches_[loop].alarms.alarm(kind);
+    const model::AlarmMemory& was = before[model::index_of(kind)];
+    JournalEntry entry;
+    entry.kind = JournalEntry::Kind::alarm;
+    entry.utc_ms = utc_ms_();
+    entry.loop = names_[loop];
+    entry.alarm = model::to_text(kind);
+    bool line = false;
+    for (const model::AlarmTransition& t : transitions.view()) {
+      if (t.kind != kind || !worth_a_line(t)) continue;
+      line = true;
+      entry.from = model::to_text(t.from);
+      entry.to = model::to_text(t.to);
+      entry.severity_percent = t.severity_percent;
+    }
+    if (alarm.explained() && alarm.active()) entry.what = "consequence of low_air_supply";
+    // What changes under a shelf or a suppression must be remembered, too.
+    const bool remembered_otherwise = alarm.memory().raised != was.raised ||
+                                      alarm.memory().shelved_until_ms != was.shelved_until_ms;
+    if (!line && !remembered_otherwise) continue;
+    if (!line) entry.from = entry.to = model::to_text(alarm.state());
+    entry.memory = alarm.memory();
+    ticket = journal_.post(std::move(entry));
+  }
+  return ticket;
+}
+
+std::uint64_t WatchBoard::write_order(std::size_t loop, const AlarmOrder& order,
+                                      const OrderResult& result) {
+  JournalEntry entry;
+  entry.kind = JournalEntry::Kind::operator_action;
+  entry.utc_ms = utc_ms_();
+  entry.loop = names_[loop];
+  entry.alarm = model::to_text(order.kind);
+  entry.peer = order.peer;
+  entry.what = to_text(order.action);
+  if (order.action == AlarmAction::shelve) {
+    entry.new_value = fmt::format("{} min", order.shelve_ms / 60'000);
+  }
+  entry.reason = order.reason;
+  entry.result = result.accepted ? "done" : "refused: " + result.why;
+  entry.memory = watches_[loop].alarms.alarm(order.kind).memory();
+  return journal_.post(std::move(entry));
+}
+
+}  // namespace loopwarden::daemon::monitor

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known of every loop's valve, and what operators do with its alarms.
+//
+// The monitor writes, the control socket and the Modbus server read and act; all are ordinary threads,
+// so a lock does. Every change of an alarm goes to the journal in the order in which it happened, and
+// an action is reported as done only once it is on the disk, or with the word that it is not.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "daemon/journal/journal.hpp"
+#include "model/monitor/loop_alarms.hpp"
+#include "model/monitor/mode_times.hpp"
+#include "model/monitor/window_judge.hpp"
+#include "model/monitor/window_measures.hpp"
+
+namespace loopwarden::daemon::monitor {
+
+// What the monitor knows of one loop.
+struct LoopWatch {
+  LoopWatch(const loopwarden::monitor::AlarmSettings& settings, double period_s) noexcept
+      : alarms(settings), times(period_s) {}
+
+  loopwarden::monitor::LoopAlarms alarms;
+  loopwarden::monitor::WindowState window_state = loopwarden::monitor::WindowState::filling;
+  std::uint32_t windows = 0;                       // looked at since the start
+  std::uint32_t windows_suppressed = 0;            // of them, not fit to be judged
+  loopwarden::monitor::WindowMeasures measures;    // of the newest window
+  loopwarden::monitor::WindowJudgement judgement;  // of the newest window that was judged
+  loopwarden::monitor::ModeTimes times;
+};
+
+// What an operator wants.
+struct AlarmOrder {
+  loopwarden::monitor::AlarmKind kind = loopwarden::monitor::AlarmKind::stiction;
+  loopwarden::monitor::AlarmAction action = loopwarden::monitor::AlarmAction::acknowledge;
+  std::int64_t shelve_ms = 0;  // for shelve
+  std::string peer;            // who, for the journal
+  std::string reason;          // his words; may be empty
+};
+
+struct OrderResult {
+  bool accepted = false;
+  std::string why;       // not accepted, in words
+  bool on_disk = false;  // accepted, and the journal has it
+};
+
+class WatchBoard {
+ public:
+  struct Loop {
+    std::string name;
+    double period_s = 0.1;  // s
+  };
+  // `utc_ms` gives the present time, ms since 1970.
+  WatchBoard(std::vector<Loop> loops, const loopwarden::monitor::AlarmSettings& settings,
+             journal::Journal& journal, std::function<std::int64_t()> utc_ms);
+  WatchBoard(const WatchBoard&) = delete;
+  WatchBoard& operator=(const WatchBoard&) = delete;
+
+  // Before the threads start.
+  void restore(const journal::AlarmStates& states);
+
+  // --- the monitor ---
+  void window_judged(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
+                     const loopwarden::monitor::WindowJudgement& judgement,
+                     const loopwarden::monitor::AlarmConditions& conditions);
+  // A window that is full but can't be judged.
+  void window_not_fit(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
+                      loopwarden::monitor::WindowState why);
+  // No window can be had at present.
+  void interrupted(std::size_t loop, loopwarden::monitor::WindowState why);
+  // `state`: of the window that is being gathered; valid leaves that of the newest window.
+  void set_times(std::size_t loop, const loopwarden::monitor::ModeTimes& times,
+                 loopwarden::monitor::WindowState state);
+  void pass_time();
+
+  // --- operators ---
+  OrderResult act(std::size_t loop, const AlarmOrder& order,
+                  std::chrono::milliseconds patience = std::chrono::milliseconds(1000));
+
+  // Any thread.
+  LoopWatch watch(std::size_t loop) const;
+  std::size_t loops() const noexcept { return names_.size(); }
+  const std::string& name(std::size_t loop) const { return names_[loop]; }
+  const loopwarden::monitor::AlarmSettings& settings() const noexcept { return settings_; }
+  std::int64_t now_ms() const { return utc_ms_(); }
+
+ private:
+  using Memories =
+      std::array<loopwarden::monitor::AlarmMemory, loopwarden::monitor::kAlarmKindCount>;
+  Memories memories(std::size_t loop) const;
+  void suppressed(std::size_t loop, loopwarden::monitor::WindowState why);
+  // Journals what an event changed; returns the last ticket.
+  std::uint64_t write_down(std::size_t loop, const Memories& before,
+                           const loopwarden::monitor::AlarmTransitions& transitions);
+  std::uint64_t write_order(std::size_t loop, const AlarmOrder& order, const OrderResult& result);
+
+  std::vector<std::string> names_;
+  loopwarden::monitor::AlarmSettings settings_;
+  journal::Journal& journal_;
+  std::function<std::int64_t()> utc_ms_;
+  mutable std::mutex mutex_;
+  std::vector<LoopWatch> watches_;
+};
+
+}  // namespace loopwarden::daemon::monitor

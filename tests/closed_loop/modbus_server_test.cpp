@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real daemon's Modbus server, read and written by masters that are none of this project: pymodbus
+// and mbpoll, with the snippets that the project generates for them.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/support/daemon_process.hpp"
+#include "workbench/register_map.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using nlohmann::json;
+
+// A port that was free a moment ago.
+int free_port() {
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in any{};
+  any.sin_family = AF_INET;
+  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof any;
+  REQUIRE(::bind(fd, reinterpret_cast<const sockaddr*>(&any), sizeof any) == 0);
+  ::getsockname(fd, reinterpret_cast<sockaddr*>(&any), &length);
+  ::close(fd);
+  return ntohs(any.sin_port);
+}
+
+struct Output {
+  int exit_code = -1;
+  std::string text;
+};
+
+Output run(const std::string& command) {
+  FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  Output output;
+  std::array<char, 4096> some{};
+  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe)) {
+    output.text.append(some.data(), n);
+  }
+  const int status = ::pclose(pipe);
+  output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return output;
+}
+
+std::string loop_file(const std::string& tag) {
+  return "loop: " + tag + R"(
+sample_time: 0.1
+process_variable: {unit: L/min, range: [0, 10]}
+controller:
+  action: reverse
+  kp: 0.35
+  ki: 0.04
+  set_point: {limits: [0, 9]}
+  output: {unit: V, range: [0, 10]}
+start: {mode: automatic, set_point: 5}
+safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: previous_mode}
+recording: {enabled: false}
+io: {backend: simulated, model: )" LOOPWARDEN_SOURCE_DIR R"(/config/examples/models/plant1.yaml}
+)";
+}
+
+struct Plant {
+  explicit Plant(const std::string& server)
+      : port(free_port()),
+        daemon(
+            "real_time: {priority: 0, lock_memory: false}\nmodbus_server:\n  port: " +
+                std::to_string(port) + "\n" + server,
+            {{"loops.d/1.yaml", loop_file("FIC-101")}, {"loops.d/2.yaml", loop_file("FIC-102")}}) {
+    daemon.start();
+    for (const char* loop : {"FIC-101", "FIC-102"}) {
+      if (!test::eventually([&] { return daemon.is(loop, "mode", "AUTO"); })) {
+        throw std::runtime_error(std::string(loop) + " does not start");
+      }
+    }
+  }
+  std::string snippet(const char* format) {
+    const std::string file = (daemon.folder() / format).string();
+    const Output made = run(std::string(LOOPWARDEN_BIN_DIR "/loopwarden register-map --format ") +
+                            format + " --config " + daemon.config().string() + " > " + file);
+    INFO(made.text);
+    REQUIRE(made.exit_code == 0);
+    return file;
+  }
+  std::string mbpoll(const std::string& arguments) const {
+    return "mbpoll -q -1 -0 -B -m tcp -p " + std::to_string(port) + " " + arguments;
+  }
+
+  int port;
+  DaemonProcess daemon;
+};
+
+// Whether a value that a master read is one of those that the loop had of late.
+bool seen(const std::vector<double>& values, double read) {
+  return std::any_of(values.begin(), values.end(),
+                     [&](double v) { return static_cast<float>(v) == static_cast<float>(read); });
+}
+
+void check_against_top(Plant& plant, const json& read) {
+  CHECK(read.at("input register:box.magic") == 0x4C50);
+  CHECK(read.at("input register:box.float_test") == 123456.0);
+  CHECK(read.at("input register:box.integer_test") == 0x01020304);
+  CHECK(read.at("input register:box.loop_count") == 2);
+  const json status = plant.daemon.client().status();
+  CHECK(read.at("input register:box.config_hash") == status.at("daemon").at("config_hash"));
+  for (const json& loop : status.at("loops")) {
+    const std::string tag = loop.at("name");
+    const auto value = [&](const char* table, const char* name) {
+      return read.at(std::string(table) + ":" + tag + "." + name).get<double>();
+    };
+    const workbench::Trend trend = plant.daemon.client().trend(tag, 0);
+    INFO(tag);
+    CHECK(seen(trend.pv, value("input register", "pv")));
+    CHECK(seen(trend.co, value("input register", "co")));
+    CHECK(seen(trend.stem, value("input register", "stem")));
+    CHECK(seen(trend.co, value("holding register", "output")));
+    CHECK(value("input register", "sp") == loop.at("sp"));
+    CHECK(value("input register", "sp_scaled") == Approx(10.0 * loop.at("sp").get<double>()));
+    CHECK(value("input register", "pv_scaled") ==
+          Approx(10.0 * value("input register", "pv")).margin(2.0));
+    CHECK(value("input register", "mode") == 1);
+    CHECK(value("input register", "pv_quality") == 192);
+    CHECK(value("input register", "ne107") == 3);  // simulated: function check
+    CHECK(value("input register", "fault") == 0);
+    CHECK(value("holding register", "sp") == 5.0);
+    CHECK(value("holding register", "kp") == Approx(0.35));
+    CHECK(value("holding register", "ki") == Approx(0.04));
+    CHECK(value("discrete input", "in_manual") == 0);
+    CHECK(value("coil", "acknowledge_stiction") == 0);
+    // What the monitor decided.
+    const json& monitor = loop.at("monitor");
+    CHECK(value("input register", "window_number") == monitor.at("windows"));
+    for (const auto& [name, alarm] : loop.at("alarms").items()) {
+      CHECK(value("input register", ("alarm_" + name).c_str()) ==
+            (alarm.at("state") == "suppressed" ? 7 : 0));
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("pymodbus reads every register, in each word order offered, and gets what top shows",
+          "[modbus_server]") {
+  const std::string order = GENERATE(as<std::string>(), "abcd", "cdab", "badc", "dcba");
+  INFO(order);
+  Plant plant("  word_order: " + order + "\n");
+  const Output out = run("/usr/bin/python3 " + plant.snippet("pymodbus"));
+  INFO(out.text);
+  REQUIRE(out.exit_code == 0);
+  check_against_top(plant, json::parse(out.text));
+}
+
+TEST_CASE("mbpoll reads every register with the lines made for it", "[modbus_server]") {
+  const std::string order = GENERATE(as<std::string>(), "abcd", "cdab");
+  Plant plant("  word_order: " + order + "\n  request_rate: 1000\n");
+  std::ifstream lines(plant.snippet("mbpoll"));
+  std::string line;
+  std::size_t count = 0;
+  std::string everything;
+  while (std::getline(lines, line)) {
+    if (line.rfind("mbpoll ", 0) != 0) continue;
+    // What takes one register is the same in both orders.
+    const bool wide =
+        line.find(":float") != std::string::npos || line.find(":int") != std::string::npos;
+    if (order == "cdab" && !wide) continue;
+    ++count;
+    everything += line.substr(line.find('#')) + "\n";
+    everything += run(line.substr(0, line.find('#'))).text + "\n";
+  }
+  INFO(everything);
+  CHECK(count > (order == "abcd" ? 150U : 40U));
+  CHECK(everything.find("failed") == std::string::npos);
+  const auto after = [&](const std::string& name) {
+    const std::size_t at = everything.find("# " + name + "\n");
+    REQUIRE(at != std::string::npos);
+    const std::size_t colon = everything.find("]:", at);
+    return std::strtod(everything.c_str() + colon + 2, nullptr);
+  };
+  CHECK(after("box.float_test") == 123456.0);
+  CHECK(after("box.integer_test") == 0x01020304);
+  CHECK(after("FIC-101.sp") == 5.0);
+  if (order == "abcd") CHECK(after("FIC-102.sp_scaled") == 5000.0);
+}
+
+TEST_CASE("writes are refused or accepted as configured, and end in the journal",
+          "[modbus_server]") {
+  SECTION("off") {
+    Plant plant("");
+    const Output out = run(plant.mbpoll("-t 4:float -r 34 127.0.0.1 4.5"));
+    CHECK(out.text.find("Illegal function") != std::string::npos);
+    CHECK(plant.daemon.client().journal(50, "").empty());
+  }
+  SECTION("on, but not for this client") {
+    Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1}, {peer: 10.0.0.1, writes: true}]\n");
+    const Output out = run(plant.mbpoll("-t 4:float -r 34 127.0.0.1 4.5"));
+    CHECK(out.text.find("Illegal function") != std::string::npos);
+  }
+  SECTION("on") {
+    Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n");
+    const auto loop = [&](const char* key) { return plant.daemon.loop("FIC-102").at(key); };
+    CHECK(run(plant.mbpoll("-t 4:float -r 66 127.0.0.1 4.5")).exit_code == 0);
+    CHECK(test::eventually([&] { return loop("sp") == 4.5; }));
+    CHECK(plant.daemon.loop("FIC-101").at("sp") == 5.0);
+    // Manual, and an output.
+    CHECK(run(plant.mbpoll("-t 4 -r 64 127.0.0.1 0")).exit_code == 0);
+    CHECK(test::eventually([&] { return loop("mode") == "MAN"; }));
+    CHECK(run(plant.mbpoll("-t 4:float -r 68 127.0.0.1 2.5")).exit_code == 0);
+    CHECK(test::eventually([&] { return std::abs(loop("co").get<double>() - 2.5) < 1e-6; }));
+    // Gains, read back.
+    CHECK(run(plant.mbpoll("-t 4:float -r 70 127.0.0.1 0.25")).exit_code == 0);
+    CHECK(run(plant.mbpoll("-t 4:float -r 70 -c 1 127.0.0.1")).text.find("0.25") !=
+          std::string::npos);
+    // Out of limits, and half of a number.
+    CHECK(run(plant.mbpoll("-t 4:float -r 66 127.0.0.1 9.5")).text.find("Illegal data value") !=
+          std::string::npos);
+    CHECK(run(plant.mbpoll("-t 4 -r 66 127.0.0.1 7")).text.find("Illegal data value") !=
+          std::string::npos);
+    CHECK(run(plant.mbpoll("-t 4 -r 90 127.0.0.1 7")).text.find("Illegal data address") !=
+          std::string::npos);
+    CHECK(run(plant.mbpoll("-t 0 -r 16 127.0.0.1 1")).exit_code == 0);  // nothing to acknowledge
+    bool written = false;
+    bool refused = false;
+    for (const json& line : plant.daemon.client().journal(50, "FIC-102")) {
+      if (line.at("what") != "sp") continue;
+      CHECK(line.at("peer").get<std::string>().rfind("127.0.0.1:", 0) == 0);
+      written = written ||
+                (line.at("old") == "5" && line.at("new") == "4.5" && line.at("result") == "done");
+      refused = refused || (line.at("new") == "9.5" && line.at("result") != "done");
+    }
+    CHECK(written);
+    CHECK(refused);
+  }
+}
+
+TEST_CASE("the master's heartbeat: when it stops, the loops do what is configured",
+          "[modbus_server]") {
+  Plant plant(
+      "  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n"
+      "  master_heartbeat: {timeout: 0.5, action: manual}\n");
+  CHECK(run(plant.mbpoll("-t 4 -r 0 127.0.0.1 1")).exit_code == 0);
+  CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "mode", "MAN"); }));
+  CHECK(test::eventually([&] { return plant.daemon.is("FIC-102", "mode", "MAN"); }));
+  CHECK(run(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t1") != std::string::npos);
+  CHECK(run(plant.mbpoll("-t 4 -r 0 127.0.0.1 2")).exit_code == 0);
+  CHECK(test::eventually([&] {
+    return run(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t0") != std::string::npos;
+  }));
+}
+
+TEST_CASE("hostile clients: no overrun more, no crash, and the others are served",
+          "[modbus_server]") {
+  Plant plant("  max_clients: 16\n");
+  const auto connect = [&] {
+    const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(plant.port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    return fd;
+  };
+  std::mt19937 random(5);
+  std::vector<int> crowd(200, -1);
+  for (int& fd : crowd) fd = connect();
+  const std::array<std::uint8_t, 12> sound{0, 1, 0, 0, 0, 6, 1, 4, 0, 64, 0, 64};
+  for (int round = 0; round < 60; ++round) {
+    for (int& fd : crowd) {
+      std::array<std::uint8_t, 12> bytes = sound;
+      switch (random() % 4) {
+        case 0: ::send(fd, bytes.data(), 1, MSG_NOSIGNAL); break;  // half a frame
+        case 1:
+          for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random());
+          ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+          break;
+        case 2:
+          bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random());
+          ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+          break;
+        default:
+          ::close(fd);
+          fd = connect();
+          break;
+      }
+    }
+    if (round % 10 != 9) continue;
+    const Output out = run(plant.mbpoll("-t 3:float -r 14 -c 1 127.0.0.1"));
+    INFO(out.text);
+    CHECK(out.text.find("123456") != std::string::npos);
+  }
+  for (const int fd : crowd) ::close(fd);
+  const json daemon = plant.daemon.client().status().at("daemon");
+  CHECK(daemon.at("modbus_server").at("malformed") > 0);
+  CHECK(daemon.at("modbus_server").at("clients") <= 16);
+  CHECK(plant.daemon.is("FIC-101", "mode", "AUTO"));
+  plant.daemon.signal(SIGTERM);
+  CHECK(plant.daemon.wait_for_end() == 0);
+}
+
+}  // namespace loopwarden::tests

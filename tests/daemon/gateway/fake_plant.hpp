@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/gateway/plant.hpp"
+#include "tests/daemon/rt/loop_fixture.hpp"
+
+namespace loopwarden::tests {
+
+// Loops that stand still, and remember what was asked of them.
+class FakePlant final : public daemon::gateway::Plant {
+ public:
+  explicit FakePlant(std::size_t loops) {
+    const daemon::monitor::LoopWatch watch({}, 0.1);
+    for (std::size_t i = 0; i < loops; ++i) {
+      names_.push_back("FIC-10" + std::to_string(i));
+      daemon::gateway::LoopReading reading(watch);
+      reading.running = true;
+      reading.settings = plain_settings();
+      reading.settings.controller.set_point = {.low = 10.0, .high = 90.0};
+      reading.row.period_index = 70'000 + i;
+      reading.row.sp = 50.0;
+      reading.row.pv = 49.5;
+      reading.row.co = 25.0;
+      reading.row.stem = 24.0;
+      reading.row.mode = 1;
+      reading.row.requested_mode = 1;
+      reading.row.pv_quality = 0xC0;
+      reading.set_point_wanted = 60.0;
+      readings.push_back(reading);
+    }
+    box_reading.utc_ms = 1'800'000'000'123;
+    box_reading.uptime_s = 65'540.7;
+  }
+
+  std::size_t loops() const override { return readings.size(); }
+  const std::string& name(std::size_t loop) const override { return names_[loop]; }
+  daemon::gateway::LoopReading read(std::size_t loop) override {
+    ++reads;
+    return readings[loop];
+  }
+  daemon::gateway::BoxReading box() override { return box_reading; }
+  std::size_t room_for_commands(std::size_t) override { return room; }
+  void order(std::size_t loop, const daemon::rt::OperatorCommand& command) override {
+    orders.emplace_back(loop, command);
+  }
+  daemon::monitor::OrderResult act(std::size_t loop,
+                                   const daemon::monitor::AlarmOrder& order) override {
+    actions.emplace_back(loop, order);
+    return {.accepted = true, .why = {}, .on_disk = true};
+  }
+  void write_down(daemon::journal::JournalEntry entry) override {
+    lines.push_back(std::move(entry));
+  }
+
+  std::vector<daemon::gateway::LoopReading> readings;
+  daemon::gateway::BoxReading box_reading;
+  std::size_t room = 32;
+  std::size_t reads = 0;
+  std::vector<std::pair<std::size_t, daemon::rt::OperatorCommand>> orders;
+  std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;
+  std::vector<daemon::journal::JournalEntry> lines;
+
+ private:
+  std::vector<std::string> names_;
+};
+
+}  // namespace loopwarden::tests

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/gateway/map_bank.hpp"
+
+#include <bit>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "hal/register_map/register_map.hpp"
+#include "tests/daemon/gateway/fake_plant.hpp"
+
+namespace loopwarden::daemon::gateway {
+namespace {
+
+namespace map = hal::register_map;
+using hal::modbus::ByteOrder;
+using map::Table;
+using Kind = rt::OperatorCommand::Kind;
+using Words = std::vector<std::uint16_t>;
+using model_kind = loopwarden::monitor::AlarmKind;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+const Peer kMaster{"10.0.0.7:1000", true};
+
+struct Bench {
+  explicit Bench(std::size_t loops = 2, ByteOrder order = ByteOrder::abcd)
+      : plant(loops), bank(plant, order, server) {}
+
+  std::uint32_t address(Table table, const std::string& name, std::size_t loop,
+                        map::Area area = map::Area::loop) const {
+    for (const map::Register& reg : map::registers()) {
+      if (reg.table == table && reg.area == area && name == reg.name) {
+        return map::address(reg, loop);
+      }
+    }
+    FAIL("no register " << name);
+    return 0;
+  }
+  Words read(Table table, std::uint32_t at, std::size_t count) {
+    Words words(count);
+    REQUIRE(bank.read(table, static_cast<std::uint16_t>(at), words) == Exception::none);
+    return words;
+  }
+  std::uint16_t word(const std::string& name, std::size_t loop = 0,
+                     Table table = Table::input_register) {
+    return read(table, address(table, name, loop), 1)[0];
+  }
+  std::uint16_t box_word(const std::string& name, Table table = Table::input_register) {
+    return read(table, address(table, name, 0, map::Area::box), 1)[0];
+  }
+  float number(const std::string& name, std::size_t loop = 0, Table table = Table::input_register) {
+    const Words w = read(table, address(table, name, loop), 2);
+    return std::bit_cast<float>(static_cast<std::uint32_t>(w[0]) << 16 | w[1]);
+  }
+  Exception write(const std::string& name, const Words& words, std::size_t loop = 0,
+                  Table table = Table::holding_register) {
+    return bank.write(table, static_cast<std::uint16_t>(address(table, name, loop)), words,
+                      kMaster);
+  }
+  static Words words_of(float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    return {static_cast<std::uint16_t>(bits >> 16), static_cast<std::uint16_t>(bits)};
+  }
+
+  tests::FakePlant plant;
+  ServerState server;
+  MapBank bank;
+};
+
+}  // namespace
+
+TEST_CASE("the test constants in every word order", "[gateway][map]") {
+  const auto at = [](ByteOrder order) {
+    Bench bench(1, order);
+    return bench.read(Table::input_register, 14, 4);
+  };
+  CHECK(at(ByteOrder::abcd) == Words{0x47F1, 0x2000, 0x0102, 0x0304});
+  CHECK(at(ByteOrder::cdab) == Words{0x2000, 0x47F1, 0x0304, 0x0102});
+  CHECK(at(ByteOrder::badc) == Words{0xF147, 0x0020, 0x0201, 0x0403});
+  CHECK(at(ByteOrder::dcba) == Words{0x0020, 0xF147, 0x0403, 0x0201});
+  // Single registers are as Modbus has them in each.
+  for (const ByteOrder order :
+       {ByteOrder::abcd, ByteOrder::cdab, ByteOrder::badc, ByteOrder::dcba}) {
+    Bench bench(1, order);
+    CHECK(bench.box_word("magic") == 0x4C50);
+    CHECK(bench.box_word("word_order") == static_cast<std::uint16_t>(order));
+  }
+}
+
+TEST_CASE("the box's block", "[gateway][map]") {
+  Bench bench(3);
+  CHECK(bench.box_word("heartbeat") == 4);  // 65540 s, wrapped
+  CHECK(bench.box_word("loop_count") == 3);
+  CHECK(bench.box_word("utc_milliseconds") == 123);
+  CHECK(bench.read(Table::input_register, 22, 2) ==
+        Words{1'800'000'000 >> 16, 1'800'000'000 & 0xFFFF});
+  bench.plant.box_reading.wake_up_worst_us = 1e9;
+  CHECK(bench.box_word("wake_up_worst") == 65535);
+  CHECK(bench.box_word("status_bits") == 1);
+  bench.plant.box_reading.any_simulated = true;
+  bench.plant.box_reading.journal_trouble = true;
+  bench.plant.box_reading.real_time_rights = false;
+  bench.server.writes_enabled = true;
+  bench.server.master_lost = true;
+  loopwarden::monitor::AlarmConditions on{};
+  on[0] = {true, 5.0};
+  bench.plant.readings[1].watch.alarms.window_judged(0, on);
+  CHECK(bench.box_word("status_bits") == 127);
+  CHECK(bench.box_word("alarms_active") == 1);
+  CHECK(bench.box_word("alarms_unacknowledged") == 1);
+  CHECK(bench.box_word("any_alarm_unacknowledged", Table::discrete_input) == 1);
+}
+
+TEST_CASE("a loop's block: values, scaled copies, and one sequence for the whole of it",
+          "[gateway][map]") {
+  Bench bench;
+  CHECK(bench.number("sp") == 50.0F);
+  CHECK(bench.number("pv") == 49.5F);
+  CHECK(bench.number("co") == 25.0F);
+  CHECK(bench.number("stem") == 24.0F);
+  CHECK(bench.word("sp_scaled") == 5000);
+  CHECK(bench.word("pv_scaled") == 4950);
+  CHECK(bench.word("pv_quality") == 192);
+  CHECK(bench.word("sequence_head", 1) == (70'001 & 0xFFFF));
+  CHECK(bench.word("sequence_tail", 1) == (70'001 & 0xFFFF));
+  bench.plant.reads = 0;
+  const Words block = bench.read(Table::input_register, 64, 64);
+  CHECK(bench.plant.reads == 1);
+  CHECK(block.front() == block.back());
+}
+
+TEST_CASE("what is not there is never sent as a number that is none", "[gateway][map]") {
+  Bench bench;
+  hal::record::RecordRow& row = bench.plant.readings[0].row;
+  row.pv = kNan;
+  row.stem = kNan;
+  row.pv_quality = 0;
+  bench.plant.readings[0].last_good_pv = 48.25;
+  CHECK(bench.number("pv") == 48.25F);
+  CHECK(bench.word("pv_scaled") == 0x8000);
+  CHECK(bench.number("stem") == 0.0F);
+  CHECK(bench.word("stem_scaled") == 0x8000);
+  CHECK((bench.word("loop_bits") & 32U) == 0);
+  CHECK(bench.word("pv_bad", 0, Table::discrete_input) == 1);
+  row.sp = std::numeric_limits<double>::infinity();
+  row.co = 1e300;
+  for (const map::Register& reg : map::registers()) {
+    if (reg.type != hal::modbus::RegisterType::f32 || reg.area != map::Area::loop) continue;
+    INFO(reg.name);
+    CHECK(std::isfinite(bench.number(reg.name, 0, reg.table)));
+  }
+  // The lowest number of a scaled copy is the mark of what is not there: nothing real takes it.
+  row.pv = -1e6;
+  row.pv_quality = 0xC0;
+  CHECK(bench.word("pv_scaled") == 0x8001);
+}
+
+TEST_CASE("alarms in registers and bits", "[gateway][map]") {
+  Bench bench;
+  loopwarden::monitor::AlarmConditions on{};
+  on[1] = {true, 6.25};
+  auto& alarms = bench.plant.readings[0].watch.alarms;
+  alarms.window_judged(0, on);
+  CHECK(bench.word("alarm_backlash") == 1);
+  CHECK(bench.word("alarm_stiction") == 0);
+  CHECK(bench.word("severity_backlash") == 625);
+  CHECK(bench.word("active_backlash", 0, Table::discrete_input) == 1);
+  CHECK(bench.word("active_stiction", 0, Table::discrete_input) == 0);
+  CHECK(bench.word("unacknowledged_backlash", 0, Table::discrete_input) == 1);
+  CHECK(bench.word("alarm_backlash", 1) == 7);  // the other loop: nothing judged yet
+  alarms.act(model_kind::backlash, loopwarden::monitor::AlarmAction::shelve,
+             bench.plant.box_reading.utc_ms, bench.plant.box_reading.utc_ms + 90'000);
+  CHECK(bench.word("alarm_backlash") == 6);
+  CHECK(bench.word("shelve_backlash", 0, Table::holding_register) == 2);  // 1.5 min, rounded up
+  CHECK(bench.word("any_shelved", 0, Table::discrete_input) == 1);
+}
+
+TEST_CASE("reserved registers read 0, what is outside the map is refused", "[gateway][map]") {
+  Bench bench(1);
+  CHECK(bench.read(Table::input_register, 40, 24) == Words(24, 0));
+  Words words(2);
+  CHECK(bench.bank.read(Table::input_register, 128, words) == Exception::illegal_address);
+  CHECK(bench.bank.read(Table::input_register, 127, words) == Exception::illegal_address);
+  CHECK(bench.bank.read(Table::holding_register, 64, words) == Exception::illegal_address);
+  CHECK(bench.bank.write(Table::holding_register, 1, Words{1}, kMaster) ==
+        Exception::illegal_address);
+  CHECK(bench.bank.write(Table::holding_register, 5000, Words{1}, kMaster) ==
+        Exception::illegal_address);
+}
+
+TEST_CASE("orders reach the loop, and the journal names peer, old and new value",
+          "[gateway][map]") {
+  Bench bench;
+  CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
+  REQUIRE(bench.plant.orders.size() == 1);
+  CHECK(bench.plant.orders[0].first == 1);
+  CHECK(bench.plant.orders[0].second.kind == Kind::set_point);
+  CHECK(bench.plant.orders[0].second.value == 55.5);
+  REQUIRE(bench.plant.lines.size() == 1);
+  CHECK(bench.plant.lines[0].peer == "10.0.0.7:1000");
+  CHECK(bench.plant.lines[0].loop == "FIC-101");
+  CHECK(bench.plant.lines[0].what == "sp");
+  CHECK(bench.plant.lines[0].old_value == "60");
+  CHECK(bench.plant.lines[0].new_value == "55.5");
+  CHECK(bench.plant.lines[0].result == "done");
+
+  const auto last = [&] { return bench.plant.orders.back().second; };
+  CHECK(bench.write("mode", {0}) == Exception::none);
+  CHECK(last().kind == Kind::manual);
+  CHECK(bench.write("mode", {1}) == Exception::none);
+  CHECK(last().kind == Kind::automatic);
+  CHECK(bench.write("output", Bench::words_of(12.5F)) == Exception::none);
+  CHECK(last().kind == Kind::output);
+  CHECK(last().value == 12.5);
+  CHECK(bench.write("sp_scaled", {2000}) == Exception::none);
+  CHECK(last().kind == Kind::set_point);
+  CHECK(last().value == Approx(20.0));
+  CHECK(bench.plant.lines.back().old_value == "60");
+  CHECK(bench.write("output_scaled", {1000}) == Exception::none);
+  CHECK(last().kind == Kind::output);
+  CHECK(last().value == Approx(10.0));
+  CHECK(bench.write("kp", Bench::words_of(0.25F)) == Exception::none);
+  CHECK(last().kind == Kind::kp);
+  CHECK(bench.write("ki", Bench::words_of(0.5F)) == Exception::none);
+  CHECK(last().kind == Kind::ki);
+  CHECK(bench.write("kd", Bench::words_of(0.0F)) == Exception::none);
+  CHECK(last().kind == Kind::kd);
+}
+
+TEST_CASE("what is out of its limits, half, or no number is refused and changes nothing",
+          "[gateway][map]") {
+  Bench bench;
+  CHECK(bench.write("sp", Bench::words_of(9.9F)) == Exception::illegal_value);
+  CHECK(bench.write("sp", Bench::words_of(90.1F)) == Exception::illegal_value);
+  CHECK(bench.write("sp", Bench::words_of(std::numeric_limits<float>::quiet_NaN())) ==
+        Exception::illegal_value);
+  CHECK(bench.write("sp", Bench::words_of(std::numeric_limits<float>::infinity())) ==
+        Exception::illegal_value);
+  CHECK(bench.write("sp", {0x4248}) == Exception::illegal_value);  // half a number
+  CHECK(bench.write("output", Bench::words_of(-0.1F)) == Exception::illegal_value);
+  CHECK(bench.write("output", Bench::words_of(100.1F)) == Exception::illegal_value);
+  CHECK(bench.write("mode", {2}) == Exception::illegal_value);
+  CHECK(bench.write("kp", Bench::words_of(-1.0F)) == Exception::illegal_value);
+  CHECK(bench.write("sp_scaled", {9500}) == Exception::illegal_value);
+  CHECK(bench.write("shelve_stiction", {481}) == Exception::illegal_value);
+  // The other half alone.
+  const auto at = static_cast<std::uint16_t>(bench.address(Table::holding_register, "sp", 0) + 1);
+  CHECK(bench.bank.write(Table::holding_register, at, Words{0}, kMaster) ==
+        Exception::illegal_value);
+  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.actions.empty());
+  for (const auto& line : bench.plant.lines) CHECK(line.result.find("refused") == 0);
+}
+
+TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
+  Bench bench;
+  Words gains = Bench::words_of(0.5F);
+  const Words ki = Bench::words_of(0.1F);
+  const Words kd = Bench::words_of(-1.0F);  // not allowed
+  gains.insert(gains.end(), ki.begin(), ki.end());
+  SECTION("all are in order") {
+    CHECK(bench.write("kp", gains) == Exception::none);
+    REQUIRE(bench.plant.orders.size() == 2);
+    CHECK(bench.plant.orders[1].second.kind == Kind::ki);
+  }
+  SECTION("one is not") {
+    gains.insert(gains.end(), kd.begin(), kd.end());
+    CHECK(bench.write("kp", gains) == Exception::illegal_value);
+    CHECK(bench.plant.orders.empty());
+  }
+  SECTION("the mailbox has no room for all") {
+    bench.plant.room = 1;
+    CHECK(bench.write("kp", gains) == Exception::busy);
+    CHECK(bench.plant.orders.empty());
+    CHECK(bench.plant.lines.size() == 2);
+  }
+}
+
+TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
+  using Action = loopwarden::monitor::AlarmAction;
+  Bench bench;
+  const auto coil = [&](const char* name, std::uint16_t value) {
+    CHECK(bench.write(name, {value}, 1, Table::coil) == Exception::none);
+  };
+  coil("acknowledge_hysteresis", 0);  // a momentary coil at rest
+  CHECK(bench.plant.actions.empty());
+  coil("acknowledge_hysteresis", 1);
+  coil("reset_stiction", 1);
+  coil("unshelve_unknown", 1);
+  CHECK(bench.write("shelve_low_air_supply", {45}, 1) == Exception::none);
+  CHECK(bench.write("shelve_low_air_supply", {0}, 1) == Exception::none);
+  REQUIRE(bench.plant.actions.size() == 5);
+  const auto& a = bench.plant.actions;
+  for (const auto& [loop, order] : a) {
+    CHECK(loop == 1);
+    CHECK(order.peer == kMaster.name);
+  }
+  CHECK(a[0].second.kind == model_kind::hysteresis);
+  CHECK(a[0].second.action == Action::acknowledge);
+  CHECK(a[1].second.kind == model_kind::stiction);
+  CHECK(a[1].second.action == Action::reset);
+  CHECK(a[2].second.kind == model_kind::unknown);
+  CHECK(a[2].second.action == Action::unshelve);
+  CHECK(a[3].second.kind == model_kind::low_air_supply);
+  CHECK(a[3].second.action == Action::shelve);
+  CHECK(a[3].second.shelve_ms == 45 * 60'000);
+  CHECK(a[4].second.action == Action::unshelve);
+  CHECK(bench.read(Table::coil, 16, 15) == Words(15, 0));
+}
+
+TEST_CASE("acknowledge_all reaches every alarm that waits, and no other", "[gateway][map]") {
+  Bench bench(3);
+  loopwarden::monitor::AlarmConditions on{};
+  on[0] = {true, 5.0};
+  bench.plant.readings[0].watch.alarms.window_judged(0, on);
+  bench.plant.readings[2].watch.alarms.window_judged(0, on);
+  CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
+  REQUIRE(bench.plant.actions.size() == 2);
+  CHECK(bench.plant.actions[0].first == 0);
+  CHECK(bench.plant.actions[1].first == 2);
+}
+
+TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway][map]") {
+  Bench bench;
+  CHECK(bench.bank.write(Table::holding_register, 0, Words{777}, kMaster) == Exception::none);
+  CHECK(bench.server.master_beat);
+  CHECK(bench.box_word("master_heartbeat", Table::holding_register) == 777);
+  CHECK(bench.plant.lines.empty());
+}
+
+}  // namespace loopwarden::daemon::gateway

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/gateway/tcp_server.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "tests/support/fake_clock.hpp"
+
+namespace loopwarden::daemon::gateway {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::chrono::milliseconds kNoWait{0};
+
+// A client's end of a connection, as any program could hold it.
+class Client {
+ public:
+  explicit Client(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(port);
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const int on = 1;
+    ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    const int small = 4096;
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+    REQUIRE(::connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0);
+  }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client() { ::close(fd_); }
+
+  void send(const Bytes& bytes) const {
+    ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  }
+  Bytes received() const {
+    Bytes all;
+    std::array<std::uint8_t, 4096> some{};
+    for (;;) {
+      const ssize_t n = ::recv(fd_, some.data(), some.size(), MSG_DONTWAIT);
+      if (n <= 0) return all;
+      all.insert(all.end(), some.begin(), some.begin() + n);
+    }
+  }
+  bool closed() const {
+    std::uint8_t byte = 0;
+    const ssize_t n = ::recv(fd_, &byte, 1, MSG_DONTWAIT | MSG_PEEK);
+    return n == 0 || (n < 0 && errno != EAGAIN);
+  }
+  void shut_down() const { ::shutdown(fd_, SHUT_WR); }
+
+ private:
+  int fd_;
+};
+
+Bytes frame(std::uint16_t transaction, std::uint8_t unit, const Bytes& pdu) {
+  Bytes bytes(7 + pdu.size());
+  bytes[0] = static_cast<std::uint8_t>(transaction >> 8);
+  bytes[1] = static_cast<std::uint8_t>(transaction);
+  bytes[4] = static_cast<std::uint8_t>((pdu.size() + 1) >> 8);
+  bytes[5] = static_cast<std::uint8_t>(pdu.size() + 1);
+  bytes[6] = unit;
+  for (std::size_t i = 0; i < pdu.size(); ++i) bytes[7 + i] = pdu[i];
+  return bytes;
+}
+
+const Bytes kAsk{3, 0, 0, 0, 1};
+
+// Answers every request with its own bytes; time stands still unless it is moved.
+struct Bench {
+  explicit Bench(TcpServerSettings settings = {}, const char* network = "127.0.0.0/8") {
+    settings.port = 0;
+    const hal::os::PeerRule rule{*hal::os::parse_network(network), true};
+    server = std::make_unique<TcpServer>(
+        settings, hal::os::PeerList({rule}), clock,
+        [this](std::span<const std::uint8_t> request, const Peer& peer) {
+          last_peer = peer;
+          Pdu pdu;
+          std::copy(request.begin(), request.end(), pdu.bytes.begin());
+          pdu.size = request.size();
+          return pdu;
+        });
+  }
+  std::unique_ptr<Client> connect() {
+    auto client = std::make_unique<Client>(server->port());
+    rounds(2);
+    return client;
+  }
+  void rounds(int count) {
+    for (int i = 0; i < count; ++i) server->serve(kNoWait);
+  }
+  void pass(double seconds) {
+    clock.sleep_until_ns(clock.now_ns() + static_cast<std::int64_t>(seconds * 1e9));
+  }
+
+  tests::FakeClock clock;
+  Peer last_peer;
+  std::unique_ptr<TcpServer> server;
+};
+
+}  // namespace
+
+TEST_CASE("a request is answered under its own transaction and unit", "[gateway][tcp]") {
+  Bench bench;
+  const auto client = bench.connect();
+  client->send(frame(0xBEEF, 1, kAsk));
+  bench.rounds(2);
+  CHECK(client->received() == frame(0xBEEF, 1, kAsk));
+  CHECK(bench.last_peer.name.find("127.0.0.1:") == 0);
+  CHECK(bench.last_peer.may_write);
+  for (const std::uint8_t unit : {std::uint8_t{0}, std::uint8_t{255}}) {
+    client->send(frame(7, unit, kAsk));
+    bench.rounds(2);
+    CHECK(client->received() == frame(7, unit, kAsk));
+  }
+  client->send(frame(8, 9, kAsk));
+  bench.rounds(2);
+  CHECK(client->received() == frame(8, 9, {0x83, 0x0B}));
+}
+
+TEST_CASE("requests come in pieces, or several at once", "[gateway][tcp]") {
+  Bench bench;
+  const auto client = bench.connect();
+  Bytes many;
+  for (std::uint16_t i = 0; i < 20; ++i) {
+    const Bytes one = frame(i, 1, kAsk);
+    many.insert(many.end(), one.begin(), one.end());
+  }
+  SECTION("byte by byte") {
+    for (const std::uint8_t byte : many) {
+      client->send({byte});
+      bench.rounds(1);
+    }
+  }
+  SECTION("in one go") {
+    client->send(many);
+    bench.rounds(10);
+  }
+  bench.rounds(2);
+  CHECK(client->received() == many);
+}
+
+TEST_CASE("what is no Modbus ends the connection, and nobody else's", "[gateway][tcp]") {
+  Bench bench;
+  const auto other = bench.connect();
+  const Bytes nonsense = GENERATE(Bytes{'G', 'E', 'T', ' '}, Bytes{0, 1, 0, 7, 0, 6, 1},
+                                  Bytes{0, 1, 0, 0, 0, 1, 1}, Bytes{0, 1, 0, 0, 0, 0, 1},
+                                  Bytes{0, 1, 0, 0, 0, 255, 1}, Bytes{0, 1, 0, 0, 1, 0, 1});
+  const auto client = bench.connect();
+  client->send(nonsense);
+  bench.rounds(3);
+  CHECK(client->closed());
+  CHECK(bench.server->counters().malformed == 1);
+  other->send(frame(1, 1, kAsk));
+  bench.rounds(2);
+  CHECK(other->received() == frame(1, 1, kAsk));
+}
+
+TEST_CASE("who is not on the list is turned away", "[gateway][tcp]") {
+  Bench bench({}, "10.0.0.0/8");
+  const auto client = bench.connect();
+  CHECK(client->closed());
+  CHECK(bench.server->counters().refused == 1);
+  CHECK(bench.server->counters().clients == 0);
+}
+
+TEST_CASE("a client that asks for nothing sound goes after the idle time", "[gateway][tcp]") {
+  Bench bench({.idle_timeout_s = 60.0});
+  const auto silent = bench.connect();
+  const auto slow = bench.connect();
+  const auto sound = bench.connect();
+  for (int i = 0; i < 7; ++i) {  // one byte of a request each ten seconds
+    bench.pass(10.0);
+    slow->send({0});
+    sound->send(frame(1, 1, kAsk));
+    bench.rounds(2);
+  }
+  CHECK(silent->closed());
+  CHECK(slow->closed());
+  CHECK_FALSE(sound->closed());
+}
+
+TEST_CASE("a client that hangs up is forgotten; half-open ones are served to the end",
+          "[gateway][tcp]") {
+  Bench bench;
+  {
+    const auto client = bench.connect();
+    CHECK(bench.server->counters().clients == 1);
+  }
+  bench.rounds(2);
+  CHECK(bench.server->counters().clients == 0);
+  const auto half = bench.connect();
+  half->send(frame(3, 1, kAsk));
+  bench.rounds(2);
+  half->shut_down();
+  bench.rounds(3);
+  CHECK(bench.server->counters().clients == 0);
+}
+
+TEST_CASE("200 connections: those that are of use keep their places", "[gateway][tcp]") {
+  Bench bench({.most_clients = 8});
+  const auto master = bench.connect();
+  master->send(frame(1, 1, kAsk));
+  bench.rounds(2);
+  REQUIRE(master->received().size() == frame(1, 1, kAsk).size());
+  std::vector<std::unique_ptr<Client>> crowd;
+  for (int i = 0; i < 200; ++i) {
+    bench.pass(0.01);
+    crowd.push_back(bench.connect());
+  }
+  CHECK(bench.server->counters().clients == 8);
+  CHECK(bench.server->counters().displaced == 193);
+  CHECK_FALSE(master->closed());
+  master->send(frame(2, 1, kAsk));
+  bench.rounds(2);
+  CHECK(master->received() == frame(2, 1, kAsk));
+}
+
+TEST_CASE("among those that were of use the longest silent one goes first", "[gateway][tcp]") {
+  Bench bench({.most_clients = 2});
+  const auto old = bench.connect();
+  const auto recent = bench.connect();
+  old->send(frame(1, 1, kAsk));
+  bench.rounds(2);
+  bench.pass(1.0);
+  recent->send(frame(1, 1, kAsk));
+  bench.rounds(2);
+  const auto fresh = bench.connect();
+  old->received();
+  CHECK(old->closed());
+  CHECK_FALSE(recent->received().empty());
+  CHECK_FALSE(fresh->closed());
+}
+
+TEST_CASE("a client that asks too often waits, the others do not", "[gateway][tcp]") {
+  Bench bench({.requests_per_second = 10.0});
+  const auto greedy = bench.connect();
+  const auto modest = bench.connect();
+  const std::size_t size = frame(0, 1, kAsk).size();
+  Bytes burst;
+  for (std::uint16_t i = 0; i < 40; ++i) {
+    const Bytes one = frame(i, 1, kAsk);
+    burst.insert(burst.end(), one.begin(), one.end());
+  }
+  greedy->send(burst);
+  bench.rounds(20);
+  CHECK(greedy->received().size() == 10 * size);
+  modest->send(frame(1, 1, kAsk));
+  bench.rounds(2);
+  CHECK(modest->received().size() == size);
+  bench.pass(0.5);
+  bench.rounds(20);
+  CHECK(greedy->received().size() == 5 * size);
+  for (int i = 0; i < 5; ++i) {
+    bench.pass(1.0);
+    bench.rounds(20);
+  }
+  CHECK(greedy->received().size() == 25 * size);  // nothing was lost
+  CHECK_FALSE(greedy->closed());
+}
+
+TEST_CASE("a client that never reads its answers is not read from", "[gateway][tcp]") {
+  Bench bench({.requests_per_second = 1e6});
+  const auto deaf = bench.connect();
+  const auto other = bench.connect();
+  const Bytes request = frame(1, 1, Bytes(253, 3));
+  for (int i = 0; i < 4'000; ++i) {
+    deaf->send(request);
+    bench.rounds(1);
+    if (i % 1'000 == 0) {
+      bench.pass(0.001);
+      other->send(frame(1, 1, kAsk));
+      bench.rounds(2);
+      CHECK(other->received() == frame(1, 1, kAsk));
+    }
+  }
+  // The server holds one answer for it, whatever it sends.
+  CHECK(bench.server->counters().requests < 4'000);
+}
+
+TEST_CASE("random and mutated frames: the server lives and serves the others", "[gateway][tcp]") {
+  Bench bench({.most_clients = 16, .requests_per_second = 1e6});
+  std::mt19937 random(11);
+  const auto master = bench.connect();
+  for (int round = 0; round < 2000; ++round) {
+    const auto client = bench.connect();
+    Bytes bytes = frame(static_cast<std::uint16_t>(random()), 1, kAsk);
+    if (random() % 2 == 0) {
+      bytes.resize(random() % 300);
+      for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random());
+    } else {
+      bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random());
+    }
+    client->send(bytes);
+    bench.rounds(1);
+    if (round % 100 == 0) {
+      master->send(frame(5, 1, kAsk));
+      bench.rounds(2);
+      REQUIRE(master->received() == frame(5, 1, kAsk));
+    }
+  }
+}
+
+TEST_CASE("a port that is taken is said to be", "[gateway][tcp]") {
+  Bench bench;
+  TcpServerSettings settings;
+  settings.port = bench.server->port();
+  CHECK_THROWS_WITH(TcpServer(settings, hal::os::PeerList({}), bench.clock,
+                              [](std::span<const std::uint8_t>, const Peer&) { return Pdu{}; }),
+                    Catch::Contains("in use"));
+  settings.address = "plc";
+  CHECK_THROWS_WITH(TcpServer(settings, hal::os::PeerList({}), bench.clock,
+                              [](std::span<const std::uint8_t>, const Peer&) { return Pdu{}; }),
+                    Catch::Contains("address"));
+}
+
+}  // namespace loopwarden::daemon::gateway

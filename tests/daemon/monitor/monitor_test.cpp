@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/monitor/monitor.hpp"
+
+#include <catch2/catch.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/contract/sample.hpp"
+#include "model/control/loop_controller.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::daemon::monitor {
+namespace {
+
+namespace model = loopwarden::monitor;
+using hal::record::RecordRow;
+using model::AlarmKind;
+using model::AlarmState;
+using model::WindowState;
+
+// Says what it is told to say, and counts.
+class ScriptedJudge final : public model::WindowJudge {
+ public:
+  model::WindowJudgement judge(const model::Window& window) noexcept override {
+    ++windows;
+    last_pv = window.pv.back();
+    return says;
+  }
+  model::WindowJudgement says;
+  int windows = 0;
+  double last_pv = 0.0;
+};
+
+model::WindowJudgement fault(AlarmKind kind, double severity) {
+  model::WindowJudgement judgement;
+  judgement.result = model::WindowJudgement::Result::fault;
+  judgement.fault = kind;
+  judgement.probability[model::index_of(kind)] = 0.97;
+  judgement.severity_percent = severity;
+  return judgement;
+}
+
+constexpr std::uint64_t kWindow = model::kWindowSamples;
+
+struct Bench {
+  explicit Bench(std::size_t loops = 1, std::size_t ring = 1U << 15U) {
+    std::vector<WatchBoard::Loop> names;
+    for (std::size_t i = 0; i < loops; ++i) {
+      rings.push_back(std::make_unique<hal::os::SpscRing<RecordRow>>(ring));
+      judges.push_back(std::make_unique<ScriptedJudge>());
+      names.push_back({"FIC-" + std::to_string(101 + i), 0.1});
+      next.push_back(1);
+    }
+    journal.open();
+    journal.start();
+    board = std::make_unique<WatchBoard>(names, model::AlarmSettings{}, journal,
+                                         [this] { return now_ms; });
+    make_monitor();
+  }
+  void make_monitor() {
+    std::vector<WatchedLoop> watched;
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+      watched.push_back({.cycles = rings[i].get(),
+                         .window = {.overlap = 0.0, .sample_time_s = 0.1},
+                         .judge = judges[i].get(),
+                         .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}});
+    }
+    monitor = std::make_unique<Monitor>(std::move(watched), *board);
+  }
+  RecordRow row(std::size_t loop) {
+    RecordRow r;
+    r.period_index = next[loop]++;
+    r.sp = 50.0;
+    r.pv = 50.0 + static_cast<double>(r.period_index % 7);
+    r.co = 40.0 + static_cast<double>(r.period_index % 5);
+    r.stem = r.co;
+    r.mode = static_cast<std::uint8_t>(control::Mode::automatic);
+    r.pv_quality = static_cast<std::uint8_t>(hal::Quality::good);
+    return r;
+  }
+  void run(std::uint64_t cycles, std::size_t loop = 0) {
+    for (std::uint64_t i = 0; i < cycles; ++i) {
+      rings[loop]->try_push(row(loop));
+      if (i % 200 == 199) monitor->round();
+    }
+    for (int i = 0; i < 8; ++i) monitor->round();
+  }
+  AlarmState state(AlarmKind kind, std::size_t loop = 0) const {
+    return board->watch(loop).alarms.alarm(kind).state();
+  }
+  // Lines of a kind, oldest first, as "from > to".
+  std::vector<std::string> lines(AlarmKind kind) {
+    journal.wait_written(journal.post({}), std::chrono::seconds(20));
+    std::vector<std::string> texts;
+    for (const journal::JournalRow& row : journal.newest(200)) {
+      if (row.entry.kind != journal::JournalEntry::Kind::alarm) continue;
+      if (row.entry.alarm != model::to_text(kind)) continue;
+      texts.insert(texts.begin(), row.entry.from + " > " + row.entry.to);
+    }
+    return texts;
+  }
+
+  tests::TemporaryFolder folder;
+  std::int64_t now_ms = 1'800'000'000'000;
+  journal::Journal journal{{.folder = folder.path()}};
+  std::vector<std::unique_ptr<hal::os::SpscRing<RecordRow>>> rings;
+  std::vector<std::unique_ptr<ScriptedJudge>> judges;
+  std::vector<std::uint64_t> next;
+  std::unique_ptr<WatchBoard> board;
+  std::unique_ptr<Monitor> monitor;
+};
+
+}  // namespace
+
+TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is repaired",
+          "[monitor]") {
+  Bench bench;
+  bench.run(2 * kWindow);
+  CHECK(bench.judges[0]->windows == 2);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(kWindow);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);  // one window is none
+  bench.run(kWindow);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+  CHECK(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent == 6.0);
+  REQUIRE(bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::acknowledge, 0, "me", {}})
+              .accepted);
+  bench.judges[0]->says = {};
+  bench.run(2 * kWindow);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
+  CHECK(bench.lines(AlarmKind::stiction) ==
+        std::vector<std::string>{"normal > unacknowledged", "unacknowledged > acknowledged",
+                                 "acknowledged > normal"});
+  CHECK(bench.board->watch(0).windows == 6);
+}
+
+TEST_CASE("no window across manual, bad PV or a gap; alarms that are off say they can't come",
+          "[monitor]") {
+  Bench bench;
+  bench.run(kWindow);
+  REQUIRE(bench.state(AlarmKind::stiction) == AlarmState::normal);
+  bench.run(kWindow - 10);
+  RecordRow broken = bench.row(0);
+  WindowState why = WindowState::valid;
+  SECTION("manual") {
+    broken.mode = static_cast<std::uint8_t>(control::Mode::manual);
+    why = WindowState::not_automatic;
+  }
+  SECTION("bad PV") {
+    broken.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);
+    why = WindowState::bad_pv;
+  }
+  SECTION("uncertain PV") {
+    broken.pv_quality = static_cast<std::uint8_t>(hal::Quality::uncertain);
+    why = WindowState::bad_pv;
+  }
+  SECTION("a gap") {
+    broken.period_index = bench.next[0]++;
+    why = WindowState::gap;
+  }
+  bench.rings[0]->try_push(broken);
+  bench.monitor->round();
+  CHECK(bench.board->watch(0).window_state == why);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::suppressed);
+  bench.run(kWindow - 1 - (why == WindowState::gap ? 1 : 0));
+  CHECK(bench.judges[0]->windows == 1);
+  bench.run(1);
+  CHECK(bench.judges[0]->windows == 2);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
+}
+
+TEST_CASE("a saturated window is not judged, and is counted", "[monitor]") {
+  Bench bench;
+  for (std::uint64_t i = 0; i < kWindow; ++i) {
+    RecordRow row = bench.row(0);
+    if (i < 120) row.co = 100.0;
+    bench.rings[0]->try_push(row);
+  }
+  for (int i = 0; i < 8; ++i) bench.monitor->round();
+  CHECK(bench.judges[0]->windows == 0);
+  const LoopWatch watch = bench.board->watch(0);
+  CHECK(watch.window_state == WindowState::saturated);
+  CHECK(watch.windows_suppressed == 1);
+  CHECK(watch.measures.saturated_percent == Approx(100.0 * 120 / 961));
+}
+
+TEST_CASE("without specialists the classical measures are there", "[monitor]") {
+  Bench bench;
+  std::vector<WatchedLoop> watched{{.cycles = bench.rings[0].get(),
+                                    .window = {.overlap = 0.0, .sample_time_s = 0.1},
+                                    .judge = nullptr,
+                                    .rule = {}}};
+  bench.monitor = std::make_unique<Monitor>(std::move(watched), *bench.board);
+  bench.run(kWindow);
+  const LoopWatch watch = bench.board->watch(0);
+  CHECK(watch.window_state == WindowState::no_judge);
+  CHECK(watch.measures.variability_percent > 0.0);
+  CHECK(watch.times.seconds_in(control::Mode::automatic) == Approx(96.1));
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::suppressed);
+}
+
+TEST_CASE("not enough movement changes no condition", "[monitor]") {
+  Bench bench;
+  bench.judges[0]->says = fault(AlarmKind::backlash, 5.0);
+  bench.run(2 * kWindow);
+  REQUIRE(bench.state(AlarmKind::backlash) == AlarmState::unacknowledged);
+  bench.judges[0]->says = {};
+  bench.judges[0]->says.result = model::WindowJudgement::Result::not_enough_movement;
+  bench.run(5 * kWindow);
+  CHECK(bench.state(AlarmKind::backlash) == AlarmState::unacknowledged);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::suppressed);
+  CHECK(bench.board->watch(0).windows_suppressed == 5);
+}
+
+TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]") {
+  Bench bench;
+  bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
+  bench.run(2 * kWindow);
+  REQUIRE(bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::acknowledge, 0, "me", {}})
+              .on_disk);
+  bench.journal.stop();
+
+  journal::Journal again({.folder = bench.folder.path()});
+  WatchBoard board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
+  board.restore(again.open());
+  CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+  std::vector<WatchedLoop> watched{{.cycles = bench.rings[0].get(),
+                                    .window = {.overlap = 0.0, .sample_time_s = 0.1},
+                                    .judge = bench.judges[0].get(),
+                                    .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}}};
+  bench.monitor = std::make_unique<Monitor>(std::move(watched), board);
+  bench.run(kWindow);  // the first window alone would be no alarm
+  CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+}
+
+TEST_CASE("a shelved alarm comes back by itself when its time is over", "[monitor]") {
+  Bench bench;
+  bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
+  bench.run(2 * kWindow);
+  REQUIRE(bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::shelve, 60'000, "me", "x"})
+              .accepted);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::shelved);
+  bench.now_ms += 59'999;
+  bench.monitor->round();
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::shelved);
+  bench.now_ms += 1;
+  bench.monitor->round();
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+}
+
+TEST_CASE("loops are served in turn: a long queue of one does not keep the others waiting",
+          "[monitor]") {
+  Bench bench(3);
+  // Four windows wait in the first loop, one in each of the others.
+  for (std::uint64_t i = 0; i < 4 * kWindow; ++i) bench.rings[0]->try_push(bench.row(0));
+  for (std::size_t loop : {1U, 2U}) {
+    for (std::uint64_t i = 0; i < kWindow; ++i) bench.rings[loop]->try_push(bench.row(loop));
+  }
+  const auto rounds = static_cast<int>(kWindow / Monitor::kCyclesATurn + 1);
+  for (int i = 0; i < rounds; ++i) bench.monitor->round();
+  CHECK(bench.judges[0]->windows == 1);
+  CHECK(bench.judges[1]->windows == 1);
+  CHECK(bench.judges[2]->windows == 1);
+  bench.monitor->round();
+  CHECK(bench.monitor->status().backlog == 1);
+  for (int i = 0; i < 4 * rounds; ++i) bench.monitor->round();
+  CHECK(bench.judges[0]->windows == 4);
+  CHECK(bench.monitor->status().backlog == 0);
+  CHECK(bench.monitor->status().windows == 6);
+}
+
+TEST_CASE("what the ring had no room for is counted and breaks the window", "[monitor]") {
+  Bench bench(1, 64);
+  for (int i = 0; i < 100; ++i) bench.rings[0]->try_push(bench.row(0));
+  bench.monitor->round();
+  CHECK(bench.monitor->status().dropped == 36);
+  CHECK(bench.monitor->status().cycles == 64);
+  bench.rings[0]->try_push(bench.row(0));
+  bench.monitor->round();
+  CHECK(bench.board->watch(0).window_state == WindowState::gap);
+}
+
+TEST_CASE("500 loops on one thread", "[monitor]") {
+  Bench bench(500, 256);
+  for (std::uint64_t chunk = 0; chunk < kWindow; chunk += 100) {
+    for (std::size_t loop = 0; loop < 500; ++loop) {
+      for (std::uint64_t i = chunk; i < std::min(chunk + 100, kWindow); ++i) {
+        bench.rings[loop]->try_push(bench.row(loop));
+      }
+    }
+    bench.monitor->round();
+  }
+  CHECK(bench.monitor->status().dropped == 0);
+  CHECK(bench.monitor->status().windows == 500);
+}
+
+}  // namespace loopwarden::daemon::monitor
