@@ -25,7 +25,7 @@ INTERFACE_CALLERS = [
 ]
 # What may be called outside the program: arithmetic, copying, and the two calls of the clock.
 ALLOWED = {
-    "memcpy", "memmove", "memset", "exp", "expm1", "log", "cos", "sin", "sincos", "atan2", "pow", "sqrt", "floor", "ceil",
+    "memcpy", "memmove", "memset", "exp", "expm1", "log", "cos", "sin", "sincos", "atan2", "atanh", "pow", "sqrt", "floor", "ceil",
     "nearbyint", "lround", "round", "fmod", "clock_gettime", "clock_nanosleep",
 }
 MANDATORY_ROOTS = ["CyclicRunner::run", "SimLoopIo::read", "SimLoopIo::write", "ModbusLoopIo::read",

@@ -28,6 +28,15 @@ SearchRange actuator_frequency(const plant::LoopModel& model) {
   return {"natural_frequency", std::min(low, 0.5 * high), high, true, 1};
 }
 
+// By so much the actuator's answer to a ramp is late, s.
+double actuator_delay_s(const Point& point) {
+  return point.actuator_frequency > 0.0 ? 2.0 * point.actuator_damping / point.actuator_frequency
+                                        : 0.0;
+}
+
+// By so much an overdamped actuator must be stiffer to be as fast.
+double slowing(double damping) { return std::max(1.0, 2.0 * damping); }
+
 bool has_kind(const Terms& terms, Kind kind) {
   return std::any_of(terms.begin(), terms.end(),
                      [&](const Candidate* t) { return t->kind == kind; });
@@ -98,7 +107,7 @@ struct Fitter::Work {
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
                const std::vector<bool>& used, double largest_load_ratio, bool allowances)
     : free_run_(free_run),
-      actuator_{SearchRange{"damping", 0.05, 0.6, false, 1}, actuator_frequency(free_run.model())},
+      actuator_{SearchRange{"damping", 0.05, 2.0, true, 1}, actuator_frequency(free_run.model())},
       healthy_friction_(kHealthyFriction * (free_run.model().controller.pid.output_high -
                                             free_run.model().controller.pid.output_low)),
       dead_time_uncertainty_s_(free_run.model().uncertainty.dead_time *
@@ -208,11 +217,11 @@ std::vector<double> Fitter::positions(const Fit& fit) const {
   std::vector<double> x{
       within(fit.point.time_constant_s, model.process.time_constant_s,
              model.uncertainty.time_constant),
-      std::clamp((fit.point.dead_time_s - model.process.dead_time_s + dead_time_uncertainty_s_) /
-                     (2.0 * dead_time_uncertainty_s_),
+      std::clamp((model.process.dead_time_s + dead_time_uncertainty_s_ - fit.point.dead_time_s) /
+                     (2.0 * dead_time_uncertainty_s_ + actuator_delay_s(fit.point)),
                  0.0, 1.0),
       actuator_[0].position(fit.point.actuator_damping),
-      actuator_[1].position(fit.point.actuator_frequency),
+      actuator_[1].position(fit.point.actuator_frequency / slowing(fit.point.actuator_damping)),
       healthy_friction_ > 0.0 ? fit.point.friction / healthy_friction_ : 0.0};
   for (std::size_t i = 0; i < fit.terms.size(); ++i) {
     for (std::size_t j = 0; j < fit.terms[i]->search.size(); ++j) {
@@ -227,12 +236,15 @@ Point Fitter::with_positions(const Terms& terms, const std::vector<double>& x) c
   Point point;
   point.time_constant_s =
       model.process.time_constant_s * (1.0 + model.uncertainty.time_constant * (2.0 * x[0] - 1.0));
-  point.dead_time_s =
-      std::max(0.0, model.process.dead_time_s + dead_time_uncertainty_s_ * (2.0 * x[1] - 1.0));
   point.actuator_damping = actuator_[0].value(x[2]);
-  point.actuator_frequency = actuator_[1].value(x[3]);
+  point.actuator_frequency =
+      std::min(actuator_[1].value(x[3]) * slowing(point.actuator_damping), actuator_[1].high);
   point.friction = healthy_friction_ * x[4];
   if (!allowances_) point.actuator_frequency = 0.0;
+  // Whoever measured the dead time had the actuator's delay in it.
+  point.dead_time_s =
+      std::max(0.0, model.process.dead_time_s + dead_time_uncertainty_s_ -
+                        (2.0 * dead_time_uncertainty_s_ + actuator_delay_s(point)) * x[1]);
   std::size_t next = kNuisances;
   for (const Candidate* term : terms) {
     std::vector<double> values;
@@ -454,7 +466,7 @@ Fit Fitter::fit_model() const {
   Fit fit;
   fit.point.time_constant_s = free_run_.model().process.time_constant_s;
   fit.point.dead_time_s = free_run_.model().process.dead_time_s;
-  fit.point.actuator_damping = actuator_[0].value(0.3);
+  fit.point.actuator_damping = 0.3;
   fit.point.actuator_frequency = allowances_ ? actuator_[1].value(0.3) : 0.0;
   fit.point.friction = 0.3 * healthy_friction_;
   Fit best;
@@ -587,23 +599,31 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
   const bool gain_changed = has_kind(with.terms, Kind::gain_change);
   const double middle = gain_changed ? with.solved[0] : 1.0;
   const double width = gain_changed ? 0.1 * middle : model.uncertainty.gain;
+  std::vector<double> pv = pv_;
+  if (free_run_.base_columns() > 3) {
+    for (double& v : pv) v -= with.solved[3];  // the level
+  }
   const auto cost = [&](const Point& point, double gain, std::size_t run_samples) {
-    return free_run_.short_runs(with.terms, point, pv_, used_, gain, run_samples);
+    return free_run_.short_runs(with.terms, point, pv, used_, gain, run_samples);
   };
   std::vector<Fit> found;
   Fit fit = with;
-  for (int i = 0; i < sticking.search[0].grid; ++i) {
-    for (int j = 0; j < sticking.search[1].grid; ++j) {
-      fit.point.searched.back() = {sticking.search[0].value((i + 0.5) / sticking.search[0].grid),
-                                   sticking.search[1].value((j + 0.5) / sticking.search[1].grid),
-                                   0.0};
-      fit.deviance = cost(fit.point, middle, short_run);
-      found.push_back(fit);
+  for (const double damping : {0.3, 1.2}) {
+    Point& point = fit.point;
+    point.actuator_damping = damping;
+    for (int i = 0; i < sticking.search[0].grid; ++i) {
+      for (int j = 0; j < sticking.search[1].grid; ++j) {
+        point.searched.back() = {sticking.search[0].value((i + 0.5) / sticking.search[0].grid),
+                                 sticking.search[1].value((j + 0.5) / sticking.search[1].grid),
+                                 0.0};
+        fit.deviance = cost(point, middle, short_run);
+        found.push_back(fit);
+      }
     }
   }
   const auto better = [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; };
   std::sort(found.begin(), found.end(), better);
-  found.resize(hint != nullptr ? 1 : sticking.starts);
+  found.resize(hint != nullptr ? sticking.starts - 1 : sticking.starts);
   if (hint != nullptr) {
     fit.point.searched.back() = *hint;
     found.push_back(fit);
@@ -619,7 +639,7 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
       std::copy(at.begin() + 4, at.begin() + 6, x.begin() + static_cast<std::ptrdiff_t>(own_at));
       return with_positions(start.terms, x);
     };
-    for (std::size_t run = short_run; run < 16 * short_run; run *= 2) {
+    for (std::size_t run = short_run; run < 16 * short_run; run *= hint != nullptr ? 4 : 2) {
       const std::size_t samples = run < 8 * short_run ? run : used_.size();
       minimise(own, {0.2, 0.2, 0.15, 0.15, 0.02, 0.08, 0.2}, run == short_run ? 200 : 120,
                [&](const std::vector<double>& at) {
@@ -722,7 +742,7 @@ std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
       normal.ldlt().solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
   std::vector<double> spread;
   std::size_t first = kNuisances;
-  std::size_t first_solved = searched + 3;
+  std::size_t first_solved = searched + free_run_.base_columns();
   for (std::size_t i = 0; i < index; ++i) {
     first += fit.terms[i]->search.size();
     first_solved += fit.terms[i]->linear_columns();

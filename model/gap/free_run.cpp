@@ -55,12 +55,13 @@ double start_offset(const Candidate& candidate, const std::vector<double>& searc
 
 }  // namespace
 
-FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co)
+FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, bool level_known)
     : model_(std::move(model)),
       context_{.sample_time_s = model_.sample_time_s,
                .output_low = model_.controller.pid.output_low,
                .output_high = model_.controller.pid.output_high},
       co_(std::move(co)),
+      level_known_(level_known),
       disturbances_(chain_of(model_.disturbances, Block::disturbance, context_)),
       transmitter_effects_(chain_of(model_.transmitter_effects, Block::transmitter, context_)),
       plain_transmitter_(disturbances_.empty() && transmitter_effects_.empty()) {
@@ -77,8 +78,8 @@ FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co)
   }
 }
 
-std::size_t FreeRun::column_count(const Terms& terms) noexcept {
-  std::size_t count = 3;
+std::size_t FreeRun::column_count(const Terms& terms) const noexcept {
+  std::size_t count = base_columns();
   for (const Candidate* term : terms) count += term->linear_columns();
   return count;
 }
@@ -153,7 +154,8 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   const std::size_t n = std::min(samples, co_.size());
   const double h = model_.sample_time_s;
   columns.resize(column_count(terms));
-  for (std::size_t i = 0; i < 3; ++i) columns[i].resize(n);
+  for (std::size_t i = 0; i < base_columns(); ++i) columns[i].resize(n);
+  if (!level_known_) std::fill(columns[3].begin(), columns[3].end(), 1.0);
 
   auto [valve_chain, process_chain, offset] = chains(terms, point);
   offset += point.start_offset;
@@ -182,9 +184,9 @@ void FreeRun::columns(const Terms& terms, const Point& point,
     past *= keep;
     if (k >= delay) before *= keep;
   }
-  for (std::size_t i = 0; i < 3; ++i) pass_transmitter(columns[i]);
+  for (std::size_t i = 0; i < base_columns(); ++i) pass_transmitter(columns[i]);
 
-  std::size_t next = 3;
+  std::size_t next = base_columns();
   std::vector<std::vector<double>> own;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (terms[i]->linear_columns() == 0) continue;
@@ -272,7 +274,7 @@ plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,
   const bool gain_changed = std::any_of(
       terms.begin(), terms.end(), [](const Candidate* t) { return t->kind == Kind::gain_change; });
   if (!gain_changed) model.process.gain *= solved[0];
-  std::size_t next = 3;
+  std::size_t next = base_columns();
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const Candidate& term = *terms[i];
     const std::vector<double> own =

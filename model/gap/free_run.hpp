@@ -42,14 +42,18 @@ struct Point {
 class FreeRun {
  public:
   // `model` without noise. `co` complete. Throws plant::EffectError for a model that can't be stepped.
-  FreeRun(plant::LoopModel model, std::vector<double> co);
+  // Where CO was not measured but replayed, nobody knows the constant it began with: `level_known` false
+  // adds a column for it.
+  FreeRun(plant::LoopModel model, std::vector<double> co, bool level_known = true);
 
   std::size_t size() const noexcept { return co_.size(); }
   const std::vector<double>& offset() const noexcept { return offset_; }
   const plant::LoopModel& model() const noexcept { return model_; }
 
-  // z, m1, m2, then the columns of each term, for at least the first `samples` samples.
-  static std::size_t column_count(const Terms& terms) noexcept;
+  // z, m1, m2, the level where it is unknown, then the columns of each term, for at least the first `samples` samples.
+  std::size_t column_count(const Terms& terms) const noexcept;
+  // Those before the terms' own.
+  std::size_t base_columns() const noexcept { return level_known_ ? 3 : 4; }
   void columns(const Terms& terms, const Point& point, std::vector<std::vector<double>>& columns,
                std::size_t samples = std::numeric_limits<std::size_t>::max()) const;
   // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of
@@ -76,7 +80,8 @@ class FreeRun {
 
   plant::LoopModel model_;
   plant::EffectContext context_;
-  std::vector<double> co_;      // CO units
+  std::vector<double> co_;
+  bool level_known_;            // CO units
   std::vector<double> offset_;  // PV units
   plant::EffectChain disturbances_;
   plant::EffectChain transmitter_effects_;

@@ -22,7 +22,9 @@ constexpr std::size_t kMostEffects = 3;
 
 double penalty(const Fit& fit) {
   double parameters = 0.0;
-  for (const Candidate* term : fit.terms) parameters += term->parameters;
+  for (const Candidate* term : fit.terms) {
+    parameters += term->parameters + (term->starts_offset ? 1 : 0);
+  }
   return 0.5 * parameters * std::log(static_cast<double>(fit.samples));
 }
 

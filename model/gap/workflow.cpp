@@ -186,7 +186,11 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
 
 std::string parameters_text(const plant::EffectSpec& spec) {
   std::string out;
+  const auto curve = spec.options.find("curve");
+  if (curve != spec.options.end()) out = curve->second;
   for (const auto& [name, value] : spec.parameters) {
+    // How the stem answers to its actuator is part of the law, not what an engineer asks for.
+    if (spec.name == "stiction" && name != "s" && name != "j") continue;
     out += (out.empty() ? "" : ", ") + name + " " + text("%.3g", value);
   }
   return out;
@@ -299,6 +303,12 @@ std::string sentence_of(const Result& r) {
   for (std::size_t i = 0; i < r.effects.size(); ++i) {
     names += i == 0 ? "" : i + 1 == r.effects.size() ? " and " : ", ";
     names += r.effects[i].spec.name + " (" + parameters_text(r.effects[i].spec) + ")";
+  }
+  if (r.closed_loop && !(r.after.holdout_rmse < r.before.holdout_rmse)) {
+    return text(
+        "The model lacks %s. Without CO the closed loop runs free and does not keep the phase of a "
+        "cycle: its misfit can't show that, the evidence from the replayed controller does.",
+        names.c_str());
   }
   return text(
       "The model lacks %s: with it the misfit on data the fit never saw falls from %.3g to %.3g.",
@@ -421,7 +431,7 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   std::vector<bool> training(used.begin(), used.end());
   std::fill(training.begin() + static_cast<std::ptrdiff_t>(end), training.end(), false);
 
-  const FreeRun run(model, co);
+  const FreeRun run(model, co, !result.closed_loop);
   const double pv_span = model.transmitter.high - model.transmitter.low;
   const double largest_ratio =
       options.search.load && result.check.noise_rms > 0.0
@@ -444,6 +454,9 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
     std::erase_if(all, [](const Candidate& candidate) {
       return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;
     });
+  }
+  if (result.closed_loop) {
+    std::erase_if(all, [](const Candidate& c) { return c.kind == Kind::output_bias; });
   }
   const double least_rms = std::max(0.0015 * pv_span, 0.5 * result.check.noise_rms);
   const SearchResult search =

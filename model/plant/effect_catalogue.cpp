@@ -37,7 +37,7 @@ constexpr std::array kStiction{
     at_least_zero("s", "CO units", "deadband + stickband"),
     at_least_zero("j", "CO units", "slip jump, at most s"),
     optional(above_zero("natural_frequency", "rad/s", "of the actuator, law inertial"), 20.0),
-    optional(ParameterInfo{"damping", "-", 0.0, true, 1.0, true, true, 0.0,
+    optional(ParameterInfo{"damping", "-", 0.0, true, 20.0, false, true, 0.0,
                            "ratio, of the actuator, law inertial"},
              0.7)};
 constexpr std::array kStictionLaws{"choudhury", "he", "karnopp", "inertial"};

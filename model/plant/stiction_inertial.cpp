@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/plant/stiction_inertial.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,12 +17,12 @@ StictionInertial::StictionInertial(StictionParameters parameters, Actuator actua
     : full_(parameters),
       period_s_(period_s),
       decay_rate_(actuator.damping * actuator.natural_frequency_rad_s),
+      overdamped_(actuator.damping >= 1.0),
+      // Exactly at 1 the solution has another form, a hair beside it the same values.
       frequency_(actuator.natural_frequency_rad_s *
-                 std::sqrt(1.0 - actuator.damping * actuator.damping)),
+                 std::sqrt(std::max(std::abs(1.0 - actuator.damping * actuator.damping), 1e-6))),
       stiffness_(actuator.natural_frequency_rad_s * actuator.natural_frequency_rad_s) {
-  const double decay = std::exp(-decay_rate_ * period_s);
-  const double c = decay * std::cos(frequency_ * period_s);
-  const double s = decay * std::sin(frequency_ * period_s) / frequency_;
+  const auto [c, s] = solution(period_s);
   xx_ = c + decay_rate_ * s;
   xv_ = s;
   vx_ = -stiffness_ * s;
@@ -41,10 +42,19 @@ double StictionInertial::reset(double u) noexcept {
   return x_ = u;
 }
 
-void StictionInertial::advance(double centre, double time_s) noexcept {
+StictionInertial::Solution StictionInertial::solution(double time_s) const noexcept {
+  if (overdamped_) {
+    const double slow = std::exp((frequency_ - decay_rate_) * time_s);
+    const double fast = std::exp((-frequency_ - decay_rate_) * time_s);
+    return {0.5 * (slow + fast), 0.5 * (slow - fast) / frequency_};
+  }
   const double decay = std::exp(-decay_rate_ * time_s);
-  const double c = decay * std::cos(frequency_ * time_s);
-  const double s = decay * std::sin(frequency_ * time_s) / frequency_;
+  return {decay * std::cos(frequency_ * time_s),
+          decay * std::sin(frequency_ * time_s) / frequency_};
+}
+
+void StictionInertial::advance(double centre, double time_s) noexcept {
+  const auto [c, s] = solution(time_s);
   const double y = x_ - centre;
   x_ = centre + (c + decay_rate_ * s) * y + s * v_;
   v_ = -stiffness_ * s * y + (c - decay_rate_ * s) * v_;
@@ -67,9 +77,19 @@ double StictionInertial::start_or_stop(double u) noexcept {
         break;
       }
     }
-    // The velocity passes through zero next at the phase of (along, across), or half a turn later.
     double across = v_ * frequency_;
     double along = stiffness_ * y + decay_rate_ * v_;
+    if (overdamped_) {
+      // The velocity passes through zero once at most.
+      const double ratio = across / along;
+      const double stop_s = ratio > 0.0 && ratio < 1.0 ? std::atanh(ratio) / frequency_ : left_s;
+      advance(centre, std::min(stop_s, left_s));
+      if (stop_s >= left_s) break;
+      v_ = 0.0;
+      left_s -= stop_s;
+      continue;
+    }
+    // The velocity passes through zero next at the phase of (along, across), or half a turn later.
     double stop_s = std::atan2(across, along) / frequency_;
     if (stop_s <= 1e-9) {
       stop_s += std::numbers::pi / frequency_;

@@ -7,19 +7,18 @@
 //
 //   u   CO units, held over a period    x   CO units, stem     d   direction of motion, -1 or +1
 //   fs  CO units    static friction, (s + j) / 2    fd  CO units   moving friction, (s - j) / 2
-//   wn  rad/s       actuator's undamped natural frequency, > 0     z   damping ratio, 0 < z < 1
+//   wn  rad/s       actuator's undamped natural frequency, > 0     z   damping ratio, > 0
 //
-// A slip overshoots: with little damping the stem travels up to 2 j where the quasi-static laws let it
-// travel j, and stops there. At s = 0 this is the second-order actuator of positioner_overshoot.hpp.
+// With little damping a slip overshoots: the stem travels up to 2 j where the quasi-static laws let it
+// travel j, and stops there; from z = 1 on it creeps to where they let it jump. At s = 0 this is the second-order actuator of positioner_overshoot.hpp.
 //
 // While the stem moves the equation is linear and its solution closed; a stop within the period is
-// found from the phase of the solution, and what follows it starts there. Severity p fades it in as
+// found from the closed solution, and what follows it starts there. Severity p fades it in as
 // p S and p J; at 0 the stem follows u at once.
 //
 // Errors: none. A non-finite u leaves the stem where it is.
 // What it can't do: no Stribeck curve and no presliding (LuGre); friction the same along the travel;
-// no overdamped actuator (see stiction_karnopp.hpp); within a period u is a stair, so that a stem with
-// a fast actuator stops on every stair.
+// within a period u is a stair, so that a stem with a fast actuator stops on every stair.
 //
 // Sources: Karnopp, J. Dyn. Sys., Meas., Control 107 (1985) 100-103; overshooting slip: He and Wang,
 // Ind. Eng. Chem. Res. 53 (2014), the semi-physical model.
@@ -61,14 +60,19 @@ class StictionInertial {
  private:
   // A period in which the stem sets out or comes to rest.
   double start_or_stop(double u) noexcept;
+  struct Solution {
+    double c, s;  // of the two solutions that begin with 1 and 0, and their slopes with 0 and 1
+  };
+  Solution solution(double time_s) const noexcept;
   // Moves on for `time_s` about the end point `centre`, without friction changing sides.
   void advance(double centre, double time_s) noexcept;
 
   StictionParameters full_;
   double period_s_;
-  double decay_rate_;             // z wn, 1/s
-  double frequency_;              // damped, rad/s
-  double stiffness_;              // wn^2, 1/s^2
+  double decay_rate_;  // z wn, 1/s
+  bool overdamped_;    // z >= 1
+  double frequency_;   // of the damped swing, rad/s; overdamped: half the poles' distance, 1/s
+  double stiffness_;   // wn^2, 1/s^2
   double xx_, xv_, vx_, vv_;      // of one whole period
   double static_friction_ = 0.0;  // CO units
   double moving_friction_ = 0.0;  // CO units

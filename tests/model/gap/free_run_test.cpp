@@ -39,7 +39,7 @@ std::vector<double> combined(const FreeRun& run, const Terms& terms, const Point
                              const std::vector<double>& solved) {
   std::vector<std::vector<double>> columns;
   run.columns(terms, point, columns);
-  REQUIRE(columns.size() == FreeRun::column_count(terms));
+  REQUIRE(columns.size() == run.column_count(terms));
   std::vector<double> pv = run.offset();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     for (std::size_t k = 0; k < pv.size(); ++k) pv[k] += solved[i] * columns[i][k];

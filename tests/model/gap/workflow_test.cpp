@@ -94,6 +94,19 @@ TEST_CASE("without CO the closed loop is compared", "[gap][workflow]") {
   CHECK(std::isnan(result.controller_before_rmse));
 }
 
+TEST_CASE("without CO a changed gain is found from how PV moves", "[gap][workflow]") {
+  const plant::LoopModel model = test::believed_model();
+  plant::LoopModel truth = model;
+  truth.process.gain *= 0.75;
+  gap::Record record = test::record_of(truth, 130.0);
+  record.co.clear();
+  const gap::Result result = find(record, model);
+  REQUIRE(result.effects.size() == 1);
+  CHECK(result.effects[0].spec.name == "gain_change");
+  CHECK(result.effects[0].spec.parameters.at("factor") == Approx(0.75).epsilon(0.04));
+  CHECK(result.after.holdout_rmse < 0.5 * result.before.holdout_rmse);
+}
+
 TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][workflow]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 10.0);

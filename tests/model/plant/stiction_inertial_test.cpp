@@ -45,8 +45,9 @@ TEST_CASE("it sticks up to the static friction, then slips beyond the moving fri
 
 TEST_CASE("it agrees with the equation integrated in small steps", "[plant][stiction]") {
   constexpr double kFrequency = 7.0;
-  constexpr double kDamping = 0.25;
-  StictionInertial valve(kFriction, {kFrequency, kDamping}, kPeriod_s);
+  const double damping = GENERATE(0.25, 1.0, 2.5);
+  CAPTURE(damping);
+  StictionInertial valve(kFriction, {kFrequency, damping}, kPeriod_s);
   valve.reset(5.0);
   double x = 5.0;
   double v = 0.0;
@@ -60,12 +61,24 @@ TEST_CASE("it agrees with the equation integrated in small steps", "[plant][stic
       const double side = v != 0.0 ? std::copysign(1.0, v) : std::copysign(1.0, u - x);
       const double next =
           v + dt * (kFrequency * kFrequency * (u - x - side * kFriction.moving_friction()) -
-                    2.0 * kDamping * kFrequency * v);
+                    2.0 * damping * kFrequency * v);
       v = next * side > 0.0 ? next : 0.0;
       x += dt * v;
     }
     REQUIRE(exact == Approx(x).margin(2e-3));
   }
+}
+
+TEST_CASE("overdamped, a slip creeps to where the moving friction holds it", "[plant][stiction]") {
+  StictionInertial valve(kFriction, {12.0, 1.5}, kPeriod_s);
+  valve.reset(5.0);
+  double last = 5.0;
+  for (int k = 0; k < 80; ++k) {
+    const double x = valve.step(5.701);
+    REQUIRE(x >= last);
+    last = x;
+  }
+  CHECK(last == Approx(5.701 - 0.3).margin(1e-3));
 }
 
 TEST_CASE("at severity 0 the stem follows at once; what is not a number moves nothing",
