@@ -36,11 +36,12 @@ struct Recording {
   std::size_t limit_bytes = 64'000'000;  // of this loop's ring of segments
 };
 
-// How the loop is cut into windows for the specialists.
+// How the loop is cut into windows, and who judges them.
 struct WindowCut {
   double overlap = 0.5;  // share of a window that the next one has in common
   // Cycles averaged into one sample; nothing: as many as fit into 0.1 s, so that a window is 96 s.
   std::optional<std::size_t> decimation;
+  std::string specialists;  // their folder; empty: only the classical measures
 
   friend bool operator==(const WindowCut&, const WindowCut&) = default;
 };

@@ -11,6 +11,7 @@
 #include "config/controller_reader.hpp"
 #include "config/effect_reader.hpp"
 #include "config/io_reader.hpp"
+#include "config/source_file.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -98,8 +99,8 @@ class LoopReader {
             in_.maybe_section("recording", "of the loop to disk")) {
       read_recording(*recording);
     }
-    if (std::optional<MapReader> monitor =
-            in_.maybe_section("monitor", "how the loop is cut into windows of 961 samples")) {
+    if (std::optional<MapReader> monitor = in_.maybe_section(
+            "monitor", "windows of 961 samples, and the specialists that judge them")) {
       read_monitor(*monitor);
     }
     IoSection io;
@@ -363,6 +364,13 @@ class LoopReader {
         in.maybe_integer("decimation", {1, 10'000, "", "cycles averaged into one sample", false,
                                         "as many as fit into 0.1 s, so that a window is 96 s"});
     if (decimation.given) monitor.decimation = static_cast<std::size_t>(decimation.value);
+    const Value<std::string> specialists = in.text(
+        "specialists",
+        "folder that `loopwarden train` made; without it there are the classical measures alone",
+        "");
+    if (specialists.given && specialists.valid) {
+      monitor.specialists = resolve(config().file, specialists.value);
+    }
   }
 
   void check_jacket(MapReader& in, const IoSection& io) {

@@ -22,6 +22,7 @@
 #include "daemon/loop_health.hpp"
 #include "hal/os/real_time.hpp"
 #include "hal/record/segment_format.hpp"
+#include "model/monitor/specialist_judge.hpp"
 #include "model/plant/effect_catalogue.hpp"
 
 namespace loopwarden::daemon {
@@ -76,19 +77,6 @@ std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration
   return loops;
 }
 
-loopwarden::monitor::WindowSettings window_of(const config::LoopConfig& loop) {
-  constexpr double kSample = 0.1;  // s: a window of 961 is then 96 s
-  const auto fitting =
-      static_cast<std::size_t>(std::max(1L, std::lround(kSample / loop.sample_time_s)));
-  return {.overlap = loop.monitor.overlap,
-          .decimation = loop.monitor.decimation.value_or(fitting),
-          .sample_time_s = loop.sample_time_s,
-          .pv_low = loop.pv.low,
-          .pv_high = loop.pv.high,
-          .co_low = loop.controller.pid.output_low,
-          .co_high = loop.controller.pid.output_high};
-}
-
 // CRC-32 over the files in their order; a file that can't be read counts as empty.
 std::uint32_t hash_of(const config::Configuration& configuration) {
   std::vector<std::string> files{configuration.daemon.file};
@@ -132,7 +120,8 @@ rt::LoopSettings settings_of(const config::LoopConfig& config) {
       .jacket_may_act = simulated || config.controller.jacket.form != control::JacketForm::paper};
 }
 
-App::App(config::Configuration configuration, std::filesystem::path config_path)
+App::App(config::Configuration configuration, std::filesystem::path config_path,
+         Specialists specialists)
     : configuration_(std::move(configuration)),
       config_path_(std::move(config_path)),
       rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : ""),
@@ -141,6 +130,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path)
       journal_({.folder = configuration_.daemon.state_directory}),
       board_(watched_loops(configuration_), configuration_.daemon.alarms.settings, journal_,
              utc_ms),
+      model_hash_(specialists.hash),
       config_hash_(hash_of(configuration_)),
       control_((std::filesystem::path(configuration_.daemon.runtime_directory) / "control.sock")
                    .string(),
@@ -172,11 +162,16 @@ App::App(config::Configuration configuration, std::filesystem::path config_path)
   }
 
   board_.restore(journal_.open());
+  for (const auto& [folder, team] : specialists.teams) {
+    judges_[folder] = std::make_unique<loopwarden::monitor::SpecialistJudge>(team);
+  }
   std::vector<monitor::WatchedLoop> watched;
   for (const LoopRuntime& loop : loops_) {
+    // One judge serves all loops of its folder: there is one monitor thread.
+    const auto judge = judges_.find(loop.config.monitor.specialists);
     watched.push_back({.cycles = &loop.channels->watched,
                        .window = window_of(loop.config),
-                       .judge = nullptr,
+                       .judge = judge == judges_.end() ? nullptr : judge->second.get(),
                        .rule = {}});
   }
   monitor_ = std::make_unique<monitor::Monitor>(std::move(watched), board_);
@@ -434,6 +429,7 @@ nlohmann::json App::status() const {
   const std::int64_t now_ns = monotonic_ns();
   return {{"version", LOOPWARDEN_VERSION},
           {"config_hash", config_hash_},
+          {"model_hash", model_hash_},
           {"journal",
            {{"file", journal_.path().string()},
             {"written", lines.written},
@@ -473,6 +469,7 @@ gateway::BoxReading App::box_reading() const {
   box.wake_up_worst_us = static_cast<double>(runner.wake_up.worst_ns) / 1000.0;
   box.wake_up_p99_us = static_cast<double>(runner.wake_up.quantile_ns(0.99)) / 1000.0;
   box.config_hash = config_hash_;
+  box.model_hash = model_hash_;
   box.real_time_rights = rights_missing_.empty();
   box.any_simulated = std::any_of(loops_.begin(), loops_.end(), [](const LoopRuntime& loop) {
     return is_simulated(loop.config);

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,6 +25,7 @@
 #include "daemon/monitor/monitor.hpp"
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/rt/cyclic_runner.hpp"
+#include "daemon/specialists.hpp"
 #include "hal/os/clock.hpp"
 #include "hal/os/thread.hpp"
 
@@ -32,7 +34,8 @@ namespace loopwarden::daemon {
 class App {
  public:
   // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error.
-  App(config::Configuration configuration, std::filesystem::path config_path);
+  App(config::Configuration configuration, std::filesystem::path config_path,
+      Specialists specialists);
   App(const App&) = delete;
   App& operator=(const App&) = delete;
   ~App();
@@ -65,6 +68,8 @@ class App {
   Historian historian_;
   journal::Journal journal_;
   monitor::WatchBoard board_;
+  std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges_;  // by folder
+  std::uint32_t model_hash_;  // of the specialists; 0: none
   std::unique_ptr<monitor::Monitor> monitor_;
   std::uint32_t config_hash_ = 0;  // of the files as they were read
   ControlServer control_;

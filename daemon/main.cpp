@@ -10,6 +10,7 @@
 
 #include "config/config_reader.hpp"
 #include "daemon/app.hpp"
+#include "daemon/specialists.hpp"
 
 namespace {
 
@@ -44,14 +45,21 @@ int run(const std::string& directory, bool check, bool safe) {
   auto configuration = config::read_configuration(directory);
   fmt::print(stderr, "{}", config::to_text(configuration.diagnostics));
   if (!configuration) return kExitConfiguration;
+  if (safe) {
+    open_log(configuration->daemon.log_level);
+    return loopwarden::daemon::drive_to_stop_actions(*configuration);
+  }
+  auto specialists = loopwarden::daemon::load_specialists(*configuration);
+  fmt::print(stderr, "{}", config::to_text(specialists.diagnostics));
+  if (!specialists) return kExitConfiguration;
   if (check) {
     fmt::print("{}: {} loop{}, no errors\n", directory, configuration->loops.size(),
                configuration->loops.size() == 1 ? "" : "s");
     return kExitOk;
   }
   open_log(configuration->daemon.log_level);
-  if (safe) return loopwarden::daemon::drive_to_stop_actions(*configuration);
-  return loopwarden::daemon::App(std::move(*configuration), directory).run();
+  return loopwarden::daemon::App(std::move(*configuration), directory, std::move(*specialists))
+      .run();
 }
 
 }  // namespace

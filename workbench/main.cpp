@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   workbench::add_plant1_study(app, exit_code);
   workbench::add_train(app, exit_code);
   workbench::add_classify(app, exit_code);
+  workbench::add_replay(app, exit_code);
   workbench::add_gap(app, exit_code);
   workbench::add_demo(app, exit_code);
   workbench::add_effects(app, exit_code);

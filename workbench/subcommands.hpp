@@ -33,6 +33,7 @@ void add_gap(CLI::App& app, int& exit_code);
 void add_demo(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);
 void add_classify(CLI::App& app, int& exit_code);
+void add_replay(CLI::App& app, int& exit_code);
 void add_effects(CLI::App& app, int& exit_code);
 
 }  // namespace loopwarden::workbench

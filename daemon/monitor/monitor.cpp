@@ -11,13 +11,10 @@ namespace loopwarden::daemon::monitor {
 
 namespace model = loopwarden::monitor;
 using hal::record::RecordRow;
-using model::WindowBuilder;
-using model::WindowState;
 
 namespace {
 
 constexpr std::chrono::milliseconds kPause{50};
-constexpr double kMostSaturated = 10.0;  // % of a window with CO at an end
 
 model::Cycle cycle_of(const RecordRow& row) {
   return {.period_index = row.period_index,
@@ -38,7 +35,7 @@ Monitor::Monitor(std::vector<WatchedLoop> loops, WatchBoard& board) : board_(boa
     const LoopWatch known = board.watch(tracks_.size() - 1);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
       const model::Alarm& alarm = known.alarms.alarm(kind);
-      track.rule.restore(kind, alarm.active(), alarm.memory().severity_percent);
+      track.monitor.restore(kind, alarm.active(), alarm.memory().severity_percent);
     }
   }
 }
@@ -72,46 +69,31 @@ bool Monitor::take_turn(std::size_t index) {
   Track& track = tracks_[index];
   RecordRow row;
   std::size_t taken = 0;
-  bool window_full = false;
-  while (taken < kCyclesATurn && !window_full && track.loop.cycles->try_pop(row)) {
+  bool window = false;
+  while (taken < kCyclesATurn && !window && track.cycles->try_pop(row)) {
     ++taken;
     const bool at_limit = (row.flags & (hal::record::kAtLow | hal::record::kAtHigh)) != 0;
     track.times.add(static_cast<control::Mode>(row.mode), at_limit);
-    const WindowBuilder::Event event = track.builder.add(cycle_of(row));
-    if (event == WindowBuilder::Event::broken) {
-      board_.interrupted(index, track.builder.state());
-      // In manual the valve may have been worked on: what was seen before is no evidence any more.
-      if (track.builder.state() == WindowState::not_automatic) track.rule.restart();
-    }
-    window_full = event == WindowBuilder::Event::full;
+    window = pass_on(index, track.monitor.add(cycle_of(row)));
   }
   if (taken == 0) return false;
   cycles_.fetch_add(taken, std::memory_order_relaxed);
-  board_.set_times(index, track.times, track.builder.state());
-  if (window_full) judge(index);
-  return window_full || taken == kCyclesATurn;
+  board_.set_times(index, track.times, track.monitor.state());
+  return window || taken == kCyclesATurn;
 }
 
-void Monitor::judge(std::size_t index) {
-  Track& track = tracks_[index];
-  const model::Window window = track.builder.window();
-  const model::WindowMeasures measures = model::measure(window);
+bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
+  using Kind = model::MonitorStep::Kind;
+  switch (step.kind) {
+    case Kind::nothing: return false;
+    case Kind::interrupted: board_.interrupted(index, step.state); return false;
+    case Kind::not_fit: board_.window_not_fit(index, step.measures, step.state); break;
+    case Kind::judged:
+      board_.window_judged(index, step.measures, step.judgement, step.conditions);
+      break;
+  }
   windows_.fetch_add(1, std::memory_order_relaxed);
-  if (measures.saturated_percent > kMostSaturated) {
-    board_.window_not_fit(index, measures, WindowState::saturated);
-    return;
-  }
-  if (track.loop.judge == nullptr) {
-    board_.window_not_fit(index, measures, WindowState::no_judge);
-    return;
-  }
-  const model::WindowJudgement judgement = track.loop.judge->judge(window);
-  const model::AlarmConditions& conditions = track.rule.add(judgement);
-  if (judgement.result == model::WindowJudgement::Result::not_enough_movement) {
-    board_.window_not_fit(index, measures, WindowState::not_enough_movement);
-    return;
-  }
-  board_.window_judged(index, measures, judgement, conditions);
+  return true;
 }
 
 MonitorStatus Monitor::status() const noexcept {
@@ -119,7 +101,7 @@ MonitorStatus Monitor::status() const noexcept {
   status.windows = windows_.load(std::memory_order_relaxed);
   status.cycles = cycles_.load(std::memory_order_relaxed);
   status.backlog = backlog_.load(std::memory_order_relaxed);
-  for (const Track& track : tracks_) status.dropped += track.loop.cycles->dropped();
+  for (const Track& track : tracks_) status.dropped += track.cycles->dropped();
   return status;
 }
 

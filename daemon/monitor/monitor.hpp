@@ -17,9 +17,8 @@
 #include "hal/os/spsc_ring.hpp"
 #include "hal/os/thread.hpp"
 #include "hal/record/record_row.hpp"
-#include "model/monitor/verdict_rule.hpp"
-#include "model/monitor/window_builder.hpp"
-#include "model/monitor/window_judge.hpp"
+#include "model/monitor/loop_monitor.hpp"
+#include "model/monitor/mode_times.hpp"
 
 namespace loopwarden::daemon::monitor {
 
@@ -60,18 +59,17 @@ class Monitor {
  private:
   struct Track {
     explicit Track(const WatchedLoop& watched)
-        : loop(watched),
-          builder(watched.window),
-          rule(watched.rule),
+        : cycles(watched.cycles),
+          monitor(watched.window, watched.rule, watched.judge),
           times(watched.window.sample_time_s) {}
-    WatchedLoop loop;
-    loopwarden::monitor::WindowBuilder builder;
-    loopwarden::monitor::VerdictRule rule;
+    hal::os::SpscRing<hal::record::RecordRow>* cycles;
+    loopwarden::monitor::LoopMonitor monitor;
     loopwarden::monitor::ModeTimes times;
   };
   // True if there may be more.
   bool take_turn(std::size_t index);
-  void judge(std::size_t index);
+  // True if it was a window.
+  bool pass_on(std::size_t index, const loopwarden::monitor::MonitorStep& step);
 
   std::vector<Track> tracks_;
   WatchBoard& board_;

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The specialists that the loops' files name, loaded once each.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "config/diagnostic.hpp"
+#include "config/loop_config.hpp"
+#include "model/monitor/window_builder.hpp"
+#include "model/specialist/team.hpp"
+
+namespace loopwarden::daemon {
+
+struct Specialists {
+  std::map<std::string, specialist::Team> teams;  // by folder
+  std::uint32_t hash = 0;                         // CRC-32 of all manifests; 0: none
+};
+
+// How a loop is cut into windows.
+loopwarden::monitor::WindowSettings window_of(const config::LoopConfig& loop);
+
+// Refuses folders that can't be trusted, and specialists of another sample time than the loop's windows.
+config::Loaded<Specialists> load_specialists(const config::Configuration& configuration);
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// What watches one loop: cycles in, windows judged, conditions of alarms out. The daemon's monitor thread
+// and `loopwarden replay` step this same class.
+//
+//   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule -> conditions
+//
+// A window with CO at an end of its range for more than kMostSaturated of its samples is not judged: the
+// loop is open there, and every valve looks stuck. In manual the valve may be worked on: what was seen
+// before is no evidence any more, and the rule starts over.
+//
+// Errors: none.
+// What it can't do: keep alarms; that is LoopAlarms, which needs operators and a clock.
+#pragma once
+
+#include <cstdint>
+
+#include "model/monitor/loop_alarms.hpp"
+#include "model/monitor/verdict_rule.hpp"
+#include "model/monitor/window_builder.hpp"
+#include "model/monitor/window_judge.hpp"
+#include "model/monitor/window_measures.hpp"
+
+namespace loopwarden::monitor {
+
+inline constexpr double kMostSaturated = 10.0;  // % of a window's samples
+
+struct MonitorStep {
+  enum class Kind : std::uint8_t {
+    nothing,
+    interrupted,  // no window can be had: state says why
+    not_fit,      // a window is full but was not judged: state says why, measures are there
+    judged        // measures, judgement and conditions are there
+  };
+  Kind kind = Kind::nothing;
+  WindowState state = WindowState::filling;
+  WindowMeasures measures;
+  WindowJudgement judgement;
+  AlarmConditions conditions{};
+};
+
+class LoopMonitor {
+ public:
+  // `judge` may be null, then there are only the classical measures; it outlives this.
+  LoopMonitor(const WindowSettings& window, const VerdictRuleSettings& rule, WindowJudge* judge)
+      : builder_(window), rule_(rule), judge_(judge) {}
+
+  // No allocation but what the measures need for a full window.
+  MonitorStep add(const Cycle& cycle);
+
+  // A condition from before a restart.
+  void restore(AlarmKind kind, bool on, double severity_percent) noexcept {
+    rule_.restore(kind, on, severity_percent);
+  }
+  WindowState state() const noexcept { return builder_.state(); }
+
+ private:
+  WindowBuilder builder_;
+  VerdictRule rule_;
+  WindowJudge* judge_;
+};
+
+}  // namespace loopwarden::monitor

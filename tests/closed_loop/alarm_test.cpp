@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// An alarm in the real daemon and its operator, over kill -9 and back. It comes from the journal of a run
+// before, since a window of 961 cycles without a missing one can't be had on a busy machine in short
+// time; how windows make alarms is tested in tests/daemon/monitor.
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "daemon/journal/journal.hpp"
+#include "tests/support/biased_specialists.hpp"
+#include "tests/support/daemon_process.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kDaemon = "real_time: {priority: 0, lock_memory: false}\n";
+constexpr const char* kLoop = R"(
+loop: FIC-101
+sample_time: 0.1
+process_variable: {unit: L/min, range: [0, 10]}
+controller:
+  action: reverse
+  kp: 0.35
+  ki: 0.04
+  set_point: {limits: [0, 9]}
+  output: {unit: V, range: [0, 10]}
+start: {mode: automatic, set_point: 5}
+safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: previous_mode}
+recording: {enabled: false}
+io: {backend: simulated, model: )" LOOPWARDEN_SOURCE_DIR R"(/config/examples/models/plant1.yaml}
+)";
+
+constexpr const char* kSpecialists = "monitor: {specialists: ../../specialists}\n";
+
+// What a daemon left behind that had raised an alarm.
+void leave_alarm(const std::filesystem::path& folder) {
+  daemon::journal::Journal journal({.folder = folder});
+  journal.open();
+  journal.start();
+  daemon::journal::JournalEntry entry;
+  entry.kind = daemon::journal::JournalEntry::Kind::alarm;
+  entry.utc_ms = 1'800'000'000'000;
+  entry.loop = "FIC-101";
+  entry.alarm = "stiction";
+  entry.from = "normal";
+  entry.to = "unacknowledged";
+  entry.severity_percent = 6.5;
+  monitor::AlarmMemory memory;
+  memory.raised = monitor::AlarmState::unacknowledged;
+  memory.raised_ms = entry.utc_ms;
+  memory.times_raised = 1;
+  memory.severity_percent = 6.5;
+  entry.memory = memory;
+  REQUIRE(journal.wait_written(journal.post(entry), std::chrono::seconds(20)));
+}
+
+struct Output {
+  int exit_code = -1;
+  std::string text;
+};
+
+}  // namespace
+
+TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9", "[alarm]") {
+  DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop}});
+  leave_alarm(daemon.folder());
+  const auto alarms = [&](const std::string& arguments) {
+    const std::string command = LOOPWARDEN_BIN_DIR "/loopwarden alarms --socket " +
+                                (daemon.folder() / "control.sock").string() + " " + arguments +
+                                " 2>&1";
+    FILE* pipe = ::popen(command.c_str(), "r");
+    REQUIRE(pipe != nullptr);
+    Output output;
+    std::array<char, 4096> some{};
+    while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe)) {
+      output.text.append(some.data(), n);
+    }
+    const int status = ::pclose(pipe);
+    output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return output;
+  };
+  const auto state = [&] {
+    return daemon.loop("FIC-101").at("alarms").at("stiction").at("state").get<std::string>();
+  };
+
+  daemon.start();
+  CHECK(state() == "unacknowledged");
+  CHECK(alarms("").text.find("unacknowledged") != std::string::npos);
+  const Output explained = alarms("explain FIC-101 stiction");
+  CHECK(explained.text.find("what to do") != std::string::npos);
+  CHECK(explained.text.find("normal -> unacknowledged") != std::string::npos);
+
+  CHECK(alarms("ack FIC-101 backlash").exit_code == 74);  // nothing to acknowledge
+  CHECK(alarms("ack FIC-999 stiction").exit_code == 74);
+  CHECK(alarms("ack FIC-101").exit_code == 64);
+  const Output done = alarms("ack FIC-101 stiction --reason \"seen at the valve\"");
+  INFO(done.text);
+  REQUIRE(done.exit_code == 0);
+  CHECK(state() == "acknowledged");
+
+  daemon.signal(SIGKILL);
+  REQUIRE(daemon.wait_for_end() == -SIGKILL);
+  daemon.start();
+  CHECK(state() == "acknowledged");
+  CHECK(alarms("journal FIC-101").text.find("seen at the valve") != std::string::npos);
+
+  REQUIRE(alarms("shelve FIC-101 stiction --minutes 30").exit_code == 0);
+  CHECK(state() == "shelved");
+  CHECK(alarms("").text.find("30 min left") != std::string::npos);
+  REQUIRE(alarms("unshelve FIC-101 stiction").exit_code == 0);
+  CHECK(state() == "unacknowledged");
+  daemon.signal(SIGTERM);
+  CHECK(daemon.wait_for_end() == 0);
+}
+
+TEST_CASE("specialists that can't be used are refused before anything moves", "[alarm]") {
+  DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", std::string(kLoop) + kSpecialists}});
+  SECTION("in order") {
+    write_biased_specialists(daemon.folder() / "specialists", specialist::Condition::stiction);
+    CHECK(daemon.run({"--config", daemon.config().string(), "--check"}) == 0);
+    return;
+  }
+  SECTION("not there") {}
+  SECTION("of another sample time") {
+    write_biased_specialists(daemon.folder() / "specialists", specialist::Condition::stiction, 1.0);
+  }
+  CHECK(daemon.run({"--config", daemon.config().string(), "--check"}) == 78);
+  CHECK(daemon.run({"--config", daemon.config().string()}) == 78);
+  CHECK(read_file(daemon.folder() / "output").find("specialists") != std::string::npos);
+}
+
+}  // namespace loopwarden::tests

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/wait.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/biased_specialists.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using nlohmann::json;
+
+struct Outcome {
+  int exit_code;
+  std::string text;
+};
+
+Outcome replay(const std::string& arguments) {
+  const std::string command = LOOPWARDEN_BIN_DIR "/loopwarden replay " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::string text;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+    text.append(buffer.data(), n);
+  }
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+// A loop that moves, `samples` at 10 Hz; `spoil` may change a row's PV and CO cells.
+struct Bench {
+  using Spoil = std::function<void(int, std::string& pv, std::string& co)>;
+  std::string record(int samples, const Spoil& spoil = {}) const {
+    std::string text = "time,pv,sp,co\n";
+    for (int k = 0; k < samples; ++k) {
+      const double x = 0.02 * k;
+      std::string pv = std::to_string(5.0 + std::sin(x) + 0.1 * std::sin(7.3 * x));
+      std::string co = std::to_string(4.0 + std::cos(x));
+      if (spoil) spoil(k, pv, co);
+      text += std::to_string(0.1 * k) + "," + pv + ",5," + co + "\n";
+    }
+    const std::string file = (folder / "record.csv").string();
+    write_file(file, text);
+    return file;
+  }
+  std::string specialists(specialist::Condition always, double period_s = 0.1) const {
+    write_biased_specialists(folder / "specialists", always, period_s);
+    return " --specialists " + (folder / "specialists").string();
+  }
+  TemporaryFolder folder;
+};
+
+}  // namespace
+
+TEST_CASE("a record through the daemon's monitor: the alarm comes with the third window",
+          "[replay]") {
+  const Bench bench;
+  const std::string record = bench.record(4000);
+  const std::string specialists = bench.specialists(specialist::Condition::stiction);
+  const Outcome out = replay(record + specialists + " --overlap 0 --json");
+  INFO(out.text);
+  REQUIRE(out.exit_code == 0);
+  const json result = json::parse(out.text);
+  CHECK(result.at("windows") == 4);
+  CHECK(result.at("suppressed_windows") == 0);
+  REQUIRE(result.at("transitions").size() == 1);
+  const json& t = result.at("transitions")[0];
+  CHECK(t.at("alarm") == "stiction");
+  CHECK(t.at("from") == "normal");
+  CHECK(t.at("to") == "unacknowledged");
+  CHECK(t.at("time_s") == Approx(0.1 * (3 * 961 - 1)));
+  CHECK(replay(record + specialists).text.find("unacknowledged") != std::string::npos);
+  CHECK(replay(record + specialists + " --json").text ==
+        replay(record + specialists + " --json").text);
+}
+
+TEST_CASE("a healthy loop has no alarm", "[replay]") {
+  const Bench bench;
+  const Outcome out =
+      replay(bench.record(4000) + bench.specialists(specialist::Condition::no_fault) + " --json");
+  INFO(out.text);
+  REQUIRE(out.exit_code == 0);
+  CHECK(json::parse(out.text).at("transitions").empty());
+  CHECK(json::parse(out.text).at("windows") == 7);
+}
+
+TEST_CASE("no window across missing samples; a saturated one is not judged", "[replay]") {
+  const Bench bench;
+  const std::string specialists = bench.specialists(specialist::Condition::stiction);
+  const auto windows = [&](const Bench::Spoil& spoil) {
+    const Outcome out = replay(bench.record(2000, spoil) + specialists + " --overlap 0 --json");
+    INFO(out.text);
+    REQUIRE(out.exit_code == 0);
+    return json::parse(out.text);
+  };
+  json result = windows([](int k, std::string& pv, std::string&) {
+    if (k == 1500) pv.clear();
+  });
+  CHECK(result.at("windows") == 1);
+  result = windows([](int k, std::string&, std::string& co) {
+    if (k >= 400 && k < 600) co = "10";
+  });
+  CHECK(result.at("windows") == 2);
+  CHECK(result.at("suppressed_windows") == 1);
+}
+
+TEST_CASE("what can't be replayed is refused with a reason", "[replay]") {
+  const Bench bench;
+  const std::string record = bench.record(1000);
+  CHECK(replay("").exit_code == 64);
+  CHECK(replay(record).exit_code == 64);
+  CHECK(replay(record + " --specialists /nowhere").exit_code == 78);
+  CHECK(replay("/nowhere.csv" + bench.specialists(specialist::Condition::no_fault)).exit_code ==
+        74);
+  const Outcome other = replay(record + bench.specialists(specialist::Condition::no_fault, 0.25));
+  CHECK(other.exit_code == 65);
+  CHECK(other.text.find("0.25 s") != std::string::npos);
+  write_file(bench.folder / "record.csv", "time,pv\n0,1\n0.1,2\n0.2,3\n");
+  const Outcome no_co = replay(record + bench.specialists(specialist::Condition::no_fault));
+  CHECK(no_co.exit_code == 65);
+  CHECK(no_co.text.find("'co'") != std::string::npos);
+}
+
+}  // namespace loopwarden::tests
