@@ -262,7 +262,6 @@ void App::watch_threads() {
   thread_watch_.add(
       {"loops", [this] { return runner_->ticks(); }, 2 * kSecond + 3 * longest_period_ns}, now_ns);
   thread_watch_.add({"historian", [this] { return historian_.ticks(); }, 10 * kSecond}, now_ns);
-  thread_watch_.add({"journal", [this] { return journal_.ticks(); }, 30 * kSecond}, now_ns);
   thread_watch_.add({"monitor", [this] { return monitor_->ticks(); }, 10 * kSecond}, now_ns);
   if (gateway_) {
     thread_watch_.add({"gateway", [this] { return gateway_->ticks(); }, 10 * kSecond}, now_ns);

@@ -104,7 +104,6 @@ void Journal::run() {
       // A second time if the file had to be replaced.
       if (!write_waiting()) write_waiting();
     }
-    ticks_.fetch_add(1, std::memory_order_relaxed);
   }
   file_.reset();
 }

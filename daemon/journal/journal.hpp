@@ -7,7 +7,6 @@
 // moved aside, reported, and a new one begun with all that the alarms remember.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -65,7 +64,6 @@ class Journal {
   // The newest lines, newest first, from the disk; empty while it can't be read.
   std::vector<JournalRow> newest(std::size_t most, const std::string& loop = {}) const;
   std::filesystem::path path() const { return settings_.folder / "journal.sqlite"; }
-  std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:
   void run();
@@ -96,7 +94,6 @@ class Journal {
   std::chrono::steady_clock::time_point retry_at_{};
   std::string reported_;
 
-  std::atomic<std::uint64_t> ticks_{0};
   hal::os::Thread thread_;
 };
 
