@@ -28,6 +28,10 @@ inline constexpr Budget kBudgets[]{
      20.0, true, true, 1e-6},
     {"gap/free_run", "free run of the gap search, stiction", "million samples/s", 20.0, true, true,
      1e-6},
+    {"specialist/eight", "a window through eight specialists of the thesis", "us", 50.0, false,
+     false, 1e6},
+    {"specialist/explaining", "a window through the explaining team", "us", 500.0, false, false,
+     1e6},
     {"gap/whole", "gap workflow, 4200 samples, two threads", "s", 10.0, false, false, 1.0},
 };
 

@@ -32,6 +32,7 @@ std::string key_of(const TrainingJob& job) {
   const specialist::GrowingSettings& g = job.growing;
   text += fmt::format("{} {} {} {} {} {} {} {} {}", t.seed, t.windows, t.hidden, t.restarts,
                       t.most_epochs, t.patience, g.seed, g.components, g.learning.most_epochs);
+  for (const std::size_t size : g.sizes) text += fmt::format(" {}", size);
   return config::sha256_of(text);
 }
 

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -35,10 +36,11 @@ struct TrainOptions {
   std::string form = "both";
   std::uint64_t seed = 1;
   std::size_t windows = 12000;
-  std::size_t restarts = 2;
+  std::optional<std::size_t> restarts;
   std::size_t components = specialist::kSide;
   std::size_t most_epochs = 1000;
   std::vector<std::size_t> sizes{10, 20, 31};
+  std::vector<std::string> classes;
   unsigned jobs = 0;
   bool json = false;
 };
@@ -218,10 +220,16 @@ int run_train(const TrainOptions& options) {
   }
   job.team.seed = job.growing.seed = options.seed;
   job.team.windows = options.windows;
-  job.team.restarts = job.growing.restarts = options.restarts;
+  if (options.restarts) job.team.restarts = job.growing.restarts = *options.restarts;
   job.growing.components = options.components;
   job.growing.learning.most_epochs = options.most_epochs;
   job.growing.sizes = options.sizes;
+  if (!options.classes.empty()) {
+    job.conditions.clear();
+    for (const std::string& name : options.classes) {
+      job.conditions.push_back(*specialist::condition_of(name));
+    }
+  }
   job.threads = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
   job.checkpoint = fs::path(options.out) / "unfinished";
   try {
@@ -292,9 +300,9 @@ void add_train(CLI::App& app, int& exit_code) {
   sub->add_option("--windows", o->windows, "simulated windows of the explaining form")
       ->check(CLI::Range(700, 1000000))
       ->capture_default_str();
-  sub->add_option("--restarts", o->restarts, "starts of each network")
-      ->check(CLI::Range(1, 32))
-      ->capture_default_str();
+  sub->add_option("--restarts", o->restarts,
+                  "starts of each network; default 2, of the signature form 1")
+      ->check(CLI::Range(1, 32));
   sub->add_option("--components", o->components,
                   "principal components that the signature form reduces its inputs to; 31: none")
       ->check(CLI::Range(1, 31))
@@ -306,6 +314,9 @@ void add_train(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 64))
       ->delimiter(',')
       ->capture_default_str();
+  sub->add_option("--classes", o->classes, "of the signature form with a model; default: all five")
+      ->check(CLI::IsMember({"no_fault", "stiction", "backlash", "hysteresis", "low_air_supply"}))
+      ->delimiter(',');
   sub->add_option("--jobs", o->jobs, "threads; 0: one a core. The result does not depend on it")
       ->capture_default_str();
   sub->add_flag("--json", o->json, "print the result as JSON");

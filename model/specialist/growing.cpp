@@ -168,7 +168,11 @@ Signature simulate_signature(const plant::LoopModel& believed, Condition conditi
   Signature signature;
   signature.condition = condition;
   signature.severity_percent = percent;
-  for (std::size_t k = 0; k < kSignatureSamples; ++k) signature.pv.push_back(loop.step().pv);
+  for (std::size_t k = 0; k < kSignatureSamples; ++k) {
+    const plant::LoopSample sample = loop.step();
+    signature.pv.push_back(sample.pv);
+    signature.co.push_back(sample.co);
+  }
   return signature;
 }
 

@@ -37,6 +37,7 @@ struct Signature {
   Condition condition = Condition::no_fault;
   double severity_percent = 0.0;  // of the CO span; 0 where unknown
   Role role = Role::training;
+  std::vector<double> co{};  // CO units, of simulated ones; the networks do not see it
 };
 
 // Roles in the order 3 : 1 : 1, the same whatever the number.

@@ -127,10 +127,9 @@ void draw_set_points(Draw& d, const WindowRequest& request) {
   // Else constant.
 }
 
-double severity(Draw& d, const WindowRequest& request, double low, double high) {
-  const double percent =
-      request.severity_percent > 0.0 ? request.severity_percent : log_uniform(d.random, low, high);
-  return percent;
+double severity(Draw& d, const WindowRequest& request, double high) {
+  return request.severity_percent > 0.0 ? request.severity_percent
+                                        : log_uniform(d.random, request.least_percent, high);
 }
 
 EffectSpec stick_slip(Draw& d, double s, double j) {
@@ -160,33 +159,34 @@ double add_condition(Draw& d, const WindowRequest& request) {
     case Condition::no_fault:
     case Condition::other: return 0.0;
     case Condition::stiction: {
-      const double s = severity(d, request, 1.5, 20.0);
+      const double s = severity(d, request, 20.0);
       m.valve_effects.push_back(
           stick_slip(d, s * co_percent, s * co_percent * r.uniform(0.1, 0.9)));
       return s;
     }
     case Condition::backlash: {
-      const double width = severity(d, request, 1.5, 20.0);
+      const double width = severity(d, request, 20.0);
       m.valve_effects.push_back({"backlash", {{"deadband", width * co_percent}}});
       return width;
     }
     case Condition::hysteresis: {
       if (chance(r, 0.3)) {
-        const double offset = severity(d, request, 1.5, 12.0);
+        const double offset = severity(d, request, 12.0);
         // In front of all else: the thesis adds it to the controller's output.
         m.valve_effects.insert(m.valve_effects.begin(),
                                EffectSpec{"hysteresis", {{"offset", offset * co_percent}}});
         return offset;
       }
-      const double width = severity(d, request, 1.5, 20.0);
+      const double width = severity(d, request, 20.0);
       m.valve_effects.push_back(
           {"hysteresis", {{"width", width * co_percent}, {"knee", r.uniform(-1.0, 0.4)}}});
       return width;
     }
     case Condition::low_air_supply: {
-      EffectSpec spec{
-          "low_air_supply",
-          {{"rate", log_uniform(r, 0.5, 5.0) * co_percent}, {"lag", log_uniform(r, 0.3, 2.5)}}};
+      const double rate =
+          request.severity_percent > 0.0 ? request.severity_percent : log_uniform(r, 0.5, 5.0);
+      EffectSpec spec{"low_air_supply",
+                      {{"rate", rate * co_percent}, {"lag", log_uniform(r, 0.3, 2.5)}}};
       if (chance(r, 0.65)) {
         spec.parameters["travel_limit"] =
             m.controller.pid.output_low + d.co_span * r.uniform(0.4, 0.85);
@@ -260,8 +260,13 @@ void add_other(Draw& d, std::string_view name) {
 
 std::span<const std::string_view> other_names() noexcept { return kOthers; }
 
-SimulatedWindow simulate_window(const plant::LoopModel& believed, const WindowRequest& request,
+SimulatedWindow simulate_window(const plant::LoopModel& model, const WindowRequest& request,
                                 std::uint64_t seed) {
+  return simulate_run(model, request, seed, kWindowSamples);
+}
+
+SimulatedWindow simulate_run(const plant::LoopModel& believed, const WindowRequest& request,
+                             std::uint64_t seed, std::size_t samples) {
   Random random(seed);
   plant::LoopModel model = believed;
   const control::PidSettings& pid = believed.controller.pid;
@@ -272,7 +277,7 @@ SimulatedWindow simulate_window(const plant::LoopModel& believed, const WindowRe
             random,
             pid.output_high - pid.output_low,
             believed.transmitter.high - believed.transmitter.low,
-            before_s + window_s,
+            before_s + believed.sample_time_s * static_cast<double>(samples),
             window_s};
   model.scenario.faults.clear();
   vary_loop(draw, request);
@@ -294,7 +299,7 @@ SimulatedWindow simulate_window(const plant::LoopModel& believed, const WindowRe
   const auto before = static_cast<std::size_t>(before_s / believed.sample_time_s);
   for (std::size_t k = 0; k < before; ++k) loop.step();
   double lacked = 0.0;
-  for (std::size_t k = 0; k < kWindowSamples; ++k) {
+  for (std::size_t k = 0; k < samples; ++k) {
     const plant::LoopSample s = loop.step();
     window.pv.push_back(s.pv);
     window.co.push_back(s.co);

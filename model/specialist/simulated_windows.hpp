@@ -23,14 +23,16 @@ struct WindowRequest {
   // Of `other`: one of other_names(), empty for any.
   std::string_view other{};
   SetPointMoves moves = SetPointMoves::any;
-  // Severity in % of the CO span; 0: drawn.
+  // Severity in % of the CO span, of low air supply its fill rate in %/s; 0: drawn.
   double severity_percent = 0.0;
+  // The least that is drawn; the most is 20 (of hysteresis in the thesis's form 12).
+  double least_percent = 1.5;
   // PV noise, % of PV span; negative: drawn.
   double noise_percent = -1.0;
 };
 
 struct SimulatedWindow {
-  std::vector<double> pv;  // kWindowSamples, PV units
+  std::vector<double> pv;  // PV units
   std::vector<double> co;  // CO units
   std::vector<double> sp;  // PV units
   Condition condition = Condition::no_fault;
@@ -43,8 +45,11 @@ struct SimulatedWindow {
 // What `other` is drawn from.
 std::span<const std::string_view> other_names() noexcept;
 
-// Throws std::invalid_argument for an unknown name of `other`, plant::EffectError for a model that can't
-// be simulated.
+// A run of any length. Throws std::invalid_argument for an unknown name of `other`, plant::EffectError for a
+// model that can't be simulated.
+SimulatedWindow simulate_run(const plant::LoopModel& model, const WindowRequest& request,
+                             std::uint64_t seed, std::size_t samples);
+// kWindowSamples of it.
 SimulatedWindow simulate_window(const plant::LoopModel& model, const WindowRequest& request,
                                 std::uint64_t seed);
 

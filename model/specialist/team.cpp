@@ -87,7 +87,8 @@ WindowVerdict TeamJudge::judge(const Findings& findings) noexcept {
            most_misfit_[index_of(c)];
   };
   const bool moved = findings.co_range > kLeastMovement * findings.noise;
-  if (1.0 - healthy - other >= kFault && fits(best)) {
+  if (1.0 - healthy - other >= kFault && result.probabilities[index_of(best)] >= kNamed &&
+      fits(best)) {
     result.verdict = static_cast<Verdict>(best);
     result.probability = result.probabilities[index_of(best)];
     result.severity_percent = severity_of(findings, best);

@@ -7,8 +7,8 @@
 //   p_c = exp(score_c / temperature) / sum over the specialists of exp(score / temperature)
 //
 // `other` is the specialist of what is no valve fault. The verdict:
-//   1. a fault, where the faults' p together reach kFault and the best of them fits the window no worse
-//      than kMisfitQuantile of its training windows did;
+//   1. a fault, where the faults' p together reach kFault, that of the best one kNamed, and it fits the
+//      window no worse than kMisfitQuantile of its training windows did;
 //   2. else no_fault where its p reaches kNoFault;
 //   3. else not_enough_movement, where the healthy loop explains the window down to the noise or CO hardly moved;
 //   4. else unknown.
@@ -33,7 +33,8 @@
 
 namespace loopwarden::specialist {
 
-inline constexpr double kFault = 0.9;
+inline constexpr double kFault = 0.95;
+inline constexpr double kNamed = 0.5;
 inline constexpr double kNoFault = 0.8;
 inline constexpr double kMisfitQuantile = 0.995;
 // CO's blocks within this many standard deviations of the noise is no movement.

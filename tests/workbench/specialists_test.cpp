@@ -153,4 +153,17 @@ TEST_CASE("what can't be trained or classified is refused with the place", "[wor
   CHECK(run("classify x.csv --specialists " + folder.path().string()).exit_code == 78);
 }
 
+TEST_CASE("the specialists that ship are whole, and the study runs on them", "[workbench]") {
+  const std::string data = LOOPWARDEN_SOURCE_DIR "/data/specialists";
+  CHECK(run("check " + data + "/plant1 " + data + "/plant2 " + data + "/plant3").exit_code == 0);
+  const Outcome study = run("specialist-study table real unknown --quick --data " + data +
+                            " --records " LOOPWARDEN_SOURCE_DIR "/data/plant1");
+  INFO(study.text);
+  CHECK(study.exit_code == 0);
+  CHECK(study.text.find("Table 9.1 with 9 specialists: 2") != std::string::npos);
+  CHECK(study.text.find("P1H16") != std::string::npos);
+  CHECK(study.text.find("called a valve fault") != std::string::npos);
+  CHECK(run("specialist-study nothing").exit_code == 64);
+}
+
 }  // namespace loopwarden::tests
