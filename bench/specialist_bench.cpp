@@ -83,9 +83,9 @@ void explaining_team(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(judge.judge({samples.pv, samples.co}));
 }
 
-BENCHMARK(eight_specialists)->Name("specialist/eight")->Unit(benchmark::kMicrosecond);
-BENCHMARK(matrix_limit)->Name("specialist/matrix_limit")->Unit(benchmark::kMicrosecond);
-BENCHMARK(explaining_team)->Name("specialist/explaining")->Unit(benchmark::kMicrosecond);
+BENCHMARK(eight_specialists)->Name("specialist/eight");
+BENCHMARK(matrix_limit)->Name("specialist/matrix_limit");
+BENCHMARK(explaining_team)->Name("specialist/explaining");
 
 }  // namespace
 }  // namespace loopwarden::bench
