@@ -21,7 +21,8 @@ Address mapped(const in_addr& v4) noexcept {
 }
 
 unsigned bit(const Address& address, unsigned at) noexcept {
-  return (address[at / 8] >> (7 - at % 8)) & 1U;
+  const unsigned byte = address[at / 8];
+  return (byte >> (7U - at % 8U)) & 1U;
 }
 
 }  // namespace
