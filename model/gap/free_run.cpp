@@ -132,7 +132,7 @@ FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
   for (std::size_t i = 0; i < terms.size(); ++i) {
     EffectSpec spec = searched_spec(*terms[i], point.searched[i]);
     if (spec.name.empty() || terms[i]->linear_columns() > 0) continue;
-    offset += start_offset(*terms[i], point.searched[i]);
+    offset += gap::start_offset(*terms[i], point.searched[i]);
     if (terms[i]->kind == Kind::stiction) spec = with_actuator(std::move(spec), point);
     if (terms[i]->block == Block::valve) {
       place_in_valve(valve, std::move(spec));
@@ -210,7 +210,7 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
   const Candidate& sticking = *terms.back();
   std::vector<double> at_end = point.searched.back();
   at_end.back() = 1.0;
-  const double half_band = start_offset(sticking, at_end);
+  const double half_band = gap::start_offset(sticking, at_end);
   double sum = 0.0;
   Chains c = fresh;
   plant::Process p = process;
@@ -264,6 +264,14 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
     sum += best;
   }
   return sum;
+}
+
+double FreeRun::start_offset(const Terms& terms, const Point& point) const {
+  double offset = point.start_offset;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    offset += gap::start_offset(*terms[i], point.searched[i]);
+  }
+  return offset;
 }
 
 plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,

@@ -65,6 +65,9 @@ class FreeRun {
   void linear_columns(const Candidate& candidate, const std::vector<double>& searched,
                       std::vector<std::vector<double>>& columns) const;
 
+  // How far below CO the stem stands at the first sample, CO units.
+  double start_offset(const Terms& terms, const Point& point) const;
+
   // The model with the terms in their places, `solved` as fitted behind K', c1, c2.
   plant::LoopModel corrected(const Terms& terms, const Point& point,
                              const std::vector<double>& solved) const;

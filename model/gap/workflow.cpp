@@ -333,16 +333,17 @@ double resting_band(const plant::LoopModel& model) {
 }  // namespace
 
 std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
-                             const std::vector<double>& pv, const std::vector<bool>& used) {
+                             const std::vector<double>& pv, const std::vector<bool>& used,
+                             double start_offset) {
   const FreeRun run(model, co);
   const Range training{0, training_samples(co.size())};
   std::vector<std::vector<double>> columns;
-  // From a stem that rests `start_offset` below CO.
-  const auto from = [&](double start_offset) {
+  // From a stem that rests `below_co` below CO.
+  const auto from = [&](double below_co) {
     Point point;
     point.time_constant_s = model.process.time_constant_s;
     point.dead_time_s = model.process.dead_time_s;
-    point.start_offset = start_offset;
+    point.start_offset = below_co;
     run.columns({}, point, columns);
     // The process's state at the start, from the samples that still remember it.
     const double memory_s = point.dead_time_s + 6.0 * point.time_constant_s;
@@ -376,6 +377,7 @@ std::vector<double> free_run(const plant::LoopModel& model, const std::vector<do
     best_place = place;
     best = std::move(tried);
   };
+  offer(start_offset / band);
   constexpr int kPlaces = 12;  // to each side of CO
   for (int i = -kPlaces; i <= kPlaces; ++i) offer(static_cast<double>(i) / kPlaces);
   for (double step = 0.5 / kPlaces; step > 0.02 / kPlaces; step /= 2.0) {
@@ -467,8 +469,9 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   result.load_intensity = left.load_intensity;
   result.noise_floor_rmse = left.floor_rmse;
 
-  const auto simulated = [&](const plant::LoopModel& m) {
-    return result.closed_loop ? closed_loop(m, sp, pv.front()) : free_run(m, co, pv, used);
+  const auto simulated = [&](const plant::LoopModel& m, const Fit& fit) {
+    return result.closed_loop ? closed_loop(m, sp, pv.front())
+                              : free_run(m, co, pv, used, run.start_offset(fit.terms, fit.point));
   };
   Series& s = result.series;
   for (std::size_t k = 0; k < n; ++k) s.time_s.push_back(record.time_s(k));
@@ -477,7 +480,7 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   s.co = given.has_co() ? given.co : co;
   s.co_before = controller.before;
   s.co_after = controller.after;
-  s.pv_before = simulated(model);
+  s.pv_before = simulated(model, search.base);
   result.before = misfit_of(pv, s.pv_before, used, result.noise_floor_rmse);
 
   add_controller(result, controller, given_model);
@@ -497,7 +500,7 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   plant::LoopModel after_model = result.corrected;
   after_model.transmitter.noise = 0.0;
   after_model.transmitter.resolution = 0.0;
-  s.pv_after = simulated(after_model);
+  s.pv_after = simulated(after_model, search.chosen.fit);
   result.after = misfit_of(pv, s.pv_after, used, result.noise_floor_rmse);
 
   bool refuted = false;
@@ -540,7 +543,8 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
               ? search.chosen.fit
               : hypothesis->fit;
       plant::LoopModel step_model = run.corrected(fit.terms, fit.point, fit.solved);
-      const Misfit misfit = misfit_of(pv, simulated(step_model), used, result.noise_floor_rmse);
+      const Misfit misfit =
+          misfit_of(pv, simulated(step_model, fit), used, result.noise_floor_rmse);
       for (const std::string& name : before) {
         if (std::find(names.begin(), names.end(), name) == names.end()) {
           result.steps.push_back({"-" + name, misfit.training_rmse, misfit.holdout_rmse});

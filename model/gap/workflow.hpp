@@ -30,8 +30,10 @@ struct Options {
 Result find_gap(const Record& record, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress);
 
-// PV of the model as it stands, driven by `co`; only the unknown state at the start is fitted.
+// PV of the model as it stands, driven by `co`; only the unknown state at the start is fitted, a
+// stem's place from a grid and, where one is known already, `start_offset` (CO units below CO).
 std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
-                             const std::vector<double>& pv, const std::vector<bool>& used);
+                             const std::vector<double>& pv, const std::vector<bool>& used,
+                             double start_offset = 0.0);
 
 }  // namespace loopwarden::gap
