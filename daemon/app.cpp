@@ -121,7 +121,7 @@ rt::LoopSettings settings_of(const config::LoopConfig& config) {
 }
 
 App::App(config::Configuration configuration, std::filesystem::path config_path,
-         Specialists specialists)
+         const Specialists& specialists)
     : configuration_(std::move(configuration)),
       config_path_(std::move(config_path)),
       rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : ""),

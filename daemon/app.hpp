@@ -35,7 +35,7 @@ class App {
  public:
   // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error.
   App(config::Configuration configuration, std::filesystem::path config_path,
-      Specialists specialists);
+      const Specialists& specialists);
   App(const App&) = delete;
   App& operator=(const App&) = delete;
   ~App();

@@ -117,8 +117,12 @@ Pdu write_several(Bytes request, RegisterBank& bank, const Peer& peer) {
   if (beyond_addresses(address, count)) return exception(function, Exception::illegal_address);
   std::array<std::uint16_t, kMostWriteBits> values{};
   for (std::size_t i = 0; i < count; ++i) {
-    values[i] = coils ? static_cast<std::uint16_t>((request[6 + i / 8] >> (i % 8)) & 1U)
-                      : word(request, 6 + 2 * i);
+    if (coils) {
+      const unsigned byte = request[6 + i / 8];
+      values[i] = static_cast<std::uint16_t>((byte >> (i % 8)) & 1U);
+    } else {
+      values[i] = word(request, 6 + 2 * i);
+    }
   }
   const Exception error = bank.write(coils ? Table::coil : Table::holding_register, address,
                                      std::span(values).first(count), peer);

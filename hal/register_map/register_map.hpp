@@ -38,7 +38,7 @@ struct Layout {
 constexpr Layout layout(Table table) noexcept {
   switch (table) {
     case Table::input_register: return {64, 64, 64};
-    case Table::holding_register: return {32, 32, 32};
+    case Table::holding_register:
     case Table::discrete_input: return {32, 32, 32};
     case Table::coil: break;
   }
