@@ -58,8 +58,7 @@ int run(const std::string& directory, bool check, bool safe) {
     return kExitOk;
   }
   open_log(configuration->daemon.log_level);
-  return loopwarden::daemon::App(std::move(*configuration), directory, std::move(*specialists))
-      .run();
+  return loopwarden::daemon::App(std::move(*configuration), directory, *specialists).run();
 }
 
 }  // namespace

@@ -68,7 +68,9 @@ TEST_CASE("a window that can't be judged suppresses what is off and keeps what i
   CHECK(alarms.alarm(K::hysteresis).state() == S::unacknowledged);
   CHECK(alarms.alarm(K::stiction).state() == S::suppressed);
   CHECK(alarms.window_not_valid().empty());  // said once
-  for (const AlarmTransition& t : alarms.window_judged(2, with({{K::hysteresis, 5.0}})).view()) {
+  const AlarmTransitions back = alarms.window_judged(2, with({{K::hysteresis, 5.0}}));
+  CHECK(back.view().size() == 4);
+  for (const AlarmTransition& t : back.view()) {
     CHECK(t.from == S::suppressed);
     CHECK(t.to == S::normal);
   }
