@@ -128,11 +128,9 @@ void FreeRun::linear_columns(const Candidate& candidate, const std::vector<doubl
 FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
   std::vector<EffectSpec> valve = model_.valve_effects;
   std::vector<EffectSpec> process_effects = model_.process_effects;
-  double offset = 0.0;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     EffectSpec spec = searched_spec(*terms[i], point.searched[i]);
     if (spec.name.empty() || terms[i]->linear_columns() > 0) continue;
-    offset += gap::start_offset(*terms[i], point.searched[i]);
     if (terms[i]->kind == Kind::stiction) spec = with_actuator(std::move(spec), point);
     if (terms[i]->block == Block::valve) {
       place_in_valve(valve, std::move(spec));
@@ -146,7 +144,7 @@ FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
     place_in_valve(valve, with_actuator({"stiction", {{"s", point.friction}, {"j", 0.0}}}, point));
   }
   return {chain_of(valve, Block::valve, context_),
-          chain_of(process_effects, Block::process, context_), offset};
+          chain_of(process_effects, Block::process, context_)};
 }
 
 void FreeRun::columns(const Terms& terms, const Point& point,
@@ -157,8 +155,8 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   for (std::size_t i = 0; i < base_columns(); ++i) columns[i].resize(n);
   if (!level_known_) std::fill(columns[3].begin(), columns[3].end(), 1.0);
 
-  auto [valve_chain, process_chain, offset] = chains(terms, point);
-  offset += point.start_offset;
+  auto [valve_chain, process_chain] = chains(terms, point);
+  const double offset = start_offset(terms, point);
   plant::Process process({.gain = model_.process.gain,
                           .time_constant_s = point.time_constant_s,
                           .dead_time_s = point.dead_time_s},

@@ -76,7 +76,6 @@ class FreeRun {
   struct Chains {
     plant::EffectChain valve;
     plant::EffectChain process;
-    double start_offset;  // CO units
   };
   Chains chains(const Terms& terms, const Point& point) const;
   void pass_transmitter(std::vector<double>& signal) const;
