@@ -11,6 +11,7 @@
 #include "daemon/journal/journal.hpp"
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/loop_file.hpp"
 
 namespace loopwarden::tests {
 namespace {
@@ -18,21 +19,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kDaemon = "real_time: {priority: 0, lock_memory: false}\n";
-constexpr const char* kLoop = R"(
-loop: FIC-101
-sample_time: 0.1
-process_variable: {unit: L/min, range: [0, 10]}
-controller:
-  action: reverse
-  kp: 0.35
-  ki: 0.04
-  set_point: {limits: [0, 9]}
-  output: {unit: V, range: [0, 10]}
-start: {mode: automatic, set_point: 5}
-safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: previous_mode}
-recording: {enabled: false}
-io: {backend: simulated, model: )" LOOPWARDEN_SOURCE_DIR R"(/config/examples/models/plant1.yaml}
-)";
+const std::string kLoop = loop_file("FIC-101");
 
 constexpr const char* kSpecialists = "monitor: {specialists: ../../specialists}\n";
 
@@ -118,7 +105,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
 }
 
 TEST_CASE("specialists that can't be used are refused before anything moves", "[alarm]") {
-  DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", std::string(kLoop) + kSpecialists}});
+  DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop + kSpecialists}});
   SECTION("in order") {
     write_biased_specialists(daemon.folder() / "specialists", specialist::Condition::stiction);
     CHECK(daemon.run({"--config", daemon.config().string(), "--check"}) == 0);

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/loop_file.hpp"
 #include "workbench/register_map.hpp"
 
 namespace loopwarden::tests {
@@ -54,23 +55,6 @@ Output run(const std::string& command) {
   const int status = ::pclose(pipe);
   output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return output;
-}
-
-std::string loop_file(const std::string& tag) {
-  return "loop: " + tag + R"(
-sample_time: 0.1
-process_variable: {unit: L/min, range: [0, 10]}
-controller:
-  action: reverse
-  kp: 0.35
-  ki: 0.04
-  set_point: {limits: [0, 9]}
-  output: {unit: V, range: [0, 10]}
-start: {mode: automatic, set_point: 5}
-safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: previous_mode}
-recording: {enabled: false}
-io: {backend: simulated, model: )" LOOPWARDEN_SOURCE_DIR R"(/config/examples/models/plant1.yaml}
-)";
 }
 
 struct Plant {

@@ -109,7 +109,7 @@ TEST_CASE("the same seed trains the same specialists, whatever the threads and i
     return o.text;
   };
   train("a", " --jobs 1");
-  // As if it had been killed when two networks were finished: what is there is taken, not trained again.
+  // The number of threads changes nothing.
   train("b", " --jobs 2");
   CHECK(read_file(folder / "a/manifest.yaml") == read_file(folder / "b/manifest.yaml"));
   CHECK(read_file(folder / "a/P1S3.weights") == read_file(folder / "b/P1S3.weights"));
