@@ -77,7 +77,7 @@ std::size_t undecided(const Tally& t) {
 
 void print_heading(const char* first) {
   fmt::print("{:<24} {:>8} {:>8} {:>8} {:>10} {:>8} {:>8} {:>8} {:>6}\n", first, "no_fault",
-             "stiction", "backlash", "hysteresis", "low air", "unknown", "too calm", "of");
+             "stiction", "backlash", "hysteresis", "low air", "unknown", "no verdict", "of");
 }
 void print_row(std::string_view name, const Tally& t) {
   fmt::print("{:<24}", name);

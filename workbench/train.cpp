@@ -35,7 +35,7 @@ struct TrainOptions {
   std::string plant = "P1";
   std::string form = "both";
   std::uint64_t seed = 1;
-  std::size_t windows = 12000;
+  std::size_t windows = 16000;
   std::optional<std::size_t> restarts;
   std::size_t components = specialist::kSide;
   std::size_t most_epochs = 1000;

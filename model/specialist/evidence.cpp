@@ -40,6 +40,7 @@ Evidence evidence_of(const Findings& f) noexcept {
   }
   put(bounded(f.of(Explanation::hysteresis_offset).size / 2.0));
   put(4.0 * f.of(Explanation::stiction).shape);
+  put(2.0 * f.of(Explanation::hysteresis_width).shape);
   put(std::log(f.of(Explanation::low_air_supply).shape));
   put(log_ratio(f.of(Explanation::low_air_supply).limit + 0.1, f.co_range + 0.1));
   for (const Explanation x : {Explanation::healthy, Explanation::other_process}) {

@@ -12,7 +12,7 @@
 
 namespace loopwarden::specialist {
 
-inline constexpr std::size_t kEvidence = 52;
+inline constexpr std::size_t kEvidence = 53;
 using Evidence = std::array<double, kEvidence>;
 
 // `findings` must be usable.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace loopwarden::specialist {
@@ -31,6 +32,11 @@ constexpr double kSmallest = 0.8;
 constexpr double kRatio = 1.6;
 constexpr std::array kStarts{0.0, 1.0, -1.0};
 constexpr std::array kJumps{0.2, 0.5, 0.9};
+// Of the evolution of a sticking stem. Twice as many find little more.
+constexpr int kGenerations = 50;
+constexpr int kFineGenerations = 30;
+// Mean square over the noise's at which there is nothing left to search for.
+constexpr double kEnough = 1.2;
 
 using Pack = float __attribute__((vector_size(16)));
 using Mask = int __attribute__((vector_size(16)));
@@ -92,20 +98,30 @@ struct PlayStem {
   }
 };
 
+constexpr std::size_t kPlays = 4;
+
+// Half the deadband of play i: from all alike at a knee of 1 to some that have none below 0.
+double half_of(double width, double knee, std::size_t i) noexcept {
+  const auto place = [&](std::size_t k) {
+    return std::max(0.0, knee + (1.0 - knee) * (static_cast<double>(k) + 0.5) * 2.0 / kPlays);
+  };
+  double sum = 0.0;
+  for (std::size_t k = 0; k < kPlays; ++k) sum += place(k);
+  return 0.5 * width * static_cast<double>(kPlays) * place(i) / sum;
+}
+
 template <class N>
 struct PlaysStem {
-  static constexpr std::array<float, 4> kPlaces{0.25F, 0.75F, 1.25F, 1.75F};
-  N half;
-  N x[4];
+  N half[kPlays];
+  N x[kPlays];
   N step(N u) noexcept {
     using A = Arithmetic<N>;
     N sum = A::same(0.0F);
-    for (std::size_t i = 0; i < 4; ++i) {
-      const N h = half * A::same(kPlaces[i]);
-      x[i] = A::most(A::least(x[i], u + h), u - h);
+    for (std::size_t i = 0; i < kPlays; ++i) {
+      x[i] = A::most(A::least(x[i], u + half[i]), u - half[i]);
       sum = sum + x[i];
     }
-    return sum * A::same(0.25F);
+    return sum * A::same(1.0F / static_cast<float>(kPlays));
   }
 };
 
@@ -164,10 +180,13 @@ using System = std::array<std::array<double, 5>, 4>;  // lower triangle and righ
 
 // Ridge regression by Cholesky: at most four unknowns, positive definite by the prior.
 std::array<double, 4> solved(System system, std::size_t count,
-                             const std::array<double, 4>& deviation, double trust) noexcept {
+                             const std::array<double, 4>& deviation,
+                             const std::array<double, 4>& taken, double trust) noexcept {
   std::array<double, 4> solution{};
   for (std::size_t i = 0; i < count; ++i) {
-    system[i][i] += trust / (deviation[i] * deviation[i]);
+    const double weight = trust / (deviation[i] * deviation[i]);
+    system[i][i] += weight;
+    system[i][4] -= weight * taken[i];
     for (std::size_t k = 0; k <= i; ++k) {
       double sum = system[i][k];
       for (std::size_t j = 0; j < k; ++j) sum -= system[i][j] * system[k][j];
@@ -218,7 +237,10 @@ Explainer::Explainer(const LoopFacts& facts) : facts_(facts) {
   }
   pv_.resize(kWindowSamples);
   co_.resize(kWindowSamples);
-  for (auto* column : {&u_, &falling_, &target_, &v_, &residual_}) column->resize(blocks_);
+  co_lanes_.resize(kWindowSamples);
+  falling_.resize(kWindowSamples);
+  v_.resize(blocks_ * samples_per_block_);
+  for (auto* column : {&u_, &target_}) column->resize(blocks_);
   for (auto& column : columns_) column.resize(blocks_);
   u_lanes_.resize(blocks_);
   target_lanes_.resize(blocks_);
@@ -263,21 +285,19 @@ bool Explainer::prepare(const LoopWindow& window, Findings& findings) noexcept {
   const auto m = samples_per_block_;
   const double share = 1.0 / static_cast<double>(m);
   u_mean_ = 0.0;
-  double falls = 0.0;
+  falling_[0] = 0.0F;
+  for (std::size_t k = 1; k < kWindowSamples; ++k) {
+    falling_[k] = co_[k] == co_[k - 1] ? falling_[k - 1] : co_[k] < co_[k - 1] ? 1.0F : 0.0F;
+  }
   for (std::size_t b = 0; b < blocks_; ++b) {
     double u = 0.0;
     double p = 0.0;
-    double falling = 0.0;
     for (std::size_t i = 0; i < m; ++i) {
-      const std::size_t k = b * m + i;
-      u += co_[k];
-      p += pv_[k + delay_];
-      if (k > 0 && co_[k] != co_[k - 1]) falls = co_[k] < co_[k - 1] ? 1.0 : 0.0;
-      falling += falls;
+      u += co_[b * m + i];
+      p += pv_[b * m + i + delay_];
     }
     u_[b] = u * share;
     u_mean_ += u_[b];
-    falling_[b] = falling * share;
     target_[b] = p * share;
   }
   u_mean_ /= static_cast<double>(blocks_);
@@ -296,6 +316,7 @@ bool Explainer::prepare(const LoopWindow& window, Findings& findings) noexcept {
     square = sum / static_cast<double>(kWindowSamples - 2);
   }
   findings.noise = std::max(kLeastNoise, std::sqrt(square * share / 6.0));
+  enough_ = kEnough * findings.noise * findings.noise * static_cast<double>(blocks_);
   project(target_);
   target_square_ = 0.0;
   for (std::size_t b = 0; b < blocks_; ++b) {
@@ -303,6 +324,9 @@ bool Explainer::prepare(const LoopWindow& window, Findings& findings) noexcept {
     u_lanes_[b] = static_cast<float>(u_[b]);
     target_lanes_[b] = static_cast<float>(target_[b]);
     target_square_ += target_[b] * target_[b];
+  }
+  for (std::size_t k = 0; k < kWindowSamples; ++k) {
+    co_lanes_[k] = static_cast<float>(co_[k] - u_mean_);
   }
   const auto [u_low, u_high] = std::minmax_element(u_.begin(), u_.end());
   u_low_ = *u_low;
@@ -335,6 +359,37 @@ void Explainer::measure_movement(Findings& findings) const noexcept {
   findings.shut_share = static_cast<double>(shut) / static_cast<double>(blocks_);
 }
 
+// What eight candidates leave of the target once gain and basis have taken their best.
+struct Explainer::Projection {
+  Pack square[2] = {pack(0.0F), pack(0.0F)};
+  Pack with_target[2] = {pack(0.0F), pack(0.0F)};
+  Pack along[3][2] = {{pack(0.0F), pack(0.0F)}, {pack(0.0F), pack(0.0F)}, {pack(0.0F), pack(0.0F)}};
+
+  Pack first[2];  // a constant is free: near zero the sums keep their digits
+
+  void add(const Explainer& e, std::size_t p, std::size_t b, Pack y) noexcept {
+    y = y - first[p];
+    square[p] = square[p] + y * y;
+    with_target[p] = with_target[p] + y * pack(e.target_lanes_[b]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      along[i][p] = along[i][p] + y * pack(e.basis_lanes_[i][b]);
+    }
+  }
+  void judge(const Explainer& e, Candidate* candidates) const noexcept {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t p = lane / 4;
+      const std::size_t i = lane % 4;
+      float own = square[p][i];
+      for (std::size_t k = 0; k < 3; ++k) own -= along[k][p][i] * along[k][p][i];
+      const float both = with_target[p][i];
+      const float gain =
+          std::clamp(own > 1e-4F * square[p][i] ? both / own : 1.0F, kGainLow, kGainHigh);
+      candidates[lane].misfit =
+          e.target_square_ + static_cast<double>(gain * (gain * own - 2.0F * both));
+    }
+  }
+};
+
 // Eight stems through the lag at once; each gets the misfit that its best gain leaves.
 template <class Lanes>
 void Explainer::try_lanes(Candidate* candidates, Lanes lanes) const noexcept {
@@ -342,41 +397,51 @@ void Explainer::try_lanes(Candidate* candidates, Lanes lanes) const noexcept {
   const Pack take = pack(static_cast<float>(1.0 - keep_));
   const Pack mean_keep = pack(static_cast<float>(mean_keep_));
   const Pack mean_take = pack(static_cast<float>(1.0 - mean_keep_));
-  const Pack zero = pack(0.0F);
-  Pack state[2] = {zero, zero};
-  Pack square[2] = {zero, zero};
-  Pack with_target[2] = {zero, zero};
-  Pack along[3][2] = {{zero, zero}, {zero, zero}, {zero, zero}};
-  for (std::size_t p = 0; p < 2; ++p) state[p] = lanes[p].step(pack(u_lanes_[0]));
+  Projection sums;
+  Pack state[2];
+  for (std::size_t p = 0; p < 2; ++p) sums.first[p] = state[p] = lanes[p].step(pack(u_lanes_[0]));
   for (std::size_t b = 0; b < blocks_; ++b) {
     const Pack u = pack(u_lanes_[b]);
-    const Pack target = pack(target_lanes_[b]);
     for (std::size_t p = 0; p < 2; ++p) {
       const Pack v = lanes[p].step(u);
       const Pack y = mean_keep * state[p] + mean_take * v;
       state[p] = keep * state[p] + take * v;
-      square[p] = square[p] + y * y;
-      with_target[p] = with_target[p] + y * target;
-      for (std::size_t i = 0; i < 3; ++i) {
-        along[i][p] = along[i][p] + y * pack(basis_lanes_[i][b]);
-      }
+      sums.add(*this, p, b, y);
     }
   }
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const std::size_t p = lane / 4;
-    const std::size_t i = lane % 4;
-    float own = square[p][i];
-    for (std::size_t k = 0; k < 3; ++k) own -= along[k][p][i] * along[k][p][i];
-    const float both = with_target[p][i];
-    const float gain = std::clamp(own > 0.0F ? both / own : 1.0F, kGainLow, kGainHigh);
-    candidates[lane].misfit =
-        target_square_ + static_cast<double>(gain * (gain * own - 2.0F * both));
+  sums.judge(*this, candidates);
+}
+
+// The same sample by sample, with the process as it was found.
+template <class Lanes>
+void Explainer::try_fine(Candidate* candidates, Lanes lanes) const noexcept {
+  const float kept = static_cast<float>(process_.keep);
+  const Pack keep = pack(kept);
+  const Pack take = pack(1.0F - kept);
+  const Pack share = pack(1.0F / static_cast<float>(samples_per_block_));
+  Projection sums;
+  Pack state[2];
+  for (std::size_t p = 0; p < 2; ++p) sums.first[p] = state[p] = lanes[p].step(pack(co_at(0)));
+  std::size_t k = 0;
+  for (std::size_t b = 0; b < blocks_; ++b) {
+    Pack sum[2] = {pack(0.0F), pack(0.0F)};
+    for (std::size_t i = 0; i < samples_per_block_; ++i, ++k) {
+      const Pack u = pack(co_at(k));
+      for (std::size_t p = 0; p < 2; ++p) {
+        const Pack v = lanes[p].step(u);
+        state[p] = keep * state[p] + take * v;
+        sum[p] = sum[p] + state[p];
+      }
+    }
+    for (std::size_t p = 0; p < 2; ++p) sums.add(*this, p, b, sum[p] * share);
   }
+  sums.judge(*this, candidates);
 }
 
 // `candidates` are eight of one law.
-void Explainer::evaluate(Candidate* candidates) const noexcept {
-  const auto u0 = static_cast<double>(u_lanes_[0]);
+void Explainer::evaluate(Candidate* candidates, Grain grain) const noexcept {
+  const auto u0 = static_cast<double>(grain == Grain::block ? u_lanes_[0] : co_at(0));
+  const double step_s = grain == Grain::block ? block_s_ : facts_.period_s;
   Pack a[2];
   Pack b[2];
   Pack c[2];
@@ -386,24 +451,28 @@ void Explainer::evaluate(Candidate* candidates) const noexcept {
       to[lane / 4][lane % 4] = static_cast<float>(value(candidates[lane]));
     }
   };
+  const auto walk = [&](auto* lanes) {
+    return grain == Grain::block ? try_lanes(candidates, lanes) : try_fine(candidates, lanes);
+  };
   switch (candidates[0].law) {
     case Candidate::Law::none: return;
     case Candidate::Law::play: {
       set(a, [](const Candidate& x) { return x.size / 2.0; });
       set(b, [&](const Candidate& x) { return u0 + x.start * x.size / 2.0; });
       PlayStem<Pack> lanes[2] = {{a[0], b[0]}, {a[1], b[1]}};
-      return try_lanes<PlayStem<Pack>*>(candidates, lanes);
+      return walk(lanes);
     }
     case Candidate::Law::plays: {
-      set(a, [](const Candidate& x) { return x.size / 2.0; });
       PlaysStem<Pack> lanes[2];
-      for (std::size_t p = 0; p < 2; ++p) lanes[p].half = a[p];
-      for (std::size_t i = 0; i < 4; ++i) {
-        const double place = static_cast<double>(PlaysStem<Pack>::kPlaces[i]);
-        set(b, [&](const Candidate& x) { return u0 + place * x.start * x.size / 2.0; });
-        for (std::size_t p = 0; p < 2; ++p) lanes[p].x[i] = b[p];
+      for (std::size_t i = 0; i < kPlays; ++i) {
+        set(a, [&](const Candidate& x) { return half_of(x.size, x.shape, i); });
+        set(b, [&](const Candidate& x) { return u0 + x.start * half_of(x.size, x.shape, i); });
+        for (std::size_t p = 0; p < 2; ++p) {
+          lanes[p].half[i] = a[p];
+          lanes[p].x[i] = b[p];
+        }
       }
-      return try_lanes<PlaysStem<Pack>*>(candidates, lanes);
+      return walk(lanes);
     }
     case Candidate::Law::he:
     case Candidate::Law::choudhury: {
@@ -412,40 +481,43 @@ void Explainer::evaluate(Candidate* candidates) const noexcept {
       set(c, [&](const Candidate& x) { return u0 + x.start * x.size * (1.0 + x.shape) / 2.0; });
       if (candidates[0].law == Candidate::Law::he) {
         HeStem<Pack> lanes[2] = {{a[0], b[0], c[0]}, {a[1], b[1], c[1]}};
-        return try_lanes<HeStem<Pack>*>(candidates, lanes);
+        return walk(lanes);
       }
-      const Pack at = pack(u_lanes_[0]);
+      const Pack at = pack(static_cast<float>(u0));
       const Pack zero = pack(0.0F);
       ChoudhuryStem<Pack> lanes[2] = {{a[0], b[0], c[0], at, zero}, {a[1], b[1], c[1], at, zero}};
-      return try_lanes<ChoudhuryStem<Pack>*>(candidates, lanes);
+      return walk(lanes);
     }
     case Candidate::Law::low_air: {
-      set(a, [&](const Candidate& x) { return x.shape * block_s_; });
-      set(b, [&](const Candidate& x) { return 1.0 - std::exp(-block_s_ / x.lag_s); });
+      set(a, [&](const Candidate& x) { return x.shape * step_s; });
+      set(b, [&](const Candidate& x) { return 1.0 - std::exp(-step_s / x.lag_s); });
       set(c, [](const Candidate& x) { return x.limit; });
       set(d, [&](const Candidate& x) { return std::min(u0, x.limit) + x.start; });
       LowAirStem<Pack> lanes[2] = {{a[0], b[0], c[0], d[0]}, {a[1], b[1], c[1], d[1]}};
-      return try_lanes<LowAirStem<Pack>*>(candidates, lanes);
+      return walk(lanes);
     }
   }
 }
 
-// The stem of one candidate into v_.
+// The stem of one candidate into v_, sample by sample.
 void Explainer::trace(const Candidate& x) noexcept {
-  const auto u0 = static_cast<double>(u_lanes_[0]);
+  const auto u0 = static_cast<double>(co_at(0));
   const auto number = [](double value) { return static_cast<float>(value); };
   const auto walk = [&](auto stem) {
-    for (std::size_t b = 0; b < blocks_; ++b) v_[b] = static_cast<double>(stem.step(u_lanes_[b]));
+    for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(stem.step(co_at(k)));
   };
   switch (x.law) {
-    case Candidate::Law::none: std::copy(u_.begin(), u_.end(), v_.begin()); return;
+    case Candidate::Law::none:
+      for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(co_at(k));
+      return;
     case Candidate::Law::play:
       return walk(PlayStem<float>{number(x.size / 2.0), number(u0 + x.start * x.size / 2.0)});
     case Candidate::Law::plays: {
-      PlaysStem<float> stem{number(x.size / 2.0), {}};
-      for (std::size_t i = 0; i < 4; ++i) {
-        const double place = static_cast<double>(PlaysStem<float>::kPlaces[i]);
-        stem.x[i] = number(u0 + place * x.start * x.size / 2.0);
+      PlaysStem<float> stem{};
+      for (std::size_t i = 0; i < kPlays; ++i) {
+        const double half = half_of(x.size, x.shape, i);
+        stem.half[i] = number(half);
+        stem.x[i] = number(u0 + x.start * half);
       }
       return walk(stem);
     }
@@ -456,171 +528,292 @@ void Explainer::trace(const Candidate& x) noexcept {
     case Candidate::Law::choudhury:
       return walk(ChoudhuryStem<float>{
           number(x.size * (1.0 + x.shape) / 2.0), number(x.size * (1.0 - x.shape) / 2.0),
-          number(u0 + x.start * x.size * (1.0 + x.shape) / 2.0), u_lanes_[0], 0.0F});
+          number(u0 + x.start * x.size * (1.0 + x.shape) / 2.0), co_at(0), 0.0F});
     case Candidate::Law::low_air:
-      return walk(LowAirStem<float>{number(x.shape * block_s_),
-                                    number(1.0 - std::exp(-block_s_ / x.lag_s)), number(x.limit),
-                                    number(std::min(u0, x.limit) + x.start)});
+      return walk(LowAirStem<float>{number(x.shape * facts_.period_s),
+                                    number(1.0 - std::exp(-facts_.period_s / x.lag_s)),
+                                    number(x.limit), number(std::min(u0, x.limit) + x.start)});
+  }
+}
+
+// A search keeps the best of all that it tries.
+class Explainer::Search {
+ public:
+  Search(const Explainer& explainer, Grain grain) : explainer_(explainer), grain_(grain) {}
+
+  // `change` makes lane i of eight from the best one so far.
+  template <class Change>
+  void try_eight(Change change) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      lanes_[i] = best;
+      change(lanes_[i], static_cast<double>(i));
+    }
+    explainer_.evaluate(lanes_.data(), grain_);
+    Candidate found = best;
+    for (const Candidate& c : lanes_) {
+      if (c.misfit < found.misfit) found = c;
+    }
+    best = found;
+  }
+  void sizes(double step, Candidate::Law law) {
+    try_eight([&](Candidate& c, double i) {
+      c.law = law;
+      c.size *= std::pow(kRatio, step * (i - 3.5));
+    });
+  }
+  void starts(double step) {
+    try_eight([&](Candidate& c, double i) {
+      c.start = std::clamp(c.start + step * (i - 3.5), -1.0, 1.0);
+    });
+  }
+  // Where the stem starts to move stays: s + j.
+  void jumps(double low, double step, Candidate::Law law) {
+    try_eight([&](Candidate& c, double i) {
+      c.law = law;
+      const double shape = std::clamp(low + step * i, 0.0, 1.0);
+      c.size *= (1.0 + c.shape) / (1.0 + shape);
+      c.shape = shape;
+    });
+  }
+  void knees(double low, double step) {
+    try_eight([&](Candidate& c, double i) { c.shape = std::clamp(low + step * i, -1.2, 0.7); });
+  }
+  void air(double step, double range) {
+    try_eight([&](Candidate& c, double i) { c.limit += step * 0.3 * range * (i - 3.5); });
+    try_eight([&](Candidate& c, double i) { c.shape *= std::pow(1.6, step * (i - 3.5)); });
+    try_eight([&](Candidate& c, double i) { c.lag_s *= std::pow(2.0, 2.0 * step * (i - 3.5)); });
+    // A stem that was still on its way when the window began.
+    try_eight([&](Candidate& c, double i) { c.start += step * 0.5 * range * (i - 3.5); });
+  }
+
+  // The eight just tried, where they are among the best eight of all.
+  void keep() {
+    const auto worse = [](const Candidate& a, const Candidate& b) { return a.misfit < b.misfit; };
+    for (const Candidate& c : lanes_) {
+      Candidate& worst = *std::max_element(kept_.begin(), kept_.end(), worse);
+      if (c.misfit < worst.misfit) worst = c;
+    }
+  }
+  void keep_best_alone() { kept_.fill(best); }
+  // Differential evolution of a stem that sticks: the misfit jumps wherever a slip comes or goes, so that no
+  // descent gets far. Starts from the kept ones and as many by chance.
+  void evolve(int generations);
+
+  Candidate best;
+
+ private:
+  const Explainer& explainer_;
+  Grain grain_;
+  std::array<Candidate, kLanes> lanes_;
+  std::array<Candidate, kLanes> kept_;
+};
+
+namespace {
+
+// Of one stream, the same for every window: what a window shows must not depend on chance.
+class Chance {
+ public:
+  double uniform() noexcept {
+    bits_ ^= bits_ << 13U;
+    bits_ ^= bits_ >> 17U;
+    bits_ ^= bits_ << 5U;
+    return static_cast<double>(bits_ >> 8U) / 16777216.0;
+  }
+  std::size_t below(std::size_t count) noexcept {
+    return static_cast<std::size_t>(uniform() * static_cast<double>(count));
+  }
+
+ private:
+  std::uint32_t bits_ = 0x9e3779b9U;
+};
+
+// A sticking stem as evolution sees it: log of the force at which it slips, how much of that it slips, its start.
+using Genes = std::array<double, 3>;
+constexpr double kLeastForce = -1.0;  // log of %
+constexpr double kMostForce = 3.7;
+
+}  // namespace
+
+void Explainer::Search::evolve(int generations) {
+  constexpr std::size_t kPopulation = 2 * kLanes;
+  const auto genes_of = [](const Candidate& c) {
+    return Genes{std::log(0.5 * c.size * (1.0 + c.shape)), 2.0 * c.shape / (1.0 + c.shape),
+                 c.start};
+  };
+  const auto express = [](const Genes& genes, Candidate& c) {
+    const double slip = std::clamp(genes[1], 0.0, 1.0);
+    c.size = std::exp(std::clamp(genes[0], kLeastForce, kMostForce)) * (2.0 - slip);
+    c.shape = slip / (2.0 - slip);
+    c.start = std::clamp(genes[2], -1.0, 1.0);
+  };
+  Chance chance;
+  std::array<Candidate, kPopulation> all;
+  std::copy(kept_.begin(), kept_.end(), all.begin());
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    lanes_[i] = best;
+    express({-0.5 + 3.9 * chance.uniform(), chance.uniform(), 2.0 * chance.uniform() - 1.0},
+            lanes_[i]);
+  }
+  explainer_.evaluate(lanes_.data(), grain_);
+  std::copy(lanes_.begin(), lanes_.end(), all.begin() + kLanes);
+  for (int generation = 0; generation < generations; ++generation) {
+    Candidate* half = all.data() + (generation % 2 == 0 ? 0 : kLanes);
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const Genes own = genes_of(half[i]);
+      const Genes a = genes_of(all[chance.below(kPopulation)]);
+      const Genes b = genes_of(all[chance.below(kPopulation)]);
+      const Genes base = chance.uniform() < 0.5 ? genes_of(best) : own;
+      const double reach = 0.4 + 0.6 * chance.uniform();
+      const std::size_t always = chance.below(own.size());
+      Genes trial = own;
+      for (std::size_t k = 0; k < trial.size(); ++k) {
+        if (k == always || chance.uniform() < 0.8) trial[k] = base[k] + reach * (a[k] - b[k]);
+      }
+      lanes_[i] = half[i];
+      express(trial, lanes_[i]);
+    }
+    explainer_.evaluate(lanes_.data(), grain_);
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      if (lanes_[i].misfit < half[i].misfit) half[i] = lanes_[i];
+      if (lanes_[i].misfit < best.misfit) best = lanes_[i];
+    }
   }
 }
 
 Explainer::Candidate Explainer::search_play(Explanation explanation) noexcept {
-  Candidate best;
-  std::array<Candidate, kLanes> lanes;
+  Search search(*this, Grain::block);
   const auto law =
       explanation == Explanation::backlash ? Candidate::Law::play : Candidate::Law::plays;
-  const auto keep_best = [&] {
-    evaluate(lanes.data());
-    for (const Candidate& c : lanes) {
-      if (c.misfit < best.misfit) best = c;
-    }
-  };
   for (const double start : kStarts) {
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      lanes[i] = Candidate{};
-      lanes[i].law = law;
-      lanes[i].start = start;
-      lanes[i].size = kSmallest * std::pow(kRatio, static_cast<double>(i));
-    }
-    keep_best();
+    search.try_eight([&](Candidate& c, double i) {
+      c.law = law;
+      c.start = start;
+      c.shape = 0.0;
+      c.size = kSmallest * std::pow(kRatio, i);
+    });
   }
-  for (const double step : {0.28, 0.07}) {
-    const Candidate centre = best;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      lanes[i] = centre;
-      lanes[i].size = centre.size * std::pow(kRatio, step * (static_cast<double>(i) - 3.5));
-    }
-    keep_best();
-    const Candidate sized = best;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      lanes[i] = sized;
-      lanes[i].start =
-          std::clamp(sized.start + 0.5 * step * (static_cast<double>(i) - 3.5), -1.0, 1.0);
-    }
-    keep_best();
-  }
-  return best;
+  search.sizes(0.28, law);
+  search.starts(0.14);
+  return search.best;
 }
 
 Explainer::Candidate Explainer::search_stiction() noexcept {
-  Candidate best;
-  std::array<Candidate, kLanes> lanes;
-  const auto keep_best = [&] {
-    evaluate(lanes.data());
-    for (const Candidate& c : lanes) {
-      if (c.misfit < best.misfit) best = c;
-    }
-  };
+  Search search(*this, Grain::block);
   for (const double start : kStarts) {
     for (const double jump : kJumps) {
-      for (std::size_t i = 0; i < kLanes; ++i) {
-        lanes[i] = Candidate{};
-        lanes[i].law = Candidate::Law::he;
-        lanes[i].start = start;
-        lanes[i].shape = jump;
-        lanes[i].size = kSmallest * std::pow(kRatio, static_cast<double>(i));
-      }
-      keep_best();
+      search.try_eight([&](Candidate& c, double i) {
+        c.law = Candidate::Law::he;
+        c.start = start;
+        c.shape = jump;
+        c.size = kSmallest * std::pow(kRatio, i);
+      });
+      search.keep();
     }
   }
-  const auto around_size = [&](double step, Candidate::Law law) {
-    const Candidate centre = best;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      lanes[i] = centre;
-      lanes[i].law = law;
-      lanes[i].size = centre.size * std::pow(kRatio, step * (static_cast<double>(i) - 3.5));
-    }
-    keep_best();
-  };
-  const auto around_jump = [&](Candidate::Law law) {
-    const Candidate centre = best;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      lanes[i] = centre;
-      lanes[i].law = law;
-      lanes[i].shape = 0.12 + 0.125 * static_cast<double>(i);
-      // Where it starts to move stays: s + j.
-      lanes[i].size = centre.size * (1.0 + centre.shape) / (1.0 + lanes[i].shape);
-    }
-    keep_best();
-  };
-  const auto around_start = [&](double step) {
-    const Candidate centre = best;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      lanes[i] = centre;
-      lanes[i].start = std::clamp(centre.start + step * (static_cast<double>(i) - 3.5), -1.0, 1.0);
-    }
-    keep_best();
-  };
-  around_jump(Candidate::Law::choudhury);
-  around_size(0.28, best.law);
-  around_start(0.14);
-  around_jump(best.law);
-  around_size(0.28, Candidate::Law::he);
-  around_jump(best.law);
-  around_size(0.07, best.law);
-  return best;
+  if (search.best.misfit > enough_) search.evolve(kGenerations);
+  search.jumps(0.12, 0.125, Candidate::Law::choudhury);
+  search.sizes(0.28, search.best.law);
+  search.starts(0.14);
+  return search.best;
 }
 
 Explainer::Candidate Explainer::search_low_air() noexcept {
-  Candidate best;
-  std::array<Candidate, kLanes> lanes;
+  Search search(*this, Grain::block);
   const double range = u_high_ - u_low_;
-  const auto keep_best = [&] {
-    evaluate(lanes.data());
-    for (const Candidate& c : lanes) {
-      if (c.misfit < best.misfit) best = c;
-    }
-  };
   for (const double short_of_top : {-0.05, 0.2, 0.5}) {
     for (const double lag_s : {0.1, 1.5}) {
-      for (std::size_t i = 0; i < kLanes; ++i) {
-        lanes[i] = Candidate{};
-        lanes[i].law = Candidate::Law::low_air;
-        lanes[i].shape = 0.3 * std::pow(1.6, static_cast<double>(i));
-        lanes[i].limit = u_high_ - short_of_top * range;
-        lanes[i].lag_s = lag_s;
-      }
-      keep_best();
+      search.try_eight([&](Candidate& c, double i) {
+        c.law = Candidate::Law::low_air;
+        c.shape = 0.3 * std::pow(1.6, i);
+        c.limit = u_high_ - short_of_top * range;
+        c.lag_s = lag_s;
+        c.start = 0.0;
+      });
     }
   }
-  const auto around = [&](auto change) {
-    const Candidate centre = best;
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      lanes[i] = centre;
-      change(lanes[i], static_cast<double>(i) - 3.5);
+  search.air(0.28, range);
+  return search.best;
+}
+
+void Explainer::believe(double dead_time_off_s, double lag_off_s) noexcept {
+  process_.shift = static_cast<std::ptrdiff_t>(std::lround(dead_time_off_s / facts_.period_s));
+  process_.dead_time_off_s = static_cast<double>(process_.shift) * facts_.period_s;
+  process_.time_constant_s =
+      std::max(0.2 * facts_.time_constant_s, facts_.time_constant_s + lag_off_s);
+  process_.keep = std::exp(-facts_.period_s / process_.time_constant_s);
+}
+
+Fit Explainer::settle(Explanation explanation, const Candidate& start, double noise) noexcept {
+  believe(0.0, 0.0);
+  Fit best = fit(explanation, start, noise);
+  Search search(*this, Grain::sample);
+  search.best = start;
+  const double range = u_high_ - u_low_;
+  for (const bool coarse : {true, false}) {
+    const double step = coarse ? 0.28 : 0.09;
+    believe(best.dead_time_off_s, best.lag_off_s);
+    // What it left before was with another process.
+    search.best.misfit = std::numeric_limits<double>::infinity();
+    switch (search.best.law) {
+      case Candidate::Law::none: break;
+      case Candidate::Law::play:
+        search.sizes(step, Candidate::Law::play);
+        search.starts(0.5 * step);
+        break;
+      case Candidate::Law::plays:
+        search.knees(search.best.shape - 3.5 * step, step);
+        search.sizes(step, Candidate::Law::plays);
+        search.starts(0.5 * step);
+        break;
+      case Candidate::Law::he:
+      case Candidate::Law::choudhury: {
+        if (coarse && best.mse * static_cast<double>(blocks_) > enough_) {
+          search.keep_best_alone();
+          search.evolve(kFineGenerations);
+        }
+        const double low = search.best.shape - 1.6 * step;
+        search.jumps(low, 0.45 * step, Candidate::Law::he);
+        search.jumps(low, 0.45 * step, Candidate::Law::choudhury);
+        search.sizes(step, search.best.law);
+        search.starts(0.5 * step);
+        search.sizes(0.3 * step, search.best.law);
+        break;
+      }
+      case Candidate::Law::low_air: search.air(step, range); break;
     }
-    keep_best();
-  };
-  for (const double step : {0.28, 0.07}) {
-    around([&](Candidate& c, double i) { c.limit += step * 0.3 * range * i; });
-    around([&](Candidate& c, double i) { c.shape *= std::pow(1.6, step * i); });
-    around([&](Candidate& c, double i) { c.lag_s *= std::pow(2.0, 2.0 * step * i); });
-    // A stem that was still on its way when the window began.
-    around([&](Candidate& c, double i) { c.start += step * 0.5 * range * i; });
+    const Fit now = fit(explanation, search.best, noise);
+    if (now.mse < best.mse) best = now;
   }
   return best;
 }
 
 Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double noise) noexcept {
   trace(candidate);
-  const double time_constant = facts_.time_constant_s;
-  double state = v_[0];
+  const double time_constant = process_.time_constant_s;
+  const double keep = process_.keep;
+  double y = v_[0];
   double lagged_slope = 0.0;
-  double offset_state = falling_[0];
+  double offset = static_cast<double>(falling_at(0));
   double largest = 0.0;
+  const double share = 1.0 / static_cast<double>(samples_per_block_);
+  std::size_t k = 0;
   for (std::size_t b = 0; b < blocks_; ++b) {
-    const double v = v_[b];
-    const double y = v + mean_keep_ * (state - v);
-    const double slope = (v - y) / time_constant;
-    columns_[0][b] = y;
-    columns_[1][b] = slope;
-    // T z' + z = -y', mean over the block likewise.
-    columns_[2][b] = -slope + mean_keep_ * (lagged_slope + slope);
-    lagged_slope = -slope + keep_ * (lagged_slope + slope);
-    state = v + keep_ * (state - v);
-    columns_[3][b] = falling_[b] + mean_keep_ * (offset_state - falling_[b]);
-    offset_state = falling_[b] + keep_ * (offset_state - falling_[b]);
-    largest = std::max(largest, std::abs(u_[b] - v));
+    std::array<double, 4> sums{};
+    for (std::size_t i = 0; i < samples_per_block_; ++i, ++k) {
+      const double v = v_[k];
+      y = v + keep * (y - v);
+      const double slope = (v - y) / time_constant;
+      // T z' + z = -y'
+      lagged_slope = -slope + keep * (lagged_slope + slope);
+      const double falling = static_cast<double>(falling_at(k));
+      offset = falling + keep * (offset - falling);
+      sums[0] += y;
+      sums[1] += slope;
+      sums[2] += lagged_slope;
+      sums[3] += offset;
+      largest = std::max(largest, std::abs(static_cast<double>(co_at(k)) - v));
+    }
+    for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i][b] = sums[i] * share;
   }
   const Prior& prior = explanation == Explanation::other_process ? kUnsure : kBelieved;
   const bool with_offset = explanation == Explanation::hysteresis_offset;
@@ -628,13 +821,16 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
   // The last one's is no prior at all.
   const std::array<double, 4> deviation{
       prior.gain, prior.dead_time * facts_.dead_time_s + 0.5 * facts_.period_s,
-      prior.lag * time_constant, 1e3};
+      prior.lag * facts_.time_constant_s, 1e3};
+  // What of it the process has taken up already.
+  const std::array<double, 4> taken{0.0, -process_.dead_time_off_s,
+                                    time_constant - facts_.time_constant_s, 0.0};
   for (std::size_t i = 0; i < count; ++i) project(columns_[i]);
   System system{};
   for (std::size_t b = 0; b < blocks_; ++b) {
     const double left = target_[b] - columns_[0][b];
     for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t k = 0; k <= i; ++k) system[i][k] += columns_[i][b] * columns_[k][b];
+      for (std::size_t j = 0; j <= i; ++j) system[i][j] += columns_[i][b] * columns_[j][b];
       system[i][4] += columns_[i][b] * left;
     }
   }
@@ -643,10 +839,10 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
   // until all are within.
   double trust = 4.0 * noise * noise;
   for (int round = 0; round < kMostRounds; ++round, trust *= 4.0) {
-    solution = solved(system, count, deviation, trust);
+    solution = solved(system, count, deviation, taken, trust);
     double worst = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
-      worst = std::max(worst, std::abs(solution[i]) / deviation[i]);
+      worst = std::max(worst, std::abs(taken[i] + solution[i]) / deviation[i]);
     }
     if (worst <= kMostOff) break;
   }
@@ -665,9 +861,11 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
   const auto n = static_cast<double>(blocks_);
   result.mse = squares / n;
   result.innovation = innovations / n;
+  result.dead_time_off_s = -(taken[1] + solution[1]);
+  result.lag_off_s = taken[2] + solution[2];
   result.gain_off = solution[0] / deviation[0];
-  result.dead_time_off = -solution[1] / deviation[1];
-  result.lag_off = solution[2] / deviation[2];
+  result.dead_time_off = result.dead_time_off_s / deviation[1];
+  result.lag_off = result.lag_off_s / deviation[2];
   result.size = candidate.size;
   result.shape = candidate.shape;
   if (with_offset) result.size = solution[3];
@@ -685,7 +883,7 @@ Findings Explainer::explain(const LoopWindow& window) noexcept {
   measure_movement(findings);
   const Candidate healthy;
   const auto put = [&](Explanation e, const Candidate& c) {
-    findings.fits[static_cast<std::size_t>(e)] = fit(e, c, findings.noise);
+    findings.fits[static_cast<std::size_t>(e)] = settle(e, c, findings.noise);
   };
   put(Explanation::healthy, healthy);
   put(Explanation::other_process, healthy);

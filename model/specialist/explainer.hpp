@@ -6,15 +6,16 @@
 //   v = u                                        no fault
 //   v = play(u, D)                               backlash
 //   v = stick_slip(u, s, j)                      stiction, laws of He and of Choudhury
-//   v = mean of four plays of widths around D    hysteresis, gradual
+//   v = mean of four plays, mean width D         hysteresis, gradual; widths spread by a knee
 //   v = u + offset while CO falls                hysteresis in the thesis's form
 //   v' = clamp((min(u, L) - v) / l, -R, R)       low air supply
 //   T y' + y = v(t - dead time)                  the loop's own lag
 //   p = (1 + g) y - dL y' + dT dy/dT + a + b t + c exp(-t/T) + r
 //
 // g, dL and dT are what the belief of gain, dead time and time constant is off by, small by a prior; a, b and c are
-// load, drift and the state in which the window found the process. For each fault, size and starting
-// place of the stem are searched for the least mean of r^2, eight at a time on a grid, then finer.
+// load, drift and the state in which the window found the process. For each fault, size, form and starting
+// place of the stem are searched for the least mean of r^2, eight at a time: on a grid in blocks, of stiction by
+// evolution too, then sample by sample with the dead time and lag that the best one asks for.
 // Nothing in it depends on where the window starts, on set points, units or the controller.
 //
 //   p, u, v, r  % of CO span     D, s, offset  % of CO span, >= 0     R  %/s     l  s
@@ -27,6 +28,7 @@
 // R. Srinivasan et al., Ind. Eng. Chem. Res. 44 (2005), for the scheme of fitting them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -48,14 +50,16 @@ enum class Explanation : std::size_t {
 inline constexpr std::size_t kExplanations = 7;
 
 struct Fit {
-  double mse = 0.0;            // mean of r^2, (% of CO span)^2
-  double innovation = 0.0;     // the same of r less its own slow course
-  double size = 0.0;           // %: D, s, offset; of low air the largest |u - v|
-  double shape = 0.0;          // stiction: j / s; low air: R, %/s; hysteresis: 0
-  double limit = 0.0;          // low air: largest u less L, %, >= 0
-  double gain_off = 0.0;       // g in standard deviations of its prior
-  double dead_time_off = 0.0;  // dL likewise
-  double lag_off = 0.0;        // dT likewise
+  double mse = 0.0;              // mean of r^2, (% of CO span)^2
+  double innovation = 0.0;       // the same of r less its own slow course
+  double size = 0.0;             // %: D, s, offset; of low air the largest |u - v|
+  double shape = 0.0;            // stiction: j / s; low air: R, %/s; hysteresis: knee
+  double limit = 0.0;            // low air: largest u less L, %, >= 0
+  double gain_off = 0.0;         // g in standard deviations of its prior
+  double dead_time_off = 0.0;    // dL likewise
+  double lag_off = 0.0;          // dT likewise
+  double dead_time_off_s = 0.0;  // dL
+  double lag_off_s = 0.0;        // dT
 };
 
 struct Findings {
@@ -82,17 +86,41 @@ class Explainer {
 
  private:
   struct Candidate;
+  struct Projection;
+  class Search;
+  // The loop as one explanation finds it, beside what was believed.
+  struct Process {
+    std::ptrdiff_t shift = 0;  // samples of dead time more
+    double dead_time_off_s = 0.0;
+    double time_constant_s = 1.0;
+    double keep = 0.0;  // of the lag over a sample
+  };
+  // A search goes by blocks with the believed process first, then sample by sample with the one found.
+  enum class Grain { block, sample };
+
   bool prepare(const LoopWindow& window, Findings& findings) noexcept;
   void measure_movement(Findings& findings) const noexcept;
   template <class Lanes>
   void try_lanes(Candidate* candidates, Lanes lanes) const noexcept;
-  void evaluate(Candidate* candidates) const noexcept;
+  template <class Lanes>
+  void try_fine(Candidate* candidates, Lanes lanes) const noexcept;
+  void evaluate(Candidate* candidates, Grain grain) const noexcept;
   void trace(const Candidate& candidate) noexcept;
+  void believe(double dead_time_off_s, double lag_off_s) noexcept;
   Fit fit(Explanation explanation, const Candidate& candidate, double noise) noexcept;
+  Fit settle(Explanation explanation, const Candidate& start, double noise) noexcept;
   Candidate search_play(Explanation explanation) noexcept;
   Candidate search_stiction() noexcept;
   Candidate search_low_air() noexcept;
   void project(std::vector<double>& column) const noexcept;
+  // CO that moves PV's sample `delay_` + k.
+  std::size_t place(std::size_t k) const noexcept {
+    const auto from = static_cast<std::ptrdiff_t>(k) - process_.shift;
+    return static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(from, 0, static_cast<std::ptrdiff_t>(kWindowSamples) - 1));
+  }
+  float co_at(std::size_t k) const noexcept { return co_lanes_[place(k)]; }
+  float falling_at(std::size_t k) const noexcept { return falling_[place(k)]; }
 
   LoopFacts facts_;
   std::size_t samples_per_block_;
@@ -103,20 +131,22 @@ class Explainer {
   double mean_keep_;                          // of the lag, mean over a block
   std::array<std::vector<double>, 3> basis_;  // orthonormal: constant, trend, initial state
   std::array<std::vector<float>, 3> basis_lanes_;
-  std::vector<double> pv_;  // whole window, holes filled, % of CO span
-  std::vector<double> co_;  // likewise
-  std::vector<double> u_;   // blocks of CO, less their mean, delayed
+  std::vector<double> pv_;       // whole window, holes filled, % of CO span
+  std::vector<double> co_;       // likewise
+  std::vector<float> co_lanes_;  // less the mean of u_
+  std::vector<float> falling_;   // 1 from where CO falls to where it rises
+  std::vector<double> u_;        // blocks of CO, less their mean, delayed
   std::vector<float> u_lanes_;
-  std::vector<double> falling_;  // share of each block in which CO falls
-  std::vector<double> target_;   // blocks of PV, projected
+  std::vector<double> target_;  // blocks of PV, projected
   std::vector<float> target_lanes_;
   double target_square_ = 0.0;
+  double enough_ = 0.0;  // sum of r^2 that a search is content with
   double u_mean_ = 0.0;  // %
   double u_high_ = 0.0;  // % less the mean
   double u_low_ = 0.0;
-  std::vector<double> v_;                       // of the candidate that is traced
+  std::vector<double> v_;                       // of the candidate that is traced, every sample
   std::array<std::vector<double>, 4> columns_;  // y, y', dy/dT, offset's
-  std::vector<double> residual_;
+  Process process_;
 };
 
 }  // namespace loopwarden::specialist

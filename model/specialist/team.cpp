@@ -58,7 +58,7 @@ WindowVerdict TeamJudge::judge(const LoopWindow& window) noexcept {
 
 WindowVerdict TeamJudge::judge(const Findings& findings) noexcept {
   WindowVerdict result;
-  if (!findings.usable) return result;
+  if (!findings.usable || findings.shut_share > kMostShut) return result;
   Evidence evidence = evidence_of(findings);
   for (std::size_t i = 0; i < kEvidence; ++i) {
     evidence[i] = (evidence[i] - centre_[i]) / scale_[i];
@@ -86,21 +86,27 @@ WindowVerdict TeamJudge::judge(const Findings& findings) noexcept {
     return std::log(result.mse[index_of(c)] / (findings.noise * findings.noise)) <=
            most_misfit_[index_of(c)];
   };
+  const auto at_least = [&](Condition c, double p) {
+    return result.probabilities[index_of(c)] >= p && fits(c);
+  };
   const bool moved = findings.co_range > kLeastMovement * findings.noise;
-  if (1.0 - healthy - other >= kFault && result.probabilities[index_of(best)] >= kNamed &&
-      fits(best)) {
+  bool explained = false;
+  for (std::size_t c = 0; c < kKnownConditions; ++c) {
+    explained = explained || fits(static_cast<Condition>(c));
+  }
+  if (1.0 - healthy - other >= kFault && at_least(best, kNamed)) {
     result.verdict = static_cast<Verdict>(best);
     result.probability = result.probabilities[index_of(best)];
     result.severity_percent = severity_of(findings, best);
-  } else if (healthy >= kNoFault && fits(Condition::no_fault) && moved) {
+  } else if (moved && at_least(Condition::no_fault, kNoFault)) {
     result.verdict = Verdict::no_fault;
     result.probability = healthy;
-  } else if (!moved || (fits(Condition::no_fault) && healthy > other)) {
-    result.verdict = Verdict::not_enough_movement;
-    result.probability = healthy;
-  } else {
+  } else if (moved && (other >= kUnknown || !explained)) {
     result.verdict = Verdict::unknown;
     result.probability = other;
+  } else {
+    result.verdict = Verdict::not_enough_movement;
+    result.probability = std::max(healthy, result.probabilities[index_of(best)]);
   }
   return result;
 }

@@ -9,9 +9,10 @@
 // `other` is the specialist of what is no valve fault. The verdict:
 //   1. a fault, where the faults' p together reach kFault, that of the best one kNamed, and it fits the
 //      window no worse than kMisfitQuantile of its training windows did;
-//   2. else no_fault where its p reaches kNoFault;
-//   3. else not_enough_movement, where the healthy loop explains the window down to the noise or CO hardly moved;
-//   4. else unknown.
+//   2. else no_fault, likewise with kNoFault;
+//   3. else unknown, where `other` reaches kUnknown or no known condition fits;
+//   4. else not_enough_movement: several explanations fit and the window can't tell which is right, or CO hardly
+//      moved, or stood at an end of its range for long.
 // Where the window starts, set points, step sizes and units do not matter; another process means other
 // LoopFacts and no other networks (docs/specialists.md says how well that goes).
 //
@@ -34,9 +35,11 @@
 namespace loopwarden::specialist {
 
 inline constexpr double kFault = 0.95;
-inline constexpr double kNamed = 0.5;
+inline constexpr double kNamed = 0.75;
 inline constexpr double kNoFault = 0.8;
+inline constexpr double kUnknown = 0.8;
 inline constexpr double kMisfitQuantile = 0.995;
+inline constexpr double kMostShut = 0.3;  // share of a window with CO at an end of its range
 // CO's blocks within this many standard deviations of the noise is no movement.
 inline constexpr double kLeastMovement = 6.0;
 

@@ -223,7 +223,7 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
             model, request, stream_seed(seed, kMostTries * k + static_cast<std::size_t>(attempt)));
         const Findings findings = explainer.explain(window.view());
         // A loop that lives at the stops of its output is none that anybody leaves alone.
-        if (!findings.usable || findings.shut_share > 0.3) continue;
+        if (!findings.usable || findings.shut_share > kMostShut) continue;
         examples[k] = {
             evidence_of(findings), window.condition,
             std::log(misfit_of(findings, window.condition) / (findings.noise * findings.noise))};

@@ -27,7 +27,7 @@ using ParallelFor =
 
 struct TeamTrainingSettings {
   std::uint64_t seed = 1;
-  std::size_t windows = 12000;  // of which a tenth validates
+  std::size_t windows = 16000;  // of which a tenth validates
   std::size_t hidden = 16;      // neurons of each hidden layer
   std::size_t restarts = 2;
   std::size_t most_epochs = 60;
