@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+// Days of plant life in seconds: the simulated loop of the thesis's plant 1, its valve's faults, its operator,
+// and the daemon's own monitor, alarms, journal and evidence, with the specialists that the project ships.
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/specialists/specialist_folder.hpp"
+#include "daemon/evidence/evidence_store.hpp"
+#include "daemon/monitor/monitor.hpp"
+#include "hal/contract/sample.hpp"
+#include "model/monitor/specialist_judge.hpp"
+#include "model/plant/simulated_loop.hpp"
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "workbench/files.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using daemon::monitor::Monitor;
+using daemon::monitor::WatchBoard;
+using daemon::rt::OperatorCommand;
+using hal::record::RecordRow;
+using monitor::AlarmAction;
+using monitor::AlarmKind;
+using monitor::CorrectiveState;
+
+constexpr double kHour = 3600.0;
+constexpr std::int64_t kStart = 1'800'000'000'000;  // UTC, ms
+const std::string kSpecialists = LOOPWARDEN_SOURCE_DIR "/data/specialists/plant1";
+
+plant::ScheduledFault fault(const char* effect, std::map<std::string, double> parameters,
+                            double from_h, double to_h, double ramp_h = 0.0) {
+  return {.effect = {.name = effect, .parameters = std::move(parameters)},
+          .schedule = {from_h * kHour, to_h * kHour, ramp_h * kHour}};
+}
+
+class Plant {
+ public:
+  explicit Plant(plant::LoopModel model, const monitor::CorrectiveSettings& corrective = {})
+      : specialists_(*config::read_specialists(kSpecialists)),
+        judge_(*specialists_.team),
+        model_(std::move(model)),
+        loop_(model_),
+        evidence_({.folder = folder_ / "evidence"}, {{kSpecialists, specialists_}},
+                  [](const auto&, const auto&, const auto&) {}) {
+    journal_.open();
+    journal_.start();
+    evidence_.start();
+    std::vector<daemon::monitor::WatchedLoop> watched{
+        {.cycles = &cycles_,
+         .window = {.sample_time_s = model_.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
+         .judge = &judge_,
+         .rule = {},
+         .corrective = corrective,
+         .orders = &orders_}};
+    monitor_ = std::make_unique<Monitor>(
+        std::move(watched), board_,
+        [this](std::size_t, AlarmKind alarm, const monitor::Window& window,
+               const monitor::MonitorStep& step) { keep(alarm, window, step); });
+  }
+
+  void run_to(double hour) {
+    while (static_cast<double>(period_) * model_.sample_time_s < hour * kHour) {
+      const plant::LoopSample s = loop_.step();
+      RecordRow row;
+      row.period_index = period_++;
+      row.sp = s.sp;
+      row.pv = s.pv;
+      row.co = s.co;
+      row.stem = s.stem;
+      row.mode = static_cast<std::uint8_t>(loop_.controller().mode());
+      row.pv_quality = static_cast<std::uint8_t>(sensor_good ? hal::Quality::good : hal::Quality::bad);
+      REQUIRE(cycles_.try_push(row));
+      if (period_ % 200 == 0) look();
+    }
+    look();
+  }
+  bool act(AlarmKind kind, AlarmAction action, double hours = 0.0) {
+    return board_
+        .act(0, {kind, action, static_cast<std::int64_t>(hours * kHour * 1000.0), "uid 1000", {}})
+        .accepted;
+  }
+  void set_mode(control::Mode mode) { loop_.controller().request_mode(mode); }
+  // The journal's lines of this kind, oldest first.
+  std::vector<std::string> lines(daemon::journal::JournalEntry::Kind kind) {
+    journal_.wait_written(journal_.post({}), std::chrono::seconds(20));
+    std::vector<std::string> texts;
+    for (const daemon::journal::JournalRow& row : journal_.newest(1000)) {
+      const auto& e = row.entry;
+      if (e.kind != kind || e.loop.empty()) continue;
+      texts.insert(texts.begin(), kind == daemon::journal::JournalEntry::Kind::alarm
+                                      ? e.alarm + ": " + e.from + " > " + e.to
+                                      : e.what + ": " + e.old_value + " > " + e.new_value);
+    }
+    return texts;
+  }
+  monitor::AlarmState state(AlarmKind kind) { return board_.watch(0).alarms.alarm(kind).state(); }
+  double hour_raised(AlarmKind kind) {
+    const auto& memory = board_.watch(0).alarms.alarm(kind).memory();
+    return static_cast<double>(memory.raised_ms - kStart) / 3.6e6;
+  }
+  CorrectiveState corrective() { return board_.watch(0).corrective; }
+  WatchBoard& board() { return board_; }
+  const std::filesystem::path evidence_folder() const { return folder_ / "evidence"; }
+  daemon::evidence::EvidenceStore& evidence() { return evidence_; }
+  control::LoopController& controller() { return loop_.controller(); }
+  const plant::LoopModel& model() const { return model_; }
+
+  bool sensor_good = true;
+
+ private:
+  void look() {
+    do {
+      monitor_->round();
+    } while (monitor_->status().backlog > 0);
+    OperatorCommand command;
+    while (orders_.try_pop(command)) {
+      control::ControllerSettings settings = model_.controller;
+      settings.jacket.shadow = command.kind != OperatorCommand::Kind::jacket_on;
+      loop_.controller().configure(settings);
+    }
+  }
+  void keep(AlarmKind alarm, const monitor::Window& window, const monitor::MonitorStep& step) {
+    daemon::evidence::Evidence e;
+    e.loop = "FIC-101";
+    e.alarm = alarm;
+    e.raised_ms = board_.watch(0).alarms.alarm(alarm).memory().raised_ms;
+    e.take(window);
+    e.measures = step.measures;
+    e.judgement = step.judgement;
+    e.specialists_folder = kSpecialists;
+    evidence_.post(std::move(e));
+  }
+
+  TemporaryFolder folder_;
+  config::SpecialistFolder specialists_;
+  monitor::SpecialistJudge judge_;
+  plant::LoopModel model_;
+  plant::SimulatedLoop loop_;
+  std::uint64_t period_ = 0;
+  hal::os::SpscRing<RecordRow> cycles_{1024};
+  hal::os::SpscRing<OperatorCommand> orders_{8};
+  daemon::journal::Journal journal_{{.folder = folder_.path()}};
+  daemon::evidence::EvidenceStore evidence_;
+  WatchBoard board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
+                      return kStart + static_cast<std::int64_t>(100 * period_);
+                    }};
+  std::unique_ptr<Monitor> monitor_;
+};
+
+// A load that wanders, and an operator who moves the set point every ten minutes.
+plant::LoopModel day_model(double hours, bool steps = true) {
+  plant::LoopModel m = *workbench::load_model(kSpecialists + "/model.yaml");
+  m.transmitter.noise = 0.01;
+  m.disturbances.push_back({.name = "random_load", .parameters = {{"intensity", 0.006}}});
+  m.scenario = {.duration_s = hours * kHour, .set_point = {{0.0, 5.0}}, .faults = {}, .seed = 4711};
+  constexpr std::array kSetPoints{5.0, 6.2, 4.4, 5.6, 3.9};
+  for (std::size_t k = 1; steps && 600.0 * static_cast<double>(k) < hours * kHour; ++k) {
+    m.scenario.set_point.emplace_back(600.0 * static_cast<double>(k), kSetPoints[k % 5]);
+  }
+  return m;
+}
+
+int replay(const std::filesystem::path& evidence, std::string& text) {
+  const std::string command = LOOPWARDEN_BIN_DIR "/loopwarden replay " + evidence.string() + " 2>&1";
+  FILE* pipe = ::popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::array<char, 4096> some{};
+  text.clear();
+  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe)) text.append(some.data(), n);
+  const int status = ::pclose(pipe);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+}  // namespace
+
+TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, maintenance",
+          "[closed_loop][plant_day]") {
+  plant::LoopModel model = day_model(24.0);
+  model.scenario.faults = {fault("stiction", {{"s", 1.2}, {"j", 0.5}}, 4.0, 10.0, 2.0),
+                           fault("backlash", {{"deadband", 1.2}}, 14.0, 17.0),
+                           fault("low_air_supply", {{"rate", 0.1}, {"travel_limit", 7.0}}, 19.0, 20.0)};
+  Plant plant(std::move(model));
+  using Lines = std::vector<std::string>;
+  const auto alarms = [&] { return plant.lines(daemon::journal::JournalEntry::Kind::alarm); };
+
+  plant.run_to(4.0);
+  CHECK(alarms() == Lines{});  // healthy
+
+  plant.run_to(8.0);  // the packing tightens
+  CHECK(plant.state(AlarmKind::stiction) == monitor::AlarmState::unacknowledged);
+  CHECK(plant.hour_raised(AlarmKind::stiction) < 6.5);
+  CHECK(plant.act(AlarmKind::stiction, AlarmAction::acknowledge));
+  plant.run_to(10.5);  // repaired at 10
+  CHECK(plant.state(AlarmKind::stiction) == monitor::AlarmState::normal);
+
+  plant.run_to(12.0);
+  plant.set_mode(control::Mode::manual);
+  plant.run_to(12.5);
+  plant.set_mode(control::Mode::automatic);
+  plant.run_to(13.0);
+  plant.sensor_good = false;
+  plant.run_to(13.2);
+  CHECK(plant.state(AlarmKind::stiction) == monitor::AlarmState::suppressed);
+  plant.sensor_good = true;
+
+  plant.run_to(15.0);  // play in the linkage since 14
+  CHECK(plant.state(AlarmKind::backlash) == monitor::AlarmState::unacknowledged);
+  plant.run_to(16.0);
+  CHECK(plant.act(AlarmKind::backlash, AlarmAction::shelve, 2.0));
+  plant.set_mode(control::Mode::manual);
+  plant.run_to(17.0);  // repaired
+  plant.set_mode(control::Mode::automatic);
+  plant.run_to(18.5);
+
+  plant.run_to(19.5);  // too little air since 19, and none of its consequences
+  CHECK(plant.state(AlarmKind::low_air_supply) == monitor::AlarmState::unacknowledged);
+  plant.run_to(21.0);  // it is back since 20
+  CHECK(plant.act(AlarmKind::low_air_supply, AlarmAction::acknowledge));
+  plant.run_to(24.0);
+
+  CHECK(alarms() == Lines{"stiction: normal > unacknowledged",
+                          "stiction: unacknowledged > acknowledged",
+                          "stiction: acknowledged > normal",
+                          "backlash: normal > unacknowledged",
+                          "backlash: unacknowledged > shelved",
+                          "backlash: shelved > normal",
+                          "low_air_supply: normal > unacknowledged",
+                          "low_air_supply: unacknowledged > returned_unacknowledged",
+                          "low_air_supply: returned_unacknowledged > normal"});
+
+  // Each alarm's evidence, judged once more by the program, says the same.
+  REQUIRE(test::eventually([&] { return plant.evidence().status().written == 3; }));
+  std::string text;
+  for (const AlarmKind kind : {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::low_air_supply}) {
+    const auto folder = plant.evidence().newest("FIC-101", kind);
+    REQUIRE(folder);
+    const int exit_code = replay(*folder, text);
+    INFO(text);
+    CHECK(exit_code == 0);
+    CHECK(text.find("The same verdict.") != std::string::npos);
+    CHECK(text.find(to_text(kind)) != std::string::npos);
+  }
+  // And says so if it is not what it was.
+  const auto folder = *plant.evidence().newest("FIC-101", AlarmKind::stiction);
+  std::string record = read_file(folder / "record.csv");
+  record[record.size() / 2] = record[record.size() / 2] == '1' ? '2' : '1';
+  write_file(folder / "record.csv", record);
+  CHECK(replay(folder, text) == 65);
+  CHECK(text.find("record.csv is not what it was") != std::string::npos);
+}
+
+TEST_CASE("corrective action: the jacket is tried, kept where it helps, and taken back at a veto",
+          "[closed_loop][plant_day]") {
+  plant::LoopModel model = day_model(8.0, false);
+  model.disturbances.clear();
+  model.controller.jacket = {.form = control::JacketForm::dwell, .shadow = true, .dead_zone = 0.03};
+  model.scenario.faults = {fault("stiction", {{"s", 1.5}, {"j", 1.2}}, 0.5, 7.0)};
+  Plant plant(std::move(model), {.enabled = true});
+  const auto steps = [&] { return plant.lines(daemon::journal::JournalEntry::Kind::system); };
+  plant.run_to(0.5);
+  CHECK(plant.corrective() == CorrectiveState::waiting);
+  plant.run_to(2.0);
+  CHECK(plant.corrective() == CorrectiveState::helping);
+  CHECK(plant.board().watch(0).alarms.alarm(AlarmKind::stiction).active());
+  REQUIRE(steps().size() == 2);
+  CHECK(steps()[0] == "jacket on: waiting > trying");
+  CHECK(steps()[1] == "corrective action: trying > helping");
+
+  SECTION("the operator's veto") {
+    REQUIRE(plant.board().set_veto(0, monitor::Veto::back, "uid 1000", "no").accepted);
+    plant.run_to(4.0);
+    CHECK(plant.corrective() == CorrectiveState::vetoed);
+    CHECK(steps().back() == "jacket back to shadow: helping > vetoed");
+  }
+  SECTION("repaired") {
+    plant.run_to(8.0);
+    CHECK(plant.corrective() == CorrectiveState::waiting);
+    CHECK(steps().back() == "jacket back to shadow: helping > waiting");
+  }
+}
+
+TEST_CASE("corrective action that does not help is taken back, and not tried again",
+          "[closed_loop][plant_day]") {
+  plant::LoopModel model = day_model(4.0, false);
+  model.disturbances.clear();
+  // A gain of nothing: a jacket that does nothing.
+  model.controller.jacket = {
+      .form = control::JacketForm::bounded, .shadow = true, .gain_per_s = 0.0, .dead_zone = 0.03};
+  model.scenario.faults = {fault("stiction", {{"s", 1.5}, {"j", 1.2}}, 0.5, 9.0)};
+  Plant plant(std::move(model), {.enabled = true});
+  plant.run_to(4.0);
+  CHECK(plant.corrective() == CorrectiveState::given_up);
+  const auto steps = plant.lines(daemon::journal::JournalEntry::Kind::system);
+  CHECK(steps == std::vector<std::string>{"jacket on: waiting > trying",
+                                          "jacket back to shadow: trying > given up"});
+}
+
+}  // namespace loopwarden::tests
