@@ -97,9 +97,10 @@ void refuse_shared_device(MapReader& in, const DaemonFile& daemon, const LinkSet
   const auto& server = daemon.config.modbus_server;
   if (server && server->serial && link.transport == Transport::rtu && !link.device.empty() &&
       server->serial->line.device == link.device) {
-    in.error("device", fmt::format("{} is the device of modbus_server.serial as well; a line has one "
-                                   "master, or this is one of its slaves",
-                                   quotable(link.device)));
+    in.error("device",
+             fmt::format("{} is the device of modbus_server.serial as well; a line has one "
+                         "master, or this is one of its slaves",
+                         quotable(link.device)));
   }
   for (const auto& [name, other] : daemon.config.links) {
     if (link.transport == Transport::rtu && other.transport == Transport::rtu &&

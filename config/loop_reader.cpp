@@ -419,7 +419,8 @@ class LoopReader {
                "paper may act in simulation only, since it can park the loop off its set "
                "point; add shadow: true, or use bounded");
     }
-    if (io.hardware && !jacket.shadow && !std::isfinite(jacket.max_mean_error)) {
+    const bool may_act = !jacket.shadow || config().monitor.corrective.enabled;
+    if (io.hardware && may_act && !std::isfinite(jacket.max_mean_error)) {
       in.error(
           "missing key 'max_mean_error' (number > 0, PV units; required where the jacket acts "
           "on hardware)");

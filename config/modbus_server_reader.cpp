@@ -54,8 +54,9 @@ void read_serial(MapReader& in, ModbusServer& server) {
   read_serial_line(in, serial.line);
   serial.unit = static_cast<std::uint8_t>(
       in.integer("unit", {1, 247, "", "unit identifier on this line"}, serial.unit));
-  serial.writes = in.flag(
-      "writes", "masters on this line may write, where modbus_server.writes is true as well", false);
+  serial.writes =
+      in.flag("writes",
+              "masters on this line may write, where modbus_server.writes is true as well", false);
   server.serial = std::move(serial);
 }
 
@@ -101,8 +102,8 @@ ModbusServer read_modbus_server(MapReader& in) {
           "master_heartbeat", "what to do when the master that leads the loops falls silent")) {
     read_heartbeat(*heartbeat, server);
   }
-  if (std::optional<MapReader> serial = in.maybe_section(
-          "serial", "the same map on a serial line, as a Modbus RTU slave")) {
+  if (std::optional<MapReader> serial =
+          in.maybe_section("serial", "the same map on a serial line, as a Modbus RTU slave")) {
     read_serial(*serial, server);
   }
   return server;

@@ -143,11 +143,12 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
       board_(watched_loops(configuration_), configuration_.daemon.alarms.settings, journal_,
              utc_ms),
       model_hash_(specialists.hash),
-      evidence_({.folder = std::filesystem::path(configuration_.daemon.state_directory) / "evidence",
-                 .most_kept = configuration_.daemon.alarms.most_evidence},
-                contents_of(specialists),
-                [this](const evidence::Evidence& e, const std::filesystem::path& folder,
-                       const std::string& why) { report_evidence(e, folder, why); }),
+      evidence_(
+          {.folder = std::filesystem::path(configuration_.daemon.state_directory) / "evidence",
+           .most_kept = configuration_.daemon.alarms.most_evidence},
+          contents_of(specialists),
+          [this](const evidence::Evidence& e, const std::filesystem::path& folder,
+                 const std::string& why) { report_evidence(e, folder, why); }),
       config_hash_(hash_of(configuration_)),
       control_((std::filesystem::path(configuration_.daemon.runtime_directory) / "control.sock")
                    .string(),
@@ -487,9 +488,8 @@ nlohmann::json App::status() const {
               {"accepted", c.accepted},   {"refused", c.refused}, {"displaced", c.displaced},
               {"malformed", c.malformed}};
     if (const auto serial = gateway_->serial_counters()) {
-      server["serial"] = {{"open", serial->open},
-                          {"requests", serial->requests},
-                          {"malformed", serial->malformed}};
+      server["serial"] = {
+          {"open", serial->open}, {"requests", serial->requests}, {"malformed", serial->malformed}};
     }
   }
   const std::int64_t now_ns = monotonic_ns();

@@ -177,9 +177,8 @@ json journal_json(const journal::JournalRow& row) {
 
 ControlServer::ControlServer(std::string socket_path, std::vector<LoopRuntime>& loops,
                              Historian& historian, monitor::WatchBoard& board,
-                             journal::Journal& journal,
-                             const evidence::EvidenceStore& evidence, double severe_percent,
-                             std::function<json()> daemon_status)
+                             journal::Journal& journal, const evidence::EvidenceStore& evidence,
+                             double severe_percent, std::function<json()> daemon_status)
     : loops_(loops),
       historian_(historian),
       board_(board),

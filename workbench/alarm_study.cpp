@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -35,21 +36,20 @@ struct Case {
   AlarmKind alarm;
   double severity;  // % of the CO span; of low air supply the fill rate, %/s
 };
-constexpr std::array kCases{
-    Case{Condition::stiction, AlarmKind::stiction, 2.0},
-    Case{Condition::stiction, AlarmKind::stiction, 5.0},
-    Case{Condition::stiction, AlarmKind::stiction, 10.0},
-    Case{Condition::stiction, AlarmKind::stiction, 20.0},
-    Case{Condition::backlash, AlarmKind::backlash, 2.0},
-    Case{Condition::backlash, AlarmKind::backlash, 5.0},
-    Case{Condition::backlash, AlarmKind::backlash, 10.0},
-    Case{Condition::backlash, AlarmKind::backlash, 20.0},
-    Case{Condition::hysteresis, AlarmKind::hysteresis, 2.0},
-    Case{Condition::hysteresis, AlarmKind::hysteresis, 5.0},
-    Case{Condition::hysteresis, AlarmKind::hysteresis, 10.0},
-    Case{Condition::low_air_supply, AlarmKind::low_air_supply, 4.0},
-    Case{Condition::low_air_supply, AlarmKind::low_air_supply, 2.0},
-    Case{Condition::low_air_supply, AlarmKind::low_air_supply, 1.0}};
+constexpr std::array kCases{Case{Condition::stiction, AlarmKind::stiction, 2.0},
+                            Case{Condition::stiction, AlarmKind::stiction, 5.0},
+                            Case{Condition::stiction, AlarmKind::stiction, 10.0},
+                            Case{Condition::stiction, AlarmKind::stiction, 20.0},
+                            Case{Condition::backlash, AlarmKind::backlash, 2.0},
+                            Case{Condition::backlash, AlarmKind::backlash, 5.0},
+                            Case{Condition::backlash, AlarmKind::backlash, 10.0},
+                            Case{Condition::backlash, AlarmKind::backlash, 20.0},
+                            Case{Condition::hysteresis, AlarmKind::hysteresis, 2.0},
+                            Case{Condition::hysteresis, AlarmKind::hysteresis, 5.0},
+                            Case{Condition::hysteresis, AlarmKind::hysteresis, 10.0},
+                            Case{Condition::low_air_supply, AlarmKind::low_air_supply, 4.0},
+                            Case{Condition::low_air_supply, AlarmKind::low_air_supply, 2.0},
+                            Case{Condition::low_air_supply, AlarmKind::low_air_supply, 1.0}};
 
 struct StudyOptions {
   std::string specialists = "data/specialists/plant1";
@@ -58,6 +58,7 @@ struct StudyOptions {
   std::size_t days = 60;
   std::uint64_t seed = 200'000;
   unsigned jobs = 0;
+  double missing_percent = 0.0;
 };
 
 // When each alarm first came in a run, in windows from 1; 0: it did not.
@@ -70,7 +71,29 @@ struct Run {
   std::size_t not_judged = 0;
 };
 
-Run watch(const specialist::SimulatedWindow& loop, const specialist::Team& team) {
+// Cycles that come too late, in stretches of 1 to kLongestBridge, so many of them on average.
+class LateCycles {
+ public:
+  LateCycles(double percent, std::uint64_t seed) : random_(seed), percent_(percent) {}
+  bool next() {
+    if (left_ == 0 && percent_ > 0.0) {
+      const double mean_length = 0.5 * static_cast<double>(1 + monitor::kLongestBridge);
+      std::bernoulli_distribution begins(0.01 * percent_ / mean_length);
+      std::uniform_int_distribution<std::size_t> length(1, monitor::kLongestBridge);
+      if (begins(random_)) left_ = length(random_);
+    }
+    if (left_ == 0) return false;
+    --left_;
+    return true;
+  }
+
+ private:
+  std::mt19937_64 random_;
+  double percent_;
+  std::size_t left_ = 0;
+};
+
+Run watch(const specialist::SimulatedWindow& loop, const specialist::Team& team, LateCycles late) {
   monitor::SpecialistJudge judge(team);
   monitor::LoopMonitor watcher({.sample_time_s = team.facts.period_s,
                                 .pv_low = team.facts.pv_low,
@@ -81,6 +104,7 @@ Run watch(const specialist::SimulatedWindow& loop, const specialist::Team& team)
   Run run;
   std::array<bool, kAlarmKindCount> on{};
   for (std::size_t k = 0; k < loop.pv.size(); ++k) {
+    if (late.next()) continue;
     const monitor::MonitorStep step = watcher.add({.period_index = k,
                                                    .sp = loop.sp[k],
                                                    .pv = loop.pv[k],
@@ -149,10 +173,10 @@ class AlarmStudy {
     const auto samples = static_cast<std::size_t>(86400.0 / kDayParts / model_.sample_time_s);
     std::vector<Run> runs(parts);
     parallel_for(parts, threads_, [&](std::size_t k) {
-      runs[k] = watch(specialist::simulate_run(
-                          model_, {.condition = Condition::no_fault},
-                          specialist::stream_seed(options_.seed + 1000, k), samples),
-                      team_);
+      runs[k] =
+          watch(specialist::simulate_run(model_, {.condition = Condition::no_fault},
+                                         specialist::stream_seed(options_.seed + 1000, k), samples),
+                team_, {options_.missing_percent, k});
     });
     std::array<std::size_t, kAlarmKindCount> raised{};
     std::size_t windows = 0;
@@ -161,8 +185,9 @@ class AlarmStudy {
       for (std::size_t a = 0; a < raised.size(); ++a) raised[a] += run.raised[a];
     }
     const double years = static_cast<double>(options_.days) / 365.0;
-    fmt::print("\nHealthy loops, {} days in all ({} windows): false alarms, and that per loop-year\n",
-               options_.days, windows);
+    fmt::print(
+        "\nHealthy loops, {} days in all ({} windows): false alarms, and that per loop-year\n",
+        options_.days, windows);
     for (const AlarmKind kind : monitor::kAlarmKinds) {
       const std::size_t n = raised[monitor::index_of(kind)];
       fmt::print("{:<16} {:>6} {:>10.1f}\n", to_text(kind), n, static_cast<double>(n) / years);
@@ -178,11 +203,11 @@ class AlarmStudy {
         specialist::kWindowSamples * (options_.windows + 2) / 2;  // half of each is the next one's
     std::vector<Run> runs(options_.runs);
     parallel_for(options_.runs, threads_, [&](std::size_t k) {
-      runs[k] = watch(
-          specialist::simulate_run(
-              model_, {.condition = wanted.condition, .severity_percent = wanted.severity},
-              specialist::stream_seed(options_.seed + index, k), samples),
-          team_);
+      runs[k] =
+          watch(specialist::simulate_run(
+                    model_, {.condition = wanted.condition, .severity_percent = wanted.severity},
+                    specialist::stream_seed(options_.seed + index, k), samples),
+                team_, {options_.missing_percent, k});
     });
     std::vector<std::size_t> delays;
     std::size_t others = 0;
@@ -202,8 +227,8 @@ class AlarmStudy {
     }
     fmt::print("{:<16} {:>10} {:>8.1f} {:>8} {:>8} {:>8} {:>14.1f} {:>10.1f} {:>11.1f}\n",
                to_text(wanted.alarm),
-               fmt::format(wanted.condition == Condition::low_air_supply ? "{:g} %/s" : "{:g} %",
-                           wanted.severity),
+               fmt::format("{:g} {}", wanted.severity,
+                           wanted.condition == Condition::low_air_supply ? "%/s" : "%"),
                percent(delays.size(), runs.size()), quantile(delays, 0.1), quantile(delays, 0.5),
                quantile(delays, 0.9), percent(others, runs.size()), percent(unknowns, runs.size()),
                percent(not_judged, windows));
@@ -242,6 +267,10 @@ void add_alarm_study(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sub->add_option("--days", o->days, "of healthy operation; 0: none")->capture_default_str();
   sub->add_option("--seed", o->seed, "of all chance; training has others")->capture_default_str();
+  sub->add_option("--missing", o->missing_percent,
+                  "share of cycles that come too late, in stretches of 1 to 4, %")
+      ->check(CLI::Range(0.0, 50.0))
+      ->capture_default_str();
   sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
   sub->footer("Example: loopwarden alarm-study --days 365");
   sub->callback([o, &exit_code] { exit_code = run_study(*o); });

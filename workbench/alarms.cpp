@@ -165,8 +165,9 @@ int run_explain(const Options& options) {
       m.value("stick_percent", 0.0), m.value("stick_source", ""));
   if (answer.at("evidence").is_string()) {
     const auto folder = answer.at("evidence").get<std::string>();
-    fmt::print("evidence: {}\nthe window that raised it, judged once more: loopwarden replay {}\n\n",
-               folder, folder);
+    fmt::print(
+        "evidence: {}\nthe window that raised it, judged once more: loopwarden replay {}\n\n",
+        folder, folder);
   } else {
     fmt::print("evidence: none on the disk\n\n");
   }
@@ -230,9 +231,10 @@ void add_alarms(CLI::App& app, int& exit_code) {
   action("explain", "explain", "what an alarm means, what was measured, and its history");
 
   for (const bool veto : {true, false}) {
-    CLI::App* verb = sub->add_subcommand(
-        veto ? "veto" : "allow", veto ? "stop a loop's corrective action: the jacket goes back to shadow"
-                                      : "lift the veto of a loop's corrective action");
+    CLI::App* verb =
+        sub->add_subcommand(veto ? "veto" : "allow",
+                            veto ? "stop a loop's corrective action: the jacket goes back to shadow"
+                                 : "lift the veto of a loop's corrective action");
     verb->fallthrough();
     verb->add_option("loop", options->loop, "tag of the loop")->required();
     verb->add_option("--reason", options->reason, "why, for the journal");

@@ -116,7 +116,8 @@ class Demo {
     for (const std::string& name : active_) {
       const nlohmann::json explained = daemon_.explain(loop_, name);
       fmt::print("{} is still there, jacket or not: {}.\n{}.\n", name,
-                 explained.at("cause").get<std::string>(), explained.at("action").get<std::string>());
+                 explained.at("cause").get<std::string>(),
+                 explained.at("action").get<std::string>());
       if (explained.at("evidence").is_string()) {
         fmt::print("The window that raised it, judged once more: loopwarden replay {}\n",
                    explained.at("evidence").get<std::string>());
@@ -147,8 +148,8 @@ class Demo {
       if (active == (active_.count(name) != 0)) continue;
       if (active) {
         active_.insert(name);
-        alarms_.push_back(fmt::format("{:6.0f} s  ALARM  {}: {:.1f} % of the output's span", now_s(),
-                                      name, alarm.value("severity_percent", 0.0)));
+        alarms_.push_back(fmt::format("{:6.0f} s  ALARM  {}: {:.1f} % of the output's span",
+                                      now_s(), name, alarm.value("severity_percent", 0.0)));
       } else {
         active_.erase(name);
         alarms_.push_back(fmt::format("{:6.0f} s  gone   {}", now_s(), name));

@@ -171,9 +171,10 @@ int run_replay(const ReplayOptions& options) {
 void add_replay(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ReplayOptions>();
   CLI::App* sub = app.add_subcommand("replay", "the daemon's monitor and alarms over a record");
-  sub->add_option("record", options->record,
-                  "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's "
-                  "evidence")
+  sub->add_option(
+         "record", options->record,
+         "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's "
+         "evidence")
       ->required();
   sub->add_option("--specialists", options->specialists,
                   "folder with manifest.yaml; evidence has its own");

@@ -57,10 +57,11 @@ void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasu
   fmt::print("{} of {}, raised {:%Y-%m-%d %H:%M:%S} UTC by loopwardend {}\n",
              monitor::to_text(e.alarm), e.loop,
              fmt::gmtime(static_cast<std::time_t>(e.raised_ms / 1000)), e.version);
-  fmt::print("{} samples each {:g} s, {} cycles of them stood in for; configuration {:08x} ({}), "
-             "specialists {:08x} ({})\n\n",
-             e.pv.size(), e.sample_time_s, e.measures.bridged_cycles, e.config_hash, e.loop_file,
-             e.specialists_hash, e.specialists_folder);
+  fmt::print(
+      "{} samples each {:g} s, {} cycles of them stood in for; configuration {:08x} ({}), "
+      "specialists {:08x} ({})\n\n",
+      e.pv.size(), e.sample_time_s, e.measures.bridged_cycles, e.config_hash, e.loop_file,
+      e.specialists_hash, e.specialists_folder);
   const Table table;
   table.row("", "then", "now");
   table.row("verdict on the window", name_of(e.judgement), name_of(now));

@@ -124,8 +124,8 @@ void Monitor::correct(std::size_t index, const model::MonitorStep& step, bool ca
     const model::Alarm alarm = board_.watch(index).alarms.alarm(model::AlarmKind::stiction);
     follow(index, action.window(step.measures, alarm.active() && !alarm.explained(), came));
   } else {
-    follow(index, action.interrupted(step.state != State::not_automatic &&
-                                     step.state != State::bad_pv));
+    follow(index,
+           action.interrupted(step.state != State::not_automatic && step.state != State::bad_pv));
   }
 }
 

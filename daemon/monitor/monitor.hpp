@@ -30,7 +30,7 @@ struct WatchedLoop {
   loopwarden::monitor::WindowSettings window;
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
   loopwarden::monitor::VerdictRuleSettings rule;
-  loopwarden::monitor::CorrectiveSettings corrective;
+  loopwarden::monitor::CorrectiveSettings corrective{};
   // Where orders for the jacket go; may be null where there is no corrective action.
   hal::os::SpscRing<rt::OperatorCommand>* orders = nullptr;
 };

@@ -174,7 +174,8 @@ void WatchBoard::corrective_step(std::size_t loop, const model::CorrectiveStep& 
                                 step.mean_before);
   }
   if (step.rms_after > 0.0) {
-    entry.reason += fmt::format("; after: rms {:.3g}, mean {:.3g}", step.rms_after, step.mean_after);
+    entry.reason +=
+        fmt::format("; after: rms {:.3g}, mean {:.3g}", step.rms_after, step.mean_after);
   }
   entry.result = accepted ? "done" : "refused: too many commands at once";
   journal_.post(std::move(entry));
@@ -188,7 +189,8 @@ OrderResult WatchBoard::set_veto(std::size_t loop, model::Veto veto, const std::
     const std::lock_guard lock(mutex_);
     LoopWatch& watch = watches_[loop];
     // Masters repeat what they have written: no news, no line.
-    if (watch.veto == veto && watch.corrective != model::CorrectiveState::off) return {true, {}, true};
+    if (watch.veto == veto && watch.corrective != model::CorrectiveState::off)
+      return {true, {}, true};
     result.accepted = watch.corrective != model::CorrectiveState::off;
     if (!result.accepted) {
       result.why = names_[loop] + " has no corrective action (monitor.corrective_action)";

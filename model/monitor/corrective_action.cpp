@@ -42,7 +42,10 @@ CorrectiveStep CorrectiveAction::go(CorrectiveState to, const char* why) noexcep
 
 CorrectiveStep CorrectiveAction::window(const WindowMeasures& m, bool sticks, bool came) noexcept {
   if (state_ == State::off) return {};
-  if (came) due_ = true;
+  if (came) {
+    due_ = true;
+    if (state_ == State::waiting) steady_ = 0;
+  }
   if (!sticks) {
     due_ = false;
     const bool ends = acting() || state_ == State::given_up;

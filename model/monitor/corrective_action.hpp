@@ -3,10 +3,11 @@
 // when it does not help. Stepped with the loop's windows; says what to order, and why.
 //
 //   RMS^2 = variability^2 + mean_error^2    of SP - PV in a window, % of the PV span
-//   R, M    mean of RMS and of |mean_error| over the last kBaseline steady windows before the switch
-//   r, m    the same over kTrial steady windows after it, the first kSettling left out
+//   R, M    mean of RMS and of |mean_error| over kBaseline steady windows after the alarm came: a limit cycle
+//           may last longer than a window
+//   r, m    the same over kTrial steady windows with the jacket, the first kSettling left out
 //
-//   waiting    stiction is raised after this started, and there is a baseline      -> on, trying
+//   waiting    stiction was raised since this started, and there is a baseline     -> on, trying
 //   trying     r <= (1 - kLeastGain) R and m <= max(M, allowed_mean_error)          -> helping
 //              otherwise                                                            -> back, given_up
 //   helping    over each kTrial steady windows the same; else                       -> back, given_up
@@ -34,9 +35,9 @@
 
 namespace loopwarden::monitor {
 
-inline constexpr std::size_t kBaseline = 3;  // windows
+inline constexpr std::size_t kBaseline = 8;  // windows; with the daemon's overlap, seven minutes
 inline constexpr std::size_t kSettling = 2;  // with the daemon's overlap, one whole window
-inline constexpr std::size_t kTrial = 4;
+inline constexpr std::size_t kTrial = 8;
 inline constexpr double kLeastGain = 0.05;  // of R
 
 struct CorrectiveSettings {

@@ -257,12 +257,11 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   const std::string ours = (line / "ours").string();
   const std::string theirs = (line / "theirs").string();
   const Wire wire(ours, theirs);
-  REQUIRE(test::eventually([&] {
-    return std::filesystem::exists(ours) && std::filesystem::exists(theirs);
-  }));
+  REQUIRE(test::eventually(
+      [&] { return std::filesystem::exists(ours) && std::filesystem::exists(theirs); }));
   const bool writes = GENERATE(false, true);
-  Plant plant("  writes: true\n  serial: {device: " + ours + ", unit: 9, parity: none, writes: " +
-              (writes ? "true" : "false") + "}\n");
+  Plant plant("  writes: true\n  serial: {device: " + ours +
+              ", unit: 9, parity: none, writes: " + (writes ? "true" : "false") + "}\n");
   const std::string rtu = "mbpoll -q -1 -0 -B -m rtu -a 9 -b 19200 -P none ";
   const Output test_constant = run(rtu + "-t 3:float -r 14 -c 1 " + theirs);
   INFO(test_constant.text);
@@ -280,11 +279,13 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
     CHECK(write.text.find("Illegal function") != std::string::npos);
   }
   // A whole block, and another unit, which nobody answers for.
-  const Output block = run(
-      "/usr/bin/python3 -c \"from pymodbus.client import ModbusSerialClient as C; "
-      "c = C(port='" + theirs + "', baudrate=19200, parity='N', timeout=2); c.connect(); "
-      "r = c.read_input_registers(64, 64, slave=9); print(len(r.registers), r.registers[0] == "
-      "r.registers[63]); print(c.read_input_registers(0, 1, slave=8).isError())\"");
+  const Output block =
+      run("/usr/bin/python3 -c \"from pymodbus.client import ModbusSerialClient as C; "
+          "c = C(port='" +
+          theirs +
+          "', baudrate=19200, parity='N', timeout=2); c.connect(); "
+          "r = c.read_input_registers(64, 64, slave=9); print(len(r.registers), r.registers[0] == "
+          "r.registers[63]); print(c.read_input_registers(0, 1, slave=8).isError())\"");
   INFO(block.text);
   CHECK(block.text.find("64 True") != std::string::npos);
   CHECK(block.text.find("\nTrue") != std::string::npos);

@@ -74,7 +74,8 @@ class Plant {
       row.co = s.co;
       row.stem = s.stem;
       row.mode = static_cast<std::uint8_t>(loop_.controller().mode());
-      row.pv_quality = static_cast<std::uint8_t>(sensor_good ? hal::Quality::good : hal::Quality::bad);
+      row.pv_quality =
+          static_cast<std::uint8_t>(sensor_good ? hal::Quality::good : hal::Quality::bad);
       REQUIRE(cycles_.try_push(row));
       if (period_ % 200 == 0) look();
     }
@@ -106,10 +107,7 @@ class Plant {
   }
   CorrectiveState corrective() { return board_.watch(0).corrective; }
   WatchBoard& board() { return board_; }
-  const std::filesystem::path evidence_folder() const { return folder_ / "evidence"; }
   daemon::evidence::EvidenceStore& evidence() { return evidence_; }
-  control::LoopController& controller() { return loop_.controller(); }
-  const plant::LoopModel& model() const { return model_; }
 
   bool sensor_good = true;
 
@@ -167,12 +165,14 @@ plant::LoopModel day_model(double hours, bool steps = true) {
 }
 
 int replay(const std::filesystem::path& evidence, std::string& text) {
-  const std::string command = LOOPWARDEN_BIN_DIR "/loopwarden replay " + evidence.string() + " 2>&1";
+  const std::string command =
+      LOOPWARDEN_BIN_DIR "/loopwarden replay " + evidence.string() + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
   REQUIRE(pipe != nullptr);
   std::array<char, 4096> some{};
   text.clear();
-  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe)) text.append(some.data(), n);
+  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe))
+    text.append(some.data(), n);
   const int status = ::pclose(pipe);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
@@ -182,9 +182,10 @@ int replay(const std::filesystem::path& evidence, std::string& text) {
 TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, maintenance",
           "[closed_loop][plant_day]") {
   plant::LoopModel model = day_model(24.0);
-  model.scenario.faults = {fault("stiction", {{"s", 1.2}, {"j", 0.5}}, 4.0, 10.0, 2.0),
-                           fault("backlash", {{"deadband", 1.2}}, 14.0, 17.0),
-                           fault("low_air_supply", {{"rate", 0.1}, {"travel_limit", 7.0}}, 19.0, 20.0)};
+  model.scenario.faults = {
+      fault("stiction", {{"s", 1.2}, {"j", 0.5}}, 4.0, 10.0, 2.0),
+      fault("backlash", {{"deadband", 1.2}}, 14.0, 17.0),
+      fault("low_air_supply", {{"rate", 0.1}, {"travel_limit", 7.0}}, 19.0, 20.0)};
   Plant plant(std::move(model));
   using Lines = std::vector<std::string>;
   const auto alarms = [&] { return plant.lines(daemon::journal::JournalEntry::Kind::alarm); };
@@ -226,10 +227,8 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
 
   CHECK(alarms() == Lines{"stiction: normal > unacknowledged",
                           "stiction: unacknowledged > acknowledged",
-                          "stiction: acknowledged > normal",
-                          "backlash: normal > unacknowledged",
-                          "backlash: unacknowledged > shelved",
-                          "backlash: shelved > normal",
+                          "stiction: acknowledged > normal", "backlash: normal > unacknowledged",
+                          "backlash: unacknowledged > shelved", "backlash: shelved > normal",
                           "low_air_supply: normal > unacknowledged",
                           "low_air_supply: unacknowledged > returned_unacknowledged",
                           "low_air_supply: returned_unacknowledged > normal"});
@@ -237,7 +236,8 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   // Each alarm's evidence, judged once more by the program, says the same.
   REQUIRE(test::eventually([&] { return plant.evidence().status().written == 3; }));
   std::string text;
-  for (const AlarmKind kind : {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::low_air_supply}) {
+  for (const AlarmKind kind :
+       {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::low_air_supply}) {
     const auto folder = plant.evidence().newest("FIC-101", kind);
     REQUIRE(folder);
     const int exit_code = replay(*folder, text);

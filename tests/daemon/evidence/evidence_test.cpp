@@ -166,13 +166,10 @@ TEST_CASE("a full disk: told once, nothing half written, and written when there 
   const tests::TemporaryFolder folder;
   std::vector<std::string> told;
   {
-    EvidenceStore store({.folder = folder / "evidence",
-                         .most_waiting = 2,
-                         .retry = std::chrono::milliseconds(10)},
-                        {{"plant", specialists()}},
-                        [&](const Evidence&, const fs::path&, const std::string& why) {
-                          told.push_back(why);
-                        });
+    EvidenceStore store(
+        {.folder = folder / "evidence", .most_waiting = 2, .retry = std::chrono::milliseconds(10)},
+        {{"plant", specialists()}},
+        [&](const Evidence&, const fs::path&, const std::string& why) { told.push_back(why); });
     {
       const FileSizeLimit full(2000);
       store.start();

@@ -29,9 +29,11 @@ CorrectiveStep windows(CorrectiveAction& action, int count, const WindowMeasures
   return last;
 }
 
+constexpr int kWait = kBaseline;
+
 CorrectiveAction trying(double rms = 10.0, double mean = 0.0) {
   CorrectiveAction action({.enabled = true, .allowed_mean_error_percent = 1.0});
-  CHECK(windows(action, 3, errors(rms, mean), true).order == Order::on);
+  CHECK(windows(action, kWait, errors(rms, mean), true).order == Order::on);
   CHECK(action.state() == State::trying);
   return action;
 }
@@ -55,7 +57,8 @@ TEST_CASE("the jacket is switched on for an alarm that comes, from a steady base
   // Set points that move are no baseline.
   CorrectiveAction moving({.enabled = true});
   CHECK_FALSE(windows(moving, 10, errors(10.0, 0.0, 5.0), true).changed());
-  const CorrectiveStep step = windows(moving, 3, errors(3.0, 4.0));
+  CHECK_FALSE(windows(moving, kWait - 1, errors(3.0, 4.0)).changed());
+  const CorrectiveStep step = windows(moving, 1, errors(3.0, 4.0));
   CHECK(step.order == Order::on);
   CHECK(step.rms_before == Approx(5.0));
   CHECK(step.mean_before == Approx(4.0));
@@ -80,14 +83,14 @@ TEST_CASE("what the error does after the settling decides", "[monitor][correctiv
     }
   }
   SECTION("it did not fall enough") {
-    const CorrectiveStep step = windows(action, 1, errors(14.0));  // a mean of 10.25
+    const CorrectiveStep step = windows(action, 1, errors(14.0));  // a mean of 9.6
     CHECK(step.order == Order::back);
     CHECK(step.to == State::given_up);
     // Not again for this alarm, whatever comes.
     CHECK_FALSE(windows(action, 20, errors(20.0)).changed());
     // The valve is repaired, and sticks once more.
     CHECK(action.window(errors(1.0), false, false).to == State::waiting);
-    CHECK(windows(action, 3, errors(10.0), true).order == Order::on);
+    CHECK(windows(action, kWait, errors(10.0), true).order == Order::on);
   }
 }
 
@@ -113,7 +116,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
   }
   SECTION("not in automatic: it waits for another baseline") {
     CHECK(action.interrupted(false).order == Order::back);
-    CHECK_FALSE(windows(action, 2, errors(10.0)).changed());
+    CHECK_FALSE(windows(action, kWait - 1, errors(10.0)).changed());
     CHECK(windows(action, 1, errors(10.0)).order == Order::on);
   }
   SECTION("a window that is not fit is only another beginning") {
@@ -128,7 +131,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     CHECK_FALSE(action.veto(Veto::back).changed());
     CHECK_FALSE(windows(action, 20, errors(10.0), true).changed());
     CHECK(action.veto(Veto::none).to == State::waiting);
-    CHECK(windows(action, 3, errors(10.0)).order == Order::on);
+    CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
   }
   SECTION("set by hand: it stays as the operator wants it") {
     const CorrectiveStep step = action.veto(Veto::hands_off);

@@ -196,8 +196,9 @@ TEST_CASE("a window that ends within a bridge is told with the next cycle", "[mo
   CHECK(builder.window().bridged_cycles == 3);
   // The one after ends where it would have ended.
   const auto full = add(builder, kWindowSamples + 2, 2 * kWindowSamples);
-  REQUIRE(full.size() == 1);
-  CHECK(full.front() == kWindowSamples - 1 + (kWindowSamples - 481));
+  REQUIRE(full.size() == 2);
+  CHECK(full.front() == kWindowSamples - 1 + 480);
+  CHECK(full.back() == kWindowSamples - 1 + 2 * 480);
 }
 
 TEST_CASE("a stretch that can't be used is told once, and again when its reason changes",
