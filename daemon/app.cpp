@@ -191,7 +191,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
     watched.push_back({.cycles = &loop.channels->watched,
                        .window = window_of(loop.config),
                        .judge = judge == judges_.end() ? nullptr : judge->second.get(),
-                       .rule = {},
+                       .rule = loopwarden::monitor::kAlarmRule,
                        .corrective = loop.config.monitor.corrective,
                        .orders = &loop.channels->monitor_commands});
   }

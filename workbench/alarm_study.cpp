@@ -100,7 +100,7 @@ Run watch(const specialist::SimulatedWindow& loop, const specialist::Team& team,
                                 .pv_high = team.facts.pv_high,
                                 .co_low = team.facts.co_low,
                                 .co_high = team.facts.co_high},
-                               {}, &judge);
+                               monitor::kAlarmRule, &judge);
   Run run;
   std::array<bool, kAlarmKindCount> on{};
   for (std::size_t k = 0; k < loop.pv.size(); ++k) {

@@ -64,7 +64,7 @@ Replay replay(const hal::record::Record& record, const specialist::Team& team,
                              .pv_high = team.facts.pv_high,
                              .co_low = team.facts.co_low,
                              .co_high = team.facts.co_high},
-                            {}, &judge);
+                            monitor::kAlarmRule, &judge);
   monitor::LoopAlarms alarms{monitor::AlarmSettings{}};
   Replay result;
   for (std::size_t k = 0; k < record.size(); ++k) {

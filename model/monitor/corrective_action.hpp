@@ -35,9 +35,11 @@
 
 namespace loopwarden::monitor {
 
-inline constexpr std::size_t kBaseline = 8;  // windows; with the daemon's overlap, seven minutes
-inline constexpr std::size_t kSettling = 2;  // with the daemon's overlap, one whole window
-inline constexpr std::size_t kTrial = 8;
+// Windows; with the daemon's overlap and 96 s, 48 s each: 13, 6 and 32 minutes. A sticky loop's cycle lasts
+// minutes, and the dwell form makes it several times as long.
+inline constexpr std::size_t kBaseline = 16;
+inline constexpr std::size_t kSettling = 8;
+inline constexpr std::size_t kTrial = 40;
 inline constexpr double kLeastGain = 0.05;  // of R
 
 struct CorrectiveSettings {
