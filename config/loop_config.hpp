@@ -109,7 +109,7 @@ struct ModbusServer {
 
 struct Alarms {
   monitor::AlarmSettings settings;
-  double severe_percent = 10.0;  // % of the CO span
+  double severe_percent = 10.0;     // % of the CO span
   std::size_t most_evidence = 200;  // folders kept
 };
 

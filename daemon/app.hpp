@@ -75,7 +75,7 @@ class App {
   journal::Journal journal_;
   monitor::WatchBoard board_;
   std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges_;  // by folder
-  std::uint32_t model_hash_;  // of the specialists; 0: none
+  std::uint32_t model_hash_;                                // of the specialists; 0: none
   std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
   evidence::EvidenceStore evidence_;
   std::unique_ptr<monitor::Monitor> monitor_;

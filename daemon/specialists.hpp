@@ -16,7 +16,7 @@ namespace loopwarden::daemon {
 struct Specialists {
   struct Folder {
     config::SpecialistFolder content;  // with a team; without the signature form
-    std::uint32_t hash = 0;            // CRC-32 of its manifest, which has the digests of its weights
+    std::uint32_t hash = 0;  // CRC-32 of its manifest, which has the digests of its weights
   };
   std::map<std::string, Folder> folders;  // by name
   std::uint32_t hash = 0;                 // CRC-32 of all manifests; 0: none

@@ -112,7 +112,10 @@ class Demo {
   void print_alarms() {
     fmt::print("\n{}\n", coloured("What the operator was told", Colour::bold));
     for (const std::string& line : alarms_) fmt::print("{}\n", line);
-    if (alarms_.empty()) fmt::print("no alarms\n");
+    if (alarms_.empty()) {
+      fmt::print("no alarms; {} cycles came too late on this computer, and a window bears few\n",
+                 daemon_.status().at("daemon").at("skipped_ticks").get<std::uint64_t>());
+    }
     for (const std::string& name : active_) {
       const nlohmann::json explained = daemon_.explain(loop_, name);
       fmt::print("{} is still there, jacket or not: {}.\n{}.\n", name,

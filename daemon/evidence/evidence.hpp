@@ -32,11 +32,12 @@ struct Evidence {
   monitor::WindowMeasures measures;
   monitor::WindowJudgement judgement;
   // --- by whom ---
-  std::string version;               // of the program
-  std::uint32_t config_hash = 0;     // CRC-32 of the configuration files, as in the status
-  std::string loop_file;             // as it was read
-  std::string specialists_folder;    // as it was read
-  std::uint32_t specialists_hash = 0;  // CRC-32 of its manifest, which has the digests of all weights
+  std::string version;             // of the program
+  std::uint32_t config_hash = 0;   // CRC-32 of the configuration files, as in the status
+  std::string loop_file;           // as it was read
+  std::string specialists_folder;  // as it was read
+  std::uint32_t specialists_hash =
+      0;  // CRC-32 of its manifest, which has the digests of all weights
 
   void take(const monitor::Window& window) {
     sp.assign(window.sp.begin(), window.sp.end());

@@ -44,7 +44,7 @@ class Gateway {
   void serve(std::chrono::milliseconds timeout);
 
   std::uint16_t port() const noexcept { return server_.port(); }
-  TcpServerCounters counters() const;                      // any thread
+  TcpServerCounters counters() const;                           // any thread
   std::optional<SerialServerCounters> serial_counters() const;  // any thread; nothing: no such line
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 

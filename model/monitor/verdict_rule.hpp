@@ -31,12 +31,12 @@ namespace loopwarden::monitor {
 inline constexpr std::size_t kMostVotes = 16;
 
 struct VerdictRuleSettings {
-  std::size_t windows = 5;       // M, 1 to kMostVotes
-  std::size_t windows_on = 3;    // N, 1 to M
-  std::size_t windows_off = 1;   // below N
+  std::size_t windows = 5;        // M, 1 to kMostVotes
+  std::size_t windows_on = 3;     // N, 1 to M
+  std::size_t windows_off = 1;    // below N
   std::size_t windows_to_go = 0;  // M to kMostVotes; 0: M
-  double probability_on = 0.5;   // 0 to 1
-  double probability_off = 0.3;  // at most probability_on
+  double probability_on = 0.5;    // 0 to 1
+  double probability_off = 0.3;   // at most probability_on
 
   friend bool operator==(const VerdictRuleSettings&, const VerdictRuleSettings&) = default;
 };

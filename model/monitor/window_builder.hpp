@@ -87,10 +87,10 @@ class WindowBuilder {
   std::vector<std::uint16_t> bridged_;  // of each sample, cycles that were made up
   Cycle last_;                          // the newest that was gathered
   std::size_t first_ = 0;
-  std::size_t count_ = 0;       // samples from first_ on
+  std::size_t count_ = 0;  // samples from first_ on
   // Samples until a window is full; below 0 while a bridge goes beyond its end.
   std::ptrdiff_t until_next_ = 0;
-  std::size_t in_sample_ = 0;   // cycles in the sums below
+  std::size_t in_sample_ = 0;  // cycles in the sums below
   double sum_sp_ = 0.0;
   double sum_pv_ = 0.0;
   double sum_co_ = 0.0;

@@ -44,7 +44,7 @@ struct WindowMeasures {
   double stick_percent = 0.0;
   StickSource stick_source = StickSource::none;
   double set_point_range_percent = 0.0;  // highest less lowest SP of the window, % of the PV span
-  std::size_t bridged_cycles = 0;  // of the window, missing and stood in for
+  std::size_t bridged_cycles = 0;        // of the window, missing and stood in for
 };
 
 // `resolution_percent`: least move of stem or CO that counts, % of the CO span.
