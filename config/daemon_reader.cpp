@@ -8,25 +8,17 @@
 #include <cmath>
 
 #include "config/modbus_server_reader.hpp"
+#include "config/serial_line_reader.hpp"
 #include "config/source_file.hpp"
 
 namespace loopwarden::config {
 namespace {
 
 using hal::modbus::LinkSettings;
-using hal::modbus::Parity;
 using hal::modbus::Transport;
 
 constexpr std::array kTransports{Choice<Transport>{"tcp", Transport::tcp},
                                  Choice<Transport>{"rtu", Transport::rtu}};
-constexpr std::array kParities{Choice<Parity>{"none", Parity::none},
-                               Choice<Parity>{"even", Parity::even},
-                               Choice<Parity>{"odd", Parity::odd}};
-constexpr std::array kBauds{Choice<int>{"1200", 1200},   Choice<int>{"2400", 2400},
-                            Choice<int>{"4800", 4800},   Choice<int>{"9600", 9600},
-                            Choice<int>{"19200", 19200}, Choice<int>{"38400", 38400},
-                            Choice<int>{"57600", 57600}, Choice<int>{"115200", 115200}};
-constexpr std::array kStopBits{Choice<int>{"1", 1}, Choice<int>{"2", 2}};
 constexpr std::array kLogLevels{
     Choice<const char*>{"debug", "debug"}, Choice<const char*>{"info", "info"},
     Choice<const char*>{"warn", "warn"}, Choice<const char*>{"error", "error"}};
@@ -55,16 +47,7 @@ void read_tcp(MapReader in, LinkSettings& link) {
 }
 
 void read_rtu(MapReader in, LinkSettings& link) {
-  const Value<std::string> device =
-      in.need_text("device", "serial device, such as /dev/serial/by-id/...");
-  link.device = device;
-  if (device.given && device.valid && !device.value.starts_with('/')) {
-    in.error("device", fmt::format("must be an absolute path (got '{}')", quotable(device.value)));
-  }
-  link.baud = in.one_of("baud", kBauds, "line speed, 8 data bits", link.baud);
-  link.parity = in.one_of("parity", kParities, "parity bit", link.parity);
-  link.stop_bits = in.one_of("stop_bits", kStopBits, "stop bits", link.stop_bits);
-  link.rs485 = in.flag("rs485", "let the kernel's driver switch the transmitter", link.rs485);
+  read_serial_line(in, link);
   link.probe_interval_s = in.number(
       "probe_interval",
       {"s", between(0.5, 600.0),
@@ -109,8 +92,16 @@ LinkSettings read_link(MapReader& in, const std::string& name) {
   return link;
 }
 
-// Two links on one serial line would talk across each other.
+// Two links on one serial line would talk across each other, and a link and a slave as well.
 void refuse_shared_device(MapReader& in, const DaemonFile& daemon, const LinkSettings& link) {
+  const auto& server = daemon.config.modbus_server;
+  if (server && server->serial && link.transport == Transport::rtu && !link.device.empty() &&
+      server->serial->line.device == link.device) {
+    in.error("device",
+             fmt::format("{} is the device of modbus_server.serial as well; a line has one "
+                         "master, or this is one of its slaves",
+                         quotable(link.device)));
+  }
   for (const auto& [name, other] : daemon.config.links) {
     if (link.transport == Transport::rtu && other.transport == Transport::rtu &&
         !link.device.empty() && other.device == link.device) {
@@ -162,7 +153,7 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
       "stop_timeout", {"s", between(0.1, 60.0), "to bring every output to its stop action"},
       config.stop_timeout_s);
   if (std::optional<MapReader> server =
-          in.maybe_section("modbus_server", "offers the register map to Modbus TCP masters")) {
+          in.maybe_section("modbus_server", "offers the register map to Modbus masters")) {
     config.modbus_server = read_modbus_server(*server);
   }
   if (std::optional<MapReader> alarms = in.maybe_section("alarms", "of all loops")) {

@@ -19,6 +19,7 @@
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
 #include "model/monitor/alarm.hpp"
+#include "model/monitor/corrective_action.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::config {
@@ -42,6 +43,7 @@ struct WindowCut {
   // Cycles averaged into one sample; nothing: as many as fit into 0.1 s, so that a window is 96 s.
   std::optional<std::size_t> decimation;
   std::string specialists;  // their folder; empty: only the classical measures
+  monitor::CorrectiveSettings corrective;
 
   friend bool operator==(const WindowCut&, const WindowCut&) = default;
 };
@@ -96,11 +98,19 @@ struct ModbusServer {
   std::vector<hal::os::PeerRule> clients;
   double master_timeout_s = 0.0;  // s; 0: the master's heartbeat is not watched
   LossAction on_master_loss = LossAction::report;
+  // The same map on a serial line, as an RTU slave.
+  struct Serial {
+    hal::modbus::LinkSettings line;
+    std::uint8_t unit = 1;
+    bool writes = false;
+  };
+  std::optional<Serial> serial;
 };
 
 struct Alarms {
   monitor::AlarmSettings settings;
-  double severe_percent = 10.0;  // % of the CO span
+  double severe_percent = 10.0;     // % of the CO span
+  std::size_t most_evidence = 200;  // folders kept
 };
 
 struct DaemonConfig {

@@ -371,6 +371,32 @@ class LoopReader {
     if (specialists.given && specialists.valid) {
       monitor.specialists = resolve(config().file, specialists.value);
     }
+    if (std::optional<MapReader> action = in.maybe_section(
+            "corrective_action",
+            "the jacket goes from shadow to acting when the valve is known to stick, and back if "
+            "that does not help")) {
+      read_corrective_action(*action, monitor);
+    }
+  }
+
+  void read_corrective_action(MapReader& in, WindowCut& monitor) {
+    monitor.corrective.enabled = in.flag("enabled", "false: as if it were not there", true);
+    monitor.corrective.allowed_mean_error_percent =
+        in.number("allowed_mean_error",
+                  {"% of PV span", between(0.0, 100.0),
+                   "mean of SP - PV that the jacket may leave, where it was less before"},
+                  monitor.corrective.allowed_mean_error_percent);
+    if (in.describing() || !monitor.corrective.enabled) return;
+    const control::JacketSettings& jacket = config().controller.jacket;
+    using Form = control::JacketForm;
+    if ((jacket.form != Form::bounded && jacket.form != Form::dwell) || !jacket.shadow) {
+      in.error("enabled",
+               "needs controller.jacket with form bounded or dwell and shadow: true, from which it "
+               "is switched on");
+    }
+    if (monitor.specialists.empty()) {
+      in.error("enabled", "needs specialists: they say that the valve sticks");
+    }
   }
 
   void check_jacket(MapReader& in, const IoSection& io) {
@@ -393,7 +419,8 @@ class LoopReader {
                "paper may act in simulation only, since it can park the loop off its set "
                "point; add shadow: true, or use bounded");
     }
-    if (io.hardware && !jacket.shadow && !std::isfinite(jacket.max_mean_error)) {
+    const bool may_act = !jacket.shadow || config().monitor.corrective.enabled;
+    if (io.hardware && may_act && !std::isfinite(jacket.max_mean_error)) {
       in.error(
           "missing key 'max_mean_error' (number > 0, PV units; required where the jacket acts "
           "on hardware)");

@@ -5,6 +5,9 @@
 
 #include <array>
 #include <optional>
+#include <utility>
+
+#include "config/serial_line_reader.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -44,6 +47,17 @@ void read_heartbeat(MapReader& in, ModbusServer& server) {
       "report: a bit and a line in the journal; manual: every loop to manual, its output stays; "
       "automatic: every loop to automatic on its last set point",
       server.on_master_loss);
+}
+
+void read_serial(MapReader& in, ModbusServer& server) {
+  ModbusServer::Serial serial;
+  read_serial_line(in, serial.line);
+  serial.unit = static_cast<std::uint8_t>(
+      in.integer("unit", {1, 247, "", "unit identifier on this line"}, serial.unit));
+  serial.writes =
+      in.flag("writes",
+              "masters on this line may write, where modbus_server.writes is true as well", false);
+  server.serial = std::move(serial);
 }
 
 }  // namespace
@@ -88,6 +102,10 @@ ModbusServer read_modbus_server(MapReader& in) {
           "master_heartbeat", "what to do when the master that leads the loops falls silent")) {
     read_heartbeat(*heartbeat, server);
   }
+  if (std::optional<MapReader> serial =
+          in.maybe_section("serial", "the same map on a serial line, as a Modbus RTU slave")) {
+    read_serial(*serial, server);
+  }
   return server;
 }
 
@@ -106,6 +124,10 @@ Alarms read_alarms(MapReader& in) {
       {"% of CO span", between(0.0, 100.0),
        "a valve fault of this size is out of specification (NE 107), a smaller one maintenance"},
       alarms.severe_percent);
+  alarms.most_evidence = static_cast<std::size_t>(in.integer(
+      "evidence",
+      {0, 100'000, "", "alarms whose evidence is kept, the newest, about 200 kB each; 0: none"},
+      static_cast<std::int64_t>(alarms.most_evidence)));
   return alarms;
 }
 

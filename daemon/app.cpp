@@ -77,6 +77,12 @@ std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration
   return loops;
 }
 
+std::map<std::string, config::SpecialistFolder> contents_of(const Specialists& specialists) {
+  std::map<std::string, config::SpecialistFolder> contents;
+  for (const auto& [name, folder] : specialists.folders) contents.emplace(name, folder.content);
+  return contents;
+}
+
 // CRC-32 over the files in their order; a file that can't be read counts as empty.
 std::uint32_t hash_of(const config::Configuration& configuration) {
   std::vector<std::string> files{configuration.daemon.file};
@@ -97,6 +103,12 @@ gateway::MasterLossAction action_of(config::ModbusServer::LossAction action) {
     case config::ModbusServer::LossAction::report: break;
   }
   return gateway::MasterLossAction::report;
+}
+
+std::optional<gateway::SerialServerSettings> serial_of(const config::ModbusServer& server) {
+  if (!server.serial) return std::nullopt;
+  return gateway::SerialServerSettings{
+      .line = server.serial->line, .unit = server.serial->unit, .writes = server.serial->writes};
 }
 
 // Waits for one of the daemon's signals; 0 if none came in time.
@@ -131,11 +143,17 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
       board_(watched_loops(configuration_), configuration_.daemon.alarms.settings, journal_,
              utc_ms),
       model_hash_(specialists.hash),
+      evidence_(
+          {.folder = std::filesystem::path(configuration_.daemon.state_directory) / "evidence",
+           .most_kept = configuration_.daemon.alarms.most_evidence},
+          contents_of(specialists),
+          [this](const evidence::Evidence& e, const std::filesystem::path& folder,
+                 const std::string& why) { report_evidence(e, folder, why); }),
       config_hash_(hash_of(configuration_)),
       control_((std::filesystem::path(configuration_.daemon.runtime_directory) / "control.sock")
                    .string(),
-               loops_, historian_, board_, journal_, configuration_.daemon.alarms.severe_percent,
-               [this] { return status(); }) {
+               loops_, historian_, board_, journal_, evidence_,
+               configuration_.daemon.alarms.severe_percent, [this] { return status(); }) {
   const double accelerate = configuration_.daemon.accelerate;
   std::int64_t tick_ns = 0;
   for (const config::LoopConfig& loop : configuration_.loops) {
@@ -162,8 +180,9 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
   }
 
   board_.restore(journal_.open());
-  for (const auto& [folder, team] : specialists.teams) {
-    judges_[folder] = std::make_unique<loopwarden::monitor::SpecialistJudge>(team);
+  for (const auto& [name, folder] : specialists.folders) {
+    judges_[name] = std::make_unique<loopwarden::monitor::SpecialistJudge>(*folder.content.team);
+    specialist_hashes_[name] = folder.hash;
   }
   std::vector<monitor::WatchedLoop> watched;
   for (const LoopRuntime& loop : loops_) {
@@ -172,9 +191,17 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
     watched.push_back({.cycles = &loop.channels->watched,
                        .window = window_of(loop.config),
                        .judge = judge == judges_.end() ? nullptr : judge->second.get(),
-                       .rule = {}});
+                       .rule = loopwarden::monitor::kAlarmRule,
+                       .corrective = loop.config.monitor.corrective,
+                       .orders = &loop.channels->monitor_commands});
   }
-  monitor_ = std::make_unique<monitor::Monitor>(std::move(watched), board_);
+  monitor_ = std::make_unique<monitor::Monitor>(
+      std::move(watched), board_,
+      [this](std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+             const loopwarden::monitor::Window& window,
+             const loopwarden::monitor::MonitorStep& step) {
+        keep_evidence(loop, alarm, window, step);
+      });
   if (configuration_.daemon.modbus_server) make_gateway();
 }
 
@@ -194,8 +221,41 @@ void App::make_gateway() {
                                .writes = server.writes,
                                .word_order = server.word_order,
                                .master_heartbeat = {.timeout_s = server.master_timeout_s,
-                                                    .action = action_of(server.on_master_loss)}},
+                                                    .action = action_of(server.on_master_loss)},
+                               .serial = serial_of(server)},
       *plant_, clock_);
+}
+
+void App::keep_evidence(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+                        const loopwarden::monitor::Window& window,
+                        const loopwarden::monitor::MonitorStep& step) {
+  const config::LoopConfig& config = loops_[loop].config;
+  evidence::Evidence evidence;
+  evidence.loop = config.name;
+  evidence.alarm = alarm;
+  evidence.raised_ms = board_.watch(loop).alarms.alarm(alarm).memory().raised_ms;
+  evidence.take(window);
+  evidence.measures = step.measures;
+  evidence.judgement = step.judgement;
+  evidence.version = LOOPWARDEN_VERSION;
+  evidence.config_hash = config_hash_;
+  evidence.loop_file = config.file;
+  evidence.specialists_folder = config.monitor.specialists;
+  evidence.specialists_hash = specialist_hashes_[config.monitor.specialists];
+  evidence_.post(std::move(evidence));
+}
+
+void App::report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
+                          const std::string& why) {
+  journal::JournalEntry entry;
+  entry.kind = journal::JournalEntry::Kind::system;
+  entry.utc_ms = utc_ms();
+  entry.loop = evidence.loop;
+  entry.alarm = loopwarden::monitor::to_text(evidence.alarm);
+  entry.what = "evidence";
+  entry.new_value = folder.string();
+  entry.result = why.empty() ? "done" : "not written: " + why;
+  journal_.post(std::move(entry));
 }
 
 App::~App() {
@@ -204,6 +264,7 @@ App::~App() {
   if (gateway_) gateway_->stop();
   control_.stop();
   monitor_->stop();
+  evidence_.stop();
   historian_.stop();
   journal_.stop();
   for (LoopRuntime& loop : loops_) loop.io->close();
@@ -219,6 +280,7 @@ int App::run() {
 void App::start() {
   for (LoopRuntime& loop : loops_) loop.io->open();
   journal_.start();
+  evidence_.start();
   historian_.start();
   monitor_->start();
   control_.start();
@@ -418,12 +480,17 @@ nlohmann::json App::status() const {
   };
   const journal::JournalStatus lines = journal_.status();
   const monitor::MonitorStatus watched = monitor_->status();
+  const evidence::EvidenceStatus kept = evidence_.status();
   nlohmann::json server = nullptr;
   if (gateway_) {
     const gateway::TcpServerCounters c = gateway_->counters();
     server = {{"port", gateway_->port()}, {"clients", c.clients}, {"requests", c.requests},
               {"accepted", c.accepted},   {"refused", c.refused}, {"displaced", c.displaced},
               {"malformed", c.malformed}};
+    if (const auto serial = gateway_->serial_counters()) {
+      server["serial"] = {
+          {"open", serial->open}, {"requests", serial->requests}, {"malformed", serial->malformed}};
+    }
   }
   const std::int64_t now_ns = monotonic_ns();
   return {{"version", LOOPWARDEN_VERSION},
@@ -436,6 +503,11 @@ nlohmann::json App::status() const {
             {"lost", lines.lost},
             {"damaged", lines.damaged},
             {"error", lines.error}}},
+          {"evidence",
+           {{"written", kept.written},
+            {"waiting", kept.waiting},
+            {"lost", kept.lost},
+            {"error", kept.error}}},
           {"monitor",
            {{"windows", watched.windows},
             {"cycles", watched.cycles},

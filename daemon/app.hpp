@@ -16,6 +16,7 @@
 #include "config/loop_config.hpp"
 #include "daemon/backend_factory.hpp"
 #include "daemon/control_server.hpp"
+#include "daemon/evidence/evidence_store.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/gateway_plant.hpp"
 #include "daemon/health/watchdog.hpp"
@@ -52,6 +53,11 @@ class App {
   void log_events();
   void watch_threads();
   void make_gateway();
+  void keep_evidence(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+                     const loopwarden::monitor::Window& window,
+                     const loopwarden::monitor::MonitorStep& step);
+  void report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
+                       const std::string& why);
   nlohmann::json status() const;
   gateway::BoxReading box_reading() const;
   void publish_runner_status();
@@ -69,7 +75,9 @@ class App {
   journal::Journal journal_;
   monitor::WatchBoard board_;
   std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges_;  // by folder
-  std::uint32_t model_hash_;  // of the specialists; 0: none
+  std::uint32_t model_hash_;                                // of the specialists; 0: none
+  std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
+  evidence::EvidenceStore evidence_;
   std::unique_ptr<monitor::Monitor> monitor_;
   std::uint32_t config_hash_ = 0;  // of the files as they were read
   ControlServer control_;

@@ -72,6 +72,15 @@ json io_status(const hal::IoCounters& c) {
           {"old_commands_withheld", c.old_commands_withheld}};
 }
 
+// An operator's words; may be missing.
+std::string reason_of(const json& request) {
+  constexpr std::size_t kLongestText = 200;
+  if (!request.contains("reason")) return {};
+  std::string reason = wanted_text(request, "reason");
+  if (reason.size() > kLongestText) throw RequestError("reason: at most 200 bytes");
+  return reason;
+}
+
 model::AlarmKind wanted_alarm(const json& request) {
   const std::string name = wanted_text(request, "alarm");
   for (const model::AlarmKind kind : model::kAlarmKinds) {
@@ -135,10 +144,12 @@ json watch_json(const monitor::LoopWatch& watch) {
           {"variability_percent", number(m.variability_percent)},
           {"mean_error_percent", number(m.mean_error_percent)},
           {"saturated_percent", number(m.saturated_percent)},
+          {"bridged_cycles", m.bridged_cycles},
           {"travel_percent_per_hour", number(m.travel_percent_per_hour)},
           {"reversals_per_hour", number(m.reversals_per_hour)},
           {"stick_percent", number(m.stick_percent)},
           {"stick_source", source_text(m.stick_source)},
+          {"corrective_action", model::to_text(watch.corrective)},
           {"hours_automatic", watch.times.seconds_in(control::Mode::automatic) / 3600.0},
           {"hours_manual", watch.times.seconds_in(control::Mode::manual) / 3600.0},
           {"hours_at_limit", watch.times.seconds_at_limit() / 3600.0}};
@@ -166,12 +177,13 @@ json journal_json(const journal::JournalRow& row) {
 
 ControlServer::ControlServer(std::string socket_path, std::vector<LoopRuntime>& loops,
                              Historian& historian, monitor::WatchBoard& board,
-                             journal::Journal& journal, double severe_percent,
-                             std::function<json()> daemon_status)
+                             journal::Journal& journal, const evidence::EvidenceStore& evidence,
+                             double severe_percent, std::function<json()> daemon_status)
     : loops_(loops),
       historian_(historian),
       board_(board),
       journal_(journal),
+      evidence_(evidence),
       severe_percent_(severe_percent),
       daemon_status_(std::move(daemon_status)),
       server_(std::move(socket_path),
@@ -215,6 +227,7 @@ json ControlServer::handle(const json& request, unsigned peer_uid) {
   if (what == "record") return record(request);
   if (what == "alarms") return alarms();
   if (what == "alarm") return alarm(request, peer_uid);
+  if (what == "veto") return veto(request, peer_uid);
   if (what == "explain") return explain(request);
   if (what == "journal") return journal(request);
   throw RequestError("unknown request '" + what + "'");
@@ -323,6 +336,7 @@ json ControlServer::set(const json& request, unsigned peer_uid) {
     }
   };
   std::vector<rt::OperatorCommand> commands;
+  bool hand_on_jacket = false;
   if (request.contains("set_point")) {
     const double value = wanted_number(request, "set_point");
     inside(value, limits.set_point.low, limits.set_point.high, "set point");
@@ -352,10 +366,17 @@ json ControlServer::set(const json& request, unsigned peer_uid) {
       throw RequestError("the paper form of the jacket may act only in simulation");
     }
     commands.push_back({wish->second, 0.0});
+    hand_on_jacket = true;
   }
   if (commands.empty()) throw RequestError("set needs set_point, output, mode or jacket");
   for (const rt::OperatorCommand& command : commands) {
     if (!loop.channels->commands.try_push(command)) throw RequestError("too many commands at once");
+  }
+  // What the operator does with the jacket is not undone behind his back.
+  const std::size_t index = loop_index(request);
+  if (hand_on_jacket && board_.watch(index).corrective != model::CorrectiveState::off) {
+    board_.set_veto(index, model::Veto::hands_off, fmt::format("uid {}", peer_uid),
+                    "jacket set by hand", std::chrono::milliseconds(0));
   }
   spdlog::info("loop {}: operator (uid {}) {}", loop.config.name, peer_uid, request.dump());
   return json::object();
@@ -379,15 +400,13 @@ json ControlServer::alarms() const {
 }
 
 json ControlServer::alarm(const json& request, unsigned peer_uid) {
-  constexpr std::uint64_t kLongestText = 200;
   constexpr std::uint64_t kMostMinutes = 24UL * 60UL;
   const std::size_t index = loop_index(request);
   monitor::AlarmOrder order;
   order.kind = wanted_alarm(request);
   order.action = wanted_action(request);
   order.peer = fmt::format("uid {}", peer_uid);
-  if (request.contains("reason")) order.reason = wanted_text(request, "reason");
-  if (order.reason.size() > kLongestText) throw RequestError("reason: at most 200 bytes");
+  order.reason = reason_of(request);
   if (order.action == model::AlarmAction::shelve) {
     const std::uint64_t minutes = optional_count(request, "minutes", 0);
     if (minutes < 1 || minutes > kMostMinutes) {
@@ -402,12 +421,26 @@ json ControlServer::alarm(const json& request, unsigned peer_uid) {
           {"on_disk", result.on_disk}};
 }
 
+json ControlServer::veto(const json& request, unsigned peer_uid) {
+  const std::size_t index = loop_index(request);
+  const auto wanted = request.find("veto");
+  if (wanted == request.end() || !wanted->is_boolean()) {
+    throw RequestError("veto must be true or false");
+  }
+  const monitor::OrderResult result =
+      board_.set_veto(index, wanted->get<bool>() ? model::Veto::back : model::Veto::none,
+                      fmt::format("uid {}", peer_uid), reason_of(request));
+  if (!result.accepted) throw RequestError(result.why);
+  return {{"on_disk", result.on_disk}};
+}
+
 json ControlServer::explain(const json& request) const {
   constexpr std::size_t kMostLines = 200;
   const std::size_t index = loop_index(request);
   const model::AlarmKind kind = wanted_alarm(request);
   const monitor::LoopWatch watch = board_.watch(index);
   const model::AlarmGuide guide = model::guide_of(kind);
+  const std::optional<std::filesystem::path> folder = evidence_.newest(board_.name(index), kind);
   json history = json::array();
   for (const journal::JournalRow& row : journal_.newest(kMostLines, board_.name(index))) {
     if (row.entry.alarm == model::to_text(kind)) history.push_back(journal_json(row));
@@ -417,6 +450,7 @@ json ControlServer::explain(const json& request) const {
           {"consequence", guide.consequence},
           {"action", guide.action},
           {"monitor", watch_json(watch)},
+          {"evidence", folder ? json(folder->string()) : json(nullptr)},
           {"history", std::move(history)}};
 }
 

@@ -9,6 +9,7 @@
 //   {"request": "alarms"}
 //   {"request": "alarm", "loop": TAG, "alarm": NAME, "action": "acknowledge"|"reset"|"shelve"|"unshelve",
 //    "minutes": N, "reason": TEXT}
+//   {"request": "veto", "loop": TAG, "veto": true|false, "reason": TEXT}
 //   {"request": "explain", "loop": TAG, "alarm": NAME}
 //   {"request": "journal", "most": N, "loop": TAG}
 // Answers carry "ok": true, or "ok": false and "error".
@@ -23,6 +24,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/evidence/evidence_store.hpp"
 #include "daemon/historian.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/loop_runtime.hpp"
@@ -36,7 +38,8 @@ class ControlServer {
  public:
   // `daemon_status` gives the part of the status that is not about one loop.
   ControlServer(std::string socket_path, std::vector<LoopRuntime>& loops, Historian& historian,
-                monitor::WatchBoard& board, journal::Journal& journal, double severe_percent,
+                monitor::WatchBoard& board, journal::Journal& journal,
+                const evidence::EvidenceStore& evidence, double severe_percent,
                 std::function<nlohmann::json()> daemon_status);
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
@@ -58,6 +61,7 @@ class ControlServer {
   nlohmann::json record(const nlohmann::json& request);
   nlohmann::json alarms() const;
   nlohmann::json alarm(const nlohmann::json& request, unsigned peer_uid);
+  nlohmann::json veto(const nlohmann::json& request, unsigned peer_uid);
   nlohmann::json explain(const nlohmann::json& request) const;
   nlohmann::json journal(const nlohmann::json& request) const;
   std::size_t loop_index(const nlohmann::json& request) const;
@@ -66,6 +70,7 @@ class ControlServer {
   Historian& historian_;
   monitor::WatchBoard& board_;
   journal::Journal& journal_;
+  const evidence::EvidenceStore& evidence_;
   double severe_percent_;  // % of the CO span
   std::function<nlohmann::json()> daemon_status_;
   hal::os::LocalServer server_;

@@ -57,6 +57,11 @@ monitor::OrderResult GatewayPlant::act(std::size_t loop, const monitor::AlarmOrd
   return board_.act(loop, order, kDiskPatience);
 }
 
+void GatewayPlant::veto(std::size_t loop, bool vetoed, const std::string& peer) {
+  using loopwarden::monitor::Veto;
+  board_.set_veto(loop, vetoed ? Veto::back : Veto::none, peer, {}, kDiskPatience);
+}
+
 void GatewayPlant::write_down(journal::JournalEntry entry) { journal_.post(std::move(entry)); }
 
 }  // namespace loopwarden::daemon

@@ -27,6 +27,7 @@ class GatewayPlant final : public gateway::Plant {
   std::size_t room_for_commands(std::size_t loop) override;
   void order(std::size_t loop, const rt::OperatorCommand& command) override;
   monitor::OrderResult act(std::size_t loop, const monitor::AlarmOrder& order) override;
+  void veto(std::size_t loop, bool vetoed, const std::string& peer) override;
   void write_down(journal::JournalEntry entry) override;
 
  private:

@@ -11,7 +11,6 @@
 #include <span>
 #include <utility>
 
-#include "config/specialists/specialist_folder.hpp"
 #include "hal/record/segment_format.hpp"
 
 namespace loopwarden::daemon {
@@ -54,7 +53,7 @@ config::Loaded<Specialists> load_specialists(const config::Configuration& config
   for (const config::LoopConfig& loop : configuration.loops) {
     const std::string& folder = loop.monitor.specialists;
     if (folder.empty()) continue;
-    if (!specialists.teams.contains(folder)) {
+    if (!specialists.folders.contains(folder)) {
       auto loaded = config::read_specialists(folder);
       std::move(loaded.diagnostics.begin(), loaded.diagnostics.end(),
                 std::back_inserter(result.diagnostics));
@@ -63,10 +62,12 @@ config::Loaded<Specialists> load_specialists(const config::Configuration& config
             error_in(loop, fmt::format("{}: no specialists of the explaining form", folder)));
         continue;
       }
-      specialists.teams.emplace(folder, std::move(*loaded->team));
+      loaded->signatures.clear();  // nobody judges by them
+      specialists.folders.emplace(
+          folder, Specialists::Folder{std::move(*loaded.value), hash_of_manifest(folder, 0)});
       specialists.hash = hash_of_manifest(folder, specialists.hash);
     }
-    const double known_s = specialists.teams.at(folder).facts.period_s;
+    const double known_s = specialists.folders.at(folder).content.team->facts.period_s;
     const auto window = window_of(loop);
     const double sample_s = window.sample_time_s * static_cast<double>(window.decimation);
     if (std::abs(sample_s - known_s) > kPeriodTolerance * known_s) {

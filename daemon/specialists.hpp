@@ -8,14 +8,18 @@
 
 #include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
+#include "config/specialists/specialist_folder.hpp"
 #include "model/monitor/window_builder.hpp"
-#include "model/specialist/team.hpp"
 
 namespace loopwarden::daemon {
 
 struct Specialists {
-  std::map<std::string, specialist::Team> teams;  // by folder
-  std::uint32_t hash = 0;                         // CRC-32 of all manifests; 0: none
+  struct Folder {
+    config::SpecialistFolder content;  // with a team; without the signature form
+    std::uint32_t hash = 0;  // CRC-32 of its manifest, which has the digests of its weights
+  };
+  std::map<std::string, Folder> folders;  // by name
+  std::uint32_t hash = 0;                 // CRC-32 of all manifests; 0: none
 };
 
 // How a loop is cut into windows.

@@ -100,6 +100,18 @@ int run_action(const Options& options, const char* action) {
   return kExitOk;
 }
 
+int run_veto(const Options& options, bool veto) {
+  DaemonClient daemon(options.socket);
+  const json answer = daemon.veto(options.loop, veto, options.reason);
+  if (options.json) {
+    fmt::print("{}\n", answer.dump(2));
+  } else {
+    fmt::print("corrective action of {}: {}{}\n", options.loop, veto ? "vetoed" : "allowed",
+               answer.at("on_disk").get<bool>() ? "" : "; the journal can't write");
+  }
+  return kExitOk;
+}
+
 std::string journal_line(const json& line) {
   std::string text = utc(line.at("utc_ms").get<std::int64_t>()) + "  ";
   const auto part = [&](const char* key) { return line.at(key).get<std::string>(); };
@@ -151,6 +163,14 @@ int run_explain(const Options& options) {
       m.value("variability_percent", 0.0), m.value("saturated_percent", 0.0),
       m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
       m.value("stick_percent", 0.0), m.value("stick_source", ""));
+  if (answer.at("evidence").is_string()) {
+    const auto folder = answer.at("evidence").get<std::string>();
+    fmt::print(
+        "evidence: {}\nthe window that raised it, judged once more: loopwarden replay {}\n\n",
+        folder, folder);
+  } else {
+    fmt::print("evidence: none on the disk\n\n");
+  }
   for (const json& line : answer.at("history")) fmt::print("{}\n", journal_line(line));
   return kExitOk;
 }
@@ -209,6 +229,17 @@ void add_alarms(CLI::App& app, int& exit_code) {
   action("shelve", "shelve", "put an alarm aside for a limited time");
   action("unshelve", "unshelve", "take an alarm off the shelf");
   action("explain", "explain", "what an alarm means, what was measured, and its history");
+
+  for (const bool veto : {true, false}) {
+    CLI::App* verb =
+        sub->add_subcommand(veto ? "veto" : "allow",
+                            veto ? "stop a loop's corrective action: the jacket goes back to shadow"
+                                 : "lift the veto of a loop's corrective action");
+    verb->fallthrough();
+    verb->add_option("loop", options->loop, "tag of the loop")->required();
+    verb->add_option("--reason", options->reason, "why, for the journal");
+    verb->callback([=, &exit_code] { exit_code = run_veto(*options, veto); });
+  }
 
   CLI::App* journal = sub->add_subcommand("journal", "the newest lines of the journal");
   journal->fallthrough();

@@ -70,6 +70,10 @@ nlohmann::json DaemonClient::explain(const std::string& loop, const std::string&
   return ask({{"request", "explain"}, {"loop", loop}, {"alarm", alarm}});
 }
 
+nlohmann::json DaemonClient::veto(const std::string& loop, bool veto, const std::string& reason) {
+  return ask({{"request", "veto"}, {"loop", loop}, {"veto", veto}, {"reason", reason}});
+}
+
 nlohmann::json DaemonClient::journal(std::size_t most, const std::string& loop) {
   nlohmann::json request = {{"request", "journal"}, {"most", most}};
   if (!loop.empty()) request["loop"] = loop;

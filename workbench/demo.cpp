@@ -8,6 +8,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <thread>
@@ -108,6 +109,25 @@ class Demo {
     fmt::print("\nRecord: {}\n", record_);
   }
 
+  void print_alarms() {
+    fmt::print("\n{}\n", coloured("What the operator was told", Colour::bold));
+    for (const std::string& line : alarms_) fmt::print("{}\n", line);
+    if (alarms_.empty()) {
+      fmt::print("no alarms; {} cycles came too late on this computer, and a window bears few\n",
+                 daemon_.status().at("daemon").at("skipped_ticks").get<std::uint64_t>());
+    }
+    for (const std::string& name : active_) {
+      const nlohmann::json explained = daemon_.explain(loop_, name);
+      fmt::print("{} is still there, jacket or not: {}.\n{}.\n", name,
+                 explained.at("cause").get<std::string>(),
+                 explained.at("action").get<std::string>());
+      if (explained.at("evidence").is_string()) {
+        fmt::print("The window that raised it, judged once more: loopwarden replay {}\n",
+                   explained.at("evidence").get<std::string>());
+      }
+    }
+  }
+
  private:
   double now_s() {
     const auto& rows = trend_.rows();
@@ -122,6 +142,25 @@ class Demo {
     });
   }
 
+  // What the operator is told, in the order in which it came.
+  void watch_alarms() {
+    for (const nlohmann::json& alarm : daemon_.alarms().at("alarms")) {
+      if (alarm.at("loop") != loop_) continue;
+      const auto name = alarm.at("alarm").get<std::string>();
+      const bool active = alarm.at("active").get<bool>();
+      if (active == (active_.count(name) != 0)) continue;
+      if (active) {
+        active_.insert(name);
+        alarms_.push_back(fmt::format("{:6.0f} s  ALARM  {}: {:.1f} % of the output's span",
+                                      now_s(), name, alarm.value("severity_percent", 0.0)));
+      } else {
+        active_.erase(name);
+        alarms_.push_back(fmt::format("{:6.0f} s  gone   {}", now_s(), name));
+      }
+      if (!screen_) fmt::print("{}\n", alarms_.back());
+    }
+  }
+
   bool play(const Phase& phase) {
     while (now_s() < phase.until_s) {
       if (interrupted() || !draw(phase.story)) return false;
@@ -132,6 +171,7 @@ class Demo {
   // One picture; false when the viewer pressed q.
   bool draw(const std::string& story) {
     trend_.update(daemon_);
+    watch_alarms();
     if (!screen_) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       return true;
@@ -147,8 +187,9 @@ class Demo {
       text += line + "\n";
     }
     text += "\n" + coloured(fmt::format("  {:4.0f} s  {}", now_s(), story), Colour::bold) + "\n\n";
+    if (!alarms_.empty()) text += coloured(alarms_.back(), Colour::red) + "\n\n";
     for (const std::string& line :
-         trend_view(*loop, trend_.rows(), 300.0, size.columns, size.rows - 9)) {
+         trend_view(*loop, trend_.rows(), 300.0, size.columns, size.rows - 11)) {
       text += line + "\n";
     }
     screen_->show(text);
@@ -178,6 +219,8 @@ class Demo {
   std::string loop_;
   std::string record_;
   std::vector<Measured> measured_;
+  std::set<std::string> active_;     // alarms
+  std::vector<std::string> alarms_;  // what was told of them
   bool left_automatic_ = false;
   std::optional<Screen> screen_;
 };
@@ -196,6 +239,7 @@ int run_demo(const DemoOptions& options) {
   }
   if (!complete) return kExitTryAgain;
   demo.print_table();
+  demo.print_alarms();
   return kExitOk;
 }
 

@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   workbench::add_diagnose(app, exit_code);
   workbench::add_diagnose_study(app, exit_code);
   workbench::add_plant1_study(app, exit_code);
+  workbench::add_alarm_study(app, exit_code);
   workbench::add_specialist_study(app, exit_code);
   workbench::add_train(app, exit_code);
   workbench::add_classify(app, exit_code);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden replay: the daemon's monitor and alarms over a record, faster than real time.
+// loopwarden replay: the daemon's monitor and alarms over a record, faster than real time; or the window
+// that raised an alarm, once more.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -14,6 +16,7 @@
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/specialist_judge.hpp"
+#include "workbench/replay_evidence.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -61,10 +64,12 @@ Replay replay(const hal::record::Record& record, const specialist::Team& team,
                              .pv_high = team.facts.pv_high,
                              .co_low = team.facts.co_low,
                              .co_high = team.facts.co_high},
-                            {}, &judge);
+                            monitor::kAlarmRule, &judge);
   monitor::LoopAlarms alarms{monitor::AlarmSettings{}};
   Replay result;
   for (std::size_t k = 0; k < record.size(); ++k) {
+    // A cycle that left nothing behind is missing, as in the daemon.
+    if (!std::isfinite(record.pv[k]) && !std::isfinite(record.co[k])) continue;
     const MonitorStep step = loop.add({.period_index = k,
                                        .sp = record.has_sp ? record.sp[k] : record.pv[k],
                                        .pv = record.pv[k],
@@ -123,6 +128,13 @@ void print_text(const Replay& result) {
 }
 
 int run_replay(const ReplayOptions& options) {
+  if (std::filesystem::is_directory(options.record)) {
+    return replay_evidence(options.record, options.json);
+  }
+  if (options.specialists.empty()) {
+    fmt::print(stderr, "--specialists is needed to replay a record\n");
+    return kExitUsage;
+  }
   const auto loaded = config::read_specialists(options.specialists);
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
   if (!loaded) return kExitConfiguration;
@@ -159,14 +171,21 @@ int run_replay(const ReplayOptions& options) {
 void add_replay(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ReplayOptions>();
   CLI::App* sub = app.add_subcommand("replay", "the daemon's monitor and alarms over a record");
-  sub->add_option("record", options->record, "record, CSV: time, pv, co, and where known sp, stem")
+  sub->add_option(
+         "record", options->record,
+         "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's "
+         "evidence")
       ->required();
-  sub->add_option("--specialists", options->specialists, "folder with manifest.yaml")->required();
+  sub->add_option("--specialists", options->specialists,
+                  "folder with manifest.yaml; evidence has its own");
   sub->add_option("--overlap", options->overlap, "share of a window that the next has in common")
       ->check(CLI::Range(0.0, 0.95))
       ->capture_default_str();
   sub->add_flag("--json", options->json, "print the transitions as JSON");
-  sub->footer("Example: loopwarden replay run.csv --specialists data/specialists/plant1 --json");
+  sub->footer(
+      "A row without pv and co is a missing cycle; one without pv alone is a bad PV.\n"
+      "Of evidence: exit code 0 if the verdict is the same, 65 if it is not.\n"
+      "Example: loopwarden replay run.csv --specialists data/specialists/plant1 --json");
   sub->callback([options, &exit_code] { exit_code = run_replay(*options); });
 }
 

@@ -31,6 +31,7 @@ void add_diagnose_study(CLI::App& app, int& exit_code);
 void add_plant1_study(CLI::App& app, int& exit_code);
 void add_gap(CLI::App& app, int& exit_code);
 void add_demo(CLI::App& app, int& exit_code);
+void add_alarm_study(CLI::App& app, int& exit_code);
 void add_specialist_study(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);
 void add_classify(CLI::App& app, int& exit_code);

@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace loopwarden::daemon::gateway {
@@ -30,6 +31,14 @@ Gateway::Gateway(const GatewaySettings& settings, Plant& plant, hal::os::Clock& 
                 return answer(request, bank_, identity_, peer);
               }) {
   state_.writes_enabled = settings.writes;
+  if (settings.serial) {
+    SerialServerSettings serial = *settings.serial;
+    serial.writes = serial.writes && settings.writes;
+    serial_ = std::make_unique<SerialServer>(
+        std::move(serial), clock, [this](std::span<const std::uint8_t> request, const Peer& peer) {
+          return answer(request, bank_, identity_, peer);
+        });
+  }
 }
 
 void Gateway::start() {
@@ -45,7 +54,12 @@ void Gateway::stop() {
 
 void Gateway::serve(std::chrono::milliseconds timeout) {
   try {
-    server_.serve(timeout);
+    if (serial_) {
+      server_.serve(std::min(timeout, serial_->patience()), serial_->fd());
+      serial_->serve();
+    } else {
+      server_.serve(timeout);
+    }
     watch_master();
   } catch (const std::exception& e) {
     spdlog::error("Modbus server: {}", e.what());
@@ -54,6 +68,7 @@ void Gateway::serve(std::chrono::milliseconds timeout) {
   {
     const std::lock_guard lock(counters_mutex_);
     counters_ = server_.counters();
+    if (serial_) serial_counters_ = serial_->counters();
   }
   ticks_.fetch_add(1, std::memory_order_relaxed);
 }
@@ -61,6 +76,11 @@ void Gateway::serve(std::chrono::milliseconds timeout) {
 TcpServerCounters Gateway::counters() const {
   const std::lock_guard lock(counters_mutex_);
   return counters_;
+}
+
+std::optional<SerialServerCounters> Gateway::serial_counters() const {
+  const std::lock_guard lock(counters_mutex_);
+  return serial_counters_;
 }
 
 void Gateway::watch_master() {

@@ -4,13 +4,16 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "daemon/gateway/map_bank.hpp"
 #include "daemon/gateway/master_watch.hpp"
 #include "daemon/gateway/modbus_answer.hpp"
 #include "daemon/gateway/plant.hpp"
+#include "daemon/gateway/serial_server.hpp"
 #include "daemon/gateway/tcp_server.hpp"
 #include "hal/os/clock.hpp"
 #include "hal/os/thread.hpp"
@@ -23,6 +26,7 @@ struct GatewaySettings {
   bool writes = false;  // false: nobody may write, whatever his rule says
   hal::modbus::ByteOrder word_order = hal::modbus::ByteOrder::abcd;
   MasterHeartbeatSettings master_heartbeat;
+  std::optional<SerialServerSettings> serial;
 };
 
 class Gateway {
@@ -40,7 +44,8 @@ class Gateway {
   void serve(std::chrono::milliseconds timeout);
 
   std::uint16_t port() const noexcept { return server_.port(); }
-  TcpServerCounters counters() const;  // any thread
+  TcpServerCounters counters() const;                           // any thread
+  std::optional<SerialServerCounters> serial_counters() const;  // any thread; nothing: no such line
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:
@@ -55,8 +60,10 @@ class Gateway {
   MapBank bank_;
   DeviceIdentity identity_;
   TcpServer server_;
+  std::unique_ptr<SerialServer> serial_;  // null: none
   mutable std::mutex counters_mutex_;
   TcpServerCounters counters_;
+  std::optional<SerialServerCounters> serial_counters_;
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
   hal::os::Thread thread_;

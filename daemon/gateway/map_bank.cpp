@@ -248,6 +248,8 @@ double MapBank::Snapshot::loop_value(const Register& reg, const LoopReading& loo
     case Field::hours_manual: return loop.watch.times.seconds_in(Mode::manual) / kHour;
     case Field::hours_at_limit: return loop.watch.times.seconds_at_limit() / kHour;
     case Field::records_dropped: return number(loop.dropped);
+    case Field::corrective_action: return static_cast<double>(loop.watch.corrective);
+    case Field::veto_corrective_action: return flag(loop.watch.veto != model::Veto::none);
     case Field::alarm_active: return flag(alarm.active());
     case Field::alarm_unacknowledged: return flag(alarm.unacknowledged());
     case Field::pv_bad: return flag(static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad);
@@ -437,6 +439,10 @@ Exception MapBank::apply(const Wish& wish, const Peer& peer) {
 
 Exception MapBank::act(const Wish& wish, const Peer& peer) {
   using model::AlarmAction;
+  if (wish.reg->field == Field::veto_corrective_action) {
+    plant_.veto(wish.loop, wish.value != 0.0, peer.name);
+    return Exception::none;
+  }
   monitor::AlarmOrder order{kind_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.reg->field == Field::shelve_minutes) {
     order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;

@@ -64,6 +64,7 @@ class Plant {
   // Applied at the start of the loop's next cycle.
   virtual void order(std::size_t loop, const rt::OperatorCommand& command) = 0;
   virtual monitor::OrderResult act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
+  virtual void veto(std::size_t loop, bool vetoed, const std::string& peer) = 0;
   virtual void write_down(journal::JournalEntry entry) = 0;
 };
 

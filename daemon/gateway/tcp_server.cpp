@@ -100,10 +100,10 @@ TcpServer::~TcpServer() {
   close(listener_);
 }
 
-void TcpServer::serve(std::chrono::milliseconds timeout) {
+void TcpServer::serve(std::chrono::milliseconds timeout, int also) {
   std::int64_t now_ns = clock_.now_ns();
   std::vector<pollfd> waiting{{listener_, POLLIN, 0}};
-  waiting.reserve(clients_.size() + 1);
+  waiting.reserve(clients_.size() + 2);
   for (Client& client : clients_) {
     refill(client, now_ns);
     short events = POLLIN;
@@ -117,6 +117,7 @@ void TcpServer::serve(std::chrono::milliseconds timeout) {
     }
     waiting.push_back({client.fd, events, 0});
   }
+  waiting.push_back({also, POLLIN, 0});  // poll() passes over -1
   if (poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count())) < 0) return;
   now_ns = clock_.now_ns();
   const auto idle_ns = static_cast<std::int64_t>(settings_.idle_timeout_s * 1e9);

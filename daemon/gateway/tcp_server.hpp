@@ -51,7 +51,8 @@ class TcpServer {
   ~TcpServer();
 
   // Serves what is there, waiting at most `timeout` for it.
-  void serve(std::chrono::milliseconds timeout);
+  // `also`: a descriptor that ends the waiting when it has something to read; -1: none.
+  void serve(std::chrono::milliseconds timeout, int also = -1);
 
   std::uint16_t port() const noexcept { return port_; }
   const TcpServerCounters& counters() const noexcept { return counters_; }

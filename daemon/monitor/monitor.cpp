@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <thread>
+#include <utility>
 
 #include "hal/contract/sample.hpp"
 #include "model/control/loop_controller.hpp"
@@ -28,10 +29,12 @@ model::Cycle cycle_of(const RecordRow& row) {
 
 }  // namespace
 
-Monitor::Monitor(std::vector<WatchedLoop> loops, WatchBoard& board) : board_(board) {
+Monitor::Monitor(std::vector<WatchedLoop> loops, WatchBoard& board, Raised raised)
+    : board_(board), raised_(std::move(raised)) {
   tracks_.reserve(loops.size());
   for (const WatchedLoop& loop : loops) {
     Track& track = tracks_.emplace_back(loop);
+    board.corrective_state(tracks_.size() - 1, track.corrective.state());
     const LoopWatch known = board.watch(tracks_.size() - 1);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
       const model::Alarm& alarm = known.alarms.alarm(kind);
@@ -67,6 +70,9 @@ void Monitor::round() {
 
 bool Monitor::take_turn(std::size_t index) {
   Track& track = tracks_[index];
+  if (track.corrective.state() != model::CorrectiveState::off) {
+    follow(index, track.corrective.veto(board_.veto(index)));
+  }
   RecordRow row;
   std::size_t taken = 0;
   bool window = false;
@@ -86,14 +92,53 @@ bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
   using Kind = model::MonitorStep::Kind;
   switch (step.kind) {
     case Kind::nothing: return false;
-    case Kind::interrupted: board_.interrupted(index, step.state); return false;
-    case Kind::not_fit: board_.window_not_fit(index, step.measures, step.state); break;
-    case Kind::judged:
-      board_.window_judged(index, step.measures, step.judgement, step.conditions);
+    case Kind::interrupted:
+      board_.interrupted(index, step.state);
+      correct(index, step, false);
+      return false;
+    case Kind::not_fit:
+      board_.window_not_fit(index, step.measures, step.state);
+      correct(index, step, false);
       break;
+    case Kind::judged: {
+      bool came = false;
+      for (const model::AlarmKind alarm :
+           board_.window_judged(index, step.measures, step.judgement, step.conditions)) {
+        came = came || alarm == model::AlarmKind::stiction;
+        if (raised_) raised_(index, alarm, tracks_[index].monitor.window(), step);
+      }
+      correct(index, step, came);
+      break;
+    }
   }
   windows_.fetch_add(1, std::memory_order_relaxed);
   return true;
+}
+
+void Monitor::correct(std::size_t index, const model::MonitorStep& step, bool came) {
+  using State = model::WindowState;
+  model::CorrectiveAction& action = tracks_[index].corrective;
+  if (action.state() == model::CorrectiveState::off) return;
+  // A loop that the jacket has calmed may move too little to be judged; its error shows all the same.
+  if (step.kind == model::MonitorStep::Kind::judged || step.state == State::not_enough_movement) {
+    const model::Alarm alarm = board_.watch(index).alarms.alarm(model::AlarmKind::stiction);
+    follow(index, action.window(step.measures, alarm.active() && !alarm.explained(), came));
+  } else {
+    follow(index,
+           action.interrupted(step.state != State::not_automatic && step.state != State::bad_pv));
+  }
+}
+
+void Monitor::follow(std::size_t index, const model::CorrectiveStep& step) {
+  using Order = model::CorrectiveStep::Order;
+  using Kind = rt::OperatorCommand::Kind;
+  if (!step.changed()) return;
+  bool accepted = true;
+  if (step.order != Order::none) {
+    const Kind kind = step.order == Order::on ? Kind::jacket_on : Kind::jacket_shadow;
+    accepted = tracks_[index].orders != nullptr && tracks_[index].orders->try_push({kind, 0.0});
+  }
+  board_.corrective_step(index, step, accepted);
 }
 
 MonitorStatus Monitor::status() const noexcept {

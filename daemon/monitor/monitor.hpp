@@ -10,13 +10,16 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "daemon/monitor/watch_board.hpp"
+#include "daemon/rt/loop_settings.hpp"
 #include "hal/os/spsc_ring.hpp"
 #include "hal/os/thread.hpp"
 #include "hal/record/record_row.hpp"
+#include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/mode_times.hpp"
 
@@ -27,6 +30,9 @@ struct WatchedLoop {
   loopwarden::monitor::WindowSettings window;
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
   loopwarden::monitor::VerdictRuleSettings rule;
+  loopwarden::monitor::CorrectiveSettings corrective{};
+  // Where orders for the jacket go; may be null where there is no corrective action.
+  hal::os::SpscRing<rt::OperatorCommand>* orders = nullptr;
 };
 
 struct MonitorStatus {
@@ -40,9 +46,14 @@ class Monitor {
  public:
   static constexpr std::size_t kCyclesATurn = 256;
 
+  // Called by the monitor's thread with the window that raised an alarm; the window is valid meanwhile.
+  using Raised = std::function<void(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+                                    const loopwarden::monitor::Window& window,
+                                    const loopwarden::monitor::MonitorStep& step)>;
+
   // What is pointed to outlives this. Alarms that the board knows from before a restart stay on until
   // windows say otherwise.
-  Monitor(std::vector<WatchedLoop> loops, WatchBoard& board);
+  Monitor(std::vector<WatchedLoop> loops, WatchBoard& board, Raised raised = {});
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
   ~Monitor() { stop(); }
@@ -60,19 +71,26 @@ class Monitor {
   struct Track {
     explicit Track(const WatchedLoop& watched)
         : cycles(watched.cycles),
+          orders(watched.orders),
           monitor(watched.window, watched.rule, watched.judge),
+          corrective(watched.corrective),
           times(watched.window.sample_time_s) {}
     hal::os::SpscRing<hal::record::RecordRow>* cycles;
+    hal::os::SpscRing<rt::OperatorCommand>* orders;
     loopwarden::monitor::LoopMonitor monitor;
+    loopwarden::monitor::CorrectiveAction corrective;
     loopwarden::monitor::ModeTimes times;
   };
   // True if there may be more.
   bool take_turn(std::size_t index);
   // True if it was a window.
   bool pass_on(std::size_t index, const loopwarden::monitor::MonitorStep& step);
+  void correct(std::size_t index, const loopwarden::monitor::MonitorStep& step, bool came);
+  void follow(std::size_t index, const loopwarden::monitor::CorrectiveStep& step);
 
   std::vector<Track> tracks_;
   WatchBoard& board_;
+  Raised raised_;
   std::size_t first_ = 0;  // loop at which the next round begins
   std::atomic<std::uint64_t> windows_{0};
   std::atomic<std::uint64_t> cycles_{0};

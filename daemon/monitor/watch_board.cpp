@@ -56,9 +56,10 @@ void WatchBoard::restore(const journal::AlarmStates& states) {
   }
 }
 
-void WatchBoard::window_judged(std::size_t loop, const model::WindowMeasures& measures,
-                               const model::WindowJudgement& judgement,
-                               const model::AlarmConditions& conditions) {
+std::vector<AlarmKind> WatchBoard::window_judged(std::size_t loop,
+                                                 const model::WindowMeasures& measures,
+                                                 const model::WindowJudgement& judgement,
+                                                 const model::AlarmConditions& conditions) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
   const Memories before = memories(loop);
@@ -67,6 +68,12 @@ void WatchBoard::window_judged(std::size_t loop, const model::WindowMeasures& me
   watch.measures = measures;
   watch.judgement = judgement;
   write_down(loop, before, watch.alarms.window_judged(utc_ms_(), conditions));
+  std::vector<AlarmKind> raised;
+  for (const AlarmKind kind : model::kAlarmKinds) {
+    const model::AlarmMemory& memory = watch.alarms.alarm(kind).memory();
+    if (memory.times_raised != before[model::index_of(kind)].times_raised) raised.push_back(kind);
+  }
+  return raised;
 }
 
 void WatchBoard::window_not_fit(std::size_t loop, const model::WindowMeasures& measures,
@@ -131,6 +138,73 @@ OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order,
     ticket = write_order(loop, order, result);
     const std::uint64_t later = write_down(loop, before, done.transitions);
     if (later != 0) ticket = later;
+  }
+  if (result.accepted) result.on_disk = journal_.wait_written(ticket, patience);
+  return result;
+}
+
+model::Veto WatchBoard::veto(std::size_t loop) const {
+  const std::lock_guard lock(mutex_);
+  return watches_[loop].veto;
+}
+
+void WatchBoard::corrective_state(std::size_t loop, model::CorrectiveState state) {
+  const std::lock_guard lock(mutex_);
+  watches_[loop].corrective = state;
+}
+
+void WatchBoard::corrective_step(std::size_t loop, const model::CorrectiveStep& step,
+                                 bool accepted) {
+  using Order = model::CorrectiveStep::Order;
+  const std::lock_guard lock(mutex_);
+  watches_[loop].corrective = step.to;
+  JournalEntry entry;
+  entry.kind = JournalEntry::Kind::system;
+  entry.utc_ms = utc_ms_();
+  entry.loop = names_[loop];
+  entry.alarm = model::to_text(AlarmKind::stiction);
+  entry.what = step.order == Order::on     ? "jacket on"
+               : step.order == Order::back ? "jacket back to shadow"
+                                           : "corrective action";
+  entry.old_value = model::to_text(step.from);
+  entry.new_value = model::to_text(step.to);
+  entry.reason = step.why;
+  if (step.rms_before > 0.0) {
+    entry.reason += fmt::format("; % of PV span, before: rms {:.3g}, mean {:.3g}", step.rms_before,
+                                step.mean_before);
+  }
+  if (step.rms_after > 0.0) {
+    entry.reason +=
+        fmt::format("; after: rms {:.3g}, mean {:.3g}", step.rms_after, step.mean_after);
+  }
+  entry.result = accepted ? "done" : "refused: too many commands at once";
+  journal_.post(std::move(entry));
+}
+
+OrderResult WatchBoard::set_veto(std::size_t loop, model::Veto veto, const std::string& peer,
+                                 const std::string& reason, std::chrono::milliseconds patience) {
+  OrderResult result;
+  std::uint64_t ticket = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    LoopWatch& watch = watches_[loop];
+    // Masters repeat what they have written: no news, no line.
+    if (watch.veto == veto && watch.corrective != model::CorrectiveState::off)
+      return {true, {}, true};
+    result.accepted = watch.corrective != model::CorrectiveState::off;
+    if (!result.accepted) {
+      result.why = names_[loop] + " has no corrective action (monitor.corrective_action)";
+    }
+    JournalEntry entry;
+    entry.kind = JournalEntry::Kind::operator_action;
+    entry.utc_ms = utc_ms_();
+    entry.loop = names_[loop];
+    entry.peer = peer;
+    entry.what = veto != model::Veto::none ? "veto of corrective action" : "veto lifted";
+    entry.reason = reason;
+    entry.result = result.accepted ? "done" : "refused: " + result.why;
+    if (result.accepted) watch.veto = veto;
+    ticket = journal_.post(std::move(entry));
   }
   if (result.accepted) result.on_disk = journal_.wait_written(ticket, patience);
   return result;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "daemon/journal/journal.hpp"
+#include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/mode_times.hpp"
 #include "model/monitor/window_judge.hpp"
@@ -34,6 +35,8 @@ struct LoopWatch {
   loopwarden::monitor::WindowMeasures measures;    // of the newest window
   loopwarden::monitor::WindowJudgement judgement;  // of the newest window that was judged
   loopwarden::monitor::ModeTimes times;
+  loopwarden::monitor::CorrectiveState corrective = loopwarden::monitor::CorrectiveState::off;
+  loopwarden::monitor::Veto veto = loopwarden::monitor::Veto::none;  // the operator's
 };
 
 // What an operator wants.
@@ -67,9 +70,11 @@ class WatchBoard {
   void restore(const journal::AlarmStates& states);
 
   // --- the monitor ---
-  void window_judged(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
-                     const loopwarden::monitor::WindowJudgement& judgement,
-                     const loopwarden::monitor::AlarmConditions& conditions);
+  // Returns the alarms whose condition came with this window.
+  std::vector<loopwarden::monitor::AlarmKind> window_judged(
+      std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
+      const loopwarden::monitor::WindowJudgement& judgement,
+      const loopwarden::monitor::AlarmConditions& conditions);
   // A window that is full but can't be judged.
   void window_not_fit(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
                       loopwarden::monitor::WindowState why);
@@ -79,8 +84,17 @@ class WatchBoard {
   void set_times(std::size_t loop, const loopwarden::monitor::ModeTimes& times,
                  loopwarden::monitor::WindowState state);
   void pass_time();
+  loopwarden::monitor::Veto veto(std::size_t loop) const;
+  void corrective_state(std::size_t loop, loopwarden::monitor::CorrectiveState state);
+  // `accepted`: the loop took the order, where there is one.
+  void corrective_step(std::size_t loop, const loopwarden::monitor::CorrectiveStep& step,
+                       bool accepted);
 
   // --- operators ---
+  // Refused where the loop has no corrective action. Followed by the monitor within its round.
+  OrderResult set_veto(std::size_t loop, loopwarden::monitor::Veto veto, const std::string& peer,
+                       const std::string& reason,
+                       std::chrono::milliseconds patience = std::chrono::milliseconds(1000));
   OrderResult act(std::size_t loop, const AlarmOrder& order,
                   std::chrono::milliseconds patience = std::chrono::milliseconds(1000));
 

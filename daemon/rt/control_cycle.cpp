@@ -75,6 +75,8 @@ void ControlCycle::take_settings() noexcept {
 
 void ControlCycle::take_commands() noexcept {
   OperatorCommand command;
+  // The operator has the last word.
+  while (channels_.monitor_commands.try_pop(command)) apply(command);
   while (channels_.commands.try_pop(command)) apply(command);
   while (channels_.master_commands.try_pop(command)) apply(command);
 }

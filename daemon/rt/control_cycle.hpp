@@ -27,6 +27,7 @@ struct LoopChannels {
   hal::os::NewestValue<LoopSettings> settings;             // reload -> cycle
   hal::os::SpscRing<OperatorCommand> commands{32};         // operator -> cycle
   hal::os::SpscRing<OperatorCommand> master_commands{32};  // Modbus master -> cycle
+  hal::os::SpscRing<OperatorCommand> monitor_commands{8};  // monitor -> cycle
   hal::os::SpscRing<hal::record::RecordRow> records;       // cycle -> historian
   hal::os::SpscRing<hal::record::RecordRow> watched;       // cycle -> monitor
   std::atomic<double> set_point_wanted{0.0};               // cycle -> Modbus server, PV units

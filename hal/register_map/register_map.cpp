@@ -189,6 +189,8 @@ constexpr std::array kRegisters{
             "with CO at an end of its range since the start"),
     loop_in(Field::records_dropped, 60, u32, "records_dropped", "",
             "cycles that the recorder or the monitor was too slow for"),
+    loop_in(Field::corrective_action, 62, u16, "corrective_action", "",
+            "0 off, 1 waiting, 2 trying: the jacket acts, 3 helping, 4 given up, 5 vetoed"),
     loop_in(Field::sequence_tail, 63, u16, "sequence_tail", "", "as sequence_head"),
 
     holding(Field::master_heartbeat, Area::box, 0, u16, "master_heartbeat", "",
@@ -260,6 +262,10 @@ constexpr std::array kRegisters{
     loop_coil(Field::unshelve, 12, "unshelve_hysteresis", kUnshelve, 2),
     loop_coil(Field::unshelve, 13, "unshelve_low_air_supply", kUnshelve, 3),
     loop_coil(Field::unshelve, 14, "unshelve_unknown", kUnshelve, 4),
+    loop_coil(Field::veto_corrective_action, 15, "veto_corrective_action",
+              "write 1: the jacket goes back to shadow and stays there, 0: it may act again; reads "
+              "what is set",
+              0),
 };
 
 constexpr std::uint16_t width_of(RegisterType type) {

@@ -18,7 +18,7 @@
 namespace loopwarden::hal::register_map {
 
 inline constexpr std::uint16_t kMagic = 0x4C50;
-inline constexpr std::uint16_t kVersion = 0x0100;  // major, minor
+inline constexpr std::uint16_t kVersion = 0x0101;  // major, minor
 inline constexpr float kFloatTest = 123456.0F;     // 0x47F1 0x2000 in order abcd
 inline constexpr std::uint32_t kIntegerTest = 0x01020304;
 inline constexpr std::int16_t kScaledInvalid = -32768;  // a scaled copy of what is not there
@@ -116,6 +116,7 @@ enum class Field : std::uint8_t {
   hours_manual,
   hours_at_limit,
   records_dropped,
+  corrective_action,
   sequence_tail,
   // discrete inputs
   running,
@@ -152,7 +153,8 @@ enum class Field : std::uint8_t {
   acknowledge_all,
   acknowledge,
   reset,
-  unshelve
+  unshelve,
+  veto_corrective_action
 };
 
 struct Register {

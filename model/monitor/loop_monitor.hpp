@@ -52,6 +52,8 @@ class LoopMonitor {
     rule_.restore(kind, on, severity_percent);
   }
   WindowState state() const noexcept { return builder_.state(); }
+  // The window of the step that was just made, where there was one; until the next call of add().
+  Window window() const noexcept { return builder_.window(); }
 
  private:
   WindowBuilder builder_;

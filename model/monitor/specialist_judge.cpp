@@ -13,6 +13,7 @@ WindowJudgement judgement_of(const specialist::WindowVerdict& verdict) noexcept 
   result.probability = {p(Condition::stiction), p(Condition::backlash), p(Condition::hysteresis),
                         p(Condition::low_air_supply), p(Condition::other)};
   result.severity_percent = verdict.severity_percent;
+  result.errors = verdict.mse;
   switch (verdict.verdict) {
     case specialist::Verdict::no_fault: result.result = Result::no_fault; break;
     case specialist::Verdict::not_enough_movement:

@@ -10,6 +10,7 @@ VerdictRule::VerdictRule(const VerdictRuleSettings& settings) noexcept : setting
   s.windows = std::clamp<std::size_t>(s.windows, 1, kMostVotes);
   s.windows_on = std::clamp<std::size_t>(s.windows_on, 1, s.windows);
   s.windows_off = std::min(s.windows_off, s.windows_on - 1);
+  s.windows_to_go = std::clamp(s.windows_to_go, s.windows, kMostVotes);
   s.probability_on = std::clamp(s.probability_on, 0.0, 1.0);
   s.probability_off = std::clamp(s.probability_off, 0.0, s.probability_on);
 }
@@ -18,8 +19,8 @@ const AlarmConditions& VerdictRule::add(const WindowJudgement& judgement) noexce
   using Result = WindowJudgement::Result;
   if (judgement.result == Result::not_enough_movement) return conditions_;
   Vote& vote = history_[next_];
-  next_ = (next_ + 1) % settings_.windows;
-  votes_ = std::min(votes_ + 1, settings_.windows);
+  next_ = (next_ + 1) % kMostVotes;
+  votes_ = std::min(votes_ + 1, kMostVotes);
   for (std::size_t k = 0; k < kAlarmKindCount; ++k) {
     const bool named = judgement.result == Result::fault && index_of(judgement.fault) == k;
     vote.names[k] = named && judgement.probability[k] >= settings_.probability_on;
@@ -29,16 +30,15 @@ const AlarmConditions& VerdictRule::add(const WindowJudgement& judgement) noexce
   for (std::size_t k = 0; k < kAlarmKindCount; ++k) {
     std::size_t names = 0;
     std::size_t keeps = 0;
-    for (std::size_t i = 0; i < votes_; ++i) {
-      // The newest `votes_` places, which are not the first ones after a restart.
-      const Vote& v = history_[(next_ + settings_.windows - 1 - i) % settings_.windows];
-      names += v.names[k] ? 1U : 0U;
+    for (std::size_t i = 0; i < std::min(votes_, settings_.windows_to_go); ++i) {
+      const Vote& v = history_[(next_ + kMostVotes - 1 - i) % kMostVotes];  // the newest first
+      names += v.names[k] && i < settings_.windows ? 1U : 0U;
       keeps += v.keeps[k] ? 1U : 0U;
     }
     AlarmCondition& condition = conditions_[k];
     if (!condition.on) {
       condition.on = names >= settings_.windows_on;
-    } else if (votes_ == settings_.windows && keeps <= settings_.windows_off) {
+    } else if (votes_ >= settings_.windows_to_go && keeps <= settings_.windows_off) {
       condition = {};
     }
   }

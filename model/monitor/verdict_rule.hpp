@@ -4,10 +4,13 @@
 //   A window votes for fault k with p_k, its probability, where it names k, and with p_k against the
 //   threshold to go wherever it could be judged.
 //   off -> on   at least `windows_on` of the last `windows` judged named k with p_k >= probability_on
-//   on  -> off  at most `windows_off` of the last `windows` judged have p_k >= probability_off
+//   on  -> off  at most `windows_off` of the last `windows_to_go` judged have p_k >= probability_off
 //
 // A window that can't tell (not_enough_movement) is no evidence: it changes nothing, and the windows before
 // it keep their place. One odd window raises no alarm, and one quiet window ends none.
+//
+// windows_to_go is longer than windows in the daemon: a valve that sticks shows it only when the loop crosses
+// the stick band, and looks healthy in between. Repair takes more windows to believe than a fault.
 //
 // Stepped by the caller, once a window. No clock, no allocation.
 //
@@ -28,14 +31,18 @@ namespace loopwarden::monitor {
 inline constexpr std::size_t kMostVotes = 16;
 
 struct VerdictRuleSettings {
-  std::size_t windows = 5;       // M, 1 to kMostVotes
-  std::size_t windows_on = 3;    // N, 1 to M
-  std::size_t windows_off = 1;   // below N
-  double probability_on = 0.5;   // 0 to 1
-  double probability_off = 0.3;  // at most probability_on
+  std::size_t windows = 5;        // M, 1 to kMostVotes
+  std::size_t windows_on = 3;     // N, 1 to M
+  std::size_t windows_off = 1;    // below N
+  std::size_t windows_to_go = 0;  // M to kMostVotes; 0: M
+  double probability_on = 0.5;    // 0 to 1
+  double probability_off = 0.3;   // at most probability_on
 
   friend bool operator==(const VerdictRuleSettings&, const VerdictRuleSettings&) = default;
 };
+
+// The daemon's, and of all that shows what the daemon would do: twelve minutes of windows without the fault.
+inline constexpr VerdictRuleSettings kAlarmRule{.windows_to_go = 15};
 
 class VerdictRule {
  public:
@@ -61,7 +68,7 @@ class VerdictRule {
   VerdictRuleSettings settings_;
   std::array<Vote, kMostVotes> history_{};
   std::size_t next_ = 0;
-  std::size_t votes_ = 0;  // in the history, at most settings_.windows
+  std::size_t votes_ = 0;  // in the history, at most kMostVotes
   AlarmConditions conditions_{};
 };
 

@@ -23,6 +23,7 @@ struct Window {
   double pv_high = 100.0;
   double co_low = 0.0;  // CO units, the span of the controller's output
   double co_high = 100.0;
+  std::size_t bridged_cycles = 0;  // cycles of the window that were missing and stood in for
 };
 
 // Why there is no window that could be judged. The numbers are those of the register map.

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace loopwarden::monitor {
 namespace {
 
 constexpr std::size_t kRoom = 2 * kWindowSamples;
+constexpr auto kWindow = static_cast<std::ptrdiff_t>(kWindowSamples);
 constexpr double kMostOverlap = 0.95;
 constexpr std::size_t kMostDecimation = 10'000;
 
@@ -17,21 +19,23 @@ WindowBuilder::WindowBuilder(const WindowSettings& settings) : settings_(setting
   settings_.decimation = std::clamp<std::size_t>(settings.decimation, 1, kMostDecimation);
   settings_.overlap =
       std::isfinite(settings.overlap) ? std::clamp(settings.overlap, 0.0, kMostOverlap) : 0.0;
-  const auto kept = static_cast<std::size_t>(
+  const auto kept = static_cast<std::ptrdiff_t>(
       std::lround(settings_.overlap * static_cast<double>(kWindowSamples)));
-  advance_ = kWindowSamples - kept;
+  advance_ = kWindow - kept;
   for (std::vector<double>* column : {&columns_.sp, &columns_.pv, &columns_.co, &columns_.stem}) {
     column->resize(kRoom);
   }
+  bridged_.resize(kRoom);
   start_over();
 }
 
 void WindowBuilder::start_over() noexcept {
   first_ = 0;
   count_ = 0;
-  until_next_ = kWindowSamples;
+  until_next_ = kWindow;
   in_sample_ = 0;
   sum_sp_ = sum_pv_ = sum_co_ = sum_stem_ = 0.0;
+  bridged_in_sample_ = 0;
   window_in_stretch_ = false;
 }
 
@@ -43,7 +47,8 @@ WindowState WindowBuilder::usable(const Cycle& cycle) const noexcept {
 }
 
 WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
-  const bool follows = !any_ || cycle.period_index == last_period_ + 1;
+  // A number that goes back is another run: as much of a gap as any.
+  const std::uint64_t missing = any_ ? cycle.period_index - last_period_ - 1 : 0;
   any_ = true;
   last_period_ = cycle.period_index;
   const WindowState can_use = usable(cycle);
@@ -55,23 +60,47 @@ WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
     return news ? Event::broken : Event::none;
   }
   Event event = Event::none;
-  if (!follows && !broken_) {
-    start_over();
-    state_ = WindowState::gap;
-    event = Event::broken;
-  } else if (broken_) {
+  if (broken_) {
     state_ = WindowState::filling;
+  } else if (missing > 0) {
+    if (missing > kLongestBridge * settings_.decimation || !bridge(cycle, missing)) {
+      start_over();
+      state_ = WindowState::gap;
+      event = Event::broken;
+    }
   }
   broken_ = false;
-  append(cycle);
-  if (in_sample_ != 0 || until_next_ > 0) return event;
-  until_next_ = advance_;
+  append(cycle, false);
+  if (until_next_ > 0) return event;
+  until_next_ += advance_;
   window_in_stretch_ = true;
   state_ = WindowState::valid;
   return Event::full;
 }
 
-void WindowBuilder::append(const Cycle& cycle) noexcept {
+std::size_t WindowBuilder::bridged_in_window() const noexcept {
+  const auto first = bridged_.begin() + static_cast<std::ptrdiff_t>(first_);
+  return std::accumulate(first, first + static_cast<std::ptrdiff_t>(count_),
+                         std::size_t{bridged_in_sample_});
+}
+
+bool WindowBuilder::bridge(const Cycle& cycle, std::uint64_t missing) noexcept {
+  const std::size_t most = kMostBridged * settings_.decimation;
+  if (bridged_in_window() + missing > most) return false;
+  const Cycle from = last_;
+  for (std::uint64_t i = 1; i <= missing; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(missing + 1);
+    Cycle made_up = from;
+    made_up.pv += share * (cycle.pv - from.pv);
+    made_up.stem += share * (cycle.stem - from.stem);
+    append(made_up, true);
+  }
+  return true;
+}
+
+void WindowBuilder::append(const Cycle& cycle, bool made_up) noexcept {
+  last_ = cycle;
+  if (made_up) ++bridged_in_sample_;
   sum_sp_ += cycle.sp;
   sum_pv_ += cycle.pv;
   sum_co_ += cycle.co;
@@ -82,6 +111,8 @@ void WindowBuilder::append(const Cycle& cycle) noexcept {
       std::copy(column->begin() + static_cast<std::ptrdiff_t>(first_), column->end(),
                 column->begin());
     }
+    std::copy(bridged_.begin() + static_cast<std::ptrdiff_t>(first_), bridged_.end(),
+              bridged_.begin());
     first_ = 0;
   }
   const auto n = static_cast<double>(in_sample_);
@@ -90,7 +121,9 @@ void WindowBuilder::append(const Cycle& cycle) noexcept {
   columns_.pv[at] = sum_pv_ / n;
   columns_.co[at] = sum_co_ / n;
   columns_.stem[at] = sum_stem_ / n;
+  bridged_[at] = bridged_in_sample_;
   in_sample_ = 0;
+  bridged_in_sample_ = 0;
   sum_sp_ = sum_pv_ = sum_co_ = sum_stem_ = 0.0;
   if (count_ < kWindowSamples) {
     ++count_;
@@ -112,11 +145,12 @@ Window WindowBuilder::window() const noexcept {
           .pv_low = settings_.pv_low,
           .pv_high = settings_.pv_high,
           .co_low = settings_.co_low,
-          .co_high = settings_.co_high};
+          .co_high = settings_.co_high,
+          .bridged_cycles = bridged_in_window()};
 }
 
 double WindowBuilder::filled() const noexcept {
-  const std::size_t wanted = window_in_stretch_ ? advance_ : kWindowSamples;
+  const std::ptrdiff_t wanted = window_in_stretch_ ? advance_ : kWindow;
   return 1.0 - static_cast<double>(until_next_) / static_cast<double>(wanted);
 }
 

@@ -3,11 +3,16 @@
 //
 // `decimation` cycles are averaged into one sample, so that a loop at 100 Hz sees as far back as one at
 // 10 Hz. A window follows the one before by (1 - overlap) of its length. A window never reaches across
-// a gap in the cycles, a change of mode, or a PV that is not good: what was gathered is then thrown
-// away and gathering begins again. A set-point change is no reason: signatures begin with one.
+// a change of mode, a PV that is not good, or a gap in the cycles that is longer than a moment: what was
+// gathered is then thrown away and gathering begins again. A set-point change is no reason: signatures
+// begin with one.
+//
+// A gap of at most kLongestBridge samples is bridged, as long as no window has more than kMostBridged
+// samples so made: PV and stem on the straight line between their neighbours, SP and CO as they stood,
+// which is what the output of a loop that comes late does. Window::bridged_cycles counts them.
 //
 // Errors: settings outside their ranges are brought to the nearest that is within.
-// What it can't do: bridge a single missing cycle; a loop that misses one each window is never judged,
+// What it can't do: know what happened in a cycle that is missing. A loop that misses more is not judged,
 // which shows as `gap`.
 #pragma once
 
@@ -18,6 +23,10 @@
 #include "model/monitor/window.hpp"
 
 namespace loopwarden::monitor {
+
+// In samples, that is in cycles times decimation: 0.4 s of 96 s, and 1 % of a window.
+inline constexpr std::size_t kLongestBridge = 4;
+inline constexpr std::size_t kMostBridged = 9;
 
 // One cycle of a loop, as the monitor sees it.
 struct Cycle {
@@ -55,30 +64,38 @@ class WindowBuilder {
   // Of the newest window; while the first one of a stretch is being gathered, filling or gap.
   WindowState state() const noexcept { return state_; }
   Window window() const noexcept;
-  // Number of the last cycle in the window.
+  // Number of the newest cycle; of the last in the window, unless that one was made up.
   std::uint64_t last_period() const noexcept { return last_period_; }
   double filled() const noexcept;  // share of the next window that is there, 0 to 1
 
  private:
   WindowState usable(const Cycle& cycle) const noexcept;
   void start_over() noexcept;
-  void append(const Cycle& cycle) noexcept;
+  // Whether `missing` cycles before this one may be made up for; does so.
+  bool bridge(const Cycle& cycle, std::uint64_t missing) noexcept;
+  // Of the last samples that a window has; the present sample's included.
+  std::size_t bridged_in_window() const noexcept;
+  void append(const Cycle& cycle, bool made_up) noexcept;
 
   WindowSettings settings_;
-  std::size_t advance_;  // samples from one window to the next
+  std::ptrdiff_t advance_;  // samples from one window to the next
   // Twice the length: samples are appended, and moved to the front when the end is reached.
   struct Columns {
     std::vector<double> sp, pv, co, stem;
   };
   Columns columns_;
+  std::vector<std::uint16_t> bridged_;  // of each sample, cycles that were made up
+  Cycle last_;                          // the newest that was gathered
   std::size_t first_ = 0;
-  std::size_t count_ = 0;       // samples from first_ on
-  std::size_t until_next_ = 0;  // samples until a window is full
-  std::size_t in_sample_ = 0;   // cycles in the sums below
+  std::size_t count_ = 0;  // samples from first_ on
+  // Samples until a window is full; below 0 while a bridge goes beyond its end.
+  std::ptrdiff_t until_next_ = 0;
+  std::size_t in_sample_ = 0;  // cycles in the sums below
   double sum_sp_ = 0.0;
   double sum_pv_ = 0.0;
   double sum_co_ = 0.0;
   double sum_stem_ = 0.0;
+  std::uint16_t bridged_in_sample_ = 0;
   std::uint64_t last_period_ = 0;
   bool any_ = false;    // a cycle has been seen
   bool broken_ = true;  // the stretch before this cycle could not be used

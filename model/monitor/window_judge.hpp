@@ -7,6 +7,7 @@
 
 #include "model/monitor/alarm_kind.hpp"
 #include "model/monitor/window.hpp"
+#include "model/specialist/classes.hpp"
 
 namespace loopwarden::monitor {
 
@@ -17,7 +18,21 @@ struct WindowJudgement {
   // Of each fault, 0 to 1; what is missing to a sum of 1 is that of no fault.
   std::array<double, kAlarmKindCount> probability{};
   double severity_percent = 0.0;  // % of the CO span, of the fault
+  // What each specialist's explanation leaves of the window, (% of the CO span)^2, in the order of
+  // specialist::Condition; 0 from a judge that has none.
+  std::array<double, specialist::kConditions> errors{};
+
+  friend bool operator==(const WindowJudgement&, const WindowJudgement&) = default;
 };
+
+constexpr const char* to_text(WindowJudgement::Result result) noexcept {
+  switch (result) {
+    case WindowJudgement::Result::no_fault: return "no_fault";
+    case WindowJudgement::Result::fault: return "fault";
+    case WindowJudgement::Result::not_enough_movement: break;
+  }
+  return "not_enough_movement";
+}
 
 class WindowJudge {
  public:

@@ -59,6 +59,7 @@ void measure_stick(const Window& window, double resolution, bool has_stem, Windo
 
 WindowMeasures measure(const Window& window, double resolution_percent) {
   WindowMeasures m;
+  m.bridged_cycles = window.bridged_cycles;
   const double co_span = window.co_high - window.co_low;
   const double pv_span = window.pv_high - window.pv_low;
   if (window.pv.size() < 2 || !(co_span > 0.0) || !(pv_span > 0.0)) return m;
@@ -76,6 +77,9 @@ WindowMeasures measure(const Window& window, double resolution_percent) {
       pv_span;
   m.travel_percent_per_hour = 100.0 * metrics.travel_per_hour / co_span;
   m.reversals_per_hour = metrics.reversals_per_hour;
+
+  const auto [lowest, highest] = std::minmax_element(window.sp.begin(), window.sp.end());
+  m.set_point_range_percent = 100.0 * (*highest - *lowest) / pv_span;
 
   const double margin = 1e-6 * co_span;
   const auto at_end = std::count_if(window.co.begin(), window.co.end(), [&](double co) {

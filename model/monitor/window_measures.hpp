@@ -24,6 +24,7 @@
 // 14 (2006), for the apparent stiction; ANSI/ISA-75.25.01 for how a dead band is measured on a stem.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "model/monitor/window.hpp"
@@ -42,6 +43,8 @@ struct WindowMeasures {
   double reversals_per_hour = 0.0;
   double stick_percent = 0.0;
   StickSource stick_source = StickSource::none;
+  double set_point_range_percent = 0.0;  // highest less lowest SP of the window, % of the PV span
+  std::size_t bridged_cycles = 0;        // of the window, missing and stood in for
 };
 
 // `resolution_percent`: least move of stem or CO that counts, % of the CO span.

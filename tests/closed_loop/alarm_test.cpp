@@ -80,6 +80,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   const Output explained = alarms("explain FIC-101 stiction");
   CHECK(explained.text.find("what to do") != std::string::npos);
   CHECK(explained.text.find("normal -> unacknowledged") != std::string::npos);
+  CHECK(explained.text.find("evidence: none") != std::string::npos);
 
   CHECK(alarms("ack FIC-101 backlash").exit_code == 74);  // nothing to acknowledge
   CHECK(alarms("ack FIC-999 stiction").exit_code == 74);
@@ -94,6 +95,17 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   daemon.start();
   CHECK(state() == "acknowledged");
   CHECK(alarms("journal FIC-101").text.find("seen at the valve") != std::string::npos);
+
+  // Killed once more, and the journal is damaged meanwhile: what was acknowledged stays so.
+  daemon.signal(SIGKILL);
+  REQUIRE(daemon.wait_for_end() == -SIGKILL);
+  write_file(daemon.folder() / "journal.sqlite", std::string(20'000, 'x'));
+  daemon.start();
+  CHECK(state() == "acknowledged");
+  CHECK(daemon.client().status().at("daemon").at("journal").at("damaged") == 1);
+  CHECK(test::eventually([&] { return daemon.is("FIC-101", "mode", "AUTO"); }));
+  CHECK(alarms("journal").text.find("journal replaced") != std::string::npos);
+  CHECK(alarms("veto FIC-101").text.find("no corrective action") != std::string::npos);
 
   REQUIRE(alarms("shelve FIC-101 stiction --minutes 30").exit_code == 0);
   CHECK(state() == "shelved");

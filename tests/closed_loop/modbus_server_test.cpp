@@ -87,6 +87,28 @@ struct Plant {
   DaemonProcess daemon;
 };
 
+// Two serial ports and the line between them.
+class Wire {
+ public:
+  Wire(const std::string& one, const std::string& other) : child_(::fork()) {
+    REQUIRE(child_ >= 0);
+    if (child_ != 0) return;
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    ::execl("/usr/bin/socat", "socat", ("pty,raw,echo=0,link=" + one).c_str(),
+            ("pty,raw,echo=0,link=" + other).c_str(), nullptr);
+    ::_exit(127);
+  }
+  Wire(const Wire&) = delete;
+  Wire& operator=(const Wire&) = delete;
+  ~Wire() {
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+  }
+
+ private:
+  pid_t child_;
+};
+
 // Whether a value that a master read is one of those that the loop had of late.
 bool seen(const std::vector<double>& values, double read) {
   return std::any_of(values.begin(), values.end(),
@@ -227,6 +249,49 @@ TEST_CASE("writes are refused or accepted as configured, and end in the journal"
     CHECK(written);
     CHECK(refused);
   }
+}
+
+TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an RTU slave",
+          "[modbus_server]") {
+  const TemporaryFolder line;
+  const std::string ours = (line / "ours").string();
+  const std::string theirs = (line / "theirs").string();
+  const Wire wire(ours, theirs);
+  REQUIRE(test::eventually(
+      [&] { return std::filesystem::exists(ours) && std::filesystem::exists(theirs); }));
+  const bool writes = GENERATE(false, true);
+  Plant plant("  writes: true\n  serial: {device: " + ours +
+              ", unit: 9, parity: none, writes: " + (writes ? "true" : "false") + "}\n");
+  const std::string rtu = "mbpoll -q -1 -0 -B -m rtu -a 9 -b 19200 -P none ";
+  const Output test_constant = run(rtu + "-t 3:float -r 14 -c 1 " + theirs);
+  INFO(test_constant.text);
+  CHECK(test_constant.text.find("123456") != std::string::npos);
+  const Output write = run(rtu + "-t 4:float -r 66 " + theirs + " 4.5");
+  INFO(write.text);
+  if (writes) {
+    CHECK(test::eventually([&] { return plant.daemon.loop("FIC-102").at("sp") == 4.5; }));
+    bool told = false;
+    for (const json& entry : plant.daemon.client().journal(20, "FIC-102")) {
+      told = told || (entry.at("what") == "sp" && entry.at("peer") == ours);
+    }
+    CHECK(told);
+  } else {
+    CHECK(write.text.find("Illegal function") != std::string::npos);
+  }
+  // A whole block, and another unit, which nobody answers for.
+  const Output block =
+      run("/usr/bin/python3 -c \"from pymodbus.client import ModbusSerialClient as C; "
+          "c = C(port='" +
+          theirs +
+          "', baudrate=19200, parity='N', timeout=2); c.connect(); "
+          "r = c.read_input_registers(64, 64, slave=9); print(len(r.registers), r.registers[0] == "
+          "r.registers[63]); print(c.read_input_registers(0, 1, slave=8).isError())\"");
+  INFO(block.text);
+  CHECK(block.text.find("64 True") != std::string::npos);
+  CHECK(block.text.find("\nTrue") != std::string::npos);
+  const json serial = plant.daemon.client().status().at("daemon").at("modbus_server").at("serial");
+  CHECK(serial.at("open") == true);
+  CHECK(serial.at("requests") >= 3);
 }
 
 TEST_CASE("the master's heartbeat: when it stops, the loops do what is configured",

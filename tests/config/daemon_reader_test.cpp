@@ -119,7 +119,8 @@ modbus_server:
     - {peer: 192.168.10.0/24}
     - {peer: 192.168.10.5, writes: true}
   master_heartbeat: {timeout: 3, action: manual}
-alarms: {latching: true, shelve_limit: 2.5, severe: 15}
+  serial: {device: /dev/ttyS1, baud: 9600, parity: odd, unit: 9, writes: true}
+alarms: {latching: true, shelve_limit: 2.5, severe: 15, evidence: 5}
 )");
   INFO(to_text(daemon.diagnostics));
   REQUIRE(daemon);
@@ -142,6 +143,13 @@ alarms: {latching: true, shelve_limit: 2.5, severe: 15}
   CHECK(daemon->alarms.settings.latching);
   CHECK(daemon->alarms.settings.shelve_limit_ms == 9'000'000);
   CHECK(daemon->alarms.severe_percent == 15.0);
+  CHECK(daemon->alarms.most_evidence == 5);
+  REQUIRE(server.serial);
+  CHECK(server.serial->line.device == "/dev/ttyS1");
+  CHECK(server.serial->line.baud == 9600);
+  CHECK(server.serial->line.parity == hal::modbus::Parity::odd);
+  CHECK(server.serial->unit == 9);
+  CHECK(server.serial->writes);
 }
 
 TEST_CASE("Without a section there is no Modbus server; an empty one reads only, from this host",
@@ -171,5 +179,10 @@ TEST_CASE("What is wrong with a Modbus server is said at its place", "[config][d
   CHECK(said_of_daemon("modbus_server: {master_heartbeat: {action: stop}}\n").find("timeout") !=
         std::string::npos);
   CHECK(said_of_daemon("modbus_server: {portt: 502}\n").find("port") != std::string::npos);
+  CHECK(said_of_daemon("modbus_server: {serial: {baud: 9600}}\n").find("device") !=
+        std::string::npos);
+  CHECK(said_of_daemon("modbus_server: {serial: {device: /dev/ttyS1}}\n"
+                       "links: {line: {transport: rtu, device: /dev/ttyS1}}\n")
+            .find("modbus_server.serial") != std::string::npos);
   CHECK(said_of_daemon("alarms: {shelve_limit: 25}\n").find("24") != std::string::npos);
 }

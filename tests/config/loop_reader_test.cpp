@@ -196,6 +196,28 @@ TEST_CASE("On hardware the jacket acts within stated bounds only", "[config][loo
   CHECK(said_of_loop(with_jacket("form: bounded, max_mean_error: 1" + model)).empty());
 }
 
+TEST_CASE("Corrective action needs a jacket in shadow that is bounded, and specialists",
+          "[config][loop]") {
+  const std::string model = ", valve_position: {model: [{effect: stiction, s: 0.5, j: 0.2}]}";
+  const std::string sound = "form: dwell, shadow: true, max_mean_error: 1" + model;
+  const auto monitored = [&](const std::string& jacket, const std::string& keys) {
+    return with_jacket(jacket) + "monitor: {specialists: /s, corrective_action: {" + keys + "}}\n";
+  };
+  const LoopConfig loop = read(monitored(sound, "allowed_mean_error: 2.5"));
+  CHECK(loop.monitor.corrective.enabled);
+  CHECK(loop.monitor.corrective.allowed_mean_error_percent == 2.5);
+  CHECK_FALSE(read(monitored(sound, "enabled: false")).monitor.corrective.enabled);
+  CHECK_FALSE(read(with_jacket(sound)).monitor.corrective.enabled);
+  for (const char* jacket : {"form: dwell, max_mean_error: 1", "form: paper, shadow: true"}) {
+    CHECK(said_of_loop(monitored(jacket + model, "")).find("form bounded or dwell and shadow") !=
+          std::string::npos);
+  }
+  CHECK(said_of_loop(monitored("form: dwell, shadow: true" + model, "")).find("max_mean_error") !=
+        std::string::npos);
+  CHECK(said_of_loop(with_jacket(sound) + "monitor: {corrective_action: {}}\n")
+            .find("needs specialists") != std::string::npos);
+}
+
 TEST_CASE("What deadband and converter hold back is no windup", "[config][loop]") {
   // The register's own step is 0.001 V.
   CHECK(read(kModbusLoop).controller.pid.tolerance == Approx(0.001));

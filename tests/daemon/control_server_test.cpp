@@ -36,7 +36,7 @@ struct Bench {
     journal.open();
     journal.start();
     server = std::make_unique<ControlServer>((folder / "control.sock").string(), loops, historian,
-                                             board, journal, 10.0, [] {
+                                             board, journal, evidence, 10.0, [] {
                                                return json{{"version", "test"}};
                                              });
   }
@@ -56,6 +56,7 @@ struct Bench {
   std::vector<LoopRuntime> loops;
   Historian historian;
   journal::Journal journal{{.folder = folder.path()}};
+  evidence::EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
   std::unique_ptr<ControlServer> server;
@@ -201,7 +202,7 @@ TEST_CASE(
   CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
   CHECK_THROWS_WITH(
       ControlServer((bench.folder / "control.sock").string(), bench.loops, bench.historian,
-                    bench.board, bench.journal, 10.0, [] { return json(); }),
+                    bench.board, bench.journal, bench.evidence, 10.0, [] { return json(); }),
       Catch::Contains("another daemon"));
 }
 

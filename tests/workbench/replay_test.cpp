@@ -105,6 +105,15 @@ TEST_CASE("no window across missing samples; a saturated one is not judged", "[r
     if (k == 1500) pv.clear();
   });
   CHECK(result.at("windows") == 1);
+  // A cycle that is missing altogether is bridged; too many in a row are not.
+  for (const int missing : {4, 5}) {
+    result = windows([missing](int k, std::string& pv, std::string& co) {
+      if (k < 1500 || k >= 1500 + missing) return;
+      pv.clear();
+      co.clear();
+    });
+    CHECK(result.at("windows") == (missing == 4 ? 2 : 1));
+  }
   result = windows([](int k, std::string&, std::string& co) {
     if (k >= 400 && k < 600) co = "10";
   });
@@ -117,6 +126,7 @@ TEST_CASE("what can't be replayed is refused with a reason", "[replay]") {
   const std::string record = bench.record(1000);
   CHECK(replay("").exit_code == 64);
   CHECK(replay(record).exit_code == 64);
+  CHECK(replay(bench.folder.path().string()).exit_code == 65);  // no evidence
   CHECK(replay(record + " --specialists /nowhere").exit_code == 78);
   CHECK(replay("/nowhere.csv" + bench.specialists(specialist::Condition::no_fault)).exit_code ==
         74);

@@ -52,6 +52,9 @@ class FakePlant final : public daemon::gateway::Plant {
     actions.emplace_back(loop, order);
     return {.accepted = true, .why = {}, .on_disk = true};
   }
+  void veto(std::size_t loop, bool vetoed, const std::string&) override {
+    vetoes.emplace_back(loop, vetoed);
+  }
   void write_down(daemon::journal::JournalEntry entry) override {
     lines.push_back(std::move(entry));
   }
@@ -62,6 +65,7 @@ class FakePlant final : public daemon::gateway::Plant {
   std::size_t reads = 0;
   std::vector<std::pair<std::size_t, daemon::rt::OperatorCommand>> orders;
   std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;
+  std::vector<std::pair<std::size_t, bool>> vetoes;
   std::vector<daemon::journal::JournalEntry> lines;
 
  private:

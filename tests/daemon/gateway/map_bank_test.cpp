@@ -278,6 +278,20 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
   }
 }
 
+TEST_CASE("the veto of a corrective action is a coil that keeps what was written",
+          "[gateway][map]") {
+  Bench bench;
+  bench.plant.readings[1].watch.corrective = loopwarden::monitor::CorrectiveState::helping;
+  CHECK(bench.read(Table::input_register, 64 + 64 + 62, 1) == Words{3});
+  CHECK(bench.write("veto_corrective_action", {1}, 1, Table::coil) == Exception::none);
+  CHECK(bench.write("veto_corrective_action", {0}, 0, Table::coil) == Exception::none);
+  CHECK(bench.plant.vetoes == std::vector<std::pair<std::size_t, bool>>{{1, true}, {0, false}});
+  CHECK(bench.plant.actions.empty());
+  CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{0});
+  bench.plant.readings[1].watch.veto = loopwarden::monitor::Veto::back;
+  CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{1});
+}
+
 TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
   using Action = loopwarden::monitor::AlarmAction;
   Bench bench;

@@ -157,6 +157,7 @@ TEST_CASE("no window across manual, bad PV or a gap; alarms that are off say the
     why = WindowState::bad_pv;
   }
   SECTION("a gap") {
+    bench.next[0] += model::kLongestBridge;
     broken.period_index = bench.next[0]++;
     why = WindowState::gap;
   }

@@ -29,7 +29,7 @@ TEST_CASE("between fields a block is reserved, behind the last loop there is not
           "[register_map]") {
   CHECK(find(Table::input_register, 40, 2).in_map);
   CHECK(find(Table::input_register, 40, 2).reg == nullptr);
-  CHECK(find(Table::input_register, 64 + 62, 2).reg == nullptr);
+  CHECK(find(Table::holding_register, 32 + 30, 2).reg == nullptr);
   CHECK(find(Table::input_register, 64 + 2 * 64 - 1, 2).in_map);
   CHECK_FALSE(find(Table::input_register, 64 + 2 * 64, 2).in_map);
   CHECK_FALSE(find(Table::input_register, 64, 0).in_map);

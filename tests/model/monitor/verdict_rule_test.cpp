@@ -82,6 +82,25 @@ TEST_CASE("a condition goes when the windows have forgotten it, not before", "[m
   CHECK(rule.conditions()[index_of(AlarmKind::low_air_supply)].severity_percent == 0.0);
 }
 
+TEST_CASE("the daemon's rule takes fifteen windows to believe in a repair", "[monitor]") {
+  VerdictRule rule(kAlarmRule);
+  for (int i = 0; i < 3; ++i) rule.add(fault(AlarmKind::stiction, 0.9));
+  REQUIRE(on(rule, AlarmKind::stiction));
+  // A valve that sticks may look healthy for a while: two in fifteen keep the alarm.
+  for (int round = 0; round < 4; ++round) {
+    for (int i = 0; i < 6; ++i) rule.add(healthy());
+    rule.add(fault(AlarmKind::stiction, 0.9));
+    CHECK(on(rule, AlarmKind::stiction));
+  }
+  for (int i = 0; i < 7; ++i) rule.add(healthy());
+  CHECK(on(rule, AlarmKind::stiction));
+  rule.add(healthy());
+  CHECK_FALSE(on(rule, AlarmKind::stiction));
+  // Raising is by the newest five alone.
+  rule.add(fault(AlarmKind::stiction, 0.9));
+  CHECK_FALSE(on(rule, AlarmKind::stiction));
+}
+
 TEST_CASE("a restart forgets windows and keeps conditions; one can be restored", "[monitor]") {
   VerdictRule rule;
   rule.add(fault(AlarmKind::stiction, 0.9));
@@ -115,8 +134,10 @@ TEST_CASE("a verdict becomes a judgement with its fault's probability", "[monito
   WindowVerdict v;
   v.verdict = Verdict::hysteresis;
   v.severity_percent = 7.0;
+  v.mse = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
   v.probabilities = {0.02, 0.03, 0.15, 0.7, 0.06, 0.04};
   const WindowJudgement j = judgement_of(v);
+  CHECK(judgement_of(v).errors == v.mse);
   CHECK(j.result == WindowJudgement::Result::fault);
   CHECK(j.fault == AlarmKind::hysteresis);
   CHECK(j.severity_percent == 7.0);

@@ -122,8 +122,9 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
     bad.co = kNan;
     reason = WindowState::gap;
   }
-  SECTION("a missing cycle") {
-    bad.period_index = ++next;
+  SECTION("missing cycles, one more than can be bridged") {
+    next += kLongestBridge + 1;
+    bad.period_index = next;
     reason = WindowState::gap;
   }
   CHECK(builder.add(bad) == Event::broken);
@@ -139,6 +140,65 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
   CHECK(full.front() >= next + kWindowSamples - 1);
   CHECK(w.pv.front() > static_cast<double>(next));
   CHECK(builder.state() == WindowState::valid);
+}
+
+TEST_CASE("late cycles are bridged, counted, and no more than a window can bear",
+          "[monitor][window]") {
+  const std::size_t decimation = GENERATE(std::size_t{1}, std::size_t{3});
+  WindowBuilder builder({.overlap = 0.0, .decimation = decimation, .sample_time_s = 0.1});
+  const auto longest = static_cast<std::uint64_t>(kLongestBridge * decimation);
+  std::uint64_t next = 0;
+  const auto skip = [&](std::uint64_t missing) {
+    next += 50 * decimation;
+    for (std::uint64_t k = next - 50 * decimation; k < next; ++k) {
+      if (builder.add(cycle(k)) != Event::none) return Event::broken;
+    }
+    next += missing;
+    return builder.add(cycle(next++));
+  };
+  CHECK(skip(longest) == Event::none);
+  CHECK(skip(longest) == Event::none);
+  CHECK(skip(decimation) == Event::none);  // as many as a window may have
+  SECTION("enough") {
+    std::uint64_t at = next;
+    while (builder.add(cycle(at)) != Event::full) ++at;
+    const Window w = builder.window();
+    CHECK(at == kWindowSamples * decimation - 1);  // as if nothing were missing
+    CHECK(w.bridged_cycles == kMostBridged * decimation);
+    // What rises in a straight line is met by one; SP and CO stand still meanwhile.
+    bool on_the_line = true;
+    bool co_behind = false;
+    for (std::size_t i = 1; i < kWindowSamples; ++i) {
+      const double step = static_cast<double>(decimation);
+      on_the_line = on_the_line && std::abs(w.pv[i] - w.pv[i - 1] - step) < 1e-9 &&
+                    std::abs(w.stem[i] - w.stem[i - 1] - step) < 1e-9;
+      co_behind = co_behind || w.co[i] - w.co[i - 1] < 0.5 * step;
+    }
+    CHECK(on_the_line);
+    CHECK(co_behind);
+    // They leave with the window that they belong to.
+    while (builder.add(cycle(++at)) != Event::full) {
+    }
+    CHECK(builder.window().bridged_cycles == 0);
+  }
+  SECTION("one too many") {
+    CHECK(skip(1) == Event::broken);
+    CHECK(builder.state() == WindowState::gap);
+  }
+}
+
+TEST_CASE("a window that ends within a bridge is told with the next cycle", "[monitor][window]") {
+  WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
+  add(builder, 0, kWindowSamples - 2);
+  CHECK(builder.add(cycle(kWindowSamples + 1)) == Event::full);
+  CHECK(builder.window().pv.size() == kWindowSamples);
+  CHECK(builder.window().pv.back() == Approx(static_cast<double>(kWindowSamples + 1) + 0.2));
+  CHECK(builder.window().bridged_cycles == 3);
+  // The one after ends where it would have ended.
+  const auto full = add(builder, kWindowSamples + 2, 2 * kWindowSamples);
+  REQUIRE(full.size() == 2);
+  CHECK(full.front() == kWindowSamples - 1 + 480);
+  CHECK(full.back() == kWindowSamples - 1 + 2 * 480);
 }
 
 TEST_CASE("a stretch that can't be used is told once, and again when its reason changes",

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes evidence below one folder, with a thread of its own for the disk, and keeps the newest of it.
+//
+// Whoever posts never waits. While the disk refuses, evidence waits in memory, a little of it, and is
+// tried again; the oldest goes when there is no room, counted. Writing it again is no duty of anyone: an
+// alarm does not depend on its evidence.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <list>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "daemon/evidence/evidence_file.hpp"
+#include "hal/os/thread.hpp"
+
+namespace loopwarden::daemon::evidence {
+
+struct EvidenceSettings {
+  std::filesystem::path folder;           // made where it is missing
+  std::size_t most_kept = 200;            // folders, about 200 kB each; 0: nothing is written
+  std::size_t most_waiting = 16;          // in memory
+  std::chrono::milliseconds retry{5000};  // between attempts at a disk that refuses
+};
+
+struct EvidenceStatus {
+  std::uint64_t written = 0;  // since the start
+  std::uint64_t waiting = 0;
+  std::uint64_t lost = 0;  // found no room in memory either
+  std::string error;       // why evidence is waiting; empty: it is not
+};
+
+class EvidenceStore {
+ public:
+  // `specialists` by the folder's name that evidence has. `report` is called by the store's thread once
+  // evidence has its folder, and once when the disk begins to refuse: then `why` says so.
+  using Report = std::function<void(const Evidence& evidence, const std::filesystem::path& folder,
+                                    const std::string& why)>;
+  EvidenceStore(EvidenceSettings settings,
+                std::map<std::string, config::SpecialistFolder> specialists, Report report);
+  EvidenceStore(const EvidenceStore&) = delete;
+  EvidenceStore& operator=(const EvidenceStore&) = delete;
+  ~EvidenceStore() { stop(); }
+
+  void start();
+  // Writes what is waiting, if the disk takes it, and ends the thread.
+  void stop();
+
+  // Any thread but the real-time one.
+  void post(Evidence evidence);
+  EvidenceStatus status() const;
+  // The newest folder of this alarm on the disk.
+  std::optional<std::filesystem::path> newest(const std::string& loop,
+                                              monitor::AlarmKind alarm) const;
+
+ private:
+  void run();
+  void write_first();
+  void remove_old() const;
+
+  EvidenceSettings settings_;
+  std::map<std::string, config::SpecialistFolder> specialists_;
+  Report report_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::list<Evidence> queue_;  // its items stay where they are
+  EvidenceStatus status_;
+  bool quit_ = false;
+  hal::os::Thread thread_;
+};
+
+}  // namespace loopwarden::daemon::evidence

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/corrective_action.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace loopwarden::monitor {
+namespace {
+
+using Order = CorrectiveStep::Order;
+using State = CorrectiveState;
+
+constexpr double kStandsStill = 0.1;  // % of the PV span that SP may move in a steady window
+
+static_assert(kBaseline <= kTrial);
+
+}  // namespace
+
+CorrectiveAction::CorrectiveAction(const CorrectiveSettings& settings) noexcept
+    : settings_(settings), state_(settings.enabled ? State::waiting : State::off) {}
+
+CorrectiveAction::Errors CorrectiveAction::newest_mean(std::size_t windows) const noexcept {
+  Errors sum;
+  for (std::size_t i = 1; i <= windows; ++i) {
+    const Errors& e = newest_[(steady_ - i) % kTrial];
+    sum.rms += e.rms;
+    sum.mean += e.mean;
+  }
+  const auto n = static_cast<double>(windows);
+  return {sum.rms / n, sum.mean / n};
+}
+
+CorrectiveStep CorrectiveAction::go(CorrectiveState to, const char* why) noexcept {
+  const auto acts = [](State s) { return s == State::trying || s == State::helping; };
+  CorrectiveStep step{.why = why, .from = state_, .to = to};
+  if (acts(to) && !acts(state_)) step.order = Order::on;
+  if (!acts(to) && acts(state_)) step.order = Order::back;
+  state_ = to;
+  steady_ = 0;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::window(const WindowMeasures& m, bool sticks, bool came) noexcept {
+  if (state_ == State::off) return {};
+  if (came) {
+    due_ = true;
+    if (state_ == State::waiting) steady_ = 0;
+  }
+  if (!sticks) {
+    due_ = false;
+    const bool ends = acting() || state_ == State::given_up;
+    if (ends) return go(State::waiting, "the valve no longer sticks");
+  }
+  if (settling_ > 0) {
+    --settling_;
+    return {};
+  }
+  if (m.set_point_range_percent > kStandsStill) return {};
+  const double mean = std::abs(m.mean_error_percent);
+  newest_[steady_ % kTrial] = {std::hypot(m.variability_percent, mean), mean};
+  ++steady_;
+  return decide();
+}
+
+CorrectiveStep CorrectiveAction::decide() noexcept {
+  if (state_ == State::waiting && due_ && steady_ >= kBaseline) {
+    before_ = newest_mean(kBaseline);
+    due_ = false;
+    CorrectiveStep step = go(State::trying, "the valve sticks");
+    settling_ = kSettling;
+    step.rms_before = before_.rms;
+    step.mean_before = before_.mean;
+    return step;
+  }
+  if (!acting() || steady_ < kTrial) return {};
+  const Errors after = newest_mean(kTrial);
+  const bool falls = after.rms <= (1.0 - kLeastGain) * before_.rms;
+  const bool centred = after.mean <= std::max(before_.mean, settings_.allowed_mean_error_percent);
+  CorrectiveStep step;
+  if (!falls) {
+    step = go(State::given_up, "the error did not fall");
+  } else if (!centred) {
+    step = go(State::given_up, "the mean error grew");
+  } else if (state_ == State::trying) {
+    step = go(State::helping, "the error fell");
+  } else {
+    steady_ = 0;
+    return {};
+  }
+  step.rms_before = before_.rms;
+  step.rms_after = after.rms;
+  step.mean_before = before_.mean;
+  step.mean_after = after.mean;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
+  steady_ = 0;
+  settling_ = 0;
+  if (!acting()) return {};
+  if (controlling) {  // saturated, a gap: the jacket stays, its trial begins anew
+    settling_ = kSettling;
+    return {};
+  }
+  due_ = true;  // the alarm stands: once more, from a baseline of its own
+  return go(State::waiting, "the loop is not in automatic on a good PV");
+}
+
+CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
+  const bool vetoed = veto != Veto::none;
+  if (state_ == State::off || vetoed == (state_ == State::vetoed)) return {};
+  due_ = !vetoed;  // lifted: if the valve still sticks, it is time
+  settling_ = 0;
+  if (!vetoed) return go(State::waiting, "the operator's veto is lifted");
+  CorrectiveStep step = go(State::vetoed, "the operator's veto");
+  if (veto == Veto::hands_off) step.order = Order::none;
+  return step;
+}
+
+}  // namespace loopwarden::monitor

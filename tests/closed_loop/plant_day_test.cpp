@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+// Days of plant life in seconds: the simulated loop of the thesis's plant 1, its valve's faults, its operator,
+// and the daemon's own monitor, alarms, journal and evidence, with the specialists that the project ships.
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/specialists/specialist_folder.hpp"
+#include "daemon/evidence/evidence_store.hpp"
+#include "daemon/monitor/monitor.hpp"
+#include "hal/contract/sample.hpp"
+#include "model/monitor/specialist_judge.hpp"
+#include "model/plant/simulated_loop.hpp"
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "workbench/files.hpp"
+
+namespace loopwarden::tests {
+namespace {
+
+using daemon::monitor::Monitor;
+using daemon::monitor::WatchBoard;
+using daemon::rt::OperatorCommand;
+using hal::record::RecordRow;
+using monitor::AlarmAction;
+using monitor::AlarmKind;
+using monitor::CorrectiveState;
+
+constexpr double kHour = 3600.0;
+constexpr std::int64_t kStart = 1'800'000'000'000;  // UTC, ms
+const std::string kSpecialists = LOOPWARDEN_SOURCE_DIR "/data/specialists/plant1";
+
+plant::ScheduledFault fault(const char* effect, std::map<std::string, double> parameters,
+                            double from_h, double to_h, double ramp_h = 0.0) {
+  return {.effect = {.name = effect, .parameters = std::move(parameters)},
+          .schedule = {from_h * kHour, to_h * kHour, ramp_h * kHour}};
+}
+
+class Plant {
+ public:
+  explicit Plant(plant::LoopModel model, const monitor::CorrectiveSettings& corrective = {})
+      : specialists_(*config::read_specialists(kSpecialists)),
+        judge_(*specialists_.team),
+        model_(std::move(model)),
+        loop_(model_),
+        evidence_({.folder = folder_ / "evidence"}, {{kSpecialists, specialists_}},
+                  [](const auto&, const auto&, const auto&) {}) {
+    journal_.open();
+    journal_.start();
+    evidence_.start();
+    std::vector<daemon::monitor::WatchedLoop> watched{
+        {.cycles = &cycles_,
+         .window = {.sample_time_s = model_.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
+         .judge = &judge_,
+         .rule = monitor::kAlarmRule,
+         .corrective = corrective,
+         .orders = &orders_}};
+    monitor_ = std::make_unique<Monitor>(
+        std::move(watched), board_,
+        [this](std::size_t, AlarmKind alarm, const monitor::Window& window,
+               const monitor::MonitorStep& step) { keep(alarm, window, step); });
+  }
+
+  void run_to(double hour) {
+    while (static_cast<double>(period_) * model_.sample_time_s < hour * kHour) {
+      const plant::LoopSample s = loop_.step();
+      jacket_acted = jacket_acted || s.jacket_rate != 0.0;
+      RecordRow row;
+      row.period_index = period_++;
+      row.sp = s.sp;
+      row.pv = s.pv;
+      row.co = s.co;
+      row.stem = s.stem;
+      row.mode = static_cast<std::uint8_t>(loop_.controller().mode());
+      row.pv_quality =
+          static_cast<std::uint8_t>(sensor_good ? hal::Quality::good : hal::Quality::bad);
+      if (!cycles_.try_push(row)) FAIL("the monitor is behind");
+      if (period_ % 200 == 0) look();
+    }
+    look();
+  }
+  bool act(AlarmKind kind, AlarmAction action, double hours = 0.0) {
+    return board_
+        .act(0, {kind, action, static_cast<std::int64_t>(hours * kHour * 1000.0), "uid 1000", {}})
+        .accepted;
+  }
+  void set_mode(control::Mode mode) { loop_.controller().request_mode(mode); }
+  // Off, and off where it could not come either: one to the operator.
+  static std::string quiet(const std::string& state) {
+    return state == "suppressed" ? "normal" : state;
+  }
+  // The journal's lines of this kind, oldest first; without what only happened on the shelf.
+  std::vector<std::string> lines(daemon::journal::JournalEntry::Kind kind) {
+    journal_.wait_written(journal_.post({}), std::chrono::seconds(20));
+    std::vector<std::string> texts;
+    for (const daemon::journal::JournalRow& row : journal_.newest(1000)) {
+      const auto& e = row.entry;
+      if (e.kind != kind || e.loop.empty()) continue;
+      if (e.kind == daemon::journal::JournalEntry::Kind::alarm && e.from == e.to) continue;
+      texts.insert(texts.begin(), kind == daemon::journal::JournalEntry::Kind::alarm
+                                      ? e.alarm + ": " + quiet(e.from) + " > " + quiet(e.to)
+                                      : e.what + ": " + e.old_value + " > " + e.new_value);
+    }
+    return texts;
+  }
+  monitor::AlarmState state(AlarmKind kind) { return board_.watch(0).alarms.alarm(kind).state(); }
+  double hour_raised(AlarmKind kind) {
+    const auto& memory = board_.watch(0).alarms.alarm(kind).memory();
+    return static_cast<double>(memory.raised_ms - kStart) / 3.6e6;
+  }
+  CorrectiveState corrective() { return board_.watch(0).corrective; }
+  WatchBoard& board() { return board_; }
+  daemon::evidence::EvidenceStore& evidence() { return evidence_; }
+
+  double hour() const { return static_cast<double>(period_) * model_.sample_time_s / kHour; }
+
+  bool sensor_good = true;
+  bool jacket_acted = false;
+
+ private:
+  void look() {
+    do {
+      monitor_->round();
+    } while (monitor_->status().backlog > 0);
+    OperatorCommand command;
+    while (orders_.try_pop(command)) {
+      control::ControllerSettings settings = model_.controller;
+      settings.jacket.shadow = command.kind != OperatorCommand::Kind::jacket_on;
+      loop_.controller().configure(settings);
+    }
+  }
+  void keep(AlarmKind alarm, const monitor::Window& window, const monitor::MonitorStep& step) {
+    daemon::evidence::Evidence e;
+    e.loop = "FIC-101";
+    e.alarm = alarm;
+    e.raised_ms = board_.watch(0).alarms.alarm(alarm).memory().raised_ms;
+    e.take(window);
+    e.measures = step.measures;
+    e.judgement = step.judgement;
+    e.specialists_folder = kSpecialists;
+    evidence_.post(std::move(e));
+  }
+
+  TemporaryFolder folder_;
+  config::SpecialistFolder specialists_;
+  monitor::SpecialistJudge judge_;
+  plant::LoopModel model_;
+  plant::SimulatedLoop loop_;
+  std::uint64_t period_ = 0;
+  hal::os::SpscRing<RecordRow> cycles_{1024};
+  hal::os::SpscRing<OperatorCommand> orders_{8};
+  daemon::journal::Journal journal_{{.folder = folder_.path()}};
+  daemon::evidence::EvidenceStore evidence_;
+  WatchBoard board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
+                      return kStart + static_cast<std::int64_t>(100 * period_);
+                    }};
+  std::unique_ptr<Monitor> monitor_;
+};
+
+// A load that wanders, and an operator who moves the set point every ten minutes.
+plant::LoopModel day_model(double hours, bool steps = true) {
+  plant::LoopModel m = *workbench::load_model(kSpecialists + "/model.yaml");
+  m.transmitter.noise = 0.01;
+  m.disturbances.push_back({.name = "random_load", .parameters = {{"intensity", 0.003}}});
+  m.scenario = {.duration_s = hours * kHour, .set_point = {{0.0, 5.0}}, .faults = {}, .seed = 4711};
+  constexpr std::array kSetPoints{5.0, 6.2, 4.4, 5.6, 3.9};
+  for (std::size_t k = 1; steps && 600.0 * static_cast<double>(k) < hours * kHour; ++k) {
+    m.scenario.set_point.emplace_back(600.0 * static_cast<double>(k), kSetPoints[k % 5]);
+  }
+  return m;
+}
+
+int replay(const std::filesystem::path& evidence, std::string& text) {
+  const std::string command =
+      LOOPWARDEN_BIN_DIR "/loopwarden replay " + evidence.string() + " 2>&1";
+  FILE* pipe = ::popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::array<char, 4096> some{};
+  text.clear();
+  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe))
+    text.append(some.data(), n);
+  const int status = ::pclose(pipe);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+}  // namespace
+
+TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, maintenance",
+          "[closed_loop][plant_day]") {
+  plant::LoopModel model = day_model(24.0);
+  model.scenario.faults = {
+      fault("stiction", {{"s", 2.0}, {"j", 1.0}}, 4.0, 10.0, 2.0),
+      fault("backlash", {{"deadband", 2.0}}, 13.5, 17.0),
+      fault("low_air_supply", {{"rate", 0.1}, {"travel_limit", 7.0}}, 21.0, 22.5)};
+  Plant plant(std::move(model));
+  using Lines = std::vector<std::string>;
+  const auto alarms = [&] { return plant.lines(daemon::journal::JournalEntry::Kind::alarm); };
+
+  plant.run_to(4.0);
+  CHECK(alarms() == Lines{});  // healthy
+
+  plant.run_to(8.0);  // the packing tightens
+  CHECK(plant.state(AlarmKind::stiction) == monitor::AlarmState::unacknowledged);
+  CHECK(plant.hour_raised(AlarmKind::stiction) < 6.5);
+  CHECK(plant.act(AlarmKind::stiction, AlarmAction::acknowledge));
+  plant.run_to(12.0);  // repaired at 10
+  plant.set_mode(control::Mode::manual);
+  plant.run_to(12.5);
+  plant.set_mode(control::Mode::automatic);
+  plant.run_to(13.0);
+  plant.sensor_good = false;
+  plant.run_to(13.2);
+  CHECK(plant.state(AlarmKind::stiction) == monitor::AlarmState::suppressed);
+  plant.sensor_good = true;
+
+  plant.run_to(16.0);  // play in the linkage since 13.5
+  CHECK(plant.state(AlarmKind::backlash) == monitor::AlarmState::unacknowledged);
+  CHECK(plant.act(AlarmKind::backlash, AlarmAction::shelve, 4.0));
+  plant.set_mode(control::Mode::manual);
+  plant.run_to(17.0);  // repaired
+  plant.set_mode(control::Mode::automatic);
+  plant.run_to(20.5);
+
+  plant.run_to(22.5);  // too little air since 21, and none of its consequences
+  CHECK(plant.state(AlarmKind::low_air_supply) == monitor::AlarmState::unacknowledged);
+  plant.run_to(23.7);  // it is back since 22.5
+  CHECK(plant.act(AlarmKind::low_air_supply, AlarmAction::acknowledge));
+  plant.run_to(24.0);
+
+  CHECK(alarms() == Lines{"stiction: normal > unacknowledged",
+                          "stiction: unacknowledged > acknowledged",
+                          "stiction: acknowledged > normal", "backlash: normal > unacknowledged",
+                          "backlash: unacknowledged > shelved", "backlash: shelved > normal",
+                          "low_air_supply: normal > unacknowledged",
+                          "low_air_supply: unacknowledged > returned_unacknowledged",
+                          "low_air_supply: returned_unacknowledged > normal"});
+
+  // Each alarm's evidence, judged once more by the program, says the same.
+  REQUIRE(test::eventually([&] { return plant.evidence().status().written == 3; }));
+  std::string text;
+  for (const AlarmKind kind :
+       {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::low_air_supply}) {
+    const auto folder = plant.evidence().newest("FIC-101", kind);
+    REQUIRE(folder);
+    const int exit_code = replay(*folder, text);
+    INFO(text);
+    CHECK(exit_code == 0);
+    CHECK(text.find("The same verdict.") != std::string::npos);
+    CHECK(text.find(to_text(kind)) != std::string::npos);
+  }
+  // And says so if it is not what it was.
+  const auto folder = *plant.evidence().newest("FIC-101", AlarmKind::stiction);
+  std::string record = read_file(folder / "record.csv");
+  record[record.size() / 2] = record[record.size() / 2] == '1' ? '2' : '1';
+  write_file(folder / "record.csv", record);
+  CHECK(replay(folder, text) == 65);
+  CHECK(text.find("record.csv is not what it was") != std::string::npos);
+}
+
+TEST_CASE("corrective action: the jacket acts, and goes back at a veto or with the mode",
+          "[closed_loop][plant_day]") {
+  plant::LoopModel model = day_model(4.0, false);
+  model.disturbances.clear();
+  model.controller.jacket = {.form = control::JacketForm::dwell, .shadow = true, .dead_zone = 0.03};
+  model.scenario.faults = {fault("stiction", {{"s", 1.5}, {"j", 1.2}}, 0.5, 9.0)};
+  Plant plant(std::move(model), {.enabled = true});
+  const auto steps = [&] { return plant.lines(daemon::journal::JournalEntry::Kind::system); };
+  plant.run_to(0.5);
+  CHECK(plant.corrective() == CorrectiveState::waiting);
+  for (double h = 0.6; h < 2.0 && plant.corrective() == CorrectiveState::waiting; h += 0.1) {
+    CHECK_FALSE(plant.jacket_acted);
+    plant.run_to(h);
+  }
+  REQUIRE(plant.corrective() == CorrectiveState::trying);
+  CHECK(steps() == std::vector<std::string>{"jacket on: waiting > trying"});
+  const double hour = plant.hour();
+  plant.run_to(hour + 0.2);
+  CHECK(plant.jacket_acted);
+
+  SECTION("the operator's veto") {
+    REQUIRE(plant.board().set_veto(0, monitor::Veto::back, "uid 1000", "no").accepted);
+    plant.run_to(hour + 0.25);
+    CHECK(plant.corrective() == CorrectiveState::vetoed);
+    CHECK(steps().back() == "jacket back to shadow: trying > vetoed");
+    plant.jacket_acted = false;
+    plant.run_to(hour + 1.5);
+    CHECK_FALSE(plant.jacket_acted);
+  }
+  SECTION("manual: once more from a baseline of its own") {
+    plant.set_mode(control::Mode::manual);
+    plant.run_to(hour + 0.25);
+    CHECK(plant.corrective() == CorrectiveState::waiting);
+    CHECK(steps().back() == "jacket back to shadow: trying > waiting");
+  }
+}
+
+TEST_CASE("corrective action that does not help is taken back, and not tried again",
+          "[closed_loop][plant_day]") {
+  plant::LoopModel model = day_model(4.0, false);
+  model.disturbances.clear();
+  // A gain of nothing: a jacket that does nothing.
+  model.controller.jacket = {
+      .form = control::JacketForm::bounded, .shadow = true, .gain_per_s = 0.0, .dead_zone = 0.03};
+  model.scenario.faults = {fault("stiction", {{"s", 1.5}, {"j", 1.2}}, 0.5, 9.0)};
+  Plant plant(std::move(model), {.enabled = true});
+  plant.run_to(4.0);
+  CHECK(plant.corrective() == CorrectiveState::given_up);
+  const auto steps = plant.lines(daemon::journal::JournalEntry::Kind::system);
+  CHECK(steps == std::vector<std::string>{"jacket on: waiting > trying",
+                                          "jacket back to shadow: trying > given up"});
+}
+
+}  // namespace loopwarden::tests

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/evidence/evidence_store.hpp"
+
+#include <sys/resource.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <csignal>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "tests/support/biased_specialists.hpp"
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::daemon::evidence {
+namespace {
+
+namespace fs = std::filesystem;
+using monitor::AlarmKind;
+
+Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
+  Evidence e;
+  e.loop = "FIC-101";
+  e.alarm = AlarmKind::backlash;
+  e.raised_ms = raised_ms;
+  for (std::size_t k = 0; k < monitor::kWindowSamples; ++k) {
+    const double x = 0.1 * static_cast<double>(k);
+    e.sp.push_back(5.0 + x / 3.0);
+    e.pv.push_back(std::sin(x));
+    e.co.push_back(std::cos(x) / 7.0);
+    e.stem.push_back(1.0 / (1.0 + x));
+  }
+  e.sample_time_s = 0.1;
+  e.pv_low = -1.0;
+  e.pv_high = 1.0;
+  e.co_low = 4.0;
+  e.co_high = 20.0;
+  e.measures.oscillation_index = 1.0 / 3.0;
+  e.measures.stick_source = monitor::StickSource::ellipse;
+  e.measures.bridged_cycles = 3;
+  e.judgement.result = monitor::WindowJudgement::Result::fault;
+  e.judgement.fault = AlarmKind::backlash;
+  e.judgement.severity_percent = 1e-300;
+  e.judgement.probability = {0.1, 0.7, 0.05, 1.0 / 7.0, 0.0};
+  e.judgement.errors = {1.0, 2.0, 1.0 / 3.0, 4.0, 5.0, 6.0};
+  e.version = "1.2.3";
+  e.config_hash = 0xDEADBEEF;
+  e.loop_file = "/etc/\"odd\" name";
+  e.specialists_folder = "plant";
+  e.specialists_hash = 7;
+  return e;
+}
+
+config::SpecialistFolder specialists() {
+  const tests::TemporaryFolder folder;
+  tests::write_biased_specialists(folder.path(), specialist::Condition::backlash);
+  return *config::read_specialists(folder.path());
+}
+
+std::vector<std::string> names(const fs::path& folder) {
+  std::vector<std::string> found;
+  if (!fs::exists(folder)) return found;
+  for (const auto& entry : fs::directory_iterator(folder)) found.push_back(entry.path().filename());
+  return found;
+}
+
+// As in the journal's test: what is beyond the limit fails like a full disk.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+}  // namespace
+
+TEST_CASE("evidence comes back bit for bit, with specialists that can be loaded", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  Evidence e = example();
+  const bool has_stem = GENERATE(true, false);
+  if (!has_stem) e.stem.assign(e.stem.size(), std::nan(""));
+  write_evidence(e, specialists(), folder / "one");
+  CHECK(names(folder.path()) == std::vector<std::string>{"one"});
+  const Evidence back = read_evidence(folder / "one");
+  CHECK(back.loop == e.loop);
+  CHECK(back.alarm == e.alarm);
+  CHECK(back.raised_ms == e.raised_ms);
+  CHECK(back.sp == e.sp);
+  CHECK(back.pv == e.pv);
+  CHECK(back.co == e.co);
+  if (has_stem) CHECK(back.stem == e.stem);
+  CHECK(std::isnan(back.stem.front()) == !has_stem);
+  CHECK(back.co_low == 4.0);
+  CHECK(back.judgement == e.judgement);
+  CHECK(back.measures.oscillation_index == e.measures.oscillation_index);
+  CHECK(back.measures.stick_source == e.measures.stick_source);
+  CHECK(back.measures.bridged_cycles == 3);
+  CHECK(back.config_hash == e.config_hash);
+  CHECK(back.loop_file == e.loop_file);
+  CHECK(back.specialists_hash == 7);
+  const auto loaded = config::read_specialists(specialists_of(folder / "one"));
+  REQUIRE(loaded);
+  CHECK(loaded->team->members[2].network.layers[2].bias[0] == 12.0);
+}
+
+TEST_CASE("evidence that was touched is refused with a reason", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  write_evidence(example(), specialists(), folder / "one");
+  std::string what;
+  SECTION("a sample") {
+    std::string record = tests::read_file(folder / "one/record.csv");
+    record[record.size() - 3] ^= 1;
+    tests::write_file(folder / "one/record.csv", record);
+    what = "record.csv is not what it was";
+  }
+  SECTION("the specialists") {
+    tests::write_file(folder / "one/specialists/manifest.yaml", "format: other\n");
+    what = "manifest.yaml is not what it was";
+  }
+  SECTION("cut short") {
+    tests::write_file(folder / "one/evidence.json", "{\"format\": ");
+    what = "evidence.json";
+  }
+  SECTION("of another version") {
+    tests::write_file(folder / "one/evidence.json",
+                      R"({"format": "loopwarden-evidence", "format_version": 99})");
+    what = "version 1";
+  }
+  CHECK_THROWS_WITH(read_evidence(folder / "one"), Catch::Contains(what));
+  CHECK_THROWS_AS(read_evidence(folder / "nowhere"), EvidenceError);
+}
+
+TEST_CASE("the newest of each alarm is found, and old evidence goes", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  EvidenceStore store({.folder = folder / "evidence", .most_kept = 3}, {{"plant", specialists()}},
+                      [](const auto&, const auto&, const auto&) {});
+  store.start();
+  for (int i = 0; i < 5; ++i) {
+    Evidence e = example(1'800'000'000'000 + 1000 * i);
+    if (i == 3) e.loop = "A-FIC-101";  // ends like the other
+    store.post(std::move(e));
+  }
+  REQUIRE(test::eventually([&] { return store.status().written == 5; }));
+  CHECK(names(folder / "evidence").size() == 3);
+  const auto newest = store.newest("FIC-101", AlarmKind::backlash);
+  REQUIRE(newest);
+  CHECK(read_evidence(*newest).raised_ms == 1'800'000'004'000);
+  CHECK(read_evidence(*store.newest("A-FIC-101", AlarmKind::backlash)).loop == "A-FIC-101");
+  CHECK_FALSE(store.newest("FIC-101", AlarmKind::stiction));
+  CHECK_FALSE(store.newest("FIC-1", AlarmKind::backlash));
+}
+
+TEST_CASE("a full disk: told once, nothing half written, and written when there is room",
+          "[evidence]") {
+  const tests::TemporaryFolder folder;
+  std::vector<std::string> told;
+  {
+    EvidenceStore store(
+        {.folder = folder / "evidence", .most_waiting = 2, .retry = std::chrono::milliseconds(10)},
+        {{"plant", specialists()}},
+        [&](const Evidence&, const fs::path&, const std::string& why) { told.push_back(why); });
+    {
+      const FileSizeLimit full(2000);
+      store.start();
+      store.post(example(1));
+      REQUIRE(test::eventually([&] { return !store.status().error.empty(); }));
+      store.post(example(2));
+      store.post(example(3));
+      CHECK(store.status().waiting == 2);
+      CHECK(store.status().lost == 1);
+      CHECK(store.status().written == 0);
+    }
+    REQUIRE(test::eventually([&] { return store.status().written == 2; }));
+    CHECK(store.status().error.empty());
+    CHECK(read_evidence(*store.newest("FIC-101", AlarmKind::backlash)).raised_ms == 3);
+    store.stop();
+  }
+  REQUIRE(told.size() == 3);
+  CHECK_FALSE(told[0].empty());
+  CHECK(told[1].empty());
+  for (const std::string& name : names(folder / "evidence")) CHECK(name.front() != '.');
+}
+
+TEST_CASE("evidence that nobody wants is not written", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  EvidenceStore store({.folder = folder / "evidence", .most_kept = 0}, {}, {});
+  store.start();
+  store.post(example());
+  store.stop();
+  CHECK_FALSE(fs::exists(folder / "evidence"));
+}
+
+}  // namespace loopwarden::daemon::evidence
