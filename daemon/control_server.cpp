@@ -354,9 +354,11 @@ json ControlServer::set(const json& request, unsigned peer_uid) {
     commands.push_back({wish->second, 0.0});
   }
   if (commands.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  for (const rt::OperatorCommand& command : commands) {
-    if (!loop.channels->commands.try_push(command)) throw RequestError("too many commands at once");
+  // All of the order or nothing of it.
+  if (loop.channels->commands.room() < commands.size()) {
+    throw RequestError("too many commands at once; nothing of this order was taken");
   }
+  for (const rt::OperatorCommand& command : commands) loop.channels->commands.try_push(command);
   spdlog::info("loop {}: operator (uid {}) {}", loop.config.name, peer_uid, request.dump());
   return json::object();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/health/watchdog.hpp"
 
+#include <sys/socket.h>
 #include <systemd/sd-daemon.h>
 
 #include <ctime>
@@ -56,6 +57,14 @@ void ServiceManager::keep_alive(bool healthy, std::int64_t now_ns) {
   if (interval_ns_ == 0 || !healthy || now_ns - last_ns_ < interval_ns_) return;
   last_ns_ = now_ns;
   sd_notify(0, "WATCHDOG=1");
+}
+
+int modbus_listener() noexcept {
+  const int count = sd_listen_fds(0);
+  for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + count; ++fd) {
+    if (sd_is_socket(fd, AF_UNSPEC, SOCK_STREAM, 1) > 0) return fd;
+  }
+  return -1;
 }
 
 }  // namespace loopwarden::daemon::health

@@ -48,4 +48,7 @@ class ServiceManager {
   std::string last_status_;
 };
 
+// The listening TCP socket that the service manager handed over (loopwardend.socket), -1: none.
+int modbus_listener() noexcept;
+
 }  // namespace loopwarden::daemon::health

@@ -61,7 +61,7 @@ class ControlCycle {
   control::Conditions conditions(const hal::Sample& pv, std::uint64_t missed,
                                  bool stop) const noexcept;
   bool read_back_good() const noexcept;
-  void learn_output(const control::Decision& decision) noexcept;
+  void learn_output(const control::Conditions& found, const control::Decision& decision) noexcept;
   control::ControllerOutput decide(const control::Decision& decision,
                                    const hal::Sample& pv) noexcept;
   hal::Command checked(const control::ControllerOutput& out, const control::Decision& decision,
@@ -88,6 +88,8 @@ class ControlCycle {
   control::JacketForm configured_jacket_;
   bool output_known_ = false;    // where the valve stands is known
   bool ever_known_ = false;      // it has been at some time
+  bool was_lost_ = false;        // commands did not reach the valve in the cycle before
+  std::int64_t unknown_since_ns_ = 0;
   bool was_not_finite_ = false;  // result of the cycle before
   double modelled_valve_ = 0.0;  // CO units
   control::Fault reported_fault_ = control::Fault::starting;
