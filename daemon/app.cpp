@@ -252,6 +252,8 @@ void App::start() {
   journal_.start();
   historian_.start();
   monitor_->start();
+  control_.keep_metrics(std::filesystem::path(configuration_.daemon.runtime_directory) /
+                        "metrics.prom");
   control_.start();
 
   const config::RealTime& rights = configuration_.daemon.real_time;
@@ -453,7 +455,9 @@ nlohmann::json App::status() const {
     return nlohmann::json{{"p50", microseconds(h.quantile_ns(0.5))},
                           {"p99", microseconds(h.quantile_ns(0.99))},
                           {"p99_9", microseconds(h.quantile_ns(0.999))},
-                          {"worst", microseconds(h.worst_ns)}};
+                          {"worst", microseconds(h.worst_ns)},
+                          {"sum", microseconds(h.sum_ns)},
+                          {"bins", h.bins}};
   };
   const journal::JournalStatus lines = journal_.status();
   const monitor::MonitorStatus watched = monitor_->status();

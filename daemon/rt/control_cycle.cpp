@@ -232,6 +232,12 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};
   channels_.records.try_push(row);
   channels_.watched.try_push(row);
+  channels_.position_age_ms.store(
+      inputs_.valve_position.sequence > 0
+          ? static_cast<float>(static_cast<double>(time.now_ns - inputs_.valve_position.time_ns) /
+                               1e6)
+          : -1.0F,
+      std::memory_order_relaxed);
   channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
 }
 

@@ -30,6 +30,7 @@ struct LoopChannels {
   hal::os::SpscRing<hal::record::RecordRow> records;       // cycle -> historian
   hal::os::SpscRing<hal::record::RecordRow> watched;       // cycle -> monitor
   std::atomic<double> set_point_wanted{0.0};               // cycle -> Modbus server, PV units
+  std::atomic<float> position_age_ms{-1.0F};               // cycle -> status; below 0: none
   std::atomic<bool> stop_reached{false};                   // cycle -> main: output is where it ends
 };
 
