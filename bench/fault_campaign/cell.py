@@ -658,7 +658,7 @@ class Cell:
 
     async def round(self, quota):
         rng = self.random
-        if rng.random() < 0.35:
+        if CELL_KINDS and (not LOOP_KINDS or rng.random() < 0.35):
             kind = rng.choices(list(CELL_KINDS), CELL_KINDS.values())[0]
             injected = [await self.spoil_cell(kind)]
         else:
