@@ -12,6 +12,7 @@ import resource
 import shutil
 import signal
 import sqlite3
+import stat
 import tempfile
 import time
 
@@ -640,6 +641,21 @@ class Cell:
         self.orders = self.orders[-50:]
         return [f"journal lacks '{order}', which was confirmed" for order in missing[:3]]
 
+    def permissions(self):
+        """With the unit's umask: nothing for others but the metrics, the socket for owner and group."""
+        found = []
+        for path in (self.folder / "state").rglob("*"):
+            mode = stat.S_IMODE(path.lstat().st_mode)
+            if mode & 0o027:
+                found.append(f"{path.relative_to(self.folder)} has mode {mode:o}")
+        mode = stat.S_IMODE((self.folder / "control.sock").stat().st_mode)
+        if mode != 0o660:
+            found.append(f"the control socket has mode {mode:o}")
+        mode = stat.S_IMODE((self.folder / "metrics.prom").stat().st_mode)
+        if mode != 0o644:
+            found.append(f"the metrics have mode {mode:o}")
+        return found
+
     async def alarms_right(self):
         """No fault injected here is one of a valve that the monitor would name."""
         answer = await self.daemon.ask({"request": "alarms"})
@@ -705,7 +721,8 @@ class Cell:
                 known = len(self.results)
                 done += await self.round(injections - done)
                 report(self.index, self.results[known:])
-            final = await self.end_well() + self.journal_complete()
+            final = self.permissions()
+            final += await self.end_well() + self.journal_complete()
             if final:
                 report(self.index, [("end of the campaign", ["end of the campaign"], final)])
         finally:

@@ -48,7 +48,7 @@ class Daemon:
         with open(self.log_path, "ab") as log:
             self.process = subprocess.Popen(
                 [self.program, "--config", str(self.folder / "config")], env=self.environment,
-                stdout=log, stderr=log, close_fds=True)
+                stdout=log, stderr=log, close_fds=True, umask=0o027)
         self.fed = time.monotonic()
 
     @property
