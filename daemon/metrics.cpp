@@ -29,8 +29,8 @@ std::string escaped(const std::string& label) {
 class Page {
  public:
   void family(const char* name, const char* type, const char* help) {
-    fmt::format_to(std::back_inserter(text_), "# HELP loopwarden_{0} {2}\n# TYPE loopwarden_{0} {1}\n",
-                   name, type, help);
+    fmt::format_to(std::back_inserter(text_),
+                   "# HELP loopwarden_{0} {2}\n# TYPE loopwarden_{0} {1}\n", name, type, help);
   }
   // `labels` without braces; what is no number is left out.
   void sample(const char* name, const std::string& labels, const json& value, double factor = 1.0) {
@@ -106,7 +106,8 @@ std::string metrics_text(const json& status) {
   page.single("ticks_total", "counter", "wake-ups of the loop thread", d.at("ticks"));
   page.single("overruns_total", "counter", "ticks that began more than a tick late",
               d.at("overruns"));
-  page.single("skipped_ticks_total", "counter", "ticks left out by overruns", d.at("skipped_ticks"));
+  page.single("skipped_ticks_total", "counter", "ticks left out by overruns",
+              d.at("skipped_ticks"));
   page.single("real_time_rights", "gauge", "1: real-time priority and locked memory were granted",
               d.at("real_time_missing").get<std::string>().empty());
   page.histogram("wake_up_seconds", "from a deadline to the first instruction after it",

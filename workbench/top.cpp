@@ -39,12 +39,12 @@ std::string details(const nlohmann::json& loop) {
                                                      : std::string("-");
   };
   return fmt::format(
-      "{}: {}   PV age {} ms   position age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: {} transactions, {} "
+      "{}: {}   PV age {} ms   position age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: {} "
+      "transactions, {} "
       "timeouts, "
       "{} exceptions, {} invalid, {} reconnects",
-      loop.value("name", ""), loop.value("description", ""),
-      age("pv_age_ms"), age("position_age_ms"),
-      recording.at("rows").get<std::uint64_t>(),
+      loop.value("name", ""), loop.value("description", ""), age("pv_age_ms"),
+      age("position_age_ms"), recording.at("rows").get<std::uint64_t>(),
       recording.at("dropped").get<std::uint64_t>() + recording.at("rows_lost").get<std::uint64_t>(),
       recording.at("bytes").get<double>() / 1e6, io.at("transactions").get<std::uint64_t>(),
       io.at("timeouts").get<std::uint64_t>(), io.at("device_exceptions").get<std::uint64_t>(),

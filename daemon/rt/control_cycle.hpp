@@ -87,9 +87,9 @@ class ControlCycle {
   hal::Inputs inputs_;
   std::int64_t now_ns_ = 0;
   control::JacketForm configured_jacket_;
-  bool output_known_ = false;    // where the valve stands is known
-  bool ever_known_ = false;      // it has been at some time
-  bool was_lost_ = false;        // commands did not reach the valve in the cycle before
+  bool output_known_ = false;  // where the valve stands is known
+  bool ever_known_ = false;    // it has been at some time
+  bool was_lost_ = false;      // commands did not reach the valve in the cycle before
   std::int64_t unknown_since_ns_ = 0;
   bool was_not_finite_ = false;  // result of the cycle before
   double modelled_valve_ = 0.0;  // CO units

@@ -219,7 +219,8 @@ TEST_CASE("an order of several parts is taken whole or not at all") {
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5})")["ok"] == true);
 }
 
-TEST_CASE("without descriptors the control socket rests, and serves who waited when there are some") {
+TEST_CASE(
+    "without descriptors the control socket rests, and serves who waited when there are some") {
   tests::TemporaryFolder folder;
   const std::string path = (folder / "socket").string();
   hal::os::LocalServer server(path, [](std::string_view, unsigned) { return std::string("{}"); });
