@@ -249,11 +249,14 @@ class Cell:
             victims = fronts if rng.random() < 0.5 else {rng.choice(sorted(fronts, key=id))}
             for front in victims:
                 front.spoil = SPOILED[kind]
+                front.slowest_s = 0.0
             await self.wait(lasts)
             if kind == "reply in pieces":
-                # Slow but sound: no fault may come of it.
+                # Slow but sound: no fault may come of it, where this machine let it come in time.
+                in_time = all(front.slowest_s < RESPONSE_S / 2 for front in victims)
+                self.not_judged += not in_time
                 state = (await self.status()).get(loop.name, {})
-                if state.get("fault") not in ("none", "late cycle") and self.judged_by_time():
+                if in_time and state.get("fault") not in ("none", "late cycle") and self.judged_by_time():
                     failures.append(f"{state.get('fault')}, although every reply was sound")
             if kind == "silent link" and lasts > 2.0 and loop.positioner in victims:
                 if abs(device.command - FAIL_SAFE) > 0.01:

@@ -147,6 +147,7 @@ class Front:
         self.server = None
         self.connections = set()
         self.last_reply = b""
+        self.slowest_s = 0.0  # for a reply in pieces
 
     async def open(self):
         self.server = await asyncio.start_server(self.serve, "127.0.0.1", self.port,
@@ -231,9 +232,11 @@ class Front:
         elif spoil == "old_reply" and self.last_reply:
             frame, self.last_reply = self.last_reply, frame
         elif spoil == "in_pieces":
+            begin = time.monotonic()
             for i in range(0, len(frame) - 1):
                 writer.write(frame[i:i + 1])
                 await asyncio.sleep(0.001)
+            self.slowest_s = max(self.slowest_s, time.monotonic() - begin)
             frame = frame[-1:]
         if spoil != "old_reply":
             self.last_reply = frame
