@@ -15,6 +15,8 @@
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
+#include <thread>
 #include <utility>
 
 #include "config/config_reader.hpp"
@@ -121,6 +123,34 @@ int wait_for_signal(std::int64_t timeout_ns) {
   return got > 0 ? got : 0;
 }
 
+// What goes wrong beside the loops, such as memory that can't be had, must not end them. False if it
+// did.
+template <class Step>
+bool attempt(const char* what, Step step) {
+  try {
+    step();
+    return true;
+  } catch (const std::exception& e) {
+    spdlog::error("{}: {}; the loops run on", what, e.what());
+    return false;
+  }
+}
+
+// Runs `step(i)` for all of `count` at once: a device that is dead must not let the others wait.
+template <class Step>
+void for_all_at_once(std::size_t count, Step step) {
+  std::vector<std::thread> threads;
+  threads.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    try {
+      threads.emplace_back(step, i);
+    } catch (const std::system_error&) {
+      step(i);  // no more threads: then one after the other
+    }
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
 }  // namespace
 
 rt::LoopSettings settings_of(const config::LoopConfig& config) {
@@ -216,7 +246,8 @@ void App::make_gateway() {
                                        .unit = server.unit,
                                        .most_clients = server.most_clients,
                                        .idle_timeout_s = server.idle_timeout_s,
-                                       .requests_per_second = server.requests_per_second},
+                                       .requests_per_second = server.requests_per_second,
+                                       .listener = health::modbus_listener()},
                                .peers = server.clients,
                                .writes = server.writes,
                                .word_order = server.word_order,
@@ -283,6 +314,8 @@ void App::start() {
   evidence_.start();
   historian_.start();
   monitor_->start();
+  control_.keep_metrics(std::filesystem::path(configuration_.daemon.runtime_directory) /
+                        "metrics.prom");
   control_.start();
 
   const config::RealTime& rights = configuration_.daemon.real_time;
@@ -345,18 +378,21 @@ void App::supervise() {
                    signal == SIGTERM ? "SIGTERM" : "SIGINT");
       return;
     }
-    if (signal == SIGHUP) reload();
-    log_events();
-    publish_runner_status();
-
-    const std::int64_t now_ns = clock_.now_ns();
-    const std::vector<std::string> stuck = thread_watch_.stuck(now_ns);
-    if (!stuck.empty() && !stuck_reported_) {
-      spdlog::critical("no progress: {}; the watchdog is no longer fed", fmt::join(stuck, ", "));
-    }
-    stuck_reported_ = !stuck.empty();
-    service_.keep_alive(stuck.empty(), now_ns);
+    if (signal == SIGHUP && !attempt("reload refused", [this] { reload(); })) service_.ready();
+    attempt("events", [this] { log_events(); });
+    attempt("status", [this] { publish_runner_status(); });
+    attempt("watchdog", [this] { feed_watchdog(); });
   }
+}
+
+void App::feed_watchdog() {
+  const std::int64_t now_ns = clock_.now_ns();
+  const std::vector<std::string> stuck = thread_watch_.stuck(now_ns);
+  if (!stuck.empty() && !stuck_reported_) {
+    spdlog::critical("no progress: {}; the watchdog is no longer fed", fmt::join(stuck, ", "));
+  }
+  stuck_reported_ = !stuck.empty();
+  service_.keep_alive(stuck.empty(), now_ns);
 }
 
 void App::publish_runner_status() {
@@ -447,21 +483,26 @@ void App::stop() {
   };
   while (!all_there() && clock_.now_ns() < deadline_ns) {
     clock_.sleep_until_ns(clock_.now_ns() + kSecond / 100);
-    log_events();
+    attempt("events", [this] { log_events(); });
+    attempt("watchdog", [this] { feed_watchdog(); });
   }
   quit_ = true;
   real_time_thread_.join();
-  log_events();
-  for (LoopRuntime& loop : loops_) {
-    const control::OutputAction action = loop.settings->get().safety.on_stop;
-    if (action.kind == control::OutputAction::Kind::hold) continue;
-    std::string why;
-    if (loop.io->drive(action.value, std::chrono::milliseconds(1000), why)) {
-      spdlog::info("loop {}: output at {:.4g} {}", loop.config.name, action.value,
-                   loop.config.co_unit);
-    } else {
-      spdlog::error("loop {}: output NOT at its stop value: {}", loop.config.name, why);
-    }
+  attempt("events", [this] { log_events(); });
+  for_all_at_once(loops_.size(), [this](std::size_t i) {
+    attempt("stop action", [&] { drive_to_stop(loops_[i]); });
+  });
+}
+
+void App::drive_to_stop(LoopRuntime& loop) {
+  const control::OutputAction action = loop.settings->get().safety.on_stop;
+  if (action.kind == control::OutputAction::Kind::hold) return;
+  std::string why;
+  if (loop.io->drive(action.value, std::chrono::milliseconds(1000), why)) {
+    spdlog::info("loop {}: output at {:.4g} {}", loop.config.name, action.value,
+                 loop.config.co_unit);
+  } else {
+    spdlog::error("loop {}: output NOT at its stop value: {}", loop.config.name, why);
   }
 }
 
@@ -476,7 +517,9 @@ nlohmann::json App::status() const {
     return nlohmann::json{{"p50", microseconds(h.quantile_ns(0.5))},
                           {"p99", microseconds(h.quantile_ns(0.99))},
                           {"p99_9", microseconds(h.quantile_ns(0.999))},
-                          {"worst", microseconds(h.worst_ns)}};
+                          {"worst", microseconds(h.worst_ns)},
+                          {"sum", microseconds(h.sum_ns)},
+                          {"bins", h.bins}};
   };
   const journal::JournalStatus lines = journal_.status();
   const monitor::MonitorStatus watched = monitor_->status();
@@ -556,29 +599,47 @@ gateway::BoxReading App::box_reading() const {
 int drive_to_stop_actions(const config::Configuration& configuration) {
   constexpr int kExitOk = 0;
   constexpr int kExitIo = 74;
-  int exit_code = kExitOk;
+  struct Drive {
+    const config::LoopConfig* loop = nullptr;
+    std::unique_ptr<hal::LoopIo> io;
+    std::string why;
+    bool there = false;
+  };
   BackendFactory backends;
+  std::vector<Drive> drives;
   for (const config::LoopConfig& loop : configuration.loops) {
-    const control::OutputAction& action = loop.safety.on_stop;
-    if (action.kind == control::OutputAction::Kind::hold) {
+    if (loop.safety.on_stop.kind == control::OutputAction::Kind::hold) {
       fmt::print("{}: stop action is hold; output left as it is\n", loop.name);
       continue;
     }
-    std::string why;
-    bool there = false;
+    Drive& drive = drives.emplace_back();
+    drive.loop = &loop;
     try {
-      const std::unique_ptr<hal::LoopIo> io = backends.make(loop);
-      io->open();
-      there = io->drive(action.value, std::chrono::milliseconds(3000), why);
-      io->close();
+      drive.io = backends.make(loop);
     } catch (const std::exception& e) {
-      why = e.what();
+      drive.why = e.what();
     }
-    if (there) {
-      fmt::print("{}: output at {:g} {}\n", loop.name, action.value, loop.co_unit);
+  }
+  for_all_at_once(drives.size(), [&](std::size_t i) {
+    Drive& drive = drives[i];
+    if (!drive.io) return;
+    try {
+      drive.io->open();
+      drive.there = drive.io->drive(drive.loop->safety.on_stop.value,
+                                    std::chrono::milliseconds(3000), drive.why);
+    } catch (const std::exception& e) {
+      drive.why = e.what();
+    }
+  });
+  int exit_code = kExitOk;
+  for (Drive& drive : drives) {
+    if (drive.io) drive.io->close();
+    const double value = drive.loop->safety.on_stop.value;
+    if (drive.there) {
+      fmt::print("{}: output at {:g} {}\n", drive.loop->name, value, drive.loop->co_unit);
     } else {
-      fmt::print(stderr, "{}: output NOT at {:g} {}: {}\n", loop.name, action.value, loop.co_unit,
-                 why);
+      fmt::print(stderr, "{}: output NOT at {:g} {}: {}\n", drive.loop->name, value,
+                 drive.loop->co_unit, drive.why);
       exit_code = kExitIo;
     }
   }

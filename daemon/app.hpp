@@ -49,6 +49,8 @@ class App {
   void start();
   void supervise();
   void stop();
+  void feed_watchdog();
+  void drive_to_stop(LoopRuntime& loop);
   void reload();
   void log_events();
   void watch_threads();

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "daemon/loop_health.hpp"
+#include "daemon/metrics.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -197,9 +198,22 @@ void ControlServer::start() {
       } catch (const std::exception& e) {
         spdlog::error("control socket: {}", e.what());
       }
+      publish_metrics();
       ticks_.fetch_add(1, std::memory_order_relaxed);
     }
   });
+}
+
+void ControlServer::publish_metrics() {
+  constexpr std::chrono::seconds kInterval{5};
+  if (metrics_file_.empty() || std::chrono::steady_clock::now() < metrics_due_) return;
+  metrics_due_ = std::chrono::steady_clock::now() + kInterval;
+  try {
+    // A disk that refuses shows by the file's age.
+    (void)write_metrics(metrics_file_, metrics_text(status()));
+  } catch (const std::exception& e) {
+    spdlog::error("metrics: {}", e.what());
+  }
 }
 
 void ControlServer::stop() {
@@ -273,6 +287,10 @@ json ControlServer::loop_status(std::size_t index) const {
     alarm_states[model::to_text(kind)] = alarm_json(config.name, kind, watch.alarms.alarm(kind));
   }
   loop["alarms"] = std::move(alarm_states);
+  const float position_age_ms =
+      loops_[index].channels->position_age_ms.load(std::memory_order_relaxed);
+  loop["position_age_ms"] =
+      position_age_ms < 0.0F ? json(nullptr) : number(static_cast<double>(position_age_ms));
   hal::record::RecordRow row;
   if (!historian_.latest(index, row)) return loop;
   loop["ne107"] = model::to_text(health_of(config, row, watch, severe_percent_));
@@ -369,9 +387,11 @@ json ControlServer::set(const json& request, unsigned peer_uid) {
     hand_on_jacket = true;
   }
   if (commands.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  for (const rt::OperatorCommand& command : commands) {
-    if (!loop.channels->commands.try_push(command)) throw RequestError("too many commands at once");
+  // All of the order or nothing of it.
+  if (loop.channels->commands.room() < commands.size()) {
+    throw RequestError("too many commands at once; nothing of this order was taken");
   }
+  for (const rt::OperatorCommand& command : commands) loop.channels->commands.try_push(command);
   // What the operator does with the jacket is not undone behind his back.
   const std::size_t index = loop_index(request);
   if (hand_on_jacket && board_.watch(index).corrective != model::CorrectiveState::off) {

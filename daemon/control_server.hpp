@@ -16,10 +16,13 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -45,6 +48,8 @@ class ControlServer {
   ControlServer& operator=(const ControlServer&) = delete;
   ~ControlServer() { stop(); }
 
+  // Every 5 s from the start on, before start() only.
+  void keep_metrics(std::filesystem::path file) { metrics_file_ = std::move(file); }
   void start();
   void stop();
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
@@ -74,6 +79,10 @@ class ControlServer {
   double severe_percent_;  // % of the CO span
   std::function<nlohmann::json()> daemon_status_;
   hal::os::LocalServer server_;
+  void publish_metrics();
+
+  std::filesystem::path metrics_file_;
+  std::chrono::steady_clock::time_point metrics_due_{};
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
   hal::os::Thread thread_;

@@ -35,6 +35,7 @@ Historian::Historian(std::vector<LoopRuntime>& loops, std::filesystem::path stat
 
 void Historian::start() {
   for (const LoopRuntime& loop : loops_) {
+    fresh_.reserve(std::max(fresh_.capacity(), loop.channels->records.capacity()));
     tracks_.emplace_back().kept.resize(kKept);
     csv_.emplace_back();
     Disk& disk = disks_.emplace_back();
@@ -63,9 +64,13 @@ void Historian::run() {
     last_round = quit_.load(std::memory_order_relaxed);
     for (std::size_t i = 0; i < loops_.size(); ++i) {
       take_rows(i);
-      if (disks_[i].segments) disks_[i].segments->append(fresh_);
-      keep(i);
-      write_csv(i);
+      try {
+        if (disks_[i].segments) disks_[i].segments->append(fresh_);
+        keep(i);
+        write_csv(i);
+      } catch (const std::exception& e) {
+        spdlog::error("loop {}: recording: {}", loops_[i].config.name, e.what());
+      }
     }
     ticks_.fetch_add(1, std::memory_order_relaxed);
     std::this_thread::sleep_for(kPause);
@@ -76,7 +81,10 @@ void Historian::run() {
 void Historian::take_rows(std::size_t loop) {
   fresh_.clear();
   RecordRow row;
-  while (loops_[loop].channels->records.try_pop(row)) fresh_.push_back(row);
+  // What is beyond the room waits in its ring for the next round.
+  while (fresh_.size() < fresh_.capacity() && loops_[loop].channels->records.try_pop(row)) {
+    fresh_.push_back(row);
+  }
 }
 
 void Historian::keep(std::size_t loop) {

@@ -33,15 +33,18 @@ void print_once(const nlohmann::json& status) {
 std::string details(const nlohmann::json& loop) {
   const auto& io = loop.at("io");
   const auto& recording = loop.at("recording");
+  const auto age = [&](const char* key) {
+    const auto found = loop.find(key);
+    return found != loop.end() && found->is_number() ? fmt::format("{:.1f}", found->get<double>())
+                                                     : std::string("-");
+  };
   return fmt::format(
-      "{}: {}   PV age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: {} transactions, {} "
+      "{}: {}   PV age {} ms   position age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: {} "
+      "transactions, {} "
       "timeouts, "
       "{} exceptions, {} invalid, {} reconnects",
-      loop.value("name", ""), loop.value("description", ""),
-      loop.value("pv_age_ms", nlohmann::json()).is_number()
-          ? fmt::format("{:.1f}", loop["pv_age_ms"].get<double>())
-          : "-",
-      recording.at("rows").get<std::uint64_t>(),
+      loop.value("name", ""), loop.value("description", ""), age("pv_age_ms"),
+      age("position_age_ms"), recording.at("rows").get<std::uint64_t>(),
       recording.at("dropped").get<std::uint64_t>() + recording.at("rows_lost").get<std::uint64_t>(),
       recording.at("bytes").get<double>() / 1e6, io.at("transactions").get<std::uint64_t>(),
       io.at("timeouts").get<std::uint64_t>(), io.at("device_exceptions").get<std::uint64_t>(),

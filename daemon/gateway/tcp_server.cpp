@@ -2,6 +2,7 @@
 #include "daemon/gateway/tcp_server.hpp"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -24,6 +25,7 @@ constexpr int kFramesARound = 8;    // of one client, then it is the next one's 
 constexpr int kAcceptsARound = 64;
 constexpr int kSocketBuffer = 16 * 1024;  // bytes
 constexpr std::chrono::milliseconds kThrottlePause{10};
+constexpr std::int64_t kAcceptPauseNs = 500'000'000;
 constexpr std::uint8_t kNoSuchUnit = 0x0B;  // gateway target device failed to respond
 
 std::runtime_error failure(const std::string& what, int error) {
@@ -71,6 +73,24 @@ TcpServer::TcpServer(TcpServerSettings settings, hal::os::PeerList peers, hal::o
       peers_(std::move(peers)),
       clock_(clock),
       answer_(std::move(answer)) {
+  if (settings_.listener >= 0) {
+    // The service manager's socket: it may have a port that this process has no right to.
+    listener_ = settings_.listener;
+    fcntl(listener_, F_SETFL, fcntl(listener_, F_GETFL) | O_NONBLOCK);
+    fcntl(listener_, F_SETFD, FD_CLOEXEC);
+  } else {
+    listen_at_address();
+  }
+  sockaddr_storage bound{};
+  socklen_t bound_length = sizeof bound;
+  getsockname(listener_, reinterpret_cast<sockaddr*>(&bound), &bound_length);
+  sockaddr_in any{};
+  std::memcpy(&any, &bound, sizeof any);  // the port is at the same place in IPv4 and IPv6
+  port_ = ntohs(any.sin_port);
+  clients_.reserve(settings_.most_clients);
+}
+
+void TcpServer::listen_at_address() {
   const std::string where =
       fmt::format("Modbus server at {} port {}", settings_.address, settings_.port);
   sockaddr_storage address{};
@@ -86,13 +106,6 @@ TcpServer::TcpServer(TcpServerSettings settings, hal::os::PeerList peers, hal::o
     close(listener_);
     throw failure(where, error);
   }
-  sockaddr_storage bound{};
-  socklen_t bound_length = sizeof bound;
-  getsockname(listener_, reinterpret_cast<sockaddr*>(&bound), &bound_length);
-  sockaddr_in any{};
-  std::memcpy(&any, &bound, sizeof any);  // the port is at the same place in IPv4 and IPv6
-  port_ = ntohs(any.sin_port);
-  clients_.reserve(settings_.most_clients);
 }
 
 TcpServer::~TcpServer() {
@@ -102,7 +115,8 @@ TcpServer::~TcpServer() {
 
 void TcpServer::serve(std::chrono::milliseconds timeout, int also) {
   std::int64_t now_ns = clock_.now_ns();
-  std::vector<pollfd> waiting{{listener_, POLLIN, 0}};
+  const bool accepts = now_ns >= accept_again_ns_;
+  std::vector<pollfd> waiting{{listener_, static_cast<short>(accepts ? POLLIN : 0), 0}};
   waiting.reserve(clients_.size() + 2);
   for (Client& client : clients_) {
     refill(client, now_ns);
@@ -149,7 +163,13 @@ void TcpServer::accept_clients(std::int64_t now_ns) {
     socklen_t length = sizeof address;
     const int fd = accept4(listener_, reinterpret_cast<sockaddr*>(&address), &length,
                            SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (fd < 0) return;
+    if (fd < 0) {
+      // Out of descriptors: who waits stays in the queue, and this thread does not spin on it.
+      if (errno != EAGAIN && errno != EINTR && errno != ECONNABORTED) {
+        accept_again_ns_ = now_ns + kAcceptPauseNs;
+      }
+      return;
+    }
     const auto from = hal::os::address_of(reinterpret_cast<const sockaddr*>(&address));
     if (!from || !peers_.may_connect(*from)) {
       ++counters_.refused;

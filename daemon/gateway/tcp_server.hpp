@@ -28,6 +28,7 @@ struct TcpServerSettings {
   std::size_t most_clients = 32;
   double idle_timeout_s = 60.0;        // s without a sound request
   double requests_per_second = 200.0;  // of each client
+  int listener = -1;  // a listening socket to take over; then address and port don't matter
 };
 
 struct TcpServerCounters {
@@ -58,6 +59,7 @@ class TcpServer {
   const TcpServerCounters& counters() const noexcept { return counters_; }
 
  private:
+  void listen_at_address();
   static constexpr std::size_t kMostFrame = 260;
   struct Client {
     int fd = -1;
@@ -89,6 +91,7 @@ class TcpServer {
   hal::os::Clock& clock_;
   Answer answer_;
   int listener_ = -1;
+  std::int64_t accept_again_ns_ = 0;
   std::uint16_t port_ = 0;
   std::vector<Client> clients_;
   TcpServerCounters counters_;

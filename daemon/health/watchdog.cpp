@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/health/watchdog.hpp"
 
+#include <sys/socket.h>
 #include <systemd/sd-daemon.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <utility>
 
@@ -32,30 +38,55 @@ ServiceManager::ServiceManager() {
   if (sd_watchdog_enabled(0, &watchdog_us) > 0) {
     interval_ns_ = static_cast<std::int64_t>(watchdog_us) * 1000 / 2;
   }
+  const char* const path = std::getenv("NOTIFY_SOCKET");
+  const std::size_t length = path == nullptr ? 0 : std::strlen(path);
+  if (length < 2 || length >= sizeof address_.sun_path) return;
+  address_.sun_family = AF_UNIX;
+  std::copy_n(path, length, address_.sun_path);
+  if (path[0] == '@') address_.sun_path[0] = '\0';  // a name that is no file
+  address_size_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + length);
+  socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 }
 
-void ServiceManager::ready() { sd_notify(0, "READY=1"); }
+ServiceManager::~ServiceManager() {
+  if (socket_ >= 0) close(socket_);
+}
+
+bool ServiceManager::notify(std::string_view message) const {
+  return sendto(socket_, message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
+                reinterpret_cast<const sockaddr*>(&address_), address_size_) >= 0;
+}
+
+void ServiceManager::ready() { notify("READY=1"); }
 
 void ServiceManager::reloading() {
   // MONOTONIC_USEC is what newer service managers ask for; older ones ignore it.
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   const long long microseconds = now.tv_sec * 1'000'000LL + now.tv_nsec / 1000;
-  sd_notifyf(0, "RELOADING=1\nMONOTONIC_USEC=%lld", microseconds);
+  notify("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(microseconds));
 }
 
-void ServiceManager::stopping() { sd_notify(0, "STOPPING=1"); }
+void ServiceManager::stopping() { notify("STOPPING=1"); }
 
 void ServiceManager::status(const std::string& line) {
   if (line == last_status_) return;
   last_status_ = line;
-  sd_notify(0, ("STATUS=" + line).c_str());
+  notify("STATUS=" + line);
 }
 
 void ServiceManager::keep_alive(bool healthy, std::int64_t now_ns) {
   if (interval_ns_ == 0 || !healthy || now_ns - last_ns_ < interval_ns_) return;
-  last_ns_ = now_ns;
-  sd_notify(0, "WATCHDOG=1");
+  // One that finds no room is sent again at the next look.
+  if (notify("WATCHDOG=1")) last_ns_ = now_ns;
+}
+
+int modbus_listener() noexcept {
+  const int count = sd_listen_fds(0);
+  for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + count; ++fd) {
+    if (sd_is_socket(fd, AF_UNSPEC, SOCK_STREAM, 1) > 0) return fd;
+  }
+  return -1;
 }
 
 }  // namespace loopwarden::daemon::health

@@ -2,9 +2,13 @@
 // Feeds the service manager's watchdog, but only while every thread moves.
 #pragma once
 
+#include <sys/socket.h>
+#include <sys/un.h>
+
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace loopwarden::daemon::health {
@@ -31,10 +35,15 @@ class ThreadWatch {
   std::vector<State> threads_;
 };
 
-// The notify protocol of systemd (sd_notify); everything is a no-op when not run by it.
+// The notify protocol of systemd (sd_notify(3)); everything is a no-op when not run by it. The socket
+// is opened once: sd_notify() opens one for each message, and a daemon that has run out of
+// descriptors would be killed by its watchdog.
 class ServiceManager {
  public:
   ServiceManager();
+  ServiceManager(const ServiceManager&) = delete;
+  ServiceManager& operator=(const ServiceManager&) = delete;
+  ~ServiceManager();
   void ready();
   void reloading();
   void stopping();
@@ -43,9 +52,17 @@ class ServiceManager {
   void keep_alive(bool healthy, std::int64_t now_ns);
 
  private:
+  bool notify(std::string_view message) const;  // false if it could not be sent
+
+  int socket_ = -1;  // -1: nobody to tell
+  sockaddr_un address_{};
+  socklen_t address_size_ = 0;
   std::int64_t interval_ns_ = 0;  // 0: no watchdog asked for
   std::int64_t last_ns_ = 0;
   std::string last_status_;
 };
+
+// The listening TCP socket that the service manager handed over (loopwardend.socket), -1: none.
+int modbus_listener() noexcept;
 
 }  // namespace loopwarden::daemon::health

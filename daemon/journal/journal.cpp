@@ -4,7 +4,9 @@
 #include <spdlog/spdlog.h>
 
 #include <iterator>
+#include <new>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 namespace loopwarden::daemon::journal {
@@ -99,10 +101,17 @@ std::vector<JournalRow> Journal::newest(std::size_t most, const std::string& loo
 void Journal::run() {
   bool last_round = false;
   while (!last_round) {
-    last_round = take_waiting();
-    if (!waiting_.empty() && (last_round || std::chrono::steady_clock::now() >= retry_at_)) {
-      // A second time if the file had to be replaced.
-      if (!write_waiting()) write_waiting();
+    try {
+      last_round = take_waiting();
+      if (!waiting_.empty() && (last_round || std::chrono::steady_clock::now() >= retry_at_)) {
+        // A second time if the file had to be replaced.
+        if (!write_waiting()) write_waiting();
+      }
+    } catch (const std::bad_alloc&) {
+      retry_at_ = std::chrono::steady_clock::now() + settings_.retry;
+      std::this_thread::sleep_for(kPause);
+      const std::lock_guard lock(mutex_);
+      last_round = quit_;
     }
   }
   file_.reset();
@@ -112,6 +121,7 @@ void Journal::run() {
 bool Journal::take_waiting() {
   std::unique_lock lock(mutex_);
   changed_.wait_for(lock, kPause, [&] { return !queue_.empty() || quit_; });
+  waiting_.reserve(waiting_.size() + queue_.size());  // all of them or none
   std::move(queue_.begin(), queue_.end(), std::back_inserter(waiting_));
   queue_.clear();
   taken_ = posted_;

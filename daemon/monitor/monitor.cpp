@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/monitor/monitor.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
+#include <exception>
 #include <thread>
 #include <utility>
 
@@ -46,7 +49,12 @@ Monitor::Monitor(std::vector<WatchedLoop> loops, WatchBoard& board, Raised raise
 void Monitor::start() {
   thread_.start({.name = "lw-monitor"}, [this] {
     while (!quit_.load(std::memory_order_relaxed)) {
-      round();
+      try {
+        round();
+      } catch (const std::exception& e) {
+        spdlog::error("monitor: {}", e.what());
+        std::this_thread::sleep_for(kPause);
+      }
       if (backlog_.load(std::memory_order_relaxed) == 0) std::this_thread::sleep_for(kPause);
     }
   });

@@ -8,6 +8,7 @@
 
 namespace loopwarden::daemon::rt {
 
+using control::Conditions;
 using control::ControllerOutput;
 using control::Decision;
 using control::Fault;
@@ -26,8 +27,9 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
       pv_guard_.check(inputs_.process_variable, output_before, limits.high - limits.low, now_ns_);
 
   // Mode: may the loop run, and if not, what does the output do?
-  const Decision decision = supervisor_.step(conditions(pv, missed, stop));
-  learn_output(decision);
+  const Conditions found = conditions(pv, missed, stop);
+  const Decision decision = supervisor_.step(found);
+  learn_output(found, decision);
 
   // PI, compensator, limits.
   const ControllerOutput out = decide(decision, pv);
@@ -141,13 +143,20 @@ bool ControlCycle::read_back_good() const noexcept {
 }
 
 // After commands did not reach the valve, or the process was stopped, the device's own watchdog may
-// have moved it. The loop then writes nothing until the read-back tells where it stands, and goes on
-// from there. The same at start. Without a read-back it goes on from what it last asked for.
-void ControlCycle::learn_output(const Decision& decision) noexcept {
-  const bool lost = decision.fault == Fault::output_lost || decision.fault == Fault::late_cycle;
-  if (lost && inputs_.valve_position_fitted) output_known_ = false;
+// have moved it. The loop then writes nothing until a read-back taken since then tells where it
+// stands, and goes on from there. The same at start. Without a read-back it goes on from what it last
+// asked for. A stop action does not wait for it.
+void ControlCycle::learn_output(const Conditions& found, const Decision& decision) noexcept {
+  const bool lost = decision.fault != Fault::stop &&
+                    (decision.fault == Fault::output_lost || decision.fault == Fault::late_cycle ||
+                     found.output_lost || found.late_cycle);
+  if (lost && inputs_.valve_position_fitted) {
+    if (!was_lost_ || found.late_cycle) unknown_since_ns_ = now_ns_;
+    output_known_ = false;
+  }
+  was_lost_ = lost;
   if (output_known_) return;
-  if (read_back_good()) {
+  if (read_back_good() && inputs_.valve_position.time_ns >= unknown_since_ns_) {
     controller_.assume_output(inputs_.valve_position.value);
     output_known_ = ever_known_ = true;
   } else if (!ever_known_ && start_.output.kind == control::OutputAction::Kind::value) {
@@ -225,6 +234,12 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};
   channels_.records.try_push(row);
   channels_.watched.try_push(row);
+  channels_.position_age_ms.store(
+      inputs_.valve_position.sequence > 0
+          ? static_cast<float>(static_cast<double>(time.now_ns - inputs_.valve_position.time_ns) /
+                               1e6)
+          : -1.0F,
+      std::memory_order_relaxed);
   channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
 }
 

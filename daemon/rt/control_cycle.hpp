@@ -31,6 +31,7 @@ struct LoopChannels {
   hal::os::SpscRing<hal::record::RecordRow> records;       // cycle -> historian
   hal::os::SpscRing<hal::record::RecordRow> watched;       // cycle -> monitor
   std::atomic<double> set_point_wanted{0.0};               // cycle -> Modbus server, PV units
+  std::atomic<float> position_age_ms{-1.0F};               // cycle -> status; below 0: none
   std::atomic<bool> stop_reached{false};                   // cycle -> main: output is where it ends
 };
 
@@ -62,7 +63,7 @@ class ControlCycle {
   control::Conditions conditions(const hal::Sample& pv, std::uint64_t missed,
                                  bool stop) const noexcept;
   bool read_back_good() const noexcept;
-  void learn_output(const control::Decision& decision) noexcept;
+  void learn_output(const control::Conditions& found, const control::Decision& decision) noexcept;
   control::ControllerOutput decide(const control::Decision& decision,
                                    const hal::Sample& pv) noexcept;
   hal::Command checked(const control::ControllerOutput& out, const control::Decision& decision,
@@ -87,8 +88,10 @@ class ControlCycle {
   hal::Inputs inputs_;
   std::int64_t now_ns_ = 0;
   control::JacketForm configured_jacket_;
-  bool output_known_ = false;    // where the valve stands is known
-  bool ever_known_ = false;      // it has been at some time
+  bool output_known_ = false;  // where the valve stands is known
+  bool ever_known_ = false;    // it has been at some time
+  bool was_lost_ = false;      // commands did not reach the valve in the cycle before
+  std::int64_t unknown_since_ns_ = 0;
   bool was_not_finite_ = false;  // result of the cycle before
   double modelled_valve_ = 0.0;  // CO units
   control::Fault reported_fault_ = control::Fault::starting;

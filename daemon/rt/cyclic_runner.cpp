@@ -12,6 +12,7 @@ void LatencyHistogram::add(std::int64_t nanoseconds) noexcept {
   const auto bin = static_cast<std::size_t>(std::bit_width(microseconds | 1U) - 1);
   ++bins[std::min(bin, kBins - 1)];
   worst_ns = std::max(worst_ns, nanoseconds);
+  sum_ns += std::max<std::int64_t>(nanoseconds, 0);
 }
 
 std::int64_t LatencyHistogram::quantile_ns(double share) const noexcept {

@@ -24,6 +24,7 @@ struct LatencyHistogram {
   static constexpr std::size_t kBins = 18;  // up to 131 ms and beyond
   std::array<std::uint64_t, kBins> bins{};
   std::int64_t worst_ns = 0;
+  std::int64_t sum_ns = 0;
 
   void add(std::int64_t nanoseconds) noexcept;
   // Upper edge of the bin that holds this share of the counts, ns; never above the worst.

@@ -2,6 +2,7 @@
 #include "daemon/rt/pv_guard.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace loopwarden::daemon::rt {
 namespace {
@@ -17,7 +18,11 @@ hal::Sample bad(hal::Sample sample, hal::Reason reason) noexcept {
 
 bool PvGuard::frozen(const hal::Sample& sample, double output, double output_span,
                      std::int64_t now_ns) noexcept {
-  if (sample.value != still_value_) {
+  if (std::exchange(blind_, false)) {
+    still_since_ns_ += now_ns - blind_since_ns_;
+    output_then_ += output - output_when_blind_;
+  }
+  if (!std::exchange(seen_, true) || sample.value != still_value_) {
     still_value_ = sample.value;
     still_since_ns_ = now_ns;
     output_then_ = output;
@@ -30,6 +35,16 @@ bool PvGuard::frozen(const hal::Sample& sample, double output, double output_spa
 
 hal::Sample PvGuard::check(hal::Sample sample, double output, double output_span,
                            std::int64_t now_ns) noexcept {
+  sample = judged(sample, output, output_span, now_ns);
+  if (sample.quality == hal::Quality::bad && !std::exchange(blind_, true)) {
+    blind_since_ns_ = now_ns;
+    output_when_blind_ = output;
+  }
+  return sample;
+}
+
+hal::Sample PvGuard::judged(hal::Sample sample, double output, double output_span,
+                            std::int64_t now_ns) noexcept {
   if (sample.quality == hal::Quality::bad) return sample;
   if (static_cast<double>(now_ns - sample.time_ns) > settings_.max_age_s * kNanosecondsPerSecond) {
     return bad(sample, hal::Reason::stale);

@@ -22,13 +22,20 @@ class PvGuard {
                     std::int64_t now_ns) noexcept;
 
  private:
+  hal::Sample judged(hal::Sample sample, double output, double output_span,
+                     std::int64_t now_ns) noexcept;
   bool frozen(const hal::Sample& sample, double output, double output_span,
               std::int64_t now_ns) noexcept;
 
   hal::PvCheckSettings settings_;
+  bool seen_ = false;         // a value, ever
   double still_value_ = 0.0;  // PV units, since still_since_ns_
   double output_then_ = 0.0;  // CO units, when PV last changed
   std::int64_t still_since_ns_ = 0;
+  // What passes while there is no value to look at tells nothing of a frozen one.
+  bool blind_ = false;
+  std::int64_t blind_since_ns_ = 0;
+  double output_when_blind_ = 0.0;  // CO units
 };
 
 }  // namespace loopwarden::daemon::rt

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <utility>
 
 namespace loopwarden::hal::modbus {
@@ -148,7 +149,12 @@ void ModbusLink::run() {
       (void)waiter_.wait_until(next_ns);
       continue;
     }
-    serve(*task);
+    try {
+      serve(*task);
+    } catch (const std::exception&) {
+      // Memory that can't be had. The samples grow old by themselves; the line begins afresh.
+      transport_.disconnect();
+    }
     give_back();
   }
   transport_.disconnect();

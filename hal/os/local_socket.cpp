@@ -18,6 +18,8 @@
 namespace loopwarden::hal::os {
 namespace {
 
+constexpr std::chrono::milliseconds kAcceptPause{500};
+
 sockaddr_un address_of(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -91,6 +93,7 @@ LocalServer::LocalServer(std::string path, Handler handler)
   unlink(path_.c_str());
   fd_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd_ < 0) throw failure("socket");
+  peers_.reserve(kMostPeers);
   const sockaddr_un address = address_of(path_);
   const mode_t before = umask(0117);  // read and write for owner and group from the first moment
   const int bound = bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
@@ -111,7 +114,12 @@ LocalServer::~LocalServer() {
 
 void LocalServer::accept_peer() {
   const int fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-  if (fd < 0) return;
+  if (fd < 0) {
+    if (errno != EAGAIN && errno != EINTR && errno != ECONNABORTED) {
+      accept_again_ = std::chrono::steady_clock::now() + kAcceptPause;
+    }
+    return;
+  }
   if (peers_.size() >= kMostPeers) {
     close(fd);
     return;
@@ -151,27 +159,37 @@ bool LocalServer::send_pending(Peer& peer) {
   return true;
 }
 
+// False if the connection is to end; also where there is no memory for the peer's request.
+bool LocalServer::serve_peer(Peer& peer, short ready) noexcept {
+  try {
+    if ((ready & (POLLERR | POLLNVAL)) != 0) return false;
+    if ((ready & (POLLIN | POLLHUP)) != 0 && !receive(peer)) return false;
+    return send_pending(peer);
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 void LocalServer::serve(std::chrono::milliseconds timeout) {
-  std::vector<pollfd> waiting{{fd_, POLLIN, 0}};
+  const bool accepts = std::chrono::steady_clock::now() >= accept_again_;
+  std::vector<pollfd> waiting{{fd_, static_cast<short>(accepts ? POLLIN : 0), 0}};
   for (const Peer& peer : peers_) {
     // A peer that does not read its answers gets no new ones until it does.
     const short events = peer.to_send.empty() ? POLLIN : POLLOUT;
     waiting.push_back({peer.fd, events, 0});
   }
   if (poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count())) <= 0) return;
-  std::vector<Peer> kept;
+  // In place: nothing may fail half way.
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < peers_.size(); ++i) {
-    const short ready = waiting[i + 1].revents;
-    bool alive = (ready & (POLLERR | POLLNVAL)) == 0;
-    if (alive && (ready & (POLLIN | POLLHUP)) != 0) alive = receive(peers_[i]);
-    if (alive) alive = send_pending(peers_[i]);
-    if (alive) {
-      kept.push_back(std::move(peers_[i]));
-    } else {
+    if (!serve_peer(peers_[i], waiting[i + 1].revents)) {
       close(peers_[i].fd);
+      continue;
     }
+    if (kept != i) peers_[kept] = std::move(peers_[i]);
+    ++kept;
   }
-  peers_ = std::move(kept);
+  peers_.resize(kept);
   if ((waiting.front().revents & POLLIN) != 0) accept_peer();
 }
 

@@ -46,12 +46,13 @@ class LocalServer {
 
  private:
   struct Peer {
-    int fd;
-    unsigned uid;
+    int fd = -1;
+    unsigned uid = 0;
     std::string received;
     std::string to_send;
   };
   void accept_peer();
+  bool serve_peer(Peer& peer, short ready) noexcept;
   bool receive(Peer& peer);
   static bool send_pending(Peer& peer);
   void answer_lines(Peer& peer);
@@ -63,6 +64,8 @@ class LocalServer {
   Handler handler_;
   int fd_ = -1;
   std::vector<Peer> peers_;
+  // Out of descriptors: who waits stays in the queue, and this thread does not spin on it.
+  std::chrono::steady_clock::time_point accept_again_{};
 };
 
 }  // namespace loopwarden::hal::os

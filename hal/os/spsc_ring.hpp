@@ -18,8 +18,14 @@ class SpscRing {
 
  public:
   // Room for at least `capacity` items (rounded up to a power of two). Allocates, here only.
-  explicit SpscRing(std::size_t capacity)
-      : mask_(round_up(capacity) - 1), items_(new T[mask_ + 1]{}) {}
+  // `first` is where both counters begin; they may wrap.
+  explicit SpscRing(std::size_t capacity, std::size_t first = 0)
+      : mask_(round_up(capacity) - 1),
+        items_(new T[mask_ + 1]{}),
+        head_(first),
+        cached_tail_(first),
+        tail_(first),
+        cached_head_(first) {}
 
   // Writing thread only. False, and one more drop, if the ring is full.
   bool try_push(const T& item) noexcept {
@@ -68,11 +74,11 @@ class SpscRing {
 
   const std::size_t mask_;
   const std::unique_ptr<T[]> items_;
-  alignas(64) std::atomic<std::size_t> head_{0};
-  std::size_t cached_tail_ = 0;  // writer's last look at tail_
+  alignas(64) std::atomic<std::size_t> head_;
+  std::size_t cached_tail_;  // writer's last look at tail_
   std::atomic<std::uint64_t> dropped_{0};
-  alignas(64) std::atomic<std::size_t> tail_{0};
-  std::size_t cached_head_ = 0;  // reader's last look at head_
+  alignas(64) std::atomic<std::size_t> tail_;
+  std::size_t cached_head_;  // reader's last look at head_
 };
 
 }  // namespace loopwarden::hal::os

@@ -3,6 +3,7 @@
 
 #include <sched.h>
 
+#include <cerrno>
 #include <cstring>
 #include <memory>
 #include <system_error>
@@ -24,22 +25,27 @@ std::string Thread::start(const ThreadOptions& options, std::function<void()> bo
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, options.stack_bytes);
   auto owned = std::make_unique<std::function<void()>>(std::move(body));
-  const int error = pthread_create(&handle_, &attributes, run, owned.get());
+  std::string refused;
+  int error = EPERM;
+  if (options.fifo_priority > 0) {
+    // From its first instruction on: on a busy machine it could wait long to be given a priority.
+    const sched_param parameters{options.fifo_priority};
+    pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+    pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);
+    pthread_attr_setschedparam(&attributes, &parameters);
+    error = pthread_create(&handle_, &attributes, run, owned.get());
+    if (error == EPERM) {
+      refused = "real-time priority " + std::to_string(options.fifo_priority) + " refused (" +
+                std::strerror(error) + ")";
+      pthread_attr_setinheritsched(&attributes, PTHREAD_INHERIT_SCHED);
+    }
+  }
+  if (error == EPERM) error = pthread_create(&handle_, &attributes, run, owned.get());
   pthread_attr_destroy(&attributes);
   if (error != 0) throw std::system_error(error, std::generic_category(), "thread " + options.name);
   owned.release();  // NOLINT(bugprone-unused-return-value): the new thread owns it now
   started_ = true;
   pthread_setname_np(handle_, options.name.substr(0, 15).c_str());
-
-  std::string refused;
-  if (options.fifo_priority > 0) {
-    const sched_param parameters{options.fifo_priority};
-    const int e = pthread_setschedparam(handle_, SCHED_FIFO, &parameters);
-    if (e != 0) {
-      refused = "real-time priority " + std::to_string(options.fifo_priority) + " refused (" +
-                std::strerror(e) + ")";
-    }
-  }
   if (options.cpu) {
     cpu_set_t set;
     CPU_ZERO(&set);

@@ -335,5 +335,19 @@ TEST_CASE("fault, a dead device never delays another loop") {
   CHECK(std::abs(dead.device.state_number("co") - kDeviceFailSafe) < 0.01);
 }
 
+TEST_CASE("fault, kill -9 beside a dead device: --safe reaches the others without waiting for it") {
+  TcpRig dead(kDeviceArguments);
+  TcpRig alive(kDeviceArguments);
+  DaemonProcess daemon("links:\n" + tcp_link_yaml("one", dead.proxy.ready("port")) +
+                           tcp_link_yaml("two", alive.proxy.ready("port")),
+                       {{"loops.d/FIC-101.yaml", loop_file("one", 1.0)},
+                        {"loops.d/FIC-102.yaml", loop_file("two", 1.0, "FIC-102")}});
+  dead.proxy.command("silent");
+  daemon.start({"--safe"});
+  CHECK(eventually([&] { return std::abs(alive.device.state_number("co") - kStop) < 0.01; }));
+  CHECK(daemon.running());  // it still tries the dead one
+  CHECK(daemon.wait_for_end() == 74);
+}
+
 }  // namespace
 }  // namespace loopwarden::tests

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control_server.hpp"
 
+#include <sys/resource.h>
+
 #include <catch2/catch.hpp>
 
 #include <filesystem>
 #include <memory>
 #include <thread>
 
+#include "hal/os/local_socket.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -204,6 +207,43 @@ TEST_CASE(
       ControlServer((bench.folder / "control.sock").string(), bench.loops, bench.historian,
                     bench.board, bench.journal, bench.evidence, 10.0, [] { return json(); }),
       Catch::Contains("another daemon"));
+}
+
+TEST_CASE("an order of several parts is taken whole or not at all") {
+  Bench bench;
+  auto& mailbox = bench.loops.front().channels->commands;
+  while (mailbox.room() > 1) mailbox.try_push({Kind::set_point, 1.0});
+  const json reply =
+      bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5, "mode": "auto"})");
+  CHECK(reply["ok"] == false);
+  CHECK(mailbox.room() == 1);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5})")["ok"] == true);
+}
+
+TEST_CASE(
+    "without descriptors the control socket rests, and serves who waited when there are some") {
+  tests::TemporaryFolder folder;
+  const std::string path = (folder / "socket").string();
+  hal::os::LocalServer server(path, [](std::string_view, unsigned) { return std::string("{}"); });
+  hal::os::LocalClient client(path);
+  const auto answered = [&] {
+    for (int i = 0; i < 5; ++i) server.serve(std::chrono::milliseconds(0));
+    try {
+      client.request("x", std::chrono::milliseconds(1));
+      return true;
+    } catch (const std::exception&) {
+      return false;
+    }
+  };
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{3, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  const bool refused = !answered();
+  setrlimit(RLIMIT_NOFILE, &before);
+  CHECK(refused);
+  CHECK_FALSE(answered());  // it does not look again at once
+  CHECK(test::eventually([&] { return answered(); }));
 }
 
 }  // namespace

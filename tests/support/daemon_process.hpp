@@ -56,6 +56,17 @@ class DaemonProcess {
     if (!test::eventually([&] { return answers(); }))
       throw std::runtime_error("no answer: " + log());
   }
+  // Starts it with more arguments and does not wait for anything.
+  void start(const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"--config", config().string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    child_ = spawn(std::move(arguments), "log");
+  }
+  bool running() const {
+    siginfo_t info{};
+    return ::waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid == 0;
+  }
   bool answers() {
     try {
       client_.emplace((folder_ / "control.sock").string());

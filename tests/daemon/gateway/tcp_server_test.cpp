@@ -6,6 +6,7 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -129,6 +130,41 @@ TEST_CASE("a request is answered under its own transaction and unit", "[gateway]
   client->send(frame(8, 9, kAsk));
   bench.rounds(2);
   CHECK(client->received() == frame(8, 9, {0x83, 0x0B}));
+}
+
+TEST_CASE("without descriptors the server rests, and serves who waited when there are some",
+          "[gateway][tcp]") {
+  Bench bench;
+  const Client client(bench.server->port());
+  client.send(frame(1, 1, kAsk));
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{3, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  bench.rounds(1);
+  setrlimit(RLIMIT_NOFILE, &before);
+  bench.rounds(3);
+  CHECK(client.received().empty());  // it does not look again at once
+  bench.pass(1.0);
+  bench.rounds(3);
+  CHECK(client.received() == frame(1, 1, kAsk));
+}
+
+TEST_CASE("a listening socket of the service manager is taken over", "[gateway][tcp]") {
+  const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in any{};
+  any.sin_family = AF_INET;
+  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  REQUIRE(::bind(listener, reinterpret_cast<const sockaddr*>(&any), sizeof any) == 0);
+  REQUIRE(::listen(listener, 4) == 0);
+  TcpServerSettings settings;
+  settings.listener = listener;
+  settings.address = "no address";  // not looked at
+  Bench bench(settings);
+  const auto client = bench.connect();
+  client->send(frame(2, 1, kAsk));
+  bench.rounds(2);
+  CHECK(client->received() == frame(2, 1, kAsk));
 }
 
 TEST_CASE("requests come in pieces, or several at once", "[gateway][tcp]") {

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/health/watchdog.hpp"
 
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <array>
+#include <cstddef>
 #include <cstdlib>
+#include <filesystem>
+#include <memory>
 #include <string>
+#include <string_view>
 
 #include "tests/support/temporary_folder.hpp"
 
@@ -102,6 +107,43 @@ TEST_CASE("the watchdog is fed at half its time, and only while healthy") {
   CHECK(socket.take().empty());
   manager.keep_alive(true, 12 * kSecond);
   CHECK(socket.take() == "WATCHDOG=1\n");
+}
+
+TEST_CASE("the watchdog is fed without a descriptor left") {
+  const NotifySocket socket;
+  ServiceManager manager;
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{3, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  manager.keep_alive(true, 10 * kSecond);
+  setrlimit(RLIMIT_NOFILE, &before);
+  CHECK(socket.take() == "WATCHDOG=1\n");
+}
+
+TEST_CASE("the service manager may come back, and may have no file for its socket") {
+  ServiceManager nobody;  // not run by any
+  nobody.ready();
+  auto socket = std::make_unique<NotifySocket>();
+  ServiceManager manager;
+  const std::string path = getenv("NOTIFY_SOCKET");
+  socket.reset();
+  manager.keep_alive(true, 10 * kSecond);
+  CHECK_FALSE(std::filesystem::exists(path));
+  setenv("NOTIFY_SOCKET", "@loopwarden-test-notify", 1);
+  const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string_view name("\0loopwarden-test-notify", 23);
+  name.copy(address.sun_path, name.size());
+  REQUIRE(bind(fd, reinterpret_cast<const sockaddr*>(&address),
+               static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size())) == 0);
+  ServiceManager abstract;
+  abstract.ready();
+  std::array<char, 64> said{};
+  CHECK(recv(fd, said.data(), said.size(), 0) == 7);
+  close(fd);
+  unsetenv("NOTIFY_SOCKET");
 }
 
 }  // namespace

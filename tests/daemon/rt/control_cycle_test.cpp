@@ -195,6 +195,37 @@ TEST_CASE("after a pause of the process an old read-back does not count") {
   CHECK(loop.io.written == Approx(5.0));
 }
 
+TEST_CASE("a read-back from before the pause does not count, however long a sample may be old") {
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.pv_check.max_age_s = 60.0;
+  Loop loop(settings);
+  loop.io.set_read_back(40.0);
+  loop.run(10);
+  loop.io.fresh = false;
+  loop.run(1, 50);  // the device's own watchdog has acted meanwhile
+  CHECK_FALSE(loop.io.last.write);
+  loop.run(3);
+  CHECK_FALSE(loop.io.last.write);
+  loop.io.fresh = true;
+  loop.io.set_read_back(5.0);
+  loop.run(1);
+  CHECK(loop.io.last.write);
+  CHECK(loop.io.written == Approx(5.0));
+}
+
+TEST_CASE("where the valve stands after a loss is learnt under a graver fault as well") {
+  Loop loop;
+  loop.io.set_read_back(40.0);
+  loop.run(10);
+  loop.io.inputs.enable = hal::Enable::open;  // to 0 at 5 a period
+  loop.io.inputs.output_ok = false;
+  loop.io.inputs.output_reason = hal::Reason::link_lost;
+  loop.io.set_read_back(90.0);
+  loop.run(2);
+  CHECK(loop.fault() == Fault::enable_open);
+  CHECK(loop.io.written == Approx(85.0));
+}
+
 TEST_CASE("an open enable contact goes before everything but stop") {
   Loop loop;
   loop.run(5);

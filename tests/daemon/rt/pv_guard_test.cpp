@@ -74,5 +74,28 @@ TEST_CASE("a value that stands still while the output moves is frozen") {
   CHECK(look(5.001, 80.0, 2) == hal::Reason::frozen);
 }
 
+TEST_CASE("the first value is not frozen, whatever it is and wherever the output stands") {
+  PvGuard guard(settings(2.0));
+  // A flow below the cut-off of its transmitter is exactly 0.
+  CHECK(guard.check(good(0.0, 100 * kSecond), 50.0, 100.0, 100 * kSecond).quality ==
+        hal::Quality::good);
+}
+
+TEST_CASE("what passes while PV is bad does not make it frozen; what it stood still before does") {
+  PvGuard guard(settings(2.0));
+  const auto look = [&](std::int64_t second, double output, hal::Quality quality) {
+    hal::Sample sample = good(5.0, second * kSecond);
+    sample.quality = quality;
+    return guard.check(sample, output, 100.0, second * kSecond).reason;
+  };
+  using hal::Quality;
+  look(10, 50.0, Quality::good);
+  look(11, 50.0, Quality::bad);
+  look(60, 20.0, Quality::bad);  // the safe action has moved the output
+  CHECK(look(61, 20.0, Quality::good) == hal::Reason::none);
+  CHECK(look(62, 15.0, Quality::good) == hal::Reason::none);  // 2 s seen in all
+  CHECK(look(63, 15.0, Quality::good) == hal::Reason::frozen);
+}
+
 }  // namespace
 }  // namespace loopwarden::daemon::rt

@@ -60,6 +60,21 @@ TEST_CASE("a full ring refuses the new item, counts it and keeps the old", "[os]
   CHECK(ring.dropped() == 2);
 }
 
+TEST_CASE("the counters of a ring may wrap", "[os][ring]") {
+  SpscRing<int> ring(4, SIZE_MAX - 5);
+  int item = 0;
+  for (int round = 0; round < 10; ++round) {
+    for (int i = 0; i < 4; ++i) REQUIRE(ring.try_push(10 * round + i));
+    REQUIRE(ring.room() == 0);
+    REQUIRE_FALSE(ring.try_push(-1));
+    for (int i = 0; i < 4; ++i) {
+      REQUIRE(ring.try_pop(item));
+      REQUIRE(item == 10 * round + i);
+    }
+    REQUIRE_FALSE(ring.try_pop(item));
+  }
+}
+
 TEST_CASE("between two threads nothing is lost, doubled or torn but what was refused",
           "[os][ring]") {
   struct Item {

@@ -123,6 +123,17 @@ TEST_CASE("real-time priority is granted, or refused in words while the thread r
   }
 }
 
+TEST_CASE("real-time priority is there from its first instruction on", "[os][thread]") {
+  for (int i = 0; i < 50; ++i) {
+    std::atomic<int> policy{-1};
+    Thread thread;
+    const std::string refused = thread.start({.name = "worker", .fifo_priority = 10},
+                                             [&] { policy = sched_getscheduler(0); });
+    thread.join();
+    REQUIRE(policy == (refused.empty() ? SCHED_FIFO : SCHED_OTHER));
+  }
+}
+
 TEST_CASE("a CPU is granted, or refused in words while the thread runs on", "[os][thread]") {
   const Started first = start({.name = "worker", .cpu = 0});
   if (first.refused.empty()) {

@@ -1,0 +1,736 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One daemon with its loops and devices; injects faults at random times and judges what follows."""
+
+import asyncio
+import collections
+import gc
+import math
+import os
+import pathlib
+import random
+import resource
+import shutil
+import signal
+import sqlite3
+import stat
+import tempfile
+import time
+
+from daemon import WATCHDOG_S, Daemon
+from device import FAIL_SAFE, STEP_S, Device, Front, Limits
+
+STOP, BAD_PV, START, SET_POINT = 2.0, 1.5, 3.0, 5.0
+LOW, HIGH, RATE = 0.2, 9.5, 5.0
+HOLD_S, RECOVERY_S, RESPONSE_S = 0.3, 0.3, 0.15
+SLACK_S = 1.0  # beyond a stated time: two busy cores without real-time rights
+NOT_JUDGED_S = 0.3  # when this process itself was held up for longer, nothing is judged by time
+
+LOOP = """\
+loop: {name}
+sample_time: {period}
+process_variable: {{unit: L/min, range: [0, 12], max_age: {max_age}, frozen_after: 0.8}}
+controller:
+  action: reverse
+  kp: 0.3494
+  ki: {ki}
+  set_point: {{limits: [0, 9]}}
+  output: {{unit: V, range: [0, 10], limits: [{low}, {high}], rate_limit: {rate}}}
+start: {{mode: automatic, set_point: 5, output: hold}}
+safe_actions:
+  stop: {stop}
+  bad_pv: {{hold_for: 0.3, then: 1.5}}
+  output_lost: hold
+  enable_open: 0.5
+  recovery: {recovery}
+  recovery_delay: 0.3
+recording: {{enabled: true, limit_mb: 1}}
+io:
+  backend: modbus
+  poll_period: {period}
+  transmitter:
+    link: pv_{name}
+    unit: 1
+    register: {{table: input, address: 0, type: f32}}
+    status: {{table: input, address: 18, mask: 0xFFFF, value: 0}}
+  positioner:
+    link: {valve_link}
+    unit: 1
+    command: {{address: 0, type: f32}}
+    read_back: {{table: input, address: 20, type: f32}}
+    comm_loss: {{timeout: 1.0, register: {{address: 10, type: u16, scale: 0.1}}, value: 1.0}}
+"""
+LINK = ("  {name}: {{transport: tcp, host: 127.0.0.1, port: {port}, response_timeout: 0.15, "
+        "connect_timeout: 0.3, reconnect_min: 0.05, reconnect_max: 0.3}}\n")
+
+ANY = None
+LINK_FAULTS = {"output lost", "bad PV", "none"}
+# Of one loop: kind -> (faults the loop may show meanwhile; None: whatever)
+SPOILED = {
+    "late reply": "late", "duplicated reply": "duplicated", "truncated reply": "truncated",
+    "wrong-unit reply": "wrong_unit", "wrong-number reply": "wrong_number",
+    "wrong-function reply": "wrong_function", "wrong-length reply": "wrong_length",
+    "reply of an older request": "old_reply", "garbage": "garbage",
+    "device exception": "exception", "write refused": "writes_refused",
+    "echo of another write": "other_value", "silent link": "silent",
+    "lost requests": "lost_requests", "connection reset": "reset", "reply in pieces": "in_pieces"}
+SENSOR = {
+    "sensor failed": "sensor failure", "sensor NaN": "not finite", "sensor infinite": "not finite",
+    "sensor out of range": "out of range", "sensor stuck": "frozen", "sensor jumps": None,
+    "sensor noisy": None}
+LOOP_KINDS = (list(SPOILED) + list(SENSOR) +
+              ["device restart", "device forgets", "link closed", "transmitter link closed",
+               "transmitter silent", "valve not following", "valve sticks and slips",
+               "read-back NaN", "device watchdog expires"])
+CELL_KINDS = {
+    "SIGSTOP, short": 4, "SIGSTOP, long": 4, "kill -9, restart": 4, "kill -9, --safe, restart": 3,
+    "SIGTERM, restart": 3, "configuration broken": 5, "configuration changed": 5, "disk full": 3,
+    "disk slow": 2, "descriptors exhausted": 3, "memory short": 3, "mailbox overflow": 3,
+    "wall clock jumps": 3, "control socket abused": 3, "main thread hangs": 1, "loop thread hangs": 1,
+    "helper thread hangs": 1}
+
+
+class Loop:
+    def __init__(self, name, device, transmitter, positioner):
+        self.name, self.device = name, device
+        self.transmitter, self.positioner = transmitter, positioner
+
+    def fronts(self):
+        return {self.transmitter, self.positioner}
+
+
+class Cell:
+    def __init__(self, index, seed, program, shim, loops):
+        self.index = index
+        self.random = random.Random(f"{seed}/{index}")
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix=f"loopwarden-faults-{index}-"))
+        (self.folder / "config/loops.d").mkdir(parents=True)
+        self.daemon = Daemon(program, self.folder, shim)
+        self.period = self.random.choice((0.05, 0.1))
+        self.max_age = self.random.choice((0.4, 3.0))
+        self.recovery = self.random.choice(("previous_mode", "previous_mode", "manual"))
+        knowledge_s = 4 * self.period + RESPONSE_S + 0.15
+        self.limits = Limits(LOW, HIGH, RATE, knowledge_s, self.period)
+        self.loops = []
+        for i in range(loops):
+            device = Device(self.limits, START, f"{seed}/{index}/{i}")
+            transmitter = Front(device)
+            positioner = Front(device) if i % 2 else transmitter
+            self.loops.append(Loop(f"FIC-{101 + i}", device, transmitter, positioner))
+        self.results = []  # (kind, what the round held, failures)
+        self.not_judged = 0
+        self.orders = []  # what the operator was told is on the disk
+        self.order_number = 0
+        self.overdue = False
+        self.lives = 0
+
+    # --- surroundings ----------------------------------------------------------------------------
+
+    async def tick(self):
+        due = time.monotonic()
+        self.stall = 0.0
+        while True:
+            due += STEP_S
+            await asyncio.sleep(max(0.0, due - time.monotonic()))
+            now = time.monotonic()
+            late = now - due
+            self.stall = max(self.stall * 0.99, late)
+            while due + STEP_S < now:
+                for loop in self.loops:
+                    loop.device.step(due)
+                due += STEP_S
+            for loop in self.loops:
+                loop.device.worst_tick_s = self.stall
+                loop.device.step(now)
+            self.daemon.hear()
+
+    def loop_text(self, loop, low=LOW, high=HIGH, rate=RATE, ki=0.4, stop=STOP):
+        valve = f"pv_{loop.name}" if loop.positioner is loop.transmitter else f"valve_{loop.name}"
+        return LOOP.format(name=loop.name, period=self.period, max_age=self.max_age, low=low,
+                           high=high, rate=rate, ki=ki, stop=stop, valve_link=valve,
+                           recovery=self.recovery)
+
+    def loop_file(self, loop):
+        return self.folder / f"config/loops.d/{loop.name}.yaml"
+
+    def write_config(self):
+        text = f"runtime_directory: {self.folder}\nstate_directory: {self.folder}/state\nlinks:\n"
+        for loop in self.loops:
+            text += LINK.format(name=f"pv_{loop.name}", port=loop.transmitter.port)
+            if loop.positioner is not loop.transmitter:
+                text += LINK.format(name=f"valve_{loop.name}", port=loop.positioner.port)
+            self.loop_file(loop).write_text(self.loop_text(loop))
+        (self.folder / "config/loopwardend.yaml").write_text(text)
+
+    async def status(self):
+        answer = await self.daemon.ask({"request": "status"})
+        if not answer or not answer.get("ok"):
+            return {}
+        self.daemon_status = answer["daemon"]
+        return {loop["name"]: loop for loop in answer["loops"]}
+
+    async def wait(self, seconds):
+        await asyncio.sleep(seconds)
+
+    # --- bringing it back ------------------------------------------------------------------------
+
+    async def recover(self, patience_s=15.0):
+        """Waits until every loop controls again; what is wrong in words if one does not."""
+        end = time.monotonic() + patience_s
+        states, trouble = {}, ["no answer from the daemon"]
+        while time.monotonic() < end:
+            if not self.daemon.alive():
+                return [f"the daemon ended with {self.daemon.process.poll()}"]
+            states = await self.status()
+            trouble = []
+            for loop in self.loops:
+                state = states.get(loop.name, {})
+                if state.get("fault") == "none" and state.get("requested_mode") == "MAN":
+                    await self.daemon.ask({"request": "set", "loop": loop.name, "mode": "auto",
+                                           "set_point": SET_POINT})
+                pv = state.get("pv")
+                if (state.get("fault"), state.get("mode")) != ("none", "AUTO"):
+                    trouble.append(f"{loop.name}: {state.get('fault')}, {state.get('mode')}")
+                elif pv is None or abs(pv - SET_POINT) > 0.5 or abs(loop.device.pv - SET_POINT) > 0.5:
+                    trouble.append(f"{loop.name}: PV {pv}, not at its set point")
+            if not trouble:
+                return []
+            await asyncio.sleep(0.1)
+        return [f"not back after {patience_s:.0f} s: {t}" for t in trouble]
+
+    async def begin_life(self):
+        self.daemon.start()
+        self.lives += 1
+        self.baseline = None
+
+    def take_baseline(self):
+        self.baseline = (self.daemon.files(), sum(1 for _ in os.listdir(f"/proc/{self.daemon.pid}/task")),
+                         self.daemon.field_kib("VmRSS"), time.monotonic())
+
+    def leaks(self):
+        if self.baseline is None:
+            self.take_baseline()
+            return []
+        files, threads, rss, _ = self.baseline
+        found = []
+        # The connection of the operator may be open or closed.
+        if self.daemon.files() > files + 1:
+            found.append(f"{self.daemon.files()} descriptors, {files} at first")
+        now = len(os.listdir(f"/proc/{self.daemon.pid}/task"))
+        if now != threads:
+            found.append(f"{now} threads, {threads} at first")
+        grown = self.daemon.field_kib("VmRSS") - rss
+        if grown > 8192:
+            found.append(f"{grown} KiB more than at first")
+        return found
+
+    def unexpected(self):
+        """What the devices have seen that must never be."""
+        found = []
+        for loop in self.loops:
+            found += [f"{loop.name}: {v}" for v in dict.fromkeys(loop.device.violations)][:3]
+            loop.device.violations.clear()
+        return found
+
+    def judged_by_time(self):
+        if self.stall > NOT_JUDGED_S:
+            self.not_judged += 1
+            return False
+        return True
+
+    # --- faults of one loop ----------------------------------------------------------------------
+
+    async def spoil_loop(self, loop, kind):
+        """Injects one fault into one loop and takes it back; returns (kind, failures)."""
+        rng, device, failures = self.random, loop.device, []
+        fronts = loop.fronts()
+        await self.wait(rng.uniform(0.0, 0.5))
+        lasts = rng.choice((rng.uniform(0.05, 0.5), rng.uniform(2.0, 3.5)))
+        if kind in SPOILED:
+            victims = fronts if rng.random() < 0.5 else {rng.choice(sorted(fronts, key=id))}
+            for front in victims:
+                front.spoil = SPOILED[kind]
+                front.slowest_s = 0.0
+            await self.wait(lasts)
+            if kind == "reply in pieces":
+                # Slow but sound: no fault may come of it, where this machine let it come in time.
+                in_time = all(front.slowest_s < RESPONSE_S / 2 for front in victims)
+                self.not_judged += not in_time
+                state = (await self.status()).get(loop.name, {})
+                if in_time and state.get("fault") not in ("none", "late cycle") and self.judged_by_time():
+                    failures.append(f"{state.get('fault')}, although every reply was sound")
+            if kind == "silent link" and lasts > 2.0 and loop.positioner in victims:
+                if abs(device.command - FAIL_SAFE) > 0.01:
+                    failures.append("the device's watchdog did not act")
+            for front in victims:
+                front.spoil = None
+        elif kind in SENSOR:
+            failures += await self.spoil_sensor(loop, kind, lasts)
+        elif kind == "device restart":
+            for front in fronts:
+                await front.close()
+            device.restart()
+            await self.wait(rng.choice((0.0, rng.uniform(0.1, 1.5))))
+            for front in fronts:
+                await front.open()
+        elif kind == "device forgets":
+            device.restart()
+            await self.wait(lasts)
+        elif kind in ("link closed", "transmitter link closed"):
+            victims = fronts if kind == "link closed" else {loop.transmitter}
+            for front in victims:
+                await front.close()
+            await self.wait(lasts)
+            if lasts > 2.0:
+                failures += await self.expect_fault(loop, {"output lost", "bad PV"})
+            for front in victims:
+                await front.open()
+        elif kind == "transmitter silent":
+            loop.transmitter.spoil = "silent"
+            await self.wait(3.0)
+            failures += await self.expect_fault(loop, {"output lost", "bad PV"})
+            if loop.positioner is not loop.transmitter:
+                failures += self.expect_output(loop, BAD_PV)
+            loop.transmitter.spoil = None
+        elif kind == "valve not following":
+            device.valve_stuck = True
+            await self.wait(lasts)
+            device.valve_stuck = False
+        elif kind == "valve sticks and slips":
+            for _ in range(5):
+                device.valve_stuck = True
+                await self.wait(rng.uniform(0.05, 0.6))
+                device.valve_stuck = False
+                await self.wait(rng.uniform(0.02, 0.1))
+        elif kind == "read-back NaN":
+            device.stem_fault = lambda stem: math.nan
+            await self.wait(lasts)
+            device.stem_fault = None
+        elif kind == "device watchdog expires":
+            device.tripped = True
+            device.command = FAIL_SAFE
+            await self.wait(lasts)
+        return kind, failures
+
+    async def spoil_sensor(self, loop, kind, lasts):
+        device, rng = loop.device, self.random
+        stuck = device.pv
+        offset = rng.uniform(-2.0, 2.0)
+        if kind == "sensor failed":
+            device.status = rng.randint(1, 65535)
+        else:
+            device.pv_fault = {
+                "sensor NaN": lambda pv: math.nan,
+                "sensor infinite": lambda pv: math.copysign(math.inf, offset),
+                "sensor out of range": lambda pv: 42.0 if offset > 0 else -5.0,
+                "sensor stuck": lambda pv: stuck,
+                "sensor jumps": lambda pv: pv + offset,
+                "sensor noisy": lambda pv: pv + rng.gauss(0.0, 0.5)}[kind]
+        if kind == "sensor stuck":
+            # A frozen value shows once the output moves.
+            await self.daemon.ask({"request": "set", "loop": loop.name, "set_point": 7.0})
+        await self.wait(lasts)
+        failures = []
+        if kind in ("sensor failed", "sensor NaN", "sensor infinite", "sensor out of range") and lasts > 2.0:
+            failures += await self.expect_fault(loop, {"bad PV"}, SENSOR[kind])
+            failures += self.expect_output(loop, BAD_PV)
+        if kind == "sensor stuck":
+            await self.wait(max(0.0, 3.5 - lasts))
+            failures += await self.expect_fault(loop, {"bad PV"}, "frozen")
+            await self.daemon.ask({"request": "set", "loop": loop.name, "set_point": SET_POINT})
+        device.status = 0
+        device.pv_fault = None
+        return failures
+
+    async def expect_fault(self, loop, faults, reason=None):
+        state = (await self.status()).get(loop.name, {})
+        if not self.judged_by_time() or state.get("fault") == "late cycle":
+            return []
+        if state.get("fault") not in faults:
+            return [f"{loop.name}: shows '{state.get('fault')}' instead of {' or '.join(sorted(faults))}"]
+        if reason and state.get("pv_reason") != reason:
+            return [f"{loop.name}: PV is '{state.get('pv_reason')}' instead of '{reason}'"]
+        if state.get("ne107") != "failure" and reason != "frozen":
+            return [f"{loop.name}: NE 107 says '{state.get('ne107')}' while {state.get('fault')}"]
+        return []
+
+    def expect_output(self, loop, value):
+        """The stated time: hold for 0.3 s and travel at the rate limit, all within the 2 s waited."""
+        if not self.judged_by_time() or abs(loop.device.command - value) < 0.02:
+            return []
+        return [f"{loop.name}: output at {loop.device.command:.3f} instead of {value} in time"]
+
+    # --- faults of the daemon and its machine ----------------------------------------------------
+
+    async def restart(self, code=None):
+        await self.begin_life()
+        return []
+
+    async def spoil_cell(self, kind):
+        rng, daemon, failures = self.random, self.daemon, []
+        log_from = daemon.log_size()
+        await self.wait(rng.uniform(0.0, 0.5))
+        if kind.startswith("SIGSTOP"):
+            daemon.signal(signal.SIGSTOP)
+            await self.wait(rng.uniform(0.05, 0.5) if "short" in kind else rng.uniform(1.3, 2.5))
+            if "long" in kind:
+                for loop in self.loops:
+                    if abs(loop.device.command - FAIL_SAFE) > 0.01:
+                        failures.append(f"{loop.name}: the device's watchdog did not act")
+            daemon.signal(signal.SIGCONT)
+            self.daemon.fed = time.monotonic()
+        elif kind.startswith("kill -9"):
+            daemon.signal(signal.SIGKILL)
+            await daemon.ended()
+            if "--safe" in kind:
+                failures += await self.run_safe()
+            else:
+                await self.wait(rng.choice((0.0, rng.uniform(0.0, 1.5))))
+            await self.begin_life()
+        elif kind == "SIGTERM, restart":
+            failures += await self.end_well()
+            await self.begin_life()
+        elif kind == "configuration broken":
+            failures += await self.break_configuration(log_from)
+        elif kind == "configuration changed":
+            failures += await self.change_configuration(log_from)
+        elif kind in ("disk full", "disk slow"):
+            if kind == "disk full":
+                daemon.disk_full(1)
+            else:
+                daemon.disk_slow(rng.randint(50, 400))
+            for _ in range(3):
+                await self.operate()
+                await self.wait(rng.uniform(0.1, 1.0))
+            daemon.disk_full(0)
+            daemon.disk_slow(0)
+            failures += await self.journal_works_again()
+        elif kind == "descriptors exhausted":
+            failures += await self.exhaust(resource.RLIMIT_NOFILE, 3)
+        elif kind == "memory short":
+            room = rng.choice((0, 64, 512)) * 1024
+            failures += await self.exhaust(resource.RLIMIT_AS, daemon.field_kib("VmSize") * 1024 + room)
+        elif kind == "mailbox overflow":
+            failures += await self.overflow_mailbox()
+        elif kind == "wall clock jumps":
+            daemon.clock_offset(rng.choice((-1, 1)) * rng.choice((1, 3600, 86400 * 365, 86400 * 3650)))
+            await self.operate()
+            await self.wait(rng.uniform(0.3, 1.5))
+            states = await self.status()
+            for loop in self.loops:
+                fault = states.get(loop.name, {}).get("fault")
+                if fault not in ("none", "late cycle") and self.judged_by_time():
+                    failures.append(f"{loop.name}: {fault} by a jump of the wall clock")
+            daemon.clock_offset(0)
+        elif kind == "control socket abused":
+            failures += await self.abuse_socket()
+        elif kind.endswith("hangs"):
+            failures += await self.hang(kind)
+        return kind, failures
+
+    async def run_safe(self):
+        for loop in self.loops:
+            loop.device.steps_allowed = True  # --safe goes straight to the stop action, as it says
+        code, text = await self.daemon.safe()
+        for loop in self.loops:
+            loop.device.steps_allowed = False
+        if code != 0:
+            return [f"--safe ended with {code}: {text.strip()[-200:]}"]
+        return [f"{loop.name}: --safe left the output at {loop.device.command:.3f}"
+                for loop in self.loops if abs(loop.device.command - STOP) > 0.01]
+
+    async def end_well(self):
+        self.daemon.signal(signal.SIGTERM)
+        begin = time.monotonic()
+        code = await self.daemon.ended()
+        if code != 0:
+            return [f"SIGTERM: ended with {code} after {time.monotonic() - begin:.1f} s"]
+        return [f"{loop.name}: SIGTERM left the output at {loop.device.command:.3f}"
+                for loop in self.loops if abs(loop.device.command - STOP) > 0.01]
+
+    async def reload(self, log_from, word):
+        self.daemon.signal(signal.SIGHUP)
+        end = time.monotonic() + 5.0
+        while time.monotonic() < end:
+            if word in self.daemon.log(log_from):
+                return []
+            await asyncio.sleep(0.05)
+        return [f"reload: the log does not say '{word}'"]
+
+    async def break_configuration(self, log_from):
+        rng = self.random
+        loop = rng.choice(self.loops)
+        path, good = self.loop_file(loop), self.loop_text(loop)
+        how = rng.choice(("cut", "bytes", "key", "value", "gone", "empty", "folder"))
+        if how == "cut":
+            path.write_text(good[: rng.randint(1, good.index("poll_period"))])
+        elif how == "bytes":
+            raw = bytearray(good.encode())
+            for _ in range(20):
+                raw[rng.randrange(len(raw))] = rng.randrange(256)
+            path.write_bytes(raw)
+        elif how == "key":
+            path.write_text(good.replace("rate_limit", "rate_limti"))
+        elif how == "value":
+            path.write_text(good.replace("kp: 0.3494", f"kp: {rng.choice(('.nan', '-1', 'x', '1e999'))}"))
+        elif how == "gone":
+            path.unlink()
+        elif how == "empty":
+            path.write_text("")
+        elif how == "folder":
+            path.unlink()
+            path.mkdir()
+        failures = await self.reload(log_from, "reload")
+        await self.wait(rng.uniform(0.2, 0.6))
+        states = await self.status()
+        for each in self.loops:
+            fault = states.get(each.name, {}).get("fault")
+            if fault not in ("none", "late cycle") and self.judged_by_time():
+                failures.append(f"{each.name}: {fault} by a broken file ({how})")
+        if path.is_dir():
+            path.rmdir()
+        path.write_text(good)
+        mark = self.daemon.log_size()
+        return failures + await self.reload(mark, "has its new settings")
+
+    async def change_configuration(self, log_from):
+        rng = self.random
+        loop = rng.choice(self.loops)
+        changed = {"low": rng.uniform(0.2, 0.45), "high": rng.uniform(6.0, 9.5),
+                   "rate": rng.uniform(1.0, RATE), "ki": rng.uniform(0.1, 0.6),
+                   "stop": rng.uniform(1.0, 3.0)}
+        path = self.loop_file(loop)
+        path.write_text(self.loop_text(loop, **changed))
+        failures = await self.reload(log_from, "has its new settings")
+        await self.wait(rng.uniform(0.2, 1.0))
+        path.write_text(self.loop_text(loop))
+        mark = self.daemon.log_size()
+        return failures + await self.reload(mark, "has its new settings")
+
+    async def journal_works_again(self):
+        end = time.monotonic() + 12.0
+        error = "no answer"
+        while time.monotonic() < end:
+            await self.status()
+            journal = self.daemon_status["journal"]
+            error = journal["error"] or (f"{journal['waiting']} lines wait" if journal["waiting"] else "")
+            if not error:
+                break
+            await asyncio.sleep(0.2)
+        lost = self.daemon_status["journal"]["lost"]
+        return ([f"journal: {error}"] if error else []) + ([f"journal lost {lost} lines"] if lost else [])
+
+    async def exhaust(self, what, soft):
+        """Takes descriptors or memory away while links break and the operator asks."""
+        daemon, rng = self.daemon, self.random
+        failures = []
+        daemon.limit(what, soft)
+        cpu, begin = daemon.cpu_s(), time.monotonic()
+        for loop in self.loops:
+            if rng.random() < 0.6:
+                for front in loop.fronts():
+                    front.cut()
+        strangers = []
+        for _ in range(3):
+            try:
+                strangers.append(await asyncio.wait_for(
+                    asyncio.open_unix_connection(str(self.folder / "control.sock")), 0.5))
+            except (OSError, asyncio.TimeoutError):
+                pass
+        for _ in range(4):
+            await self.daemon.ask({"request": "status"}, 0.3)
+            if rng.random() < 0.3:
+                daemon.signal(signal.SIGHUP)
+            await self.wait(rng.uniform(0.1, 0.5))
+        if daemon.alive():
+            used = (daemon.cpu_s() - cpu) / (time.monotonic() - begin)
+            if used > 0.5:
+                failures.append(f"burns {used:.0%} of a core meanwhile")
+            daemon.limit(what, None)
+        for _, writer in strangers:
+            writer.close()
+        await daemon.hang_up()
+        return failures
+
+    async def overflow_mailbox(self):
+        loop = self.random.choice(self.loops)
+        reader, writer = await asyncio.open_unix_connection(str(self.folder / "control.sock"))
+        line = (f'{{"request":"set","loop":"{loop.name}","set_point":{SET_POINT},"mode":"auto"}}\n').encode()
+        count = 200
+        writer.write(line * count)
+        refused = 0
+        try:
+            for _ in range(count):
+                answer = await asyncio.wait_for(reader.readline(), 5.0)
+                refused += b"too many commands" in answer
+        except asyncio.TimeoutError:
+            return ["not every order was answered"]
+        finally:
+            writer.close()
+        return [] if refused else ["no order was refused, although the mailbox holds 32"]
+
+    async def abuse_socket(self):
+        rng = self.random
+        path = str(self.folder / "control.sock")
+        peers = []
+        for _ in range(25):
+            try:
+                peers.append(await asyncio.wait_for(asyncio.open_unix_connection(path), 1.0))
+            except (OSError, asyncio.TimeoutError):
+                break
+        for _, writer in peers:
+            writer.write(rng.choice((b"{", b"\n\n\n", b"null\n", b'{"request":"set"}\n', b"[" * 5000 + b"\n",
+                                     rng.randbytes(500) + b"\n", b"x" * 70000)))
+        await self.wait(0.3)
+        for _, writer in peers:
+            writer.transport.abort()
+        await self.daemon.hang_up()
+        await self.wait(0.3)
+        return [] if await self.status() else ["the operator gets no answer afterwards"]
+
+    async def hang(self, kind):
+        daemon = self.daemon
+        threads = daemon.threads()
+        if kind == "main thread hangs":
+            tid = daemon.pid
+        elif kind == "loop thread hangs":
+            tid = threads["lw-loops"]
+        else:
+            tid = threads[self.random.choice(("lw-historian", "lw-monitor", "lw-control"))]
+        await daemon.hang_up()
+        if not daemon.hang_thread(tid):
+            return ["a thread can't be stopped here (ptrace)"]
+        begin = time.monotonic()
+        # Patience of the daemon: at most 10 s for a thread, then the service manager's own.
+        while time.monotonic() - daemon.fed < WATCHDOG_S and time.monotonic() - begin < 20.0:
+            await asyncio.sleep(0.05)
+        failures = []
+        if time.monotonic() - daemon.fed < WATCHDOG_S:
+            failures.append("the watchdog was fed all the time")
+        if kind == "loop thread hangs":
+            failures += [f"{loop.name}: the device's watchdog did not act" for loop in self.loops
+                         if abs(loop.device.command - FAIL_SAFE) > 0.01]
+        daemon.let_go(tid)
+        daemon.abort()
+        await daemon.ended()
+        failures += await self.run_safe()
+        await self.begin_life()
+        return failures
+
+    # --- operator and journal --------------------------------------------------------------------
+
+    async def operate(self):
+        """An order that goes to the journal; remembered if the daemon says that it is on the disk."""
+        loop = self.random.choice(self.loops)
+        self.order_number += 1
+        reason = f"cell {self.index} order {self.order_number}"
+        request = {"request": "alarm", "loop": loop.name,
+                   "alarm": self.random.choice(("stiction", "backlash", "unknown")),
+                   "action": "shelve", "minutes": 1, "reason": reason}
+        answer = await self.daemon.ask(request)
+        if answer and answer.get("ok") and answer.get("on_disk"):
+            self.orders.append(reason)
+
+    def journal_complete(self):
+        if not self.orders:
+            return []
+        try:
+            with sqlite3.connect(f"file:{self.folder}/state/journal.sqlite?mode=ro", uri=True) as db:
+                table = db.execute("select name from sqlite_master where type='table' and sql like "
+                                   "'%reason%'").fetchone()[0]
+                kept = {row[0] for row in db.execute(f"select reason from {table}")}
+        except (sqlite3.Error, TypeError) as error:
+            return [f"journal can't be read: {error}"]
+        missing = [order for order in self.orders if order not in kept]
+        self.orders = self.orders[-50:]
+        return [f"journal lacks '{order}', which was confirmed" for order in missing[:3]]
+
+    def permissions(self):
+        """With the unit's umask: nothing for others but the metrics, the socket for owner and group."""
+        found = []
+        for path in (self.folder / "state").rglob("*"):
+            mode = stat.S_IMODE(path.lstat().st_mode)
+            if mode & 0o027:
+                found.append(f"{path.relative_to(self.folder)} has mode {mode:o}")
+        mode = stat.S_IMODE((self.folder / "control.sock").stat().st_mode)
+        if mode != 0o660:
+            found.append(f"the control socket has mode {mode:o}")
+        mode = stat.S_IMODE((self.folder / "metrics.prom").stat().st_mode)
+        if mode != 0o644:
+            found.append(f"the metrics have mode {mode:o}")
+        return found
+
+    async def alarms_right(self):
+        """No fault injected here is one of a valve that the monitor would name."""
+        answer = await self.daemon.ask({"request": "alarms"})
+        if not answer or not answer.get("ok"):
+            return ["no answer to alarms"]
+        return [f"{a['loop']}: alarm {a['alarm']} without cause" for a in answer["alarms"]
+                if a["active"]]
+
+    # --- the campaign ----------------------------------------------------------------------------
+
+    def feeding(self):
+        """The watchdog must be fed whenever the daemon is sound."""
+        if "READY=1" in self.daemon.messages and time.monotonic() - self.daemon.fed > WATCHDOG_S:
+            return [] if not self.judged_by_time() else ["the watchdog was not fed"]
+        return []
+
+    async def round(self, quota):
+        rng = self.random
+        if CELL_KINDS and (not LOOP_KINDS or rng.random() < 0.35):
+            kind = rng.choices(list(CELL_KINDS), CELL_KINDS.values())[0]
+            injected = [await self.spoil_cell(kind)]
+        else:
+            count = min(quota, len(self.loops))
+            kinds = [rng.choice(LOOP_KINDS) for _ in range(count)]
+            injected = await asyncio.gather(*(self.spoil_loop(loop, kind)
+                                              for loop, kind in zip(self.loops, kinds)))
+        failures = await self.recover()
+        if not self.daemon.alive():
+            failures.append("log ends: " + self.daemon.log()[-400:])
+            await self.daemon.ended()
+            await self.begin_life()
+            await self.recover()
+        else:
+            if rng.random() < 0.5:
+                await self.operate()
+            failures += await self.alarms_right() + self.leaks() + self.feeding()
+            failures += await self.journal_works_again() if "journal" in "".join(failures) else []
+        failures += self.unexpected() + self.journal_complete()
+        # What is seen after a round of several belongs to one of them: it is counted once.
+        together = sorted({kind for kind, _ in injected})
+        results = [(kind, [kind], own) for kind, own in injected]
+        if failures:
+            results[0] = (injected[0][0], together, injected[0][1] + failures)
+        self.results += results
+        return len(injected)
+
+    async def run(self, injections, report, until=math.inf):
+        gc.disable()
+        for loop in self.loops:
+            for front in loop.fronts():
+                await front.open()
+        self.write_config()
+        ticking = asyncio.ensure_future(self.tick())
+        try:
+            await self.begin_life()
+            trouble = await self.recover(30.0)
+            if trouble:
+                raise RuntimeError(f"cell {self.index} does not start: {trouble} {self.daemon.log()[-2000:]}")
+            self.take_baseline()
+            self.unexpected()
+            done = 0
+            while done < injections and time.monotonic() < until:
+                known = len(self.results)
+                done += await self.round(injections - done)
+                report(self.index, self.results[known:])
+            final = self.permissions()
+            final += await self.end_well() + self.journal_complete()
+            if final:
+                report(self.index, [("end of the campaign", ["end of the campaign"], final)])
+        finally:
+            ticking.cancel()
+            if self.daemon.alive():
+                self.daemon.process.kill()
+            if not any(failures for _, _, failures in self.results):
+                shutil.rmtree(self.folder, ignore_errors=True)

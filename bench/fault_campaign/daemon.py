@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The real loopwardend as a child, with the campaign in the place of systemd and of the operator."""
+
+import asyncio
+import ctypes
+import json
+import mmap
+import os
+import re
+import resource
+import signal
+import socket
+import struct
+import subprocess
+import time
+
+WATCHDOG_S = 2.0
+PTRACE_SEIZE, PTRACE_INTERRUPT, PTRACE_DETACH = 0x4206, 0x4207, 17
+WALL = 0x40000000
+libc = ctypes.CDLL(None, use_errno=True)
+libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+
+
+class Daemon:
+    def __init__(self, program, folder, shim):
+        self.program, self.folder = program, folder
+        self.process = None
+        self.log_path = folder / "log"
+        self.switches_file = folder / "switches"
+        self.switches_file.write_bytes(bytes(24))
+        with open(self.switches_file, "r+b") as file:
+            self.switches = mmap.mmap(file.fileno(), 24)
+        self.notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+        self.notify.bind(str(folder / "notify"))
+        self.notify.setblocking(False)
+        self.environment = dict(
+            os.environ, LD_PRELOAD=str(shim), LOOPWARDEN_FAULTS=str(self.switches_file),
+            NOTIFY_SOCKET=str(folder / "notify"), WATCHDOG_USEC=str(int(WATCHDOG_S * 1e6)))
+        self.environment.pop("WATCHDOG_PID", None)
+        self.fed = 0.0  # last WATCHDOG=1
+        self.messages = []
+        self.connection = None
+
+    # --- life ------------------------------------------------------------------------------------
+
+    def start(self):
+        self.messages.clear()
+        with open(self.log_path, "ab") as log:
+            self.process = subprocess.Popen(
+                [self.program, "--config", str(self.folder / "config")], env=self.environment,
+                stdout=log, stderr=log, close_fds=True, umask=0o027)
+        self.fed = time.monotonic()
+
+    @property
+    def pid(self):
+        return self.process.pid
+
+    def alive(self):
+        return self.process is not None and self.process.poll() is None
+
+    def signal(self, number):
+        self.process.send_signal(number)
+
+    async def ended(self, patience_s=30.0):
+        """The exit code; None, and a kill, if it does not end."""
+        end = time.monotonic() + patience_s
+        while self.process.poll() is None and time.monotonic() < end:
+            await asyncio.sleep(0.02)
+        code = self.process.poll()
+        if code is None:
+            self.process.kill()
+            self.process.wait()
+        await self.hang_up()
+        return code
+
+    async def safe(self):
+        """What ExecStopPost does; returns exit code and text."""
+        child = await asyncio.create_subprocess_exec(
+            self.program, "--config", str(self.folder / "config"), "--safe",
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        text, _ = await child.communicate()
+        return child.returncode, text.decode(errors="replace")
+
+    def hear(self):
+        """Takes what the daemon told the service manager."""
+        while True:
+            try:
+                message = self.notify.recv(4096).decode()
+            except BlockingIOError:
+                return
+            for line in message.splitlines():
+                if line == "WATCHDOG=1":
+                    self.fed = time.monotonic()
+                elif not line.startswith("STATUS="):
+                    self.messages.append(line)
+
+    def log(self, since=0):
+        with open(self.log_path, "rb") as file:
+            file.seek(since)
+            return file.read().decode(errors="replace")
+
+    def log_size(self):
+        return self.log_path.stat().st_size
+
+    # --- operator --------------------------------------------------------------------------------
+
+    async def hang_up(self):
+        if self.connection:
+            self.connection[1].close()
+            self.connection = None
+
+    async def ask(self, request, patience_s=5.0):
+        """An answer of the control socket, or None."""
+        try:
+            if not self.connection:
+                self.connection = await asyncio.wait_for(
+                    asyncio.open_unix_connection(str(self.folder / "control.sock"), limit=1 << 22),
+                    patience_s)
+            reader, writer = self.connection
+            writer.write(json.dumps(request).encode() + b"\n")
+            line = await asyncio.wait_for(reader.readline(), patience_s)
+            if not line:
+                raise ConnectionError
+            return json.loads(line)
+        except (OSError, asyncio.TimeoutError, ConnectionError):
+            await self.hang_up()
+            return None
+
+    # --- what the kernel knows -------------------------------------------------------------------
+
+    def files(self):
+        return len(os.listdir(f"/proc/{self.pid}/fd"))
+
+    def threads(self):
+        names = {}
+        for tid in os.listdir(f"/proc/{self.pid}/task"):
+            with open(f"/proc/{self.pid}/task/{tid}/comm", encoding="utf-8") as file:
+                names.setdefault(file.read().strip(), int(tid))
+        return names
+
+    def field_kib(self, name):
+        with open(f"/proc/{self.pid}/status", encoding="utf-8") as file:
+            return int(re.search(rf"^{name}:\s+(\d+)", file.read(), re.M)[1])
+
+    def cpu_s(self):
+        with open(f"/proc/{self.pid}/stat", encoding="utf-8") as file:
+            fields = file.read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    # --- switches --------------------------------------------------------------------------------
+
+    def clock_offset(self, seconds):
+        self.switches[0:8] = struct.pack("q", seconds)
+
+    def disk_full(self, on):
+        self.switches[8:16] = struct.pack("q", on)
+
+    def disk_slow(self, milliseconds):
+        self.switches[16:24] = struct.pack("q", milliseconds)
+
+    def limit(self, what, soft):
+        _, hard = resource.prlimit(self.pid, what)
+        resource.prlimit(self.pid, what, (hard if soft is None else soft, hard))
+
+    def hang_thread(self, tid):
+        """Stops one thread of the daemon; the others go on. False where that is not allowed."""
+        if libc.ptrace(PTRACE_SEIZE, tid, None, None) != 0:
+            return False
+        libc.ptrace(PTRACE_INTERRUPT, tid, None, None)
+        try:
+            os.waitpid(tid, WALL)
+        except ChildProcessError:
+            return False
+        return True
+
+    def let_go(self, tid):
+        libc.ptrace(PTRACE_DETACH, tid, None, None)
+
+    def abort(self):
+        """As the service manager ends a service whose watchdog is not fed."""
+        self.signal(signal.SIGABRT)
