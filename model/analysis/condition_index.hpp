@@ -5,17 +5,15 @@
 //
 //   index = 100 clamp(1 - worst of (value / limit), 0, 1)      over the values that are known
 //
-//   index                  value, limit                                          it can't know
-//   control performance    RMS of SP - PV, 5 % of the PV range; 5 % of them      whether the valve or the
-//                          taken as nothing                                      tuning is to blame
-//   valve                  stick band, 10 % of the CO range; travel since        leakage, trim wear,
-//                          overhaul, what the packing is rated for               cavitation
-//   actuator               stem's slowest follow-up: lag 30 s; low_air_supply    diaphragm, spring, air
-//                          or positioner_overshoot alarm: 0                      pressure itself
-//   positioner             mean |CO - stem|, 3 % of the CO range; share of       its self-tests
-//                          time with a bad read-back, 10 %
-//   environment            share of bad or uncertain PV, 10 %; share of late     temperature, vibration,
-//                          cycles and lost output, 2 %                           supply pressure
+//   control performance   RMS of SP - PV, 5 % of the PV range. Can't know whether valve or tuning is to blame.
+//   valve                 stick band, 10 % of the CO range; travel since overhaul over what the packing is
+//                         rated for. Can't know leakage, wear of the trim, cavitation.
+//   actuator              lag of the stem behind CO, 30 s; an alarm on low air supply counts as its limit.
+//                         Can't know diaphragm, spring, the pressure itself.
+//   positioner            mean |CO - stem|, 3 % of the CO range; share of time with a bad read-back, 10 %.
+//                         Can't know its self-tests.
+//   environment           share of bad PV, 10 %; share of late cycles and lost output, 2 %. Can't know
+//                         temperature, vibration, supply pressure.
 //
 // An index of which no value is known is NaN: not known, and not good.
 // What it can't do: it is a worst case over measures, not a prediction of life.

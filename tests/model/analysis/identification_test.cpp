@@ -101,12 +101,15 @@ TEST_CASE("a second lag is found where there is one", "[analysis][identification
         identify(one.co, one.pv, kPeriod, 1).criterion - 10.0);
 }
 
-TEST_CASE("the tangent gives the thesis's figures for plant 1", "[analysis][identification]") {
+TEST_CASE("the tangent finds the dead time, and a lag that is too long by its averaging",
+          "[analysis][identification]") {
   const StepRecord r = step_record(0.0, 0.0, 1);
   const Tangent t = tangent_method(r.co, r.pv, kPeriod);
   CHECK(t.process.gain == Approx(1.2264).epsilon(1e-3));
   CHECK(t.process.dead_time_s == Approx(2.62).epsilon(0.01));
-  CHECK(t.process.time_constant_s == Approx(1.78).epsilon(0.03));
+  // 1.694 is true; the thesis drew 1.78.
+  CHECK(t.process.time_constant_s > 1.694);
+  CHECK(t.process.time_constant_s < 1.12 * 1.694);
 }
 
 TEST_CASE("what can't be identified is said", "[analysis][identification]") {
