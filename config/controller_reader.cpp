@@ -143,9 +143,9 @@ control::CompensatorSettings read_compensator(MapReader& in) {
   control::CompensatorSettings c;
   c.kind = in.need_one_of("kind", kCompensators, "what is added to CO against the valve's fault");
   c.shadow = in.flag("shadow", "compute and record it, without acting", c.shadow);
-  const Value<double> limit =
-      in.maybe_number("limit", {"CO units", above(0.0), "most that it may add",
-                                "none; required where it acts on hardware"});
+  const Value<double> limit = in.maybe_number(
+      "limit",
+      {"CO units", above(0.0), "most that it may add", "none; required where it acts on hardware"});
   if (limit.given) c.limit = limit;
   const auto chosen = [&](Kind kind) { return in.describing() || c.kind == kind; };
   const auto noise_band = [&](MapReader& keys) {
@@ -169,10 +169,9 @@ control::CompensatorSettings read_compensator(MapReader& in) {
   if (chosen(Kind::two_move)) {
     MapReader keys = in.variant("two_move");
     c.stick_band = keys.need_number("stick_band", {"CO units", above(0.0), "of the valve"});
-    c.factor = keys.number(
-        "factor", {"", above(1.0), "size of the first move over the stick band"}, c.factor);
-    c.move_time_s =
-        keys.number("move_time", {"s", above(0.0), "of the first move"}, c.move_time_s);
+    c.factor = keys.number("factor", {"", above(1.0), "size of the first move over the stick band"},
+                           c.factor);
+    c.move_time_s = keys.number("move_time", {"s", above(0.0), "of the first move"}, c.move_time_s);
     const Value<double> most = keys.need_number(
         "max_mean_error", {"PV units", above(0.0), "mean error above which it stands back"});
     if (most.given) c.max_mean_error = most;
@@ -197,8 +196,8 @@ control::CompensatorSettings read_compensator(MapReader& in) {
         "width", {"CO units", above(0.0), "distance of the branches", "or offset"});
     const Value<double> offset = keys.maybe_number(
         "offset", {"CO units", above(0.0), "what the valve adds while CO falls", "or width"});
-    c.knee = keys.number("knee", {"", between(-4.0, 1.0), "with width: how sharply a branch begins"},
-                         c.knee);
+    c.knee = keys.number(
+        "knee", {"", between(-4.0, 1.0), "with width: how sharply a branch begins"}, c.knee);
     noise_band(keys);
     if (width.given) c.width = width;
     if (offset.given) c.offset = offset;

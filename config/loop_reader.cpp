@@ -192,8 +192,7 @@ class LoopReader {
     std::tie(controller.set_point.low, controller.set_point.high) = sp_limits_.value;
     controller.set_point_tracks_in_manual =
         in.flag("set_point_tracks_in_manual", "SP follows PV while in manual", true);
-    compensator_ =
-        in.maybe_section("compensator", "what is added to CO against the valve's fault");
+    compensator_ = in.maybe_section("compensator", "what is added to CO against the valve's fault");
     if (compensator_) controller.compensator = read_compensator(*compensator_);
     std::optional<MapReader> jacket = in.maybe_section("jacket", "the stickband jacket");
     if (jacket) {
@@ -409,8 +408,9 @@ class LoopReader {
     const control::CompensatorSettings& c = controller.compensator;
     if (c.kind == control::CompensatorKind::none || c.shadow || in.describing()) return;
     if (controller.jacket.form != control::JacketForm::off && !controller.jacket.shadow) {
-      in.error("kind", fmt::format("{} can't act beside the jacket; set shadow: true for one of them",
-                                   to_text(c.kind)));
+      in.error("kind",
+               fmt::format("{} can't act beside the jacket; set shadow: true for one of them",
+                           to_text(c.kind)));
     }
     if (io.known && io.hardware && !std::isfinite(c.limit)) {
       in.error(

@@ -115,12 +115,12 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
   std::string text = fmt::format("<g transform=\"translate({:g} {:g})\">\n", at_x, at_y);
   auto out = std::back_inserter(text);
   for (const Tick& tick : ticks(across, chart.width < 400.0 ? 4 : 7)) {
-    fmt::format_to(out,
-                   "<path class=\"g\" d=\"M{:.1f} {:g}v{:.1f}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" "
-                   "text-anchor=\"middle\">{}</text>\n",
-                   x_of(tick.value), kTop, height, x_of(tick.value), kTop + height + 14.0,
-                   chart.logarithmic_x ? fmt::format("{:.3g}", std::pow(10.0, tick.value))
-                                       : tick.text);
+    fmt::format_to(
+        out,
+        "<path class=\"g\" d=\"M{:.1f} {:g}v{:.1f}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" "
+        "text-anchor=\"middle\">{}</text>\n",
+        x_of(tick.value), kTop, height, x_of(tick.value), kTop + height + 14.0,
+        chart.logarithmic_x ? fmt::format("{:.3g}", std::pow(10.0, tick.value)) : tick.text);
   }
   std::vector<std::pair<double, std::string>> names = chart.y_names;
   if (names.empty()) {
@@ -215,7 +215,8 @@ std::string html_page(const std::string& title, const std::string& body) {
       "color:#1b1f24;background:#fff}}h1{{font-size:1.4rem}}h2{{font-size:1.1rem;margin-top:2rem}}"
       "table{{border-collapse:collapse;font-size:.875rem}}th,td{{padding:.25rem .75rem;text-align:"
       "right;border-bottom:1px solid #e7eaee;font-variant-numeric:tabular-nums}}"
-      "th:first-child,td:first-child{{text-align:left;padding-left:0}}th{{color:#5b6570;font-weight:"
+      "th:first-child,td:first-child{{text-align:left;padding-left:0}}th{{color:#5b6570;font-"
+      "weight:"
       "500}}td.best{{font-weight:600}}td.no{{color:#b23a00}}svg{{max-width:100%;height:auto}}"
       ".note{{color:#5b6570}}</style><h1>{0}</h1>\n{1}</html>\n",
       escaped(title), body);

@@ -27,8 +27,8 @@ struct Chart {
   std::vector<ChartLine> lines{};
   double width = 560.0;
   double height = 260.0;
-  std::optional<PlotRange> x_range{}, y_range{};  // else what the lines cover
-  bool logarithmic_x = false;                 // x are then their decimal logarithms
+  std::optional<PlotRange> x_range{}, y_range{};          // else what the lines cover
+  bool logarithmic_x = false;                             // x are then their decimal logarithms
   std::vector<std::pair<double, std::string>> y_names{};  // instead of numbers at the axis
 };
 

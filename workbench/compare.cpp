@@ -65,8 +65,8 @@ double median(std::vector<double> values) {
 // One line of a table: factors against none, medians over the cases of a fault.
 struct Line {
   std::string name;
-  double falls = 0.0;   // share of cases whose variability falls by more than 5 %
-  double rises = 0.0;   // ... rises by more than 5 %
+  double falls = 0.0;  // share of cases whose variability falls by more than 5 %
+  double rises = 0.0;  // ... rises by more than 5 %
   double variability = 0.0, worst = 0.0, absolute_error = 0.0, amplitude = 0.0, period = 0.0;
   double overshoot_percent = 0.0;  // not a factor
   double travel = 0.0, reversals = 0.0;
@@ -130,9 +130,9 @@ std::vector<std::string> faults_in(const std::vector<Outcome>& outcomes) {
 }
 
 const std::vector<std::string>& heads() {
-  static const std::vector<std::string> names{"compensator", "falls %",  "rises %", "variability",
-                                              "worst",       "error",    "amplitude", "period",
-                                              "over %",      "travel",   "reversals"};
+  static const std::vector<std::string> names{"compensator", "falls %", "rises %",   "variability",
+                                              "worst",       "error",   "amplitude", "period",
+                                              "over %",      "travel",  "reversals"};
   return names;
 }
 
@@ -155,12 +155,13 @@ std::vector<std::string> cells(const Line& line) {
 }
 
 void print_text(const std::vector<Outcome>& outcomes, double pv_span, double estimate) {
-  fmt::print("{} cases, {} settings each; compensators sized by {:g} of the true severity.\n"
-             "Factors against the same loop without compensator, medians; falls, rises: share of "
-             "cases whose\nvariability (RMS of settled SP - PV) changes by more than 5 %; error: "
-             "integral of |SP - PV| with the moves;\nover: overshoot of set-point moves, % of the "
-             "move.\n",
-             outcomes.size(), outcomes.front().names.size(), estimate);
+  fmt::print(
+      "{} cases, {} settings each; compensators sized by {:g} of the true severity.\n"
+      "Factors against the same loop without compensator, medians; falls, rises: share of "
+      "cases whose\nvariability (RMS of settled SP - PV) changes by more than 5 %; error: "
+      "integral of |SP - PV| with the moves;\nover: overshoot of set-point moves, % of the "
+      "move.\n",
+      outcomes.size(), outcomes.front().names.size(), estimate);
   for (const std::string& fault : faults_in(outcomes)) {
     fmt::print("\n{}\n", fault);
     const auto row = [](const std::vector<std::string>& c) {
@@ -210,8 +211,12 @@ std::string trends(const Outcome& outcome, double estimate) {
                                  column.begin() + static_cast<std::ptrdiff_t>(to));
     };
     const std::vector<double> t = time_axis(to - from, h);
-    Chart chart{.title = contender.name, .x_label = "s", .y_label = "PV, SP", .lines = {},
-                .width = 380.0, .height = 180.0};
+    Chart chart{.title = contender.name,
+                .x_label = "s",
+                .y_label = "PV, SP",
+                .lines = {},
+                .width = 380.0,
+                .height = 180.0};
     chart.lines.push_back({"", "#7a828c", t, cut(r.sp), true});
     chart.lines.push_back({"", "#0072b2", t, cut(r.true_pv)});
     const double middle = r.sp[from];
@@ -219,9 +224,8 @@ std::string trends(const Outcome& outcome, double estimate) {
     chart.y_range = PlotRange{middle - 0.12 * span, middle + 0.2 * span};
     charts.push_back(std::move(chart));
   }
-  return chart_sheet(fmt::format("{}, {:g} % of the CO range", outcome.one.fault,
-                                 outcome.one.percent),
-                     charts, 3);
+  return chart_sheet(
+      fmt::format("{}, {:g} % of the CO range", outcome.one.fault, outcome.one.percent), charts, 3);
 }
 
 // Variability and stem travel of each compensator, as factors on a logarithmic scale.
@@ -229,14 +233,18 @@ std::string overview(const std::vector<Outcome>& outcomes, double pv_span) {
   std::vector<Chart> charts;
   for (const std::string& fault : faults_in(outcomes)) {
     const std::vector<Line> lines = lines_of(outcomes, fault, pv_span);
-    Chart chart{.title = fault, .x_label = "factor against none", .y_label = "", .lines = {},
-                .width = 380.0, .height = 240.0};
+    Chart chart{.title = fault,
+                .x_label = "factor against none",
+                .y_label = "",
+                .lines = {},
+                .width = 380.0,
+                .height = 240.0};
     ChartLine variability{"variability", "#0072b2", {}, {}, false, true};
     ChartLine travel{"stem travel", "#d55e00", {}, {}, false, true};
     for (std::size_t c = 1; c < lines.size(); ++c) {
       const double y = static_cast<double>(lines.size() - c);
-      chart.y_names.emplace_back(y, lines[c].name.starts_with("jacket ") ? lines[c].name.substr(7)
-                                                                          : lines[c].name);
+      chart.y_names.emplace_back(
+          y, lines[c].name.starts_with("jacket ") ? lines[c].name.substr(7) : lines[c].name);
       variability.x.push_back(std::log10(lines[c].variability));
       variability.y.push_back(y + 0.12);
       travel.x.push_back(std::log10(lines[c].travel));
@@ -286,10 +294,10 @@ void write_report(const CompareOptions& options, const std::vector<Outcome>& out
       body += svg;
     }
   }
-  write_text_file(folder / "report.html",
-                  html_page("Compensators on " +
-                                std::filesystem::path(options.model).filename().string(),
-                            body));
+  write_text_file(
+      folder / "report.html",
+      html_page("Compensators on " + std::filesystem::path(options.model).filename().string(),
+                body));
 }
 
 int run_compare(const CompareOptions& options) {

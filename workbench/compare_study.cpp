@@ -34,7 +34,7 @@ std::vector<std::pair<std::string, std::vector<plant::EffectSpec>>> faults_of(do
 
 struct PlantVariant {
   std::string name;
-  double lag = 1.0;   // factors
+  double lag = 1.0;  // factors
   double dead = 1.0;
 };
 
@@ -54,8 +54,7 @@ std::vector<CompareCase> compare_cases(const plant::LoopModel& model) {
     plant.process.time_constant_s *= variant.lag;
     plant.process.dead_time_s *= variant.dead;
     if (variant.lag != 1.0 || variant.dead != 1.0) {
-      plant.controller.pid.gains =
-          *analysis::tune(analysis::TuningRule::lambda, plant.process, {});
+      plant.controller.pid.gains = *analysis::tune(analysis::TuningRule::lambda, plant.process, {});
     }
     const double hold_s = 350.0 * (plant.process.time_constant_s + plant.process.dead_time_s);
     plant.scenario.set_point.clear();
@@ -114,11 +113,12 @@ std::vector<Contender> contenders(const CompareCase& one, double estimate) {
                            .move_time_s = answer_s,
                            .max_mean_error = std::abs(p.gain) * size,
                            .mean_error_time_s = 20.0 * answer_s})},
-      {"reinforcement", adding({.kind = CompensatorKind::reinforcement,
-                                .amplitude = size / 2.0,
-                                .noise_band = band})},
+      {"reinforcement",
+       adding(
+           {.kind = CompensatorKind::reinforcement, .amplitude = size / 2.0, .noise_band = band})},
       {"backlash", adding({.kind = CompensatorKind::backlash, .gap = size, .noise_band = band})},
-      {"hysteresis", adding({.kind = CompensatorKind::hysteresis, .width = size, .noise_band = band})},
+      {"hysteresis",
+       adding({.kind = CompensatorKind::hysteresis, .width = size, .noise_band = band})},
   };
 }
 

@@ -33,18 +33,18 @@ struct CompareCase {
   std::string fault;
   double percent = 0.0;  // of the CO range
   std::string plant;
-  double noise = 0.0;  // PV units
+  double noise = 0.0;      // PV units
   plant::LoopModel model;  // without compensator
   double hold_s = 0.0;
 };
 
 struct CompareResult {
-  double variability = 0.0;     // RMS of settled SP - PV, PV units
-  double absolute_error = 0.0;  // integral of |SP - PV| over the whole run, PV units s
-  double amplitude = 0.0;       // of the settled PV, mean over set points, PV units
-  double period_s = 0.0;        // 0: does not cycle
-  double overshoot = 0.0;       // mean over the moves, share of the move
-  double mean_error = 0.0;      // mean over set points of |mean settled SP - PV|, PV units
+  double variability = 0.0;         // RMS of settled SP - PV, PV units
+  double absolute_error = 0.0;      // integral of |SP - PV| over the whole run, PV units s
+  double amplitude = 0.0;           // of the settled PV, mean over set points, PV units
+  double period_s = 0.0;            // 0: does not cycle
+  double overshoot = 0.0;           // mean over the moves, share of the move
+  double mean_error = 0.0;          // mean over set points of |mean settled SP - PV|, PV units
   double travel_per_hour = 0.0;     // CO units / h
   double reversals_per_hour = 0.0;  // 1 / h
 };

@@ -21,7 +21,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-constexpr double kWindow = 96.1;    // s, 961 samples
+constexpr double kWindow = 96.1;     // s, 961 samples
 constexpr double kDuration = 900.0;  // s
 
 struct Exhibit {
@@ -39,16 +39,23 @@ std::vector<Exhibit> exhibits() {
       {"no-fault", "no fault", {}},
       {"backlash-0.5", "backlash 0.5 V", {effect("backlash", {{"deadband", 0.5}})}},
       {"backlash-1.5", "backlash 1.5 V", {effect("backlash", {{"deadband", 1.5}})}},
-      {"stiction-weak", "stiction, S 0.5 V, J 0.2 V", {effect("stiction", {{"s", 0.5}, {"j", 0.2}})}},
-      {"stiction-strong", "stiction, S 1.5 V, J 0.6 V",
+      {"stiction-weak",
+       "stiction, S 0.5 V, J 0.2 V",
+       {effect("stiction", {{"s", 0.5}, {"j", 0.2}})}},
+      {"stiction-strong",
+       "stiction, S 1.5 V, J 0.6 V",
        {effect("stiction", {{"s", 1.5}, {"j", 0.6}})}},
-      {"cam-small", "cam obstruction, band 0.3 V, jump 0.2 V",
+      {"cam-small",
+       "cam obstruction, band 0.3 V, jump 0.2 V",
        {effect("cam_obstruction", {{"position", 3.98}, {"band", 0.3}, {"jump", 0.2}})}},
-      {"cam-large", "cam obstruction, band 0.9 V, jump 0.6 V",
+      {"cam-large",
+       "cam obstruction, band 0.9 V, jump 0.6 V",
        {effect("cam_obstruction", {{"position", 3.78}, {"band", 0.9}, {"jump", 0.6}})}},
-      {"low-air", "low air supply, 0.3 V/s, to 5 V",
+      {"low-air",
+       "low air supply, 0.3 V/s, to 5 V",
        {effect("low_air_supply", {{"rate", 0.3}, {"travel_limit", 5.0}})}},
-      {"lower-air", "lower air supply, 0.06 V/s, to 3.8 V",
+      {"lower-air",
+       "lower air supply, 0.06 V/s, to 3.8 V",
        {effect("low_air_supply", {{"rate", 0.06}, {"travel_limit", 3.8}})}},
       {"hysteresis-offset", "hysteresis, offset 0.7 V", {effect("hysteresis", {{"offset", 0.7}})}},
       {"hysteresis-width", "hysteresis, width 1 V", {effect("hysteresis", {{"width", 1.0}})}},
@@ -110,7 +117,10 @@ std::string picture(const Exhibit& exhibit, const LoopRecord& r) {
   };
   const auto trend = [&](double to_s) {
     const std::vector<double> t = time_axis(cut(r.pv, 0.0, to_s).size(), r.sample_time_s);
-    Chart chart{.title = "closed loop", .x_label = "s", .y_label = "L/min, V", .width = 460.0,
+    Chart chart{.title = "closed loop",
+                .x_label = "s",
+                .y_label = "L/min, V",
+                .width = 460.0,
                 .height = 240.0};
     chart.lines = {{"SP", "#7a828c", t, cut(r.sp, 0.0, to_s), true},
                    {"PV", "#0072b2", t, cut(r.pv, 0.0, to_s)},
@@ -119,10 +129,12 @@ std::string picture(const Exhibit& exhibit, const LoopRecord& r) {
   };
   Chart signature = trend(kWindow);
   signature.title = "signature: the first 961 samples";
-  Chart correlation{.title = "correlation of PV and CO", .x_label = "CO, V", .y_label = "PV, L/min",
-                    .width = 300.0, .height = 240.0};
-  correlation.lines = {
-      {"", "#0072b2", cut(r.co, 0.0, 600.0), cut(r.true_pv, 0.0, 600.0)}};
+  Chart correlation{.title = "correlation of PV and CO",
+                    .x_label = "CO, V",
+                    .y_label = "PV, L/min",
+                    .width = 300.0,
+                    .height = 240.0};
+  correlation.lines = {{"", "#0072b2", cut(r.co, 0.0, 600.0), cut(r.true_pv, 0.0, 600.0)}};
   std::vector<Chart> charts{std::move(signature), trend(600.0)};
   correlation.width = 460.0;
   charts.push_back(std::move(correlation));
@@ -150,27 +162,31 @@ std::string markdown() {
   std::string text =
       "# Gallery of faults\n\n"
       "<!-- Generated: `loopwarden gallery --out docs` renews it and its pictures. -->\n\n"
-      "Plant 1 of the thesis (gain 1.2264, time constant 1.694 s, dead time 2.626 s, PI with kp 0.3494 "
+      "Plant 1 of the thesis (gain 1.2264, time constant 1.694 s, dead time 2.626 s, PI with kp "
+      "0.3494 "
       "and\nki 0.04 1/s, noise 0.01 L/min) on a step of the set point from 0 to 5 L/min, with each "
-      "fault of its\nchapter 7 in two sizes. Left the window of 961 samples that specialists look at, "
-      "then 600 s, then PV\nover CO. What is measured: [thesis.md](thesis.md) says which statement it "
+      "fault of its\nchapter 7 in two sizes. Left the window of 961 samples that specialists look "
+      "at, "
+      "then 600 s, then PV\nover CO. What is measured: [thesis.md](thesis.md) says which statement "
+      "it "
       "is about.\n\n"
       "| fault | dead time, s | 95 % after, s | offset, L/min | PV swing | CO swing | period, s |\n"
       "|---|---|---|---|---|---|---|\n";
   std::string pictures;
   for (const Exhibit& exhibit : exhibits()) {
     const Figures f = figures_of(run_model(model_of(exhibit), kDuration));
-    text += fmt::format("| {} | {:.1f} | {} | {:.3f} | {:.3f} | {:.3f} | {} |\n", exhibit.title,
-                        f.dead_time_s, std::isfinite(f.reach_s) ? fmt::format("{:.1f}", f.reach_s) : "never",
-                        f.offset, f.pv_swing, f.co_swing,
-                        f.period_s > 0.0 ? fmt::format("{:.1f}", f.period_s) : "-");
-    pictures += fmt::format("\n## {0}\n\n![{0}](pictures/gallery/{1}.svg)\n", exhibit.title,
-                            exhibit.file);
+    text += fmt::format(
+        "| {} | {:.1f} | {} | {:.3f} | {:.3f} | {:.3f} | {} |\n", exhibit.title, f.dead_time_s,
+        std::isfinite(f.reach_s) ? fmt::format("{:.1f}", f.reach_s) : "never", f.offset, f.pv_swing,
+        f.co_swing, f.period_s > 0.0 ? fmt::format("{:.1f}", f.period_s) : "-");
+    pictures +=
+        fmt::format("\n## {0}\n\n![{0}](pictures/gallery/{1}.svg)\n", exhibit.title, exhibit.file);
   }
-  text += "\nDead time: until PV has moved by 2 % of the step. Offset: mean SP - PV of the last 600 s "
-          "of 900 s; swings\n(greatest less least) and period from the same time.\n\n"
-          "Figure 7.17, open loop, CO 2 V to 4 V and back with 0.7 V added while it falls:\n\n"
-          "| valve | PV up, L/min | PV down | down/up |\n|---|---|---|---|\n";
+  text +=
+      "\nDead time: until PV has moved by 2 % of the step. Offset: mean SP - PV of the last 600 s "
+      "of 900 s; swings\n(greatest less least) and period from the same time.\n\n"
+      "Figure 7.17, open loop, CO 2 V to 4 V and back with 0.7 V added while it falls:\n\n"
+      "| valve | PV up, L/min | PV down | down/up |\n|---|---|---|---|\n";
   plant::EffectSpec quick = effect("valve_characteristic", {});
   quick.options = {{"curve", "quick_opening"}};
   plant::EffectSpec butterfly = effect("valve_characteristic", {});
@@ -178,8 +194,8 @@ std::string markdown() {
   plant::EffectSpec table = effect("valve_characteristic", {});
   table.options = {{"curve", "table"}};
   // 0.55 and 0.30 L/min over gain 1.2264 between 2, 2.7 and 4 V.
-  table.table = {{0.0, 0.0}, {2.0, 1.6}, {2.7, 1.6 + 0.55 / 1.2264}, {4.0, 1.6 + 0.85 / 1.2264},
-                 {10.0, 10.0}};
+  table.table = {
+      {0.0, 0.0}, {2.0, 1.6}, {2.7, 1.6 + 0.55 / 1.2264}, {4.0, 1.6 + 0.85 / 1.2264}, {10.0, 10.0}};
   const std::vector<std::pair<const char*, std::vector<plant::EffectSpec>>> valves{
       {"linear, as plant 1's model", {}},
       {"quick opening", {quick}},

@@ -105,24 +105,26 @@ void print_text(const Findings& f) {
       fmt::format("{:.4g}", f.second.rmse));
   row("fit, %", fmt::format("{:.2f}", f.first.fit_percent),
       fmt::format("{:.2f}", f.second.fit_percent));
-  fmt::print("Intervals of 95 %. {}\n",
-             f.second_is_better ? "Two lags describe the record better."
-                                : "A second lag does not describe the record better.");
+  fmt::print("Intervals of 95 %. {}\n", f.second_is_better
+                                            ? "Two lags describe the record better."
+                                            : "A second lag does not describe the record better.");
   if (f.tangent) {
     fmt::print("Tangent: gain {:.4g}, time constant {:.4g} s, dead time {:.4g} s\n",
                f.tangent->process.gain, f.tangent->process.time_constant_s,
                f.tangent->process.dead_time_s);
-    fmt::print("Step: half after {:.4g} s, rise (10 to 90 %) {:.4g} s, overshoot {:.3g} %, within "
-               "2 % after {:.4g} s\n",
-               f.metrics->delay_s, f.metrics->rise_10_90_s, 100.0 * f.metrics->overshoot,
-               f.metrics->settling_2_s);
+    fmt::print(
+        "Step: half after {:.4g} s, rise (10 to 90 %) {:.4g} s, overshoot {:.3g} %, within "
+        "2 % after {:.4g} s\n",
+        f.metrics->delay_s, f.metrics->rise_10_90_s, 100.0 * f.metrics->overshoot,
+        f.metrics->settling_2_s);
   } else {
     fmt::print("No tangent: {}\n", f.no_tangent);
   }
   const analysis::ProcessFit& best = f.first;
-  fmt::print("For a model file:\nprocess:\n  gain: {:.5g}\n  time_constant: {:.5g}\n  dead_time: "
-             "{:.5g}\n",
-             best.gain.value, best.time_constant_s.value, best.dead_time_s.value);
+  fmt::print(
+      "For a model file:\nprocess:\n  gain: {:.5g}\n  time_constant: {:.5g}\n  dead_time: "
+      "{:.5g}\n",
+      best.gain.value, best.time_constant_s.value, best.dead_time_s.value);
 }
 
 std::string picture(const hal::record::Record& record, const Findings& f) {
@@ -176,7 +178,8 @@ int run_identify(const IdentifyOptions& options) {
 
 void add_identify(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<IdentifyOptions>();
-  CLI::App* sub = app.add_subcommand("identify", "process model from a step record, with intervals");
+  CLI::App* sub =
+      app.add_subcommand("identify", "process model from a step record, with intervals");
   sub->add_option("record", options->record, "record with co and pv, CSV, beginning at rest")
       ->required();
   sub->add_option("--out", options->out, "picture to write, SVG");

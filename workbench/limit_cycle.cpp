@@ -79,8 +79,8 @@ Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlineari
   Simulated s{.co_amplitude = half_range(co), .pv_amplitude = half_range(pv)};
   // What still dies away is no limit cycle.
   const std::vector<double> last(pv.end() - static_cast<std::ptrdiff_t>(pv.size() / 3), pv.end());
-  s.cycles = half_range(last) > 0.02 * linear.gain * valve.s &&
-             half_range(last) > 0.5 * s.pv_amplitude;
+  s.cycles =
+      half_range(last) > 0.02 * linear.gain * valve.s && half_range(last) > 0.5 * s.pv_amplitude;
   const analysis::LoopMetrics m =
       analysis::loop_metrics(tail(r.sp), pv, {}, model.sample_time_s, 0.0);
   s.period_s = m.period_s;
@@ -139,9 +139,9 @@ void print_grid(const std::vector<Row>& rows) {
              "predicted", "simulated", "ratio");
   std::size_t agree = 0;
   for (const Row& row : rows) {
-    const std::string valve =
-        row.valve.backlash ? fmt::format("backlash {:g}", row.valve.s)
-                           : fmt::format("stiction S {:g} J {:g}", row.valve.s, row.valve.j);
+    const std::string valve = row.valve.backlash
+                                  ? fmt::format("backlash {:g}", row.valve.s)
+                                  : fmt::format("stiction S {:g} J {:g}", row.valve.s, row.valve.j);
     agree += row.predicted.has_value() == row.simulated.cycles ? 1U : 0U;
     if (row.predicted && row.simulated.cycles) {
       fmt::print("{:<12} {:<24} {}   {}   {}\n", row.plant, valve,
@@ -163,21 +163,20 @@ void print_grid(const std::vector<Row>& rows) {
                           : fmt::format("{:.2f} ({:.2f} to {:.2f})", ratios[ratios.size() / 2],
                                         ratios.front(), ratios.back());
   };
-  fmt::print("\nWhether it cycles: {} of {} as predicted. Predicted over simulated, median (least to "
-             "largest):\n  period {}\n  PV amplitude {}\n  CO amplitude {}\n",
-             agree, rows.size(),
-             spread([](const Row& r) { return r.predicted->period_s / r.simulated.period_s; }),
-             spread([](const Row& r) { return r.predicted->pv_amplitude / r.simulated.pv_amplitude; }),
-             spread([](const Row& r) { return r.predicted->co_amplitude / r.simulated.co_amplitude; }));
+  fmt::print(
+      "\nWhether it cycles: {} of {} as predicted. Predicted over simulated, median (least to "
+      "largest):\n  period {}\n  PV amplitude {}\n  CO amplitude {}\n",
+      agree, rows.size(),
+      spread([](const Row& r) { return r.predicted->period_s / r.simulated.period_s; }),
+      spread([](const Row& r) { return r.predicted->pv_amplitude / r.simulated.pv_amplitude; }),
+      spread([](const Row& r) { return r.predicted->co_amplitude / r.simulated.co_amplitude; }));
 }
 
 nlohmann::json as_json(const Row& row) {
-  nlohmann::json result = {{"loop", row.plant},
-                           {"effect", row.valve.backlash ? "backlash" : "stiction"},
-                           {"s", row.valve.s},
-                           {"j", row.valve.j},
-                           {"predicted", nullptr},
-                           {"simulated", nullptr}};
+  nlohmann::json result = {
+      {"loop", row.plant},    {"effect", row.valve.backlash ? "backlash" : "stiction"},
+      {"s", row.valve.s},     {"j", row.valve.j},
+      {"predicted", nullptr}, {"simulated", nullptr}};
   if (row.predicted) {
     result["predicted"] = {{"period_s", row.predicted->period_s},
                            {"pv_amplitude", row.predicted->pv_amplitude},
@@ -193,8 +192,12 @@ nlohmann::json as_json(const Row& row) {
 
 std::string nyquist(const analysis::LinearLoop& loop, const analysis::ValveNonlinearity& valve,
                     const std::vector<analysis::LimitCycle>& cycles) {
-  Chart chart{.title = "Nyquist curve and -1/N", .x_label = "real", .y_label = "imaginary",
-              .lines = {}, .width = 620.0, .height = 560.0};
+  Chart chart{.title = "Nyquist curve and -1/N",
+              .x_label = "real",
+              .y_label = "imaginary",
+              .lines = {},
+              .width = 620.0,
+              .height = 560.0};
   ChartLine l{"open loop L(jw)", "#0072b2", {}, {}};
   for (const double w : analysis::frequencies(loop, 3000)) {
     const std::complex<double> value = loop.open_loop(w);
@@ -228,11 +231,13 @@ std::string nyquist(const analysis::LinearLoop& loop, const analysis::ValveNonli
 void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, const Row& row,
                const std::vector<analysis::LimitCycle>& cycles) {
   fmt::print("valve: {}\n",
-             row.valve.backlash ? fmt::format("backlash, dead band {:g}", row.valve.s)
-                                : fmt::format("stiction, S {:g}, J {:g}", row.valve.s, row.valve.j));
-  fmt::print("linear loop: gain margin {:.3g}, phase margin {:.3g} deg, delay margin {:.3g} s, Ms "
-             "{:.3g}\n",
-             m.gain_margin, m.phase_margin_deg, m.delay_margin_s, m.sensitivity);
+             row.valve.backlash
+                 ? fmt::format("backlash, dead band {:g}", row.valve.s)
+                 : fmt::format("stiction, S {:g}, J {:g}", row.valve.s, row.valve.j));
+  fmt::print(
+      "linear loop: gain margin {:.3g}, phase margin {:.3g} deg, delay margin {:.3g} s, Ms "
+      "{:.3g}\n",
+      m.gain_margin, m.phase_margin_deg, m.delay_margin_s, m.sensitivity);
   for (const std::string& name : loop.left_out) {
     if (name == "stiction" || name == "backlash") continue;
     fmt::print("not in the linear loop: {}\n", name);
@@ -305,8 +310,9 @@ void add_limit_cycle(CLI::App& app, int& exit_code) {
   CLI::App* sub = app.add_subcommand(
       "limit-cycle", "the limit cycle that stiction or backlash makes: predicted and simulated");
   sub->add_option("model", options->model, "loop model, YAML")->required();
-  auto* s = sub->add_option("--s", options->s, "CO units, stiction of this S instead of the model's")
-                ->check(CLI::PositiveNumber);
+  auto* s =
+      sub->add_option("--s", options->s, "CO units, stiction of this S instead of the model's")
+          ->check(CLI::PositiveNumber);
   sub->add_option("--j", options->j, "CO units, its slip jump; 0.3 S without it")
       ->needs(s)
       ->check(CLI::NonNegativeNumber);
@@ -316,8 +322,9 @@ void add_limit_cycle(CLI::App& app, int& exit_code) {
   sub->add_flag("--grid", options->grid, "agreement over gains and valves");
   sub->add_option("--out", options->out, "Nyquist picture to write, SVG");
   sub->add_flag("--json", options->json, "print the result as JSON");
-  sub->footer("Example: loopwarden limit-cycle config/examples/models/plant1.yaml --s 1 --j 0.4 "
-              "--out nyquist.svg");
+  sub->footer(
+      "Example: loopwarden limit-cycle config/examples/models/plant1.yaml --s 1 --j 0.4 "
+      "--out nyquist.svg");
   sub->callback([options, &exit_code] { exit_code = run_limit_cycle(*options); });
 }
 

@@ -85,8 +85,8 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
     last_sent_ = wanted;
     sent_ = true;
   }
-  const auto wanted_rows = static_cast<std::size_t>(
-      std::max(1L, std::lround(seconds / sample_time_s_)));
+  const auto wanted_rows =
+      static_cast<std::size_t>(std::max(1L, std::lround(seconds / sample_time_s_)));
   // Three times the time that this takes, and five seconds, without a row: the daemon hangs.
   const auto patience = std::chrono::duration<double>(3.0 * seconds / accelerate_ + 5.0);
   const auto deadline = std::chrono::steady_clock::now() + patience;
@@ -116,8 +116,8 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
     if (now.value("fault", "none") != "none") {
       throw TestAborted("the loop has a fault: " + now.value("fault", "?"));
     }
-    std::this_thread::sleep_for(std::chrono::duration<double>(
-        std::clamp(0.5 * sample_time_s_ / accelerate_, 0.005, 0.1)));
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(std::clamp(0.5 * sample_time_s_ / accelerate_, 0.005, 0.1)));
   }
   seen_rows_ += rows.size();
   return rows;

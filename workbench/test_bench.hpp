@@ -34,7 +34,7 @@ class TestBench {
   // Holds `co` for `seconds` of the loop's time; the rows of that time. Throws TestAborted.
   virtual std::vector<BenchRow> hold(double co, double seconds) = 0;
   virtual double sample_time_s() const = 0;
-  virtual double output() const = 0;          // CO units, where the test began
+  virtual double output() const = 0;            // CO units, where the test began
   virtual double process_variable() const = 0;  // PV units, where the test began
   virtual double output_low() const = 0;
   virtual double output_high() const = 0;
@@ -95,8 +95,8 @@ class LiveBench : public TestBench {
   double start_pv_ = 0.0;
   double start_sp_ = 0.0;
   bool was_automatic_ = false;
-  bool taken_ = false;      // in manual by us
-  bool given_up_ = false;   // somebody else took it
+  bool taken_ = false;     // in manual by us
+  bool given_up_ = false;  // somebody else took it
   double last_sent_ = 0.0;
   bool sent_ = false;
   std::uint64_t next_period_ = 0;  // not yet seen

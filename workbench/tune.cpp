@@ -123,13 +123,15 @@ std::vector<std::string> cells(const Row& r) {
           number(100.0 * r.response.step.overshoot, "{:.0f}"),
           number(r.response.step.settling_2_s, "{:.1f}"),
           number(r.response.load_absolute_error, "{:.3g}"),
-          !r.margins.stable ? "unstable" : !r.scales ? "leaves out the gain" : ""};
+          !r.margins.stable ? "unstable"
+          : !r.scales       ? "leaves out the gain"
+                            : ""};
 }
 
 const std::vector<std::string>& heads() {
-  static const std::vector<std::string> names{"rule",  "kp",   "ki",        "kd",
-                                              "gain margin", "phase deg", "Ms", "rise s",
-                                              "over %", "settles s", "load IAE", ""};
+  static const std::vector<std::string> names{"rule",        "kp",        "ki",       "kd",
+                                              "gain margin", "phase deg", "Ms",       "rise s",
+                                              "over %",      "settles s", "load IAE", ""};
   return names;
 }
 
@@ -142,12 +144,14 @@ void print_text(const plant::LoopModel& model, const std::vector<Row>& rows, con
   };
   line(heads());
   for (const Row& row : rows) line(cells(row));
-  fmt::print("\nrise, overshoot and settling (2 %) of a set-point step; load IAE: integral of |SP - "
-             "PV| after a load step of 10 % of the range.\n");
+  fmt::print(
+      "\nrise, overshoot and settling (2 %) of a set-point step; load IAE: integral of |SP - "
+      "PV| after a load step of 10 % of the range.\n");
   if (best != nullptr) {
-    fmt::print("Recommended: {} (least load IAE of the rules that scale with the gain, with Ms at "
-               "most {:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
-               best->name, kMostSensitivity, best->gains.kp, best->gains.ki);
+    fmt::print(
+        "Recommended: {} (least load IAE of the rules that scale with the gain, with Ms at "
+        "most {:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
+        best->name, kMostSensitivity, best->gains.kp, best->gains.ki);
     if (best->gains.kd > 0.0) {
       fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
                  best->gains.derivative_filter_s);
@@ -159,8 +163,12 @@ void print_text(const plant::LoopModel& model, const std::vector<Row>& rows, con
 }
 
 std::string page(const std::string& model_file, const std::vector<Row>& rows, const Row* best) {
-  Chart pv{.title = "Set-point step, then a load step", .x_label = "s", .y_label = "PV",
-           .lines = {}, .width = 1100.0, .height = 360.0};
+  Chart pv{.title = "Set-point step, then a load step",
+           .x_label = "s",
+           .y_label = "PV",
+           .lines = {},
+           .width = 1100.0,
+           .height = 360.0};
   Chart co = pv;
   co.title = "What the controller does";
   co.y_label = "CO";
@@ -183,8 +191,9 @@ std::string page(const std::string& model_file, const std::vector<Row>& rows, co
     table += "</tr>\n";
   }
   return html_page("Tuning of " + model_file,
-                   table + "</table>\n<p class=\"note\">Bold: recommended. Unstable settings are "
-                           "not drawn.</p>\n" +
+                   table +
+                       "</table>\n<p class=\"note\">Bold: recommended. Unstable settings are "
+                       "not drawn.</p>\n" +
                        chart_svg(pv) + chart_svg(co));
 }
 

@@ -134,8 +134,11 @@ TestResult run_test(TestBench& bench, ValveTest test, const ValveTestOptions& op
 
 Chart chart_of(const TestResult& r) {
   const bool scan = r.test == ValveTest::static_scan || r.test == ValveTest::dynamic_scan;
-  Chart chart{.title = analysis::to_text(r.test), .x_label = scan ? "CO" : "s",
-              .y_label = scan ? "position" : "CO, position", .lines = {}, .width = 560.0,
+  Chart chart{.title = analysis::to_text(r.test),
+              .x_label = scan ? "CO" : "s",
+              .y_label = scan ? "position" : "CO, position",
+              .lines = {},
+              .width = 560.0,
               .height = 260.0};
   if (scan) {
     // From the first turn on: the way there is no branch.
@@ -194,8 +197,9 @@ std::string page(const std::vector<TestResult>& results, const json& commissioni
                  const std::string& target) {
   std::string body;
   for (const TestResult& r : results) {
-    body += fmt::format("<h2>{}</h2>\n{}<table><tr><th></th><th>now</th><th>commissioning</th></tr>",
-                        analysis::to_text(r.test), chart_svg(chart_of(r)));
+    body +=
+        fmt::format("<h2>{}</h2>\n{}<table><tr><th></th><th>now</th><th>commissioning</th></tr>",
+                    analysis::to_text(r.test), chart_svg(chart_of(r)));
     for (const auto& [name, value] : r.figures) {
       const std::optional<double> before = before_of(commissioning, r.test, name);
       body += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n", escaped(name),
@@ -229,9 +233,9 @@ int run_valve_test(const ValveTestOptions& options) {
         .hold_s = options.hold_s.value_or(20.0),
         .sample_time_s = bench->sample_time_s()};
     for (const ValveTest test : analysis::kValveTests) {
-      const bool wanted = options.tests.empty() ||
-                          std::find(options.tests.begin(), options.tests.end(),
-                                    analysis::to_text(test)) != options.tests.end();
+      const bool wanted =
+          options.tests.empty() || std::find(options.tests.begin(), options.tests.end(),
+                                             analysis::to_text(test)) != options.tests.end();
       if (wanted) results.push_back(run_test(*bench, test, options, settings));
     }
   } catch (const TestAborted& e) {
@@ -272,12 +276,12 @@ int run_autotune(const AutotuneOptions& options) {
     const double low = options.bench.low.value_or(bench->output_low());
     const double high = options.bench.high.value_or(bench->output_high());
     if (bench->output() - amplitude < low || bench->output() + amplitude > high) {
-      throw TestAborted(fmt::format("the relay's outputs, {:.4g} -+ {:.4g}, leave the limits {:g} to {:g}",
-                                    bench->output(), amplitude, low, high));
+      throw TestAborted(
+          fmt::format("the relay's outputs, {:.4g} -+ {:.4g}, leave the limits {:g} to {:g}",
+                      bench->output(), amplitude, low, high));
     }
     // First the loop's own noise, at its own output.
-    const std::vector<BenchRow> quiet =
-        bench->hold(bench->output(), 50.0 * bench->sample_time_s());
+    const std::vector<BenchRow> quiet = bench->hold(bench->output(), 50.0 * bench->sample_time_s());
     double mean = 0.0;
     double squares = 0.0;
     for (std::size_t k = 0; k < quiet.size(); ++k) {
@@ -285,12 +289,12 @@ int run_autotune(const AutotuneOptions& options) {
       if (k > 0) squares += std::pow(quiet[k].pv - quiet[k - 1].pv, 2) / 2.0;
     }
     const double noise = std::sqrt(squares / static_cast<double>(quiet.size()));
-    analysis::RelayTest relay(
-        {.output = bench->output(),
-         .amplitude = amplitude,
-         .target = mean,
-         .hysteresis = options.hysteresis.value_or(4.0 * noise),
-         .action = options.action == "direct" ? control::Action::direct : control::Action::reverse});
+    analysis::RelayTest relay({.output = bench->output(),
+                               .amplitude = amplitude,
+                               .target = mean,
+                               .hysteresis = options.hysteresis.value_or(4.0 * noise),
+                               .action = options.action == "direct" ? control::Action::direct
+                                                                    : control::Action::reverse});
     double co = relay.step(quiet.back().time_s, quiet.back().pv);
     const double until_s = quiet.back().time_s + options.time_limit_s;
     while (!relay.result()) {
@@ -320,9 +324,10 @@ int run_autotune(const AutotuneOptions& options) {
   fmt::print("ultimate gain {:.4g}, ultimate period {:.4g} s (PV +-{:.4g}, {} periods)\n",
              found->ultimate_gain, found->ultimate_period_s, found->amplitude, found->periods);
   fmt::print("Recommended (Tyreus and Luyben):\n  kp: {:.5g}\n  ki: {:.5g}\n", calm.kp, calm.ki);
-  fmt::print("Livelier (Ziegler and Nichols): kp {:.4g}, ki {:.4g}\nNothing was changed: the settings "
-             "go into the loop's file.\n",
-             lively.kp, lively.ki);
+  fmt::print(
+      "Livelier (Ziegler and Nichols): kp {:.4g}, ki {:.4g}\nNothing was changed: the settings "
+      "go into the loop's file.\n",
+      lively.kp, lively.ki);
   return kExitOk;
 }
 
@@ -345,16 +350,18 @@ void add_valve_test(CLI::App& app, int& exit_code) {
   sub->add_option("--out", options->out, "folder for valve-test.json and report.html");
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer(
-      "Live, it needs --low, --high, --pv-low and --pv-high, and puts output, mode and set point back\n"
+      "Live, it needs --low, --high, --pv-low and --pv-high, and puts output, mode and set point "
+      "back\n"
       "however it ends, also after Ctrl-C. Exit code 75: ended early.\n"
-      "Example: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 --out test");
+      "Example: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 --out "
+      "test");
   sub->callback([options, &exit_code] { exit_code = run_valve_test(*options); });
 }
 
 void add_autotune(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<AutotuneOptions>();
-  CLI::App* sub =
-      app.add_subcommand("autotune", "controller settings from a relay experiment, simulated or live");
+  CLI::App* sub = app.add_subcommand(
+      "autotune", "controller settings from a relay experiment, simulated or live");
   add_bench_options(*sub, options->bench);
   sub->add_option("--amplitude", options->amplitude, "CO units, of the relay; 5 % of the range")
       ->check(CLI::PositiveNumber);
@@ -368,7 +375,8 @@ void add_autotune(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer(
-      "Example: loopwarden autotune FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 --amplitude 0.5");
+      "Example: loopwarden autotune FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 "
+      "--amplitude 0.5");
   sub->callback([options, &exit_code] { exit_code = run_autotune(*options); });
 }
 

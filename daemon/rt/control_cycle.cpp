@@ -209,18 +209,16 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .stem = stem_known ? inputs_.valve_position.value : kNone,
       .calculated = static_cast<float>(out.calculated),
       .jacket = static_cast<float>(adds ? out.correction : out.jacket_rate),
-      .jacket_shadow =
-          static_cast<float>(adds ? out.correction_shadow : out.jacket_shadow_rate),
+      .jacket_shadow = static_cast<float>(adds ? out.correction_shadow : out.jacket_shadow_rate),
       .mode = static_cast<std::uint8_t>(out.mode),
       .fault = static_cast<std::uint8_t>(supervisor_.fault()),
       .pv_quality = static_cast<std::uint8_t>(pv.quality),
       .pv_reason = static_cast<std::uint8_t>(pv.reason),
-      .flags = static_cast<std::uint8_t>(flag(out.at_low, hal::record::kAtLow) |
-                                         flag(out.at_high, hal::record::kAtHigh) |
-                                         flag(out.rate_limited, hal::record::kRateLimited) |
-                                         flag(missed > 0, hal::record::kLateCycle) |
-                                         flag(acts, hal::record::kJacketActs) |
-                                         flag(!inputs_.output_ok, hal::record::kOutputLost)),
+      .flags = static_cast<std::uint8_t>(
+          flag(out.at_low, hal::record::kAtLow) | flag(out.at_high, hal::record::kAtHigh) |
+          flag(out.rate_limited, hal::record::kRateLimited) |
+          flag(missed > 0, hal::record::kLateCycle) | flag(acts, hal::record::kJacketActs) |
+          flag(!inputs_.output_ok, hal::record::kOutputLost)),
       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};

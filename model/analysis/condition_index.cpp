@@ -31,7 +31,8 @@ ConditionIndices condition_indices(const ConditionInputs& in) noexcept {
           .actuator = index_of({in.stem_lag_s / kLagLimit, in.actuator_alarm}),
           .positioner = index_of({in.stem_deviation_percent / kDeviationLimit,
                                   in.read_back_bad_share / kBadShareLimit}),
-          .environment = index_of({in.pv_bad_share / kBadShareLimit, in.cycle_bad_share / kCycleLimit})};
+          .environment =
+              index_of({in.pv_bad_share / kBadShareLimit, in.cycle_bad_share / kCycleLimit})};
 }
 
 }  // namespace loopwarden::analysis

@@ -23,8 +23,8 @@ std::complex<double> stiction_describing_function(double s, double j, double amp
   const double p = std::asin((a - s) / a);
   const double real = a / 2.0 * std::sin(2.0 * p) - 2.0 * a * std::cos(p) - a * (kPi / 2.0 + p) +
                       2.0 * (s - j) * std::cos(p);
-  const double imaginary = -1.5 * a + a / 2.0 * std::cos(2.0 * p) + 2.0 * a * std::sin(p) -
-                           2.0 * (s - j) * std::sin(p);
+  const double imaginary =
+      -1.5 * a + a / 2.0 * std::cos(2.0 * p) + 2.0 * a * std::sin(p) - 2.0 * (s - j) * std::sin(p);
   return -std::complex<double>(real, -imaginary) / (kPi * a);
 }
 

@@ -65,11 +65,11 @@ ProcessFit identify(std::span<const double> co, std::span<const double> pv, doub
 //   T  from there to where it meets the final value
 struct Tangent {
   plant::ProcessParameters process;
-  double step_time_s = 0.0;   // when CO moved
-  double steepest_s = 0.0;    // where the tangent touches
-  double slope = 0.0;         // PV units / s
-  double before = 0.0;        // PV units
-  double final_value = 0.0;   // PV units
+  double step_time_s = 0.0;  // when CO moved
+  double steepest_s = 0.0;   // where the tangent touches
+  double slope = 0.0;        // PV units / s
+  double before = 0.0;       // PV units
+  double final_value = 0.0;  // PV units
 };
 Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
                        double sample_time_s);

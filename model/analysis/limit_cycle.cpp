@@ -48,11 +48,11 @@ std::optional<LimitCycle> refined(const LinearLoop& loop, const ValveNonlinearit
     w *= std::exp(std::clamp(to_w, -0.1, 0.1));
     a = std::max(a * std::exp(std::clamp(to_a, -0.1, 0.1)), 1.0000001 * valve.least_amplitude());
     if (std::abs(to_w) + std::abs(to_a) > 1e-9) continue;
-    return LimitCycle{.co_amplitude = a,
-                      .pv_amplitude = a * std::abs(valve.describing_function(a)) *
-                                      std::abs(loop.process(w)),
-                      .period_s = 2.0 * std::numbers::pi / w,
-                      .stable = cross(dl, dc) > 0.0};
+    return LimitCycle{
+        .co_amplitude = a,
+        .pv_amplitude = a * std::abs(valve.describing_function(a)) * std::abs(loop.process(w)),
+        .period_s = 2.0 * std::numbers::pi / w,
+        .stable = cross(dl, dc) > 0.0};
   }
   return std::nullopt;
 }

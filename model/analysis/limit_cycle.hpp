@@ -28,7 +28,9 @@ struct ValveNonlinearity {
   double j = 0.0;  // CO units
 
   std::complex<double> describing_function(double amplitude) const;
-  double least_amplitude() const { return s / 2.0; }  // CO units, below which the valve stands still
+  double least_amplitude() const {
+    return s / 2.0;
+  }  // CO units, below which the valve stands still
 };
 
 // The valve effect that counts, of the model's own or of its scheduled faults at full severity.

@@ -34,10 +34,10 @@ namespace loopwarden::analysis {
 
 struct LinearLoop {
   control::PidGains gains;
-  double gain = 1.0;          // K
-  double dead_time_s = 0.0;   // D
+  double gain = 1.0;         // K
+  double dead_time_s = 0.0;  // D
   std::vector<double> lags_s;
-  double sample_time_s = 0.1;  // h
+  double sample_time_s = 0.1;         // h
   std::vector<std::string> left_out;  // effects that the linear loop does not have
 
   std::complex<double> controller(double w) const;
@@ -50,9 +50,9 @@ LinearLoop linear_loop(const plant::LoopModel& model);
 struct Margins {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double gain_margin = kNone;
-  double gain_margin_at = 0.0;      // rad/s
+  double gain_margin_at = 0.0;  // rad/s
   double phase_margin_deg = kNone;
-  double phase_margin_at = 0.0;     // rad/s
+  double phase_margin_at = 0.0;  // rad/s
   double delay_margin_s = kNone;
   double sensitivity = 0.0;  // Ms
   bool stable = true;

@@ -44,11 +44,11 @@ void RelayTest::end_period(double time_s) {
         agrees(amplitude, last_amplitude_) && amplitude > settings_.hysteresis) {
       const double a = (amplitude + last_amplitude_) / 2.0;
       const double effective = std::sqrt(a * a - settings_.hysteresis * settings_.hysteresis);
-      result_ = RelayResult{
-          .ultimate_gain = 4.0 * settings_.amplitude / (std::numbers::pi * effective),
-          .ultimate_period_s = (period_s + last_period_s_) / 2.0,
-          .amplitude = a,
-          .periods = periods_};
+      result_ =
+          RelayResult{.ultimate_gain = 4.0 * settings_.amplitude / (std::numbers::pi * effective),
+                      .ultimate_period_s = (period_s + last_period_s_) / 2.0,
+                      .amplitude = a,
+                      .periods = periods_};
     }
     last_period_s_ = period_s;
     last_amplitude_ = amplitude;

@@ -57,7 +57,7 @@ class RelayTest {
   int side_ = 1;
   bool started_ = false;
   double period_began_s_ = 0.0;
-  double low_ = 0.0;   // PV units, of the present period
+  double low_ = 0.0;  // PV units, of the present period
   double high_ = 0.0;
   double last_period_s_ = 0.0;
   double last_amplitude_ = 0.0;

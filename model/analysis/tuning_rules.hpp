@@ -45,9 +45,9 @@ namespace loopwarden::analysis {
 enum class TuningRule : std::uint8_t { zn_thesis, zn, cohen_coon, lambda, simc, amigo };
 enum class ControllerForm : std::uint8_t { pi, pid };
 
-inline constexpr std::array kTuningRules{TuningRule::zn_thesis, TuningRule::zn,
+inline constexpr std::array kTuningRules{TuningRule::zn_thesis,  TuningRule::zn,
                                          TuningRule::cohen_coon, TuningRule::lambda,
-                                         TuningRule::simc, TuningRule::amigo};
+                                         TuningRule::simc,       TuningRule::amigo};
 
 const char* to_text(TuningRule rule) noexcept;
 // Whether a process with c times the gain gets 1/c of the controller's gains.

@@ -74,7 +74,8 @@ void add_step(ValveFigures& out, const std::string& name, const HeldPosition& be
   }
   const auto reach = [&](double share) {
     for (std::size_t k = 0; k < after.position.size(); ++k) {
-      if ((after.position[k] - from) / (to - from) >= share) return static_cast<double>(k) * period_s;
+      if ((after.position[k] - from) / (to - from) >= share)
+        return static_cast<double>(k) * period_s;
     }
     return std::numeric_limits<double>::infinity();
   };

@@ -49,8 +49,8 @@ class Compensator {
     void reset(double) noexcept {}
     Correction step(const CompensatorInputs&) noexcept { return {}; }
   };
-  using Law = std::variant<None, Knocker, TwoMove, Reinforcement, BacklashCompensator,
-                           HysteresisInverse>;
+  using Law =
+      std::variant<None, Knocker, TwoMove, Reinforcement, BacklashCompensator, HysteresisInverse>;
   static Law law_of(const CompensatorSettings& settings, double period_s) noexcept;
 
   CompensatorSettings settings_;

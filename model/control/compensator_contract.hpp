@@ -24,7 +24,7 @@ enum class CompensatorKind : std::uint8_t {
 
 struct CompensatorSettings {
   CompensatorKind kind = CompensatorKind::none;
-  bool shadow = false;  // computed and recorded, but not acting
+  bool shadow = false;                                     // computed and recorded, but not acting
   double limit = std::numeric_limits<double>::infinity();  // CO units, most it may add
 
   double amplitude = 0.0;       // CO units: knocker, reinforcement
@@ -35,10 +35,10 @@ struct CompensatorSettings {
   double move_time_s = 5.0;     // s: two_move
   double max_mean_error = std::numeric_limits<double>::infinity();  // PV units: two_move
   double mean_error_time_s = 60.0;                                  // s: two_move
-  double gap = 0.0;         // CO units: backlash
-  double width = 0.0;       // CO units: hysteresis
-  double knee = 0.0;        // hysteresis
-  double offset = 0.0;      // CO units: hysteresis
+  double gap = 0.0;                                                 // CO units: backlash
+  double width = 0.0;                                               // CO units: hysteresis
+  double knee = 0.0;                                                // hysteresis
+  double offset = 0.0;                                              // CO units: hysteresis
   double noise_band = 0.0;  // CO units: what is no reversal; reinforcement, backlash, hysteresis
 
   friend bool operator==(const CompensatorSettings&, const CompensatorSettings&) = default;

@@ -47,10 +47,10 @@ class Knocker {
   }
 
  private:
-  double amplitude_;       // CO units
-  double pulse_period_s_;  // s
-  double pulse_width_s_;   // s
-  double period_s_;        // s
+  double amplitude_;            // CO units
+  double pulse_period_s_;       // s
+  double pulse_width_s_;        // s
+  double period_s_;             // s
   double at_last_pulse_ = 0.0;  // CO units
   double since_onset_s_ = 0.0;  // s
   double sign_ = 0.0;

@@ -53,7 +53,8 @@ class TwoMove {
     const bool moved = set_point_known_ && in.set_point != set_point_;
     set_point_ = in.set_point;
     set_point_known_ = true;
-    mean_error_ += std::fmin(1.0, period_s_ / settings_.mean_error_time_s) * (in.error - mean_error_);
+    mean_error_ +=
+        std::fmin(1.0, period_s_ / settings_.mean_error_time_s) * (in.error - mean_error_);
     if (moved || (acting && std::abs(mean_error_) > settings_.max_mean_error)) {
       learn_afresh(in.output);
       return {.release = acting};
@@ -105,7 +106,8 @@ class TwoMove {
     last_direction_ = direction;
     if (turned_up) {
       const double mean = lowest_ + (highest_ - lowest_) * negative_ / std::fmax(1.0, samples_);
-      const bool agrees = mean_known_ && std::abs(mean - steady_output_) < settings_.stick_band / 4.0;
+      const bool agrees =
+          mean_known_ && std::abs(mean - steady_output_) < settings_.stick_band / 4.0;
       if (agrees) {
         steady_output_ = (mean + steady_output_) / 2.0;
         phase_ = Phase::first_move;
@@ -132,8 +134,8 @@ class TwoMove {
   Phase phase_ = Phase::learning;
   Turns turns_;
   int last_direction_ = 0;
-  double lowest_ = 0.0;    // CO units, of the present cycle
-  double highest_ = 0.0;   // CO units
+  double lowest_ = 0.0;   // CO units, of the present cycle
+  double highest_ = 0.0;  // CO units
   double samples_ = 0.0;
   double negative_ = 0.0;  // samples with a negative error
   bool cycle_began_ = false;

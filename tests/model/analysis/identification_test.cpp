@@ -133,15 +133,14 @@ TEST_CASE("step metrics are those of a second-order system", "[analysis][step]")
   for (int k = 0; k < 12'000; ++k) {
     const double t = k * kFine;
     y.push_back(3.0 + 2.0 * (1.0 - std::exp(-kZeta * kNatural * t) *
-                                       (std::cos(damped * t) + kZeta * kNatural / damped *
-                                                                   std::sin(damped * t))));
+                                       (std::cos(damped * t) +
+                                        kZeta * kNatural / damped * std::sin(damped * t))));
   }
   const StepMetrics m = step_metrics(y, 3.0, 5.0, kFine);
   CHECK(m.peak_time_s == Approx(std::numbers::pi / damped).margin(0.002));
-  CHECK(m.overshoot == Approx(std::exp(-kZeta * std::numbers::pi / std::sqrt(1 - kZeta * kZeta)))
-                           .epsilon(1e-3));
-  CHECK(m.rise_0_100_s ==
-        Approx((std::numbers::pi - std::acos(kZeta)) / damped).margin(0.06));
+  CHECK(m.overshoot ==
+        Approx(std::exp(-kZeta * std::numbers::pi / std::sqrt(1 - kZeta * kZeta))).epsilon(1e-3));
+  CHECK(m.rise_0_100_s == Approx((std::numbers::pi - std::acos(kZeta)) / damped).margin(0.06));
   CHECK(m.settling_2_s == Approx(4.0 / (kZeta * kNatural)).epsilon(0.2));
   CHECK(m.settling_5_s < m.settling_2_s);
   CHECK(m.final_error == Approx(0.0).margin(1e-3));

@@ -29,8 +29,7 @@ TEST_CASE("describing functions are those of the simulated valves", "[analysis][
       sticky.reset(-10.0);  // it comes moving: from rest a small sine would not free it
       const auto measured =
           measured_describing_function([&](double u) { return sticky.step(u); }, amplitude);
-      const auto formula =
-          stiction_describing_function(kDeadband, share * kDeadband, amplitude);
+      const auto formula = stiction_describing_function(kDeadband, share * kDeadband, amplitude);
       CHECK(measured.real() == Approx(formula.real()).margin(4e-3));
       CHECK(measured.imag() == Approx(formula.imag()).margin(4e-3));
     }

@@ -73,8 +73,10 @@ Swing swing(const plant::LoopModel& model, double from_s = 1000.0, double to_s =
 
 TEST_CASE("the knocker pulses at its period, width and amplitude, the way CO goes",
           "[control][compensator]") {
-  const std::vector<double> added = added_to_wave(
-      {.kind = CompensatorKind::knocker, .amplitude = 0.3, .pulse_period_s = 2.0, .pulse_width_s = 0.4});
+  const std::vector<double> added = added_to_wave({.kind = CompensatorKind::knocker,
+                                                   .amplitude = 0.3,
+                                                   .pulse_period_s = 2.0,
+                                                   .pulse_width_s = 0.4});
   int onsets = 0;
   for (int k = 1; k < 1200; ++k) {
     const double now = added[static_cast<std::size_t>(k)];
@@ -132,8 +134,8 @@ TEST_CASE("through its compensator a faulty valve gives what the law asked for",
   CHECK(worst({}, plant::HysteresisWidth(0.8, 0.0)) > 0.3);
   CHECK(worst({.kind = CompensatorKind::hysteresis, .width = 0.8, .knee = -1.0},
               plant::HysteresisWidth(0.8, -1.0)) < 1e-6);
-  CHECK(worst({.kind = CompensatorKind::hysteresis, .offset = 0.7},
-              plant::HysteresisOffset(0.7)) < 1e-6);
+  CHECK(worst({.kind = CompensatorKind::hysteresis, .offset = 0.7}, plant::HysteresisOffset(0.7)) <
+        1e-6);
   CHECK(worst({}, plant::HysteresisOffset(0.7)) == Approx(0.7));
   // Backlash: the stem stays half a gap behind, always on the same side of the law.
   CHECK(worst({.kind = CompensatorKind::backlash, .gap = 0.6}, plant::Backlash(0.6)) ==
@@ -171,9 +173,9 @@ TEST_CASE("the two-move method stops the cycle of a one-parameter sticking valve
 
 TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing up",
           "[control][compensator]") {
-  const auto kind = GENERATE(CompensatorKind::knocker, CompensatorKind::two_move,
-                             CompensatorKind::reinforcement, CompensatorKind::backlash,
-                             CompensatorKind::hysteresis);
+  const auto kind =
+      GENERATE(CompensatorKind::knocker, CompensatorKind::two_move, CompensatorKind::reinforcement,
+               CompensatorKind::backlash, CompensatorKind::hysteresis);
   CAPTURE(to_text(kind));
   CompensatorSettings on{.kind = kind,
                          .limit = 0.6,
@@ -196,8 +198,8 @@ TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing
     const double pv = 5.0 + 1.5 * std::sin(2.0 * std::numbers::pi * k / 300.0);
     const bool switches = k % 777 == 500;
     if (switches) {
-      settings.compensator = settings.compensator.kind == CompensatorKind::none ? on
-                                                                                : CompensatorSettings{};
+      settings.compensator =
+          settings.compensator.kind == CompensatorKind::none ? on : CompensatorSettings{};
       c.configure(settings);
     }
     const ControllerOutput out = c.step({.process_variable = pv});
@@ -219,11 +221,13 @@ TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing
   // In shadow the same is asked for and nothing acts.
   settings.compensator = on;
   settings.compensator.shadow = true;
-  LoopController plain([&] {
-    ControllerSettings bare = settings;
-    bare.compensator = {};
-    return bare;
-  }(), kPeriod, 5.0, 4.0);
+  LoopController plain(
+      [&] {
+        ControllerSettings bare = settings;
+        bare.compensator = {};
+        return bare;
+      }(),
+      kPeriod, 5.0, 4.0);
   LoopController shadow(settings, kPeriod, 5.0, 4.0);
   plain.request_mode(Mode::automatic);
   shadow.request_mode(Mode::automatic);
