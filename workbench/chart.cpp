@@ -16,6 +16,7 @@ namespace loopwarden::workbench {
 namespace {
 
 constexpr double kLeft = 52.0;
+constexpr double kLeftOfNames = 92.0;
 constexpr double kRight = 10.0;
 constexpr double kTop = 26.0;
 constexpr double kBottom = 34.0;
@@ -108,9 +109,10 @@ const char* chart_colour(std::size_t index) {
 std::string chart_group(const Chart& chart, double at_x, double at_y) {
   const PlotRange across = chart.x_range.value_or(range_over(chart, true));
   const PlotRange up = chart.y_range.value_or(range_over(chart, false));
-  const double width = chart.width - kLeft - kRight;
+  const double left = chart.y_names.empty() ? kLeft : kLeftOfNames;
+  const double width = chart.width - left - kRight;
   const double height = chart.height - kTop - kBottom;
-  const auto x_of = [&](double x) { return kLeft + (x - across.low) / across.span() * width; };
+  const auto x_of = [&](double x) { return left + (x - across.low) / across.span() * width; };
   const auto y_of = [&](double y) { return kTop + (up.high - y) / up.span() * height; };
   std::string text = fmt::format("<g transform=\"translate({:g} {:g})\">\n", at_x, at_y);
   auto out = std::back_inserter(text);
@@ -130,7 +132,7 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
     fmt::format_to(out,
                    "<path class=\"g\" d=\"M{:g} {:.1f}h{:.1f}\"/><text x=\"{:g}\" y=\"{:.1f}\" "
                    "text-anchor=\"end\">{}</text>\n",
-                   kLeft, y_of(value), width, kLeft - 5.0, y_of(value) + 4.0, escaped(name));
+                   left, y_of(value), width, left - 5.0, y_of(value) + 4.0, escaped(name));
   }
   for (const ChartLine& line : chart.lines) {
     std::string path;
@@ -142,10 +144,10 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
         continue;
       }
       // What lies outside is drawn at the rim's height, just beyond it.
-      const double x = std::clamp(x_of(line.x[k]), kLeft - 1e4, kLeft + width + 1e4);
+      const double x = std::clamp(x_of(line.x[k]), left - 1e4, left + width + 1e4);
       const double y = std::clamp(y_of(line.y[k]), kTop - 1e4, kTop + height + 1e4);
       if (line.dots) {
-        if (x < kLeft - 1.0 || x > kLeft + width + 1.0 || y < kTop - 1.0 || y > kTop + height + 1.0)
+        if (x < left - 1.0 || x > left + width + 1.0 || y < kTop - 1.0 || y > kTop + height + 1.0)
           continue;
         fmt::format_to(out, "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", x, y,
                        line.colour);
@@ -162,7 +164,7 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
                    "<svg x=\"{0:g}\" y=\"{1:g}\" width=\"{2:.1f}\" height=\"{3:.1f}\" "
                    "viewBox=\"{0:g} {1:g} {2:.1f} {3:.1f}\"><path class=\"l\" stroke=\"{4}\"{5} "
                    "d=\"{6}\"/></svg>\n",
-                   kLeft, kTop, width, height, line.colour,
+                   left, kTop, width, height, line.colour,
                    line.dashed ? " stroke-dasharray=\"5 3\"" : "", path);
   }
   fmt::format_to(out,
@@ -170,7 +172,7 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
                  "<text class=\"h\" x=\"{0:g}\" y=\"{4:g}\">{5}</text>"
                  "<text x=\"{6:g}\" y=\"{4:g}\" text-anchor=\"end\">{7}</text>"
                  "<text x=\"{6:g}\" y=\"{8:.1f}\" text-anchor=\"end\">{9}</text>\n",
-                 kLeft, kTop, width, height, kTop - 9.0, escaped(chart.title), kLeft + width,
+                 left, kTop, width, height, kTop - 9.0, escaped(chart.title), left + width,
                  escaped(chart.y_label), kTop + height + 28.0, escaped(chart.x_label));
   Chart below = chart;
   below.height = chart.height + kLegendLine - 4.0;

@@ -56,7 +56,9 @@ std::vector<CompareCase> compare_cases(const plant::LoopModel& model) {
     if (variant.lag != 1.0 || variant.dead != 1.0) {
       plant.controller.pid.gains = *analysis::tune(analysis::TuningRule::lambda, plant.process, {});
     }
-    const double hold_s = 350.0 * (plant.process.time_constant_s + plant.process.dead_time_s);
+    // Whole samples, so that set points change where they are looked for.
+    const double wanted_s = 350.0 * (plant.process.time_constant_s + plant.process.dead_time_s);
+    const double hold_s = std::round(wanted_s / plant.sample_time_s) * plant.sample_time_s;
     plant.scenario.set_point.clear();
     for (std::size_t i = 0; i < kSetPoints.size(); ++i) {
       plant.scenario.set_point.emplace_back(static_cast<double>(i) * hold_s,
@@ -128,7 +130,7 @@ CompareResult compare_one(const CompareCase& one, const Contender& contender) {
   const auto count = static_cast<double>(kSetPoints.size());
   const LoopRecord r = run_model(model, count * one.hold_s);
   const double h = model.sample_time_s;
-  const auto hold = static_cast<std::size_t>(one.hold_s / h);
+  const auto hold = static_cast<std::size_t>(std::lround(one.hold_s / h));
   CompareResult result;
   double squares = 0.0;
   double cycling = 0.0;
@@ -150,10 +152,11 @@ CompareResult compare_one(const CompareCase& one, const Contender& contender) {
       cycling += 1.0;
     }
     if (i == 0) continue;
-    const double before = r.sp[i * hold - 1];
-    const double after = r.sp[i * hold + 1];
+    const double before = model.scenario.set_point[i - 1].second;
+    const double after = model.scenario.set_point[i].second;
     double beyond = 0.0;
-    for (std::size_t k = i * hold; k < (i + 1) * hold; ++k) {
+    // From the next sample on: rounding may bring the change one later.
+    for (std::size_t k = i * hold + 1; k < (i + 1) * hold; ++k) {
       beyond = std::max(beyond, (r.true_pv[k] - after) / (after - before));
     }
     result.overshoot += beyond / (count - 1.0);

@@ -10,10 +10,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/analysis/limit_cycle.hpp"
 #include "model/analysis/loop_metrics.hpp"
+#include "model/analysis/tuning_rules.hpp"
 #include "workbench/chart.hpp"
 #include "workbench/files.hpp"
 #include "workbench/loop_trial.hpp"
@@ -107,15 +109,22 @@ Row compared(const std::string& name, const plant::LoopModel& model,
           simulate_cycle(model, valve)};
 }
 
-// The model's loop, calmer and livelier, with valves of several kinds.
+// The model's loop with its own settings and those of the rules, with valves of several kinds.
 std::vector<Row> grid_of(const plant::LoopModel& model) {
   std::vector<Row> rows;
   const double span = model.controller.pid.output_high - model.controller.pid.output_low;
-  for (const double gains : {0.5, 1.0, 1.5, 2.0}) {
+  std::vector<std::pair<std::string, control::PidGains>> tunings{
+      {"its own", model.controller.pid.gains}};
+  using analysis::TuningRule;
+  for (const TuningRule rule :
+       {TuningRule::zn, TuningRule::amigo, TuningRule::simc, TuningRule::cohen_coon}) {
+    if (const auto gains = analysis::tune(rule, model.process)) {
+      tunings.emplace_back(analysis::to_text(rule), *gains);
+    }
+  }
+  for (const auto& [name, gains] : tunings) {
     plant::LoopModel tuned = model;
-    tuned.controller.pid.gains.kp *= gains;
-    tuned.controller.pid.gains.ki *= gains;
-    const std::string name = fmt::format("gains x {:g}", gains);
+    tuned.controller.pid.gains = gains;
     for (const double share : {0.02, 0.1}) {
       const double s = share * span;
       for (const double j : {0.1, 0.3, 0.6, 1.0}) {
