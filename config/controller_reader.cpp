@@ -19,6 +19,14 @@ constexpr std::array kJacketForms{
     Choice<control::JacketForm>{"bounded", control::JacketForm::bounded},
     Choice<control::JacketForm>{"dwell", control::JacketForm::dwell}};
 
+constexpr std::array kCompensators{
+    Choice<control::CompensatorKind>{"none", control::CompensatorKind::none},
+    Choice<control::CompensatorKind>{"knocker", control::CompensatorKind::knocker},
+    Choice<control::CompensatorKind>{"two_move", control::CompensatorKind::two_move},
+    Choice<control::CompensatorKind>{"reinforcement", control::CompensatorKind::reinforcement},
+    Choice<control::CompensatorKind>{"backlash", control::CompensatorKind::backlash},
+    Choice<control::CompensatorKind>{"hysteresis", control::CompensatorKind::hysteresis}};
+
 constexpr const char* kForms = "kp and ki, or kc and ti";
 
 const Value<double>* first_given(std::initializer_list<const Value<double>*> values) {
@@ -128,6 +136,77 @@ control::JacketSettings read_jacket(MapReader& in) {
   jacket.mean_error_time_s = in.number(
       "mean_error_time", {"s", above(0.0), "time constant of that mean"}, jacket.mean_error_time_s);
   return jacket;
+}
+
+control::CompensatorSettings read_compensator(MapReader& in) {
+  using Kind = control::CompensatorKind;
+  control::CompensatorSettings c;
+  c.kind = in.need_one_of("kind", kCompensators, "what is added to CO against the valve's fault");
+  c.shadow = in.flag("shadow", "compute and record it, without acting", c.shadow);
+  const Value<double> limit = in.maybe_number(
+      "limit",
+      {"CO units", above(0.0), "most that it may add", "none; required where it acts on hardware"});
+  if (limit.given) c.limit = limit;
+  const auto chosen = [&](Kind kind) { return in.describing() || c.kind == kind; };
+  const auto noise_band = [&](MapReader& keys) {
+    c.noise_band = keys.number(
+        "noise_band", {"CO units", at_least(0.0), "reversals of CO below it are none"}, 0.0);
+  };
+  if (chosen(Kind::knocker)) {
+    MapReader keys = in.variant("knocker");
+    c.amplitude = keys.need_number("amplitude", {"CO units", above(0.0), "of the pulses"});
+    const Value<double> period =
+        keys.number("pulse_period", {"s", above(0.0), "from pulse to pulse"}, c.pulse_period_s);
+    c.pulse_period_s = period;
+    const Value<double> width =
+        keys.number("pulse_width", {"s", above(0.0), "of a pulse"}, c.pulse_width_s);
+    c.pulse_width_s = width;
+    if (width.valid && period.valid && width.value >= period.value) {
+      keys.error("pulse_width", fmt::format("must be below pulse_period = {} s (got {})",
+                                            brief(period), brief(width)));
+    }
+  }
+  if (chosen(Kind::two_move)) {
+    MapReader keys = in.variant("two_move");
+    c.stick_band = keys.need_number("stick_band", {"CO units", above(0.0), "of the valve"});
+    c.factor = keys.number("factor", {"", above(1.0), "size of the first move over the stick band"},
+                           c.factor);
+    c.move_time_s = keys.number("move_time", {"s", above(0.0), "of the first move"}, c.move_time_s);
+    const Value<double> most = keys.need_number(
+        "max_mean_error", {"PV units", above(0.0), "mean error above which it stands back"});
+    if (most.given) c.max_mean_error = most;
+    c.mean_error_time_s = keys.number(
+        "mean_error_time", {"s", above(0.0), "time constant of that mean"}, c.mean_error_time_s);
+  }
+  if (chosen(Kind::reinforcement)) {
+    MapReader keys = in.variant("reinforcement");
+    c.amplitude = keys.need_number(
+        "amplitude", {"CO units", above(0.0), "added in the direction in which CO goes"});
+    noise_band(keys);
+  }
+  if (chosen(Kind::backlash)) {
+    MapReader keys = in.variant("backlash");
+    c.gap = keys.need_number(
+        "gap", {"CO units", above(0.0), "added at a reversal; at most the valve's dead band"});
+    noise_band(keys);
+  }
+  if (chosen(Kind::hysteresis)) {
+    MapReader keys = in.variant("hysteresis");
+    const Value<double> width = keys.maybe_number(
+        "width", {"CO units", above(0.0), "distance of the branches", "or offset"});
+    const Value<double> offset = keys.maybe_number(
+        "offset", {"CO units", above(0.0), "what the valve adds while CO falls", "or width"});
+    c.knee = keys.number(
+        "knee", {"", between(-4.0, 1.0), "with width: how sharply a branch begins"}, c.knee);
+    noise_band(keys);
+    if (width.given) c.width = width;
+    if (offset.given) c.offset = offset;
+    if (!in.describing() && width.given == offset.given) {
+      keys.error(width.given ? "offset stands beside width; give one of them"
+                             : "missing key 'width' (or 'offset')");
+    }
+  }
+  return c;
 }
 
 Value<double> read_sample_time(MapReader& in) {

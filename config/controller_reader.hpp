@@ -24,6 +24,9 @@ void read_anti_windup(MapReader& in, control::AntiWindup fallback, control::PidS
 // The keys within jacket.
 control::JacketSettings read_jacket(MapReader& in);
 
+// The keys within compensator: those of its kind only.
+control::CompensatorSettings read_compensator(MapReader& in);
+
 // sample_time, s.
 Value<double> read_sample_time(MapReader& in);
 

@@ -98,6 +98,10 @@ class ModelReader {
     if (std::optional<MapReader> jacket = in.maybe_section("jacket", "the stickband jacket")) {
       controller.jacket = read_jacket(*jacket);
     }
+    if (std::optional<MapReader> compensator =
+            in.maybe_section("compensator", "what is added to CO against the valve's fault")) {
+      controller.compensator = read_compensator(*compensator);
+    }
     if (output.valid && output.given) {
       std::tie(controller.pid.output_low, controller.pid.output_high) = output.value;
     }

@@ -129,6 +129,37 @@ class ModelWriter {
       line(2, "deadband", number(controller.output.deadband), "CO units");
     }
     if (controller.jacket != control::JacketSettings{}) write_jacket(controller.jacket);
+    if (controller.compensator != control::CompensatorSettings{}) {
+      write_compensator(controller.compensator);
+    }
+  }
+
+  void write_compensator(const control::CompensatorSettings& c) {
+    using Kind = control::CompensatorKind;
+    line(2, "compensator");
+    line(4, "kind", control::to_text(c.kind));
+    line(4, "shadow", c.shadow ? "true" : "false");
+    if (std::isfinite(c.limit)) line(4, "limit", number(c.limit), "CO units");
+    if (c.kind == Kind::knocker) {
+      line(4, "amplitude", number(c.amplitude), "CO units");
+      line(4, "pulse_period", number(c.pulse_period_s), "s");
+      line(4, "pulse_width", number(c.pulse_width_s), "s");
+    }
+    if (c.kind == Kind::two_move) {
+      line(4, "stick_band", number(c.stick_band), "CO units");
+      line(4, "factor", number(c.factor));
+      line(4, "move_time", number(c.move_time_s), "s");
+      line(4, "max_mean_error", number(c.max_mean_error), "PV units");
+      line(4, "mean_error_time", number(c.mean_error_time_s), "s");
+    }
+    if (c.kind == Kind::reinforcement) line(4, "amplitude", number(c.amplitude), "CO units");
+    if (c.kind == Kind::backlash) line(4, "gap", number(c.gap), "CO units");
+    if (c.kind == Kind::hysteresis) {
+      if (c.width > 0.0) line(4, "width", number(c.width), "CO units");
+      if (c.offset > 0.0) line(4, "offset", number(c.offset), "CO units");
+      line(4, "knee", number(c.knee));
+    }
+    if (c.noise_band > 0.0) line(4, "noise_band", number(c.noise_band), "CO units");
   }
 
   void write_jacket(const control::JacketSettings& jacket) {

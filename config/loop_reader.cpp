@@ -115,6 +115,7 @@ class LoopReader {
     loop_.command = io.command;
     loop_.hardware = io.hardware;
     if (jacket) check_jacket(*jacket, io);
+    if (compensator_) check_compensator(*compensator_, io);
     // What the converter and the deadband hold back is no windup.
     config().controller.pid.tolerance = config().controller.output.deadband + io.output_resolution;
     config().io = std::move(io.io);
@@ -191,6 +192,8 @@ class LoopReader {
     std::tie(controller.set_point.low, controller.set_point.high) = sp_limits_.value;
     controller.set_point_tracks_in_manual =
         in.flag("set_point_tracks_in_manual", "SP follows PV while in manual", true);
+    compensator_ = in.maybe_section("compensator", "what is added to CO against the valve's fault");
+    if (compensator_) controller.compensator = read_compensator(*compensator_);
     std::optional<MapReader> jacket = in.maybe_section("jacket", "the stickband jacket");
     if (jacket) {
       controller.jacket = read_jacket(*jacket);
@@ -427,6 +430,22 @@ class LoopReader {
     }
   }
 
+  void check_compensator(MapReader& in, const IoSection& io) {
+    const control::ControllerSettings& controller = config().controller;
+    const control::CompensatorSettings& c = controller.compensator;
+    if (c.kind == control::CompensatorKind::none || c.shadow || in.describing()) return;
+    if (controller.jacket.form != control::JacketForm::off && !controller.jacket.shadow) {
+      in.error("kind",
+               fmt::format("{} can't act beside the jacket; set shadow: true for one of them",
+                           to_text(c.kind)));
+    }
+    if (io.known && io.hardware && !std::isfinite(c.limit)) {
+      in.error(
+          "missing key 'limit' (number > 0, CO units; required where the compensator acts on "
+          "hardware)");
+    }
+  }
+
   MapReader& in_;
   const std::map<std::string, hal::modbus::LinkSettings>& links_;
   LoopFile loop_;
@@ -436,6 +455,7 @@ class LoopReader {
   RangeValue output_range_;
   RangeValue output_limits_;
   RangeValue sp_limits_;
+  std::optional<MapReader> compensator_;
 };
 
 }  // namespace

@@ -35,6 +35,13 @@ int main(int argc, char** argv) {
   workbench::add_gap(app, exit_code);
   workbench::add_demo(app, exit_code);
   workbench::add_effects(app, exit_code);
+  workbench::add_identify(app, exit_code);
+  workbench::add_compare(app, exit_code);
+  workbench::add_limit_cycle(app, exit_code);
+  workbench::add_valve_test(app, exit_code);
+  workbench::add_autotune(app, exit_code);
+  workbench::add_gallery(app, exit_code);
+  workbench::add_tune(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

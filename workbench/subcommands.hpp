@@ -37,5 +37,12 @@ void add_train(CLI::App& app, int& exit_code);
 void add_classify(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_effects(CLI::App& app, int& exit_code);
+void add_identify(CLI::App& app, int& exit_code);
+void add_compare(CLI::App& app, int& exit_code);
+void add_limit_cycle(CLI::App& app, int& exit_code);
+void add_valve_test(CLI::App& app, int& exit_code);
+void add_autotune(CLI::App& app, int& exit_code);
+void add_gallery(CLI::App& app, int& exit_code);
+void add_tune(CLI::App& app, int& exit_code);
 
 }  // namespace loopwarden::workbench

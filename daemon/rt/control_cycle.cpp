@@ -209,6 +209,8 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
   const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
   const bool stem_known =
       inputs_.valve_position_fitted && inputs_.valve_position.quality != hal::Quality::bad;
+  const bool adds = settings_.controller.compensator.kind != control::CompensatorKind::none;
+  const bool acts = out.jacket_rate != 0.0 || out.correction != 0.0;
   const hal::record::RecordRow row{
       .time_ns = time.now_ns,
       .period_index = time.period_index,
@@ -217,18 +219,17 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .co = controller_.output_applied(),
       .stem = stem_known ? inputs_.valve_position.value : kNone,
       .calculated = static_cast<float>(out.calculated),
-      .jacket = static_cast<float>(out.jacket_rate),
-      .jacket_shadow = static_cast<float>(out.jacket_shadow_rate),
+      .jacket = static_cast<float>(adds ? out.correction : out.jacket_rate),
+      .jacket_shadow = static_cast<float>(adds ? out.correction_shadow : out.jacket_shadow_rate),
       .mode = static_cast<std::uint8_t>(out.mode),
       .fault = static_cast<std::uint8_t>(supervisor_.fault()),
       .pv_quality = static_cast<std::uint8_t>(pv.quality),
       .pv_reason = static_cast<std::uint8_t>(pv.reason),
-      .flags = static_cast<std::uint8_t>(flag(out.at_low, hal::record::kAtLow) |
-                                         flag(out.at_high, hal::record::kAtHigh) |
-                                         flag(out.rate_limited, hal::record::kRateLimited) |
-                                         flag(missed > 0, hal::record::kLateCycle) |
-                                         flag(out.jacket_rate != 0.0, hal::record::kJacketActs) |
-                                         flag(!inputs_.output_ok, hal::record::kOutputLost)),
+      .flags = static_cast<std::uint8_t>(
+          flag(out.at_low, hal::record::kAtLow) | flag(out.at_high, hal::record::kAtHigh) |
+          flag(out.rate_limited, hal::record::kRateLimited) |
+          flag(missed > 0, hal::record::kLateCycle) | flag(acts, hal::record::kJacketActs) |
+          flag(!inputs_.output_ok, hal::record::kOutputLost)),
       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};

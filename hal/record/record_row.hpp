@@ -18,15 +18,17 @@ enum RecordFlag : std::uint8_t {
 };
 
 struct RecordRow {
-  std::int64_t time_ns = 0;         // CLOCK_MONOTONIC at the start of the cycle
-  std::uint64_t period_index = 0;   // periods since the daemon started; a gap shows as a jump
-  double sp = 0.0;                  // PV units
-  double pv = 0.0;                  // PV units; NaN if there was none
-  double co = 0.0;                  // CO units, what really went out
-  double stem = 0.0;                // CO units, read-back; NaN if there is none
-  float calculated = 0.0F;          // CO units, the controller's result before limits
-  float jacket = 0.0F;              // CO units/s that acted on the integral
-  float jacket_shadow = 0.0F;       // CO units/s that the jacket asked for
+  std::int64_t time_ns = 0;        // CLOCK_MONOTONIC at the start of the cycle
+  std::uint64_t period_index = 0;  // periods since the daemon started; a gap shows as a jump
+  double sp = 0.0;                 // PV units
+  double pv = 0.0;                 // PV units; NaN if there was none
+  double co = 0.0;                 // CO units, what really went out
+  double stem = 0.0;               // CO units, read-back; NaN if there is none
+  float calculated = 0.0F;         // CO units, the controller's result before limits
+  // What acted and what was asked for: CO units/s on the integral by the jacket, or, in a loop with a
+  // `compensator`, the CO units that it adds.
+  float jacket = 0.0F;
+  float jacket_shadow = 0.0F;
   std::uint8_t mode = 0;            // control::Mode
   std::uint8_t fault = 0;           // control::Fault
   std::uint8_t pv_quality = 0;      // hal::Quality

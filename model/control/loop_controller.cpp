@@ -23,6 +23,7 @@ LoopController::LoopController(const ControllerSettings& settings, double period
       pid_(pid_settings(settings), period_s),
       set_point_(settings.set_point, initial_set_point),
       jacket_(settings.jacket, period_s),
+      compensator_(settings.compensator, period_s),
       manual_output_(initial_output),
       applied_(initial_output),
       commanded_(initial_output) {}
@@ -32,6 +33,10 @@ void LoopController::configure(const ControllerSettings& settings) noexcept {
   pid_.configure(pid_settings(settings));
   set_point_.configure(settings.set_point);
   jacket_.configure(settings.jacket);
+  if (settings.compensator != compensator_.settings()) {
+    absorb_correction();
+    compensator_.configure(settings.compensator);
+  }
 }
 
 void LoopController::request_mode(Mode manual_or_automatic) noexcept {
@@ -73,6 +78,9 @@ ControllerOutput LoopController::step_automatic(const ControllerInputs& in) noex
   if (mode_ != Mode::automatic) {
     if (set_point_.ramped()) set_point_.restart_ramp(in.process_variable);
     jacket_.reset();
+    compensator_.reset();
+    added_ = 0.0;
+    hold_integral_ = false;
   }
   const double set_point = set_point_.step(period_s_);
   if (mode_ != Mode::automatic) pid_.initialise(applied_, set_point, in.process_variable);
@@ -86,10 +94,29 @@ ControllerOutput LoopController::step_automatic(const ControllerInputs& in) noex
                                            .valve_position_valid = in.valve_position_valid});
   const double acting_rate = settings_.jacket.shadow ? 0.0 : wanted_rate;
 
-  ControllerOutput out = limit(pid_.step(set_point, in.process_variable, applied_, acting_rate));
+  const double held_rate = hold_integral_ ? -pid_.integral_rate(error) : acting_rate;
+  const double law = pid_.step(set_point, in.process_variable, applied_ - added_, held_rate);
+
+  const Correction wanted =
+      compensator_.step({.set_point = set_point, .error = error, .output = law});
+  double output = law;
+  double added = 0.0;
+  if (!settings_.compensator.shadow) {
+    if (wanted.release) {
+      output += added_;
+      absorb_correction();
+    }
+    added = wanted.added;
+    hold_integral_ = wanted.hold_integral;
+  }
+  added_ = added;
+
+  ControllerOutput out = limit(output + added);
   out.set_point = set_point;
   out.jacket_rate = acting_rate;
   out.jacket_shadow_rate = wanted_rate;
+  out.correction = added;
+  out.correction_shadow = wanted.added;
   return out;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What turns set point and process variable into a controller output: modes, set point, PID law,
-// stickband jacket and output limits, one period at a time.
+// stickband jacket, compensator and output limits, one period at a time.
 //
 // Modes:
 //   manual     the output is what the operator asks for, within limits and rate
@@ -10,13 +10,15 @@
 // Every change of mode is bumpless: the law starts from the output that really stands. In manual
 // by option the set point follows PV; on the way to automatic a set-point ramp starts again from PV.
 //
-// Order of one step: set point -> error -> jacket -> PID -> limits. Nothing here reads a clock,
+// Order of one step: set point -> error -> jacket -> PID -> compensator -> limits. What the compensator
+// adds is no windup. Nothing here reads a clock,
 // allocates, or throws; the same calls give the same bits.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 
+#include "model/control/compensator.hpp"
 #include "model/control/output_limiter.hpp"
 #include "model/control/pid.hpp"
 #include "model/control/set_point.hpp"
@@ -51,6 +53,7 @@ struct ControllerSettings {
   SetPointLimits set_point;
   OutputLimits output;
   JacketSettings jacket;
+  CompensatorSettings compensator;
   bool set_point_tracks_in_manual = true;
 
   friend bool operator==(const ControllerSettings&, const ControllerSettings&) = default;
@@ -65,10 +68,13 @@ struct ControllerInputs {
 
 struct ControllerOutput {
   double output = 0.0;       // CO units, after all limits: what should go out
-  double calculated = 0.0;   // CO units, before limits: the law's result, or what was asked for
+  double calculated = 0.0;   // CO units, before limits: the law's result with what the compensator
+                             // adds, or what was asked for
   double set_point = 0.0;    // PV units, working set point
   double jacket_rate = 0.0;  // CO units/s that acted on the integral
   double jacket_shadow_rate = 0.0;  // CO units/s that the jacket asks for, acting or not
+  double correction = 0.0;          // CO units that the compensator added
+  double correction_shadow = 0.0;   // CO units that it asks for, acting or not
   Mode mode = Mode::manual;
   bool at_low = false;
   bool at_high = false;
@@ -115,6 +121,12 @@ class LoopController {
   ControllerOutput step_automatic(const ControllerInputs& in) noexcept;
   ControllerOutput step_manual(const ControllerInputs& in) noexcept;
   ControllerOutput limit(double wanted) noexcept;
+  // The integral takes over what the compensator had added: the output stays.
+  void absorb_correction() noexcept {
+    pid_.shift(added_);
+    added_ = 0.0;
+    hold_integral_ = false;
+  }
   void stand_at(double output) noexcept {
     applied_ = output;
     commanded_ = output;
@@ -125,6 +137,9 @@ class LoopController {
   Pid pid_;
   SetPoint set_point_;
   StickbandJacket jacket_;
+  Compensator compensator_;
+  double added_ = 0.0;          // CO units, by the compensator
+  bool hold_integral_ = false;  // the compensator's wish
   Mode requested_ = Mode::manual;
   Mode mode_ = Mode::manual;
   double manual_output_;  // CO units

@@ -72,6 +72,12 @@ class Pid {
     const double e = set_point - process_variable;
     return settings_.action == Action::reverse ? e : -e;
   }
+  // Moves the output by `by`, CO units, for good: the integral takes it over.
+  void shift(double by) noexcept {
+    integral_ += by;
+    calculated_ += by;
+  }
+
   double integral() const noexcept { return integral_; }
   double integral_rate(double error) const noexcept { return settings_.gains.ki * error; }
   const PidSettings& settings() const noexcept { return settings_; }

@@ -54,6 +54,7 @@ LoopSample SimulatedLoop::step() noexcept {
   }
   sample.jacket_rate = out.jacket_rate;
   sample.jacket_shadow_rate = out.jacket_shadow_rate;
+  sample.correction = out.correction;
   sample.severity = plant_.fault_severity();
   plant_.step(sample.co);
   return sample;

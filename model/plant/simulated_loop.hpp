@@ -23,6 +23,7 @@ struct LoopSample {
   double true_pv = 0.0;             // PV units
   double jacket_rate = 0.0;         // CO units/s, acting
   double jacket_shadow_rate = 0.0;  // CO units/s, asked for
+  double correction = 0.0;          // CO units, added by the compensator
   double severity = 0.0;            // of the scheduled faults, 0 to 1
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/controller_reader.hpp"
 
+#include "config/loop_model_writer.hpp"
 #include "tests/config/config_support.hpp"
 
 using namespace loopwarden;
@@ -98,4 +99,46 @@ TEST_CASE("Anti-windup and jacket have their defaults and their words", "[config
                                                             .dead_zone = 0.1,
                                                             .max_mean_error = 3,
                                                             .mean_error_time_s = 90});
+}
+
+TEST_CASE("Each compensator has its own keys and says which are missing", "[config][controller]") {
+  const std::string gains = "  kp: 1\n  ki: 0\n";
+  const auto read_c = [&](const std::string& keys) {
+    const auto model =
+        read_model_text("m.yaml", with_gains(gains + "  compensator: {" + keys + "}\n"));
+    INFO(to_text(model.diagnostics));
+    REQUIRE(model);
+    // What is written reads back the same.
+    const auto again = read_model_text("again.yaml", write_model(*model));
+    INFO(to_text(again.diagnostics));
+    REQUIRE(again);
+    CHECK(again->controller.compensator == model->controller.compensator);
+    return model->controller.compensator;
+  };
+  using Kind = control::CompensatorKind;
+  CHECK(read_c("kind: knocker, amplitude: 0.2, pulse_period: 3, pulse_width: 0.5, limit: 0.3") ==
+        control::CompensatorSettings{.kind = Kind::knocker,
+                                     .limit = 0.3,
+                                     .amplitude = 0.2,
+                                     .pulse_period_s = 3.0,
+                                     .pulse_width_s = 0.5});
+  CHECK(read_c("kind: two_move, stick_band: 0.8, max_mean_error: 0.5, shadow: true") ==
+        control::CompensatorSettings{
+            .kind = Kind::two_move, .shadow = true, .stick_band = 0.8, .max_mean_error = 0.5});
+  CHECK(read_c("kind: backlash, gap: 0.4, noise_band: 0.02").gap == 0.4);
+  CHECK(read_c("kind: hysteresis, width: 0.4, knee: -1").knee == -1.0);
+  CHECK(read_c("kind: hysteresis, offset: 0.7").offset == 0.7);
+  CHECK(read_c("kind: reinforcement, amplitude: 0.4").amplitude == 0.4);
+
+  const auto said = [&](const std::string& keys) {
+    return said_of(gains + "  compensator: {" + keys + "}\n");
+  };
+  CHECK_THAT(said("kind: knock"), Catch::Contains("must be none, knocker"));
+  CHECK_THAT(said("kind: knocker"), Catch::Contains("missing key 'amplitude'"));
+  CHECK_THAT(said("kind: knocker, amplitude: 1, gap: 1"), Catch::Contains("gap"));
+  CHECK_THAT(said("kind: knocker, amplitude: 1, pulse_width: 5"),
+             Catch::Contains("must be below pulse_period = 2 s (got 5)"));
+  CHECK_THAT(said("kind: hysteresis"), Catch::Contains("missing key 'width' (or 'offset')"));
+  CHECK_THAT(said("kind: hysteresis, width: 1, offset: 1"), Catch::Contains("give one of them"));
+  CHECK_THAT(said("kind: backlash, gap: -1"), Catch::Contains("gap"));
 }

@@ -218,6 +218,25 @@ TEST_CASE("Corrective action needs a jacket in shadow that is bounded, and speci
             .find("needs specialists") != std::string::npos);
 }
 
+TEST_CASE("On hardware a compensator needs a limit, and does not act beside the jacket",
+          "[config][loop]") {
+  const auto said = [](const std::string& compensator, const std::string& jacket = "") {
+    return said_of_loop(with(kModbusLoop, "  kp: 0.35\n",
+                             jacket + "  compensator: {" + compensator + "}\n  kp: 0.35\n"));
+  };
+  CHECK(said("kind: backlash, gap: 0.3") ==
+        "loop.yaml:6:16: error: controller.compensator: missing key 'limit' (number > 0, CO units; "
+        "required where the compensator acts on hardware)\n");
+  CHECK(said("kind: backlash, gap: 0.3, limit: 0.3").empty());
+  CHECK(said("kind: backlash, gap: 0.3, shadow: true").empty());
+  const std::string jacket =
+      "  jacket: {form: dwell, max_mean_error: 1, valve_position: {model: [{effect: backlash, "
+      "deadband: 0.4}]}}\n";
+  CHECK_THAT(said("kind: backlash, gap: 0.3, limit: 0.3", jacket),
+             Catch::Contains("backlash can't act beside the jacket"));
+  CHECK(said("kind: backlash, gap: 0.3, shadow: true", jacket).empty());
+}
+
 TEST_CASE("What deadband and converter hold back is no windup", "[config][loop]") {
   // The register's own step is 0.001 V.
   CHECK(read(kModbusLoop).controller.pid.tolerance == Approx(0.001));

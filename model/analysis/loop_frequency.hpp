@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The linear part of a loop in the frequency domain: open loop, margins.
+//
+//   L(jw) = C(jw) G(jw)
+//   C(jw) = kp + ki h/(1 - z^-1) + kd/h (1 - z^-1) (1 - a)/(1 - a z^-1),   z = exp(j w h), a = exp(-h/Tf)
+//   G(jw) = K exp(-j w D) / ((1 + j w T) (1 + j w T_i) ...) (1 - z^-1)/(j w h)
+//
+//   K  |gain|, PV units / CO unit     T, T_i  s, lags     D  s, dead time     h  s, sampling period
+//   w  rad/s, up to pi/h
+//
+// That is pid.hpp's law on the process with its output held over each period; aliases of G are left out.
+// From a loop model: gain, lag and dead time of the process; gain_change and extra_dead_time of the
+// process, extra_lag, positioner_lag. Every other effect counts as 1 and is named in `left_out`.
+//
+// Margins:  gain_margin   1/|L| where the phase passes -180 deg first
+//           phase_margin  180 deg + phase of L where |L| falls through 1 last
+//           delay_margin  phase margin / that frequency, s of further dead time to the limit of stability
+//           sensitivity   Ms = max 1/|1 + L|
+// Infinite where there is no such crossing. `stable`: gain margin above 1 and phase margin above 0, which
+// is enough for a stable process with one crossing of each.
+//
+// Source: Åström and Hägglund, Advanced PID Control (2006), ch. 4; Åström and Wittenmark,
+// Computer-Controlled Systems (1997), section 3.3.
+#pragma once
+
+#include <complex>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::analysis {
+
+struct LinearLoop {
+  control::PidGains gains;
+  double gain = 1.0;         // K
+  double dead_time_s = 0.0;  // D
+  std::vector<double> lags_s;
+  double sample_time_s = 0.1;         // h
+  std::vector<std::string> left_out;  // effects that the linear loop does not have
+
+  std::complex<double> controller(double w) const;
+  std::complex<double> process(double w) const;  // with the hold
+  std::complex<double> open_loop(double w) const { return controller(w) * process(w); }
+};
+
+LinearLoop linear_loop(const plant::LoopModel& model);
+
+struct Margins {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double gain_margin = kNone;
+  double gain_margin_at = 0.0;  // rad/s
+  double phase_margin_deg = kNone;
+  double phase_margin_at = 0.0;  // rad/s
+  double delay_margin_s = kNone;
+  double sensitivity = 0.0;  // Ms
+  bool stable = true;
+};
+
+Margins margins(const LinearLoop& loop);
+
+// Logarithmic, from 1/1000 of the slowest corner to the end of what sampling allows.
+std::vector<double> frequencies(const LinearLoop& loop, std::size_t count);
+
+}  // namespace loopwarden::analysis

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/analysis/tuning_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace loopwarden::analysis {
+namespace {
+
+struct Settings {
+  double kp = 0.0;
+  double ti_s = 0.0;
+  double td_s = 0.0;
+};
+
+std::optional<Settings> pi_settings(TuningRule rule, double k, double t, double l, double lambda) {
+  if (rule == TuningRule::lambda) return Settings{t / (k * (lambda + l)), t};
+  if (!(l > 0.0)) return std::nullopt;
+  switch (rule) {
+    case TuningRule::zn_thesis: return Settings{0.9 * t / l, l / 0.3};
+    case TuningRule::zn: return Settings{0.9 * t / (k * l), l / 0.3};
+    case TuningRule::cohen_coon:
+      return Settings{t / (k * l) * (0.9 + l / (12.0 * t)),
+                      l * (30.0 + 3.0 * l / t) / (9.0 + 20.0 * l / t)};
+    case TuningRule::simc: return Settings{t / (k * 2.0 * l), std::min(t, 8.0 * l)};
+    case TuningRule::amigo: {
+      const double share = l * t / ((l + t) * (l + t));
+      return Settings{0.15 / k + (0.35 - share) * t / (k * l),
+                      0.35 * l + 13.0 * l * t * t / (t * t + 12.0 * l * t + 7.0 * l * l)};
+    }
+    case TuningRule::lambda: break;
+  }
+  return std::nullopt;
+}
+
+std::optional<Settings> pid_settings(TuningRule rule, double k, double t, double l, double lambda) {
+  if (rule == TuningRule::lambda) {
+    return Settings{(t + l / 2.0) / (k * (lambda + l / 2.0)), t + l / 2.0, t * l / (2.0 * t + l)};
+  }
+  if (!(l > 0.0)) return std::nullopt;
+  switch (rule) {
+    case TuningRule::zn: return Settings{1.2 * t / (k * l), 2.0 * l, l / 2.0};
+    case TuningRule::cohen_coon:
+      return Settings{t / (k * l) * (4.0 / 3.0 + l / (4.0 * t)),
+                      l * (32.0 + 6.0 * l / t) / (13.0 + 8.0 * l / t),
+                      4.0 * l / (11.0 + 2.0 * l / t)};
+    case TuningRule::amigo:
+      return Settings{(0.2 + 0.45 * t / l) / k, l * (0.4 * l + 0.8 * t) / (l + 0.1 * t),
+                      0.5 * l * t / (0.3 * l + t)};
+    case TuningRule::zn_thesis:
+    case TuningRule::simc:
+    case TuningRule::lambda: break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+const char* to_text(TuningRule rule) noexcept {
+  switch (rule) {
+    case TuningRule::zn_thesis: return "zn-thesis";
+    case TuningRule::zn: return "zn";
+    case TuningRule::cohen_coon: return "cohen-coon";
+    case TuningRule::lambda: return "lambda";
+    case TuningRule::simc: return "simc";
+    case TuningRule::amigo: break;
+  }
+  return "amigo";
+}
+
+std::optional<control::PidGains> tune(TuningRule rule, const plant::ProcessParameters& process,
+                                      const TuningOptions& options) {
+  const double k = std::abs(process.gain);
+  const double t = process.time_constant_s;
+  const double l = process.dead_time_s;
+  if (!(k > 0.0) || !(t > 0.0)) return std::nullopt;
+  const double lambda = options.lambda_s.value_or(std::max(t, l));
+  const std::optional<Settings> s = options.form == ControllerForm::pi
+                                        ? pi_settings(rule, k, t, l, lambda)
+                                        : pid_settings(rule, k, t, l, lambda);
+  if (!s) return std::nullopt;
+  return control::PidGains{.kp = s->kp,
+                           .ki = s->kp / s->ti_s,
+                           .kd = s->kp * s->td_s,
+                           .derivative_filter_s = s->td_s / 10.0};
+}
+
+}  // namespace loopwarden::analysis

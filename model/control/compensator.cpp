@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/control/compensator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+namespace loopwarden::control {
+namespace {
+
+// Calls `f` with the law that is held. Unlike std::visit it has no way to throw.
+template <class Variant, class F>
+void with_law(Variant& law, F&& f) noexcept {
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (void)((law.index() == I ? (f(*std::get_if<I>(&law)), true) : false) || ...);
+  }
+  (std::make_index_sequence<std::variant_size_v<Variant>>{});
+}
+
+}  // namespace
+
+Compensator::Law Compensator::law_of(const CompensatorSettings& settings,
+                                     double period_s) noexcept {
+  switch (settings.kind) {
+    case CompensatorKind::none: return None{};
+    case CompensatorKind::knocker: return Knocker(settings, period_s);
+    case CompensatorKind::two_move: return TwoMove(settings, period_s);
+    case CompensatorKind::reinforcement: return Reinforcement(settings, period_s);
+    case CompensatorKind::backlash: return BacklashCompensator(settings, period_s);
+    case CompensatorKind::hysteresis: break;
+  }
+  return HysteresisInverse(settings, period_s);
+}
+
+Compensator::Compensator(const CompensatorSettings& settings, double period_s) noexcept
+    : settings_(settings), period_s_(period_s), law_(law_of(settings, period_s)) {}
+
+void Compensator::configure(const CompensatorSettings& settings) noexcept {
+  settings_ = settings;
+  law_ = law_of(settings, period_s_);
+  fresh_ = true;
+}
+
+Correction Compensator::step(const CompensatorInputs& in) noexcept {
+  if (settings_.kind == CompensatorKind::none) return {};
+  if (!std::isfinite(in.output) || !std::isfinite(in.error)) return {};
+  Correction wanted;
+  with_law(law_, [&](auto& law) {
+    if (fresh_) law.reset(in.output);
+    wanted = law.step(in);
+  });
+  fresh_ = false;
+  wanted.added = std::clamp(wanted.added, -settings_.limit, settings_.limit);
+  return wanted;
+}
+
+}  // namespace loopwarden::control

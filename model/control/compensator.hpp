@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The compensator of a loop: none, or one of those that add to CO. The stickband jacket, which acts inside
+// the integrator, stands beside it in LoopController.
+//
+// Each is written down in the header of its name. None allocates, locks or throws; which one it is changes
+// only in configure(). The correction is held within +-limit. Switched on, changed or off, the output
+// does not move by itself: the law's integral takes over what the compensator had added.
+#pragma once
+
+#include <variant>
+
+#include "model/control/backlash_compensator.hpp"
+#include "model/control/compensator_contract.hpp"
+#include "model/control/hysteresis_inverse.hpp"
+#include "model/control/knocker.hpp"
+#include "model/control/reinforcement.hpp"
+#include "model/control/two_move.hpp"
+
+namespace loopwarden::control {
+
+constexpr const char* to_text(CompensatorKind kind) noexcept {
+  switch (kind) {
+    case CompensatorKind::none: return "none";
+    case CompensatorKind::knocker: return "knocker";
+    case CompensatorKind::two_move: return "two_move";
+    case CompensatorKind::reinforcement: return "reinforcement";
+    case CompensatorKind::backlash: return "backlash";
+    case CompensatorKind::hysteresis: break;
+  }
+  return "hysteresis";
+}
+
+class Compensator {
+ public:
+  Compensator(const CompensatorSettings& settings, double period_s) noexcept;
+
+  // Starts afresh at the next step.
+  void configure(const CompensatorSettings& settings) noexcept;
+  // The next step starts afresh from the law's output then.
+  void reset() noexcept { fresh_ = true; }
+
+  // One period: what is to be added, whether or not it is to act (see settings().shadow).
+  Correction step(const CompensatorInputs& in) noexcept;
+
+  const CompensatorSettings& settings() const noexcept { return settings_; }
+
+ private:
+  struct None {
+    void reset(double) noexcept {}
+    Correction step(const CompensatorInputs&) noexcept { return {}; }
+  };
+  using Law =
+      std::variant<None, Knocker, TwoMove, Reinforcement, BacklashCompensator, HysteresisInverse>;
+  static Law law_of(const CompensatorSettings& settings, double period_s) noexcept;
+
+  CompensatorSettings settings_;
+  double period_s_;
+  Law law_;
+  bool fresh_ = true;
+};
+
+}  // namespace loopwarden::control

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every valve compensator that adds to CO takes, gives, and is set by.
+//
+// A compensator is a class with
+//   X(const CompensatorSettings&, double period_s)
+//   void reset(double output) noexcept             a fresh start at this CO; the correction is 0 there
+//   Correction step(const CompensatorInputs&) noexcept   one period
+// None of them reads a clock, allocates or throws; compensator.hpp holds one of them.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+namespace loopwarden::control {
+
+enum class CompensatorKind : std::uint8_t {
+  none,
+  knocker,
+  two_move,
+  reinforcement,
+  backlash,
+  hysteresis
+};
+
+struct CompensatorSettings {
+  CompensatorKind kind = CompensatorKind::none;
+  bool shadow = false;                                     // computed and recorded, but not acting
+  double limit = std::numeric_limits<double>::infinity();  // CO units, most it may add
+
+  double amplitude = 0.0;       // CO units: knocker, reinforcement
+  double pulse_period_s = 2.0;  // s: knocker
+  double pulse_width_s = 0.4;   // s: knocker
+  double stick_band = 0.0;      // CO units: two_move
+  double factor = 1.5;          // of the stick band: two_move
+  double move_time_s = 5.0;     // s: two_move
+  double max_mean_error = std::numeric_limits<double>::infinity();  // PV units: two_move
+  double mean_error_time_s = 60.0;                                  // s: two_move
+  double gap = 0.0;                                                 // CO units: backlash
+  double width = 0.0;                                               // CO units: hysteresis
+  double knee = 0.0;                                                // hysteresis
+  double offset = 0.0;                                              // CO units: hysteresis
+  double noise_band = 0.0;  // CO units: what is no reversal; reinforcement, backlash, hysteresis
+
+  friend bool operator==(const CompensatorSettings&, const CompensatorSettings&) = default;
+};
+
+struct CompensatorInputs {
+  double set_point = 0.0;  // PV units
+  double error = 0.0;      // PV units
+  double output = 0.0;     // CO units, the control law's result without correction
+};
+
+struct Correction {
+  double added = 0.0;          // CO units, to the control law's result
+  bool hold_integral = false;  // the law is not to integrate
+  bool release = false;        // what was added goes into the law's integral, and added is 0
+};
+
+}  // namespace loopwarden::control

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which way a signal goes, with small reversals left out.
+//
+//   rising until u falls below its highest value since by more than `band`, and the other way round
+//   0 until it has moved by more than `band` from where it began
+#pragma once
+
+#include <algorithm>
+
+namespace loopwarden::control {
+
+class Turns {
+ public:
+  explicit Turns(double band) noexcept : band_(band) {}
+
+  void reset(double u) noexcept {
+    extreme_ = u;
+    direction_ = 0;
+  }
+
+  // -1 falling, 1 rising, 0 not known yet.
+  int step(double u) noexcept {
+    const int before = direction_;
+    if (u - extreme_ > band_) direction_ = 1;
+    if (extreme_ - u > band_) direction_ = -1;
+    if (direction_ != before) {
+      extreme_ = u;
+    } else if (direction_ != 0) {
+      extreme_ = direction_ > 0 ? std::max(extreme_, u) : std::min(extreme_, u);
+    }
+    return direction_;
+  }
+
+  int direction() const noexcept { return direction_; }
+
+ private:
+  double band_;
+  double extreme_ = 0.0;
+  int direction_ = 0;
+};
+
+}  // namespace loopwarden::control

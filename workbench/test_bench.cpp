@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/test_bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+#include "workbench/terminal.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+double number(const nlohmann::json& loop, const char* key) {
+  const auto it = loop.find(key);
+  return it != loop.end() && it->is_number() ? it->get<double>() : std::nan("");
+}
+
+}  // namespace
+
+SimulatedBench::SimulatedBench(const plant::LoopModel& model)
+    : plant_(model, model.scenario.seed),
+      sample_time_s_(model.sample_time_s),
+      low_(model.controller.pid.output_low),
+      high_(model.controller.pid.output_high),
+      start_(model.scenario.set_point.empty()
+                 ? (low_ + high_) / 2.0
+                 : plant_.output_for(model.scenario.set_point.front().second)) {
+  plant_.reset(start_);
+  start_pv_ = plant_.process_variable();
+}
+
+std::vector<BenchRow> SimulatedBench::hold(double co, double seconds) {
+  std::vector<BenchRow> rows;
+  const auto samples = std::max(1L, std::lround(seconds / sample_time_s_));
+  for (long k = 0; k < samples; ++k) {
+    plant_.step(co);
+    rows.push_back({plant_.time_s(), co, plant_.process_variable(), plant_.stem()});
+  }
+  return rows;
+}
+
+LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimits& limits)
+    : daemon_(socket), loop_(std::move(loop)), limits_(limits) {
+  const nlohmann::json before = status();
+  sample_time_s_ = before.at("sample_time_s").get<double>();
+  range_low_ = before.at("co_range").at(0).get<double>();
+  range_high_ = before.at("co_range").at(1).get<double>();
+  start_ = number(before, "co");
+  start_pv_ = number(before, "pv");
+  start_sp_ = number(before, "sp");
+  was_automatic_ = before.value("requested_mode", "") == "AUTO";
+  if (before.value("fault", "") != "none" || !std::isfinite(start_) || !std::isfinite(start_pv_)) {
+    throw TestAborted(fmt::format("{} is not fit for a test: fault {}, CO or PV not known", loop_,
+                                  before.value("fault", "?")));
+  }
+  if (start_ < limits_.co_low || start_ > limits_.co_high || start_pv_ < limits_.pv_low ||
+      start_pv_ > limits_.pv_high) {
+    throw TestAborted(fmt::format("{} stands outside of the limits given: CO {:.4g}, PV {:.4g}",
+                                  loop_, start_, start_pv_));
+  }
+  watch_interrupts();
+  next_period_ = before.value("period", std::uint64_t{0}) + 1;
+  due_period_ = next_period_;
+  taken_ = true;
+  daemon_.set(loop_, {{"mode", "man"}});
+}
+
+nlohmann::json LiveBench::status() {
+  const nlohmann::json all = daemon_.status();
+  accelerate_ = all.at("daemon").value("accelerate", 1.0);
+  for (const auto& loop : all.at("loops")) {
+    if (loop.at("name") == loop_) return loop;
+  }
+  throw TestAborted("the daemon has no loop '" + loop_ + "'");
+}
+
+std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
+  const double wanted = std::clamp(co, limits_.co_low, limits_.co_high);
+  if (!sent_ || wanted != last_sent_) {
+    daemon_.set(loop_, {{"output", wanted}});
+    last_sent_ = wanted;
+    sent_ = true;
+  }
+  const auto wanted_rows =
+      static_cast<std::size_t>(std::max(1L, std::lround(seconds / sample_time_s_)));
+  // Three times the time that this takes, and five seconds, without a row: the daemon hangs.
+  const auto patience = std::chrono::duration<double>(3.0 * seconds / accelerate_ + 5.0);
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  std::vector<BenchRow> rows;
+  // By absolute periods, so that a late answer does not stretch the test.
+  due_period_ = std::max(due_period_, next_period_) + wanted_rows;
+  while (next_period_ < due_period_ || rows.empty()) {
+    if (interrupted()) throw TestAborted("interrupted");
+    if (std::chrono::steady_clock::now() > deadline) throw TestAborted("no samples arrive");
+    const Trend fresh = daemon_.trend(loop_, next_period_);
+    for (std::size_t i = 0; i < fresh.period.size(); ++i) {
+      const BenchRow row{static_cast<double>(fresh.period[i]) * fresh.sample_time_s, fresh.co[i],
+                         fresh.pv[i], fresh.stem[i]};
+      next_period_ = fresh.period[i] + 1;
+      rows.push_back(row);
+      if (!(row.pv >= limits_.pv_low && row.pv <= limits_.pv_high)) {
+        throw TestAborted(fmt::format("PV {:.4g} is outside of {:g} to {:g}", row.pv,
+                                      limits_.pv_low, limits_.pv_high));
+      }
+    }
+    const nlohmann::json now = status();
+    if (now.value("requested_mode", "") != "MAN") {
+      // Not before it had the time to take the order.
+      given_up_ = seen_rows_ + rows.size() > 20;
+      if (given_up_) throw TestAborted("somebody took the loop out of manual");
+    }
+    if (now.value("fault", "none") != "none") {
+      throw TestAborted("the loop has a fault: " + now.value("fault", "?"));
+    }
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(std::clamp(0.5 * sample_time_s_ / accelerate_, 0.005, 0.1)));
+  }
+  seen_rows_ += rows.size();
+  return rows;
+}
+
+void LiveBench::restore() {
+  if (status().value("requested_mode", "") != "MAN") return;  // somebody else has it now
+  daemon_.set(loop_, {{"output", start_}});
+  if (!was_automatic_) return;
+  daemon_.set(loop_, {{"mode", "auto"}});
+  // In manual the set point may have followed PV.
+  daemon_.set(loop_, {{"set_point", start_sp_}});
+}
+
+LiveBench::~LiveBench() {
+  if (!taken_ || given_up_) return;
+  try {
+    restore();
+    fmt::print(stderr, "{}: output back at {:.4g}, mode {}\n", loop_, start_,
+               was_automatic_ ? "auto" : "man");
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "{}: could not be put back (output {:.4g}, mode {}): {}\n", loop_, start_,
+               was_automatic_ ? "auto" : "man", e.what());
+  }
+}
+
+}  // namespace loopwarden::workbench
