@@ -56,7 +56,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop}});
   leave_alarm(daemon.folder());
   const auto alarms = [&](const std::string& arguments) {
-    const std::string command = LOOPWARDEN_BIN_DIR "/loopwarden alarms --socket " +
+    const std::string command = LOOPWARDEN_CLI " alarms --socket " +
                                 (daemon.folder() / "control.sock").string() + " " + arguments +
                                 " 2>&1";
     FILE* pipe = ::popen(command.c_str(), "r");

@@ -19,7 +19,6 @@
 
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/loop_file.hpp"
-#include "workbench/register_map.hpp"
 
 namespace loopwarden::tests {
 namespace {
@@ -73,8 +72,8 @@ struct Plant {
   }
   std::string snippet(const char* format) {
     const std::string file = (daemon.folder() / format).string();
-    const Output made = run(std::string(LOOPWARDEN_BIN_DIR "/loopwarden register-map --format ") +
-                            format + " --config " + daemon.config().string() + " > " + file);
+    const Output made = run(std::string(LOOPWARDEN_CLI " register-map --format ") + format +
+                            " --config " + daemon.config().string() + " > " + file);
     INFO(made.text);
     REQUIRE(made.exit_code == 0);
     return file;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "config/loop_model_reader.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/monitor/monitor.hpp"
@@ -16,7 +17,6 @@
 #include "model/plant/simulated_loop.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "workbench/files.hpp"
 
 namespace loopwarden::tests {
 namespace {
@@ -108,8 +108,8 @@ class Plant {
   }
   monitor::AlarmState state(AlarmKind kind) { return board_.watch(0).alarms.alarm(kind).state(); }
   double hour_raised(AlarmKind kind) {
-    const auto& memory = board_.watch(0).alarms.alarm(kind).memory();
-    return static_cast<double>(memory.raised_ms - kStart) / 3.6e6;
+    const LoopWatch watch = board_.watch(0);
+    return static_cast<double>(watch.alarms.alarm(kind).memory().raised_ms - kStart) / 3.6e6;
   }
   CorrectiveState corrective() { return board_.watch(0).corrective; }
   WatchBoard& board() { return board_; }
@@ -162,7 +162,7 @@ class Plant {
 
 // A load that wanders, and an operator who moves the set point every ten minutes.
 plant::LoopModel day_model(double hours, bool steps = true) {
-  plant::LoopModel m = *workbench::load_model(kSpecialists + "/model.yaml");
+  plant::LoopModel m = *config::read_model_file(kSpecialists + "/model.yaml");
   m.transmitter.noise = 0.01;
   m.disturbances.push_back({.name = "random_load", .parameters = {{"intensity", 0.003}}});
   m.scenario = {.duration_s = hours * kHour, .set_point = {{0.0, 5.0}}, .faults = {}, .seed = 4711};
@@ -174,8 +174,7 @@ plant::LoopModel day_model(double hours, bool steps = true) {
 }
 
 int replay(const std::filesystem::path& evidence, std::string& text) {
-  const std::string command =
-      LOOPWARDEN_BIN_DIR "/loopwarden replay " + evidence.string() + " 2>&1";
+  const std::string command = LOOPWARDEN_CLI " replay " + evidence.string() + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
   REQUIRE(pipe != nullptr);
   std::array<char, 4096> some{};
