@@ -108,7 +108,7 @@ class Plant {
   }
   monitor::AlarmState state(AlarmKind kind) { return board_.watch(0).alarms.alarm(kind).state(); }
   double hour_raised(AlarmKind kind) {
-    const LoopWatch watch = board_.watch(0);
+    const daemon::monitor::LoopWatch watch = board_.watch(0);
     return static_cast<double>(watch.alarms.alarm(kind).memory().raised_ms - kStart) / 3.6e6;
   }
   CorrectiveState corrective() { return board_.watch(0).corrective; }
