@@ -104,7 +104,8 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(state() == "acknowledged");
   CHECK(daemon.client().status().at("daemon").at("journal").at("damaged") == 1);
   CHECK(test::eventually([&] { return daemon.is("FIC-101", "mode", "AUTO"); }));
-  CHECK(alarms("journal").text.find("journal replaced") != std::string::npos);
+  CHECK(test::eventually(
+      [&] { return alarms("journal").text.find("journal replaced") != std::string::npos; }));
   CHECK(alarms("veto FIC-101").text.find("no corrective action") != std::string::npos);
 
   REQUIRE(alarms("shelve FIC-101 stiction --minutes 30").exit_code == 0);

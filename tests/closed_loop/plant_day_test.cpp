@@ -191,7 +191,7 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
           "[closed_loop][plant_day]") {
   plant::LoopModel model = day_model(24.0);
   model.scenario.faults = {
-      fault("stiction", {{"s", 2.0}, {"j", 1.0}}, 4.0, 10.0, 2.0),
+      fault("stiction", {{"s", 1.2}, {"j", 0.6}}, 4.0, 10.0, 2.0),
       fault("backlash", {{"deadband", 2.0}}, 13.5, 17.0),
       fault("low_air_supply", {{"rate", 0.1}, {"travel_limit", 7.0}}, 21.0, 22.5)};
   Plant plant(std::move(model));

@@ -84,8 +84,14 @@ TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[s
   CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).verdict == Verdict::no_fault);
   CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).severity_percent == 0.0);
   CHECK(verdict({0, 0, 0, 0, 0, 6}, plain).verdict == Verdict::unknown);
-  // Faults together are sure, though none is alone.
-  CHECK(verdict({0, 0, 5, 4.9, 0, 0}, plain).verdict == Verdict::backlash);
+  // Faults together are sure, though none stands out: the window can't tell which.
+  CHECK(verdict({0, 0, 7, 6.9, 0, 0}, plain).verdict == Verdict::not_enough_movement);
+  CHECK(verdict({0, 0, 7, 5, 0, 0}, plain).verdict == Verdict::backlash);
+  // Something is wrong, but a fault may be it as well.
+  CHECK(verdict({0, 0, 0, 0, 5, 5.5}, plain).verdict == Verdict::not_enough_movement);
+  Findings shut = plain;
+  shut.shut_share = 0.4;
+  CHECK(verdict({0, 6, 0, 0, 0, 0}, shut).verdict == Verdict::not_enough_movement);
   // Torn between healthy and a fault that would not show.
   CHECK(verdict({2, 2, 0, 0, 0, 0}, plain).verdict == Verdict::not_enough_movement);
 
