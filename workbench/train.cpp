@@ -33,7 +33,7 @@ struct TrainOptions {
   std::string signatures;
   std::string out;
   std::string plant = "P1";
-  std::string form = "both";
+  std::string form;  // empty: what the data allow and need least time
   std::uint64_t seed = 1;
   std::size_t windows = 16000;
   std::optional<std::size_t> restarts;
@@ -212,8 +212,11 @@ int run_train(const TrainOptions& options) {
   }
   TrainingJob job;
   job.plant = options.plant;
-  job.explaining = options.form != "signature" && !options.model.empty();
-  job.signature = options.form != "explaining";
+  const std::string form = !options.form.empty()   ? options.form
+                           : options.model.empty() ? "signature"
+                                                   : "explaining";
+  job.explaining = form != "signature" && !options.model.empty();
+  job.signature = form != "explaining";
   if (!job.explaining && !job.signature) {
     fmt::print(stderr, "train: the explaining form needs a model: signatures have no CO\n");
     return kExitUsage;
@@ -292,10 +295,11 @@ void add_train(CLI::App& app, int& exit_code) {
             });
         return good ? std::string() : std::string("letters, digits, - and _, at most 16");
       });
-  sub->add_option("--form", o->form,
-                  "explaining: any window, from CO and PV; signature: the thesis's networks")
-      ->check(CLI::IsMember({"both", "explaining", "signature"}))
-      ->capture_default_str();
+  sub->add_option(
+         "--form", o->form,
+         "explaining: any window, from CO and PV, the default with a model; signature: the "
+         "thesis's networks, with --signatures the only ones; both takes minutes")
+      ->check(CLI::IsMember({"both", "explaining", "signature"}));
   sub->add_option("--seed", o->seed, "of all random numbers")->capture_default_str();
   sub->add_option("--windows", o->windows, "simulated windows of the explaining form")
       ->check(CLI::Range(700, 1000000))

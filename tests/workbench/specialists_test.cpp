@@ -5,6 +5,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -60,7 +61,8 @@ TEST_CASE("specialists trained on a model name the fault in a record, and nothin
           "[workbench]") {
   const TemporaryFolder folder;
   const std::string out = (folder / "specialists").string();
-  const Outcome trained = run("train " + kModel + " --out " + out + kSmall + " --json", false);
+  const Outcome trained =
+      run("train " + kModel + " --out " + out + kSmall + " --form both --json", false);
   INFO(trained.text);
   REQUIRE(trained.exit_code == 0);
   const auto summary = nlohmann::json::parse(trained.text);
@@ -113,6 +115,36 @@ TEST_CASE("the same seed trains the same specialists, whatever the threads and i
   train("b", " --jobs 2");
   CHECK(read_file(folder / "a/manifest.yaml") == read_file(folder / "b/manifest.yaml"));
   CHECK(read_file(folder / "a/P1S3.weights") == read_file(folder / "b/P1S3.weights"));
+}
+
+TEST_CASE("a killed training goes on from what it had finished", "[workbench]") {
+  const TemporaryFolder folder;
+  const std::string options = kSmall + " --form signature --jobs 1";
+  const auto train = [&](const std::string& name) {
+    return run("train " + kModel + " --out " + (folder / name).string() + options);
+  };
+  REQUIRE(train("whole").exit_code == 0);
+  // Killed as soon as the first network is on the disk.
+  const std::string out = (folder / "killed").string();
+  const std::string kill = std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden train " + kModel +
+                           " --out " + out + options + " >/dev/null 2>&1 & p=$!; " +
+                           "while kill -0 $p 2>/dev/null; do for f in " + out +
+                           "/unfinished/*.json; do [ -e $f ] && kill -9 $p && exit 0; done; done";
+  REQUIRE(std::system(kill.c_str()) == 0);
+  REQUIRE(std::filesystem::exists(folder / "killed/unfinished"));
+  CHECK_FALSE(std::filesystem::exists(folder / "killed/manifest.yaml"));
+  std::filesystem::path first;
+  for (const auto& f : std::filesystem::directory_iterator(folder / "killed/unfinished")) {
+    if (f.path().extension() == ".json") first = f.path();
+  }
+  const Outcome again = train("killed");
+  INFO(again.text);
+  REQUIRE(again.exit_code == 0);
+  // What was on the disk was not trained again.
+  CHECK(again.text.find(first.stem().string() + ":") == std::string::npos);
+  for (const char* file : {"P1N3.weights", "P1S3.weights", "P1L3.weights", "manifest.yaml"}) {
+    CHECK(read_file(folder / "killed" / file) == read_file(folder / "whole" / file));
+  }
 }
 
 TEST_CASE("a checkpoint gives back the network of its own run alone", "[workbench]") {
