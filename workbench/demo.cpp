@@ -144,7 +144,8 @@ class Demo {
 
   // What the operator is told, in the order in which it came.
   void watch_alarms() {
-    for (const nlohmann::json& alarm : daemon_.alarms().at("alarms")) {
+    const nlohmann::json told = daemon_.alarms();
+    for (const nlohmann::json& alarm : told.at("alarms")) {
       if (alarm.at("loop") != loop_) continue;
       const auto name = alarm.at("alarm").get<std::string>();
       const bool active = alarm.at("active").get<bool>();
