@@ -26,7 +26,7 @@ INTERFACE_CALLERS = [
 # What may be called outside the program: arithmetic, copying, and the two calls of the clock.
 ALLOWED = {
     "memcpy", "memmove", "memset", "exp", "expm1", "log", "cos", "sin", "sincos", "atan2", "atanh", "pow", "sqrt", "floor", "ceil",
-    "nearbyint", "lround", "round", "fmod", "clock_gettime", "clock_nanosleep",
+    "nearbyint", "lround", "round", "fmod", "fmin", "fmax", "clock_gettime", "clock_nanosleep",
 }
 MANDATORY_ROOTS = ["CyclicRunner::run", "SimLoopIo::read", "SimLoopIo::write", "ModbusLoopIo::read",
                    "ModbusLoopIo::write", "AnalogLoopIo::read", "AnalogLoopIo::write",
