@@ -35,9 +35,9 @@ char parity_letter(hal::modbus::Parity parity) {
 
 struct SerialServer::Line {
   struct Deleter {
-    void operator()(modbus_t* context) const noexcept {
-      modbus_close(context);
-      modbus_free(context);
+    void operator()(modbus_t* open) const noexcept {
+      modbus_close(open);
+      modbus_free(open);
     }
   };
   std::unique_ptr<modbus_t, Deleter> context;
