@@ -35,6 +35,7 @@ constexpr std::array kJumps{0.2, 0.5, 0.9};
 // Of the evolution of a sticking stem. Twice as many find little more.
 constexpr int kGenerations = 50;
 constexpr int kFineGenerations = 30;
+constexpr int kMostSteps = 3;  // of a play's size in one direction, in the end
 // Mean square over the noise's at which there is nothing left to search for.
 constexpr double kEnough = 1.2;
 
@@ -783,6 +784,19 @@ Fit Explainer::settle(Explanation explanation, const Candidate& start, double no
     }
     const Fit now = fit(explanation, search.best, noise);
     if (now.mse < best.mse) best = now;
+  }
+  if (search.best.law == Candidate::Law::play || search.best.law == Candidate::Law::plays) {
+    // Play and dead time stand in for each other: both at once, where the searches above take turns.
+    for (const double ratio : {1.06, 1.0 / 1.06, 1.02, 1.0 / 1.02}) {
+      for (int i = 0; i < kMostSteps; ++i) {
+        Candidate next = search.best;
+        next.size *= ratio;
+        const Fit now = fit(explanation, next, noise);
+        if (now.mse >= best.mse) break;
+        best = now;
+        search.best = next;
+      }
+    }
   }
   return best;
 }

@@ -31,7 +31,7 @@ TEST_CASE("a healthy valve is explained down to the noise", "[specialist]") {
 TEST_CASE("play is found with its size, and by no healthy loop", "[specialist]") {
   for (const double deadband : {0.4, 0.7, 1.3}) {
     const Findings f = Explainer(kFacts).explain(play_window(deadband, 0.02).view());
-    CHECK(excess(f, Explanation::backlash) < 3.0);
+    CHECK(excess(f, Explanation::backlash) < 2.0);
     CHECK(excess(f, Explanation::healthy) > 3.0 * excess(f, Explanation::backlash));
     CHECK(excess(f, Explanation::low_air_supply) > 2.0 * excess(f, Explanation::backlash));
     CHECK(f.of(Explanation::backlash).size == Approx(10.0 * deadband).epsilon(0.1));
