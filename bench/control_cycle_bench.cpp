@@ -5,41 +5,24 @@
 #include <vector>
 
 #include "bench/plant1.hpp"
-#include "daemon/rt/control_cycle.hpp"
-#include "hal/sim/sim_loop_io.hpp"
+#include "bench/bench_loop.hpp"
 
 namespace loopwarden::bench {
 namespace {
 
-// A loop as the daemon runs it, without the threads around it.
 struct Loop {
-  explicit Loop(const plant::LoopModel& model)
-      : io(hal::sim::SimSettings{
-            .model = model, .output_resolution = 10.0 / 4096.0, .io_faults = {}}),
-        channels(64),
-        cycle(0, model.sample_time_s, settings(model),
-              {.mode = control::Mode::automatic, .set_point = 5.0, .output = {}},
-              daemon::rt::ValvePositionSource::read_back, {}, io, channels, events) {}
-
-  static daemon::rt::LoopSettings settings(const plant::LoopModel& model) {
-    daemon::rt::LoopSettings s;
-    s.controller = model.controller;
-    s.pv_check.high = 10.0;
-    return s;
-  }
+  explicit Loop(const plant::LoopModel& model) : loop(model, events) {}
 
   void run(std::uint64_t period) {
     const auto now_ns = static_cast<std::int64_t>(period) * 100'000'000;
-    cycle.run({.now_ns = now_ns, .period_index = period}, 0, false);
+    loop.cycle.run({.now_ns = now_ns, .period_index = period}, 0, false);
     hal::record::RecordRow row;
-    channels.records.try_pop(row);  // as the historian would, so that the ring does not fill
+    loop.channels.records.try_pop(row);  // as the historian would, so that the ring does not fill
     benchmark::DoNotOptimize(row);
   }
 
-  hal::sim::SimLoopIo io;
-  daemon::rt::LoopChannels channels;
   hal::os::SpscRing<daemon::rt::Event> events{256};
-  daemon::rt::ControlCycle cycle;
+  BenchLoop loop;
 };
 
 void cycle_of(benchmark::State& state, const plant::LoopModel& model) {

@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
+#include "bench/bench_loop.hpp"
 #include "bench/plant1.hpp"
 #include "daemon/rt/cyclic_runner.hpp"
 #include "hal/os/real_time.hpp"
 #include "hal/os/thread.hpp"
-#include "hal/sim/sim_loop_io.hpp"
 
 namespace loopwarden::bench {
 namespace {
@@ -52,24 +52,6 @@ class NotingClock final : public hal::os::Clock {
   bool slept_ = false;
 };
 
-struct Loop {
-  explicit Loop(const plant::LoopModel& model, hal::os::SpscRing<daemon::rt::Event>& events)
-      : io({.model = model, .output_resolution = 10.0 / 4096.0, .io_faults = {}}),
-        channels(64),
-        cycle(0, model.sample_time_s, settings(model),
-              {.mode = control::Mode::automatic, .set_point = 5.0, .output = {}},
-              daemon::rt::ValvePositionSource::read_back, {}, io, channels, events) {}
-  static daemon::rt::LoopSettings settings(const plant::LoopModel& model) {
-    daemon::rt::LoopSettings s;
-    s.controller = model.controller;
-    s.pv_check.high = 10.0;
-    return s;
-  }
-  hal::sim::SimLoopIo io;
-  daemon::rt::LoopChannels channels;
-  daemon::rt::ControlCycle cycle;
-};
-
 int run(std::int64_t period_us, int priority, std::size_t wake_ups, int loops) {
   const std::string refused = hal::os::lock_memory();
   std::atomic<bool> stop{false};
@@ -77,9 +59,9 @@ int run(std::int64_t period_us, int priority, std::size_t wake_ups, int loops) {
   NotingClock clock(wake_ups, quit);
   daemon::rt::CyclicRunner runner(clock, period_us * 1000);
   hal::os::SpscRing<daemon::rt::Event> events(256);
-  std::vector<std::unique_ptr<Loop>> all;
+  std::vector<std::unique_ptr<BenchLoop>> all;
   for (int i = 0; i < loops; ++i) {
-    all.push_back(std::make_unique<Loop>(plant1(), events));
+    all.push_back(std::make_unique<BenchLoop>(plant1(), events));
     runner.add(all.back()->cycle, 1);
   }
   hal::os::Thread thread;

@@ -66,7 +66,13 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
   next_period_ = before.value("period", std::uint64_t{0}) + 1;
   due_period_ = next_period_;
   taken_ = true;
-  daemon_.set(loop_, {{"mode", "man"}});
+  try {
+    daemon_.set(loop_, {{"mode", "man"}});
+  } catch (const std::exception&) {
+    // The order may have been taken though its answer was lost, and a constructor that throws has no destructor.
+    put_back();
+    throw;
+  }
 }
 
 nlohmann::json LiveBench::status() {
@@ -132,7 +138,9 @@ void LiveBench::restore() {
   daemon_.set(loop_, {{"set_point", start_sp_}});
 }
 
-LiveBench::~LiveBench() {
+LiveBench::~LiveBench() { put_back(); }
+
+void LiveBench::put_back() noexcept {
   if (!taken_ || given_up_) return;
   try {
     restore();

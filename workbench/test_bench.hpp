@@ -66,7 +66,8 @@ struct LiveLimits {
 
 // Takes the loop to manual. However it ends (limit of PV, Ctrl-C, an error), the destructor puts the
 // output back to where it was, and then mode and set point. Where somebody else took the loop out of
-// manual, it is left to him.
+// manual, it is left to him. What it can't do: kill -9 of the workbench leaves the loop in manual, at the last
+// output of the test.
 class LiveBench : public TestBench {
  public:
   // Throws TestAborted if the loop is not fit for a test, std::runtime_error from the daemon.
@@ -83,6 +84,7 @@ class LiveBench : public TestBench {
  private:
   nlohmann::json status();
   void restore();
+  void put_back() noexcept;  // restores, and says whether it could
 
   DaemonClient daemon_;
   std::string loop_;

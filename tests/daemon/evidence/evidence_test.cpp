@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/evidence/evidence_store.hpp"
 
-#include <sys/resource.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <csignal>
 #include <iterator>
 #include <string>
 #include <vector>
 
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/device/foreign_process.hpp"
+#include "tests/support/file_size_limit.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::daemon::evidence {
@@ -65,23 +63,6 @@ std::vector<std::string> names(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) found.push_back(entry.path().filename());
   return found;
 }
-
-// As in the journal's test: what is beyond the limit fails like a full disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
-
- private:
-  rlimit before_{};
-};
 
 }  // namespace
 
@@ -171,7 +152,7 @@ TEST_CASE("a full disk: told once, nothing half written, and written when there 
         {{"plant", specialists()}},
         [&](const Evidence&, const fs::path&, const std::string& why) { told.push_back(why); });
     {
-      const FileSizeLimit full(2000);
+      const tests::FileSizeLimit full(2000);
       store.start();
       store.post(example(1));
       REQUIRE(test::eventually([&] { return !store.status().error.empty(); }));

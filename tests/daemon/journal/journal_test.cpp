@@ -4,16 +4,15 @@
 #include <signal.h>
 #include <sqlite3.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <filesystem>
 #include <string>
 
 #include "tests/support/device/foreign_process.hpp"
+#include "tests/support/file_size_limit.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::daemon::journal {
@@ -61,24 +60,6 @@ void sql(const std::filesystem::path& file, const char* text) {
   sqlite3_close(db);
   REQUIRE(result == SQLITE_OK);
 }
-
-// Largest file that this process may write; as before at the end. What is beyond it fails like a full
-// disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
-
- private:
-  rlimit before_{};
-};
 
 }  // namespace
 
@@ -266,7 +247,7 @@ TEST_CASE("a disk that refuses: lines wait, are counted, and come when there is 
   REQUIRE(journal.wait_written(journal.post(transition("FIC-101", AlarmState::unacknowledged)),
                                kPatience));
   {
-    const FileSizeLimit full(4096);
+    const tests::FileSizeLimit full(4096);
     const std::uint64_t ticket = journal.post(transition("FIC-101", AlarmState::acknowledged));
     CHECK_FALSE(journal.wait_written(ticket, kPatience));
     CHECK(journal.status().waiting == 1);

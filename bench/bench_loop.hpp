@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// A loop as the daemon runs it, on the simulated plant, without the threads around it.
+#pragma once
+
+#include "daemon/rt/control_cycle.hpp"
+#include "hal/sim/sim_loop_io.hpp"
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::bench {
+
+struct BenchLoop {
+  BenchLoop(const plant::LoopModel& model, hal::os::SpscRing<daemon::rt::Event>& events)
+      : io({.model = model, .output_resolution = 10.0 / 4096.0, .io_faults = {}}),
+        channels(64),
+        cycle(0, model.sample_time_s, settings(model),
+              {.mode = control::Mode::automatic, .set_point = 5.0, .output = {}},
+              daemon::rt::ValvePositionSource::read_back, {}, io, channels, events) {}
+
+  static daemon::rt::LoopSettings settings(const plant::LoopModel& model) {
+    daemon::rt::LoopSettings s;
+    s.controller = model.controller;
+    s.pv_check.high = 10.0;
+    return s;
+  }
+
+  hal::sim::SimLoopIo io;
+  daemon::rt::LoopChannels channels;
+  daemon::rt::ControlCycle cycle;
+};
+
+}  // namespace loopwarden::bench

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Largest file that this process may write; as before at the end. What is beyond it fails like a full
+// disk.
+#pragma once
+
+#include <sys/resource.h>
+
+#include <csignal>
+
+namespace loopwarden::tests {
+
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+}  // namespace loopwarden::tests
