@@ -54,8 +54,9 @@ class Page {
     const std::string base = name;
     const json& bins = of.at("bins");
     double below = 0.0;
-    double edge_s = 2e-6;
-    for (std::size_t i = 0; i + 1 < bins.size(); ++i, edge_s *= 2.0) {
+    double edge_s = 1e-6;
+    for (std::size_t i = 0; i + 1 < bins.size(); ++i) {
+      edge_s *= 2.0;
       below += bins[i].get<double>();
       sample((base + "_bucket").c_str(), fmt::format("le=\"{:g}\"", edge_s), below);
     }
