@@ -8,7 +8,10 @@ add_library(loopwarden_flags INTERFACE)
 target_compile_options(loopwarden_flags INTERFACE
   -Wall -Wextra -Wpedantic -Werror -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion
   -Wold-style-cast -Wnon-virtual-dtor -Woverloaded-virtual -Wformat=2 -Wcast-align
-  -ffp-contract=off -fno-omit-frame-pointer)
+  -ffp-contract=off -fno-omit-frame-pointer
+  # tools/rt_gate.py reads the program that ships: every jump through a pointer in it is then a call
+  # of an interface.
+  -fno-jump-tables)
 # g++ 12 warns of overlapping copies inside std::string's operator+ at -O2 and above (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   target_compile_options(loopwarden_flags INTERFACE -Wno-restrict)
@@ -21,14 +24,9 @@ if(LOOPWARDEN_SANITIZE)
     -fno-sanitize-recover=all)
   target_link_options(loopwarden_flags INTERFACE -fsanitize=${LOOPWARDEN_SANITIZE})
 endif()
-if(LOOPWARDEN_RT_GATE)
-  # Switches without jump tables: every jump through a pointer is then a call of an interface.
-  target_compile_options(loopwarden_flags INTERFACE -fno-jump-tables)
-endif()
 if(LOOPWARDEN_FUZZ)
-  target_compile_options(loopwarden_flags INTERFACE -fsanitize=fuzzer-no-link,address,undefined
-    -fno-sanitize-recover=all)
-  target_link_options(loopwarden_flags INTERFACE -fsanitize=fuzzer-no-link,address,undefined)
+  target_compile_options(loopwarden_flags INTERFACE -fsanitize=fuzzer-no-link)
+  target_link_options(loopwarden_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
 # loopwarden_library(NAME [SOURCES files...] [LINK targets...])

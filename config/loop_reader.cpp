@@ -8,6 +8,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "config/character.hpp"
 #include "config/controller_reader.hpp"
 #include "config/effect_reader.hpp"
 #include "config/io_reader.hpp"
@@ -29,7 +30,6 @@ constexpr std::array kUncertain{Choice<bool>{"bad", false}, Choice<bool>{"good",
 constexpr std::array kReadBack{Choice<bool>{"read_back", true}};
 
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // A tag names files and appears on command lines.
 bool is_usable_tag(const std::string& tag) {

@@ -7,13 +7,13 @@
 #include <charconv>
 #include <cmath>
 
+#include "config/character.hpp"
+
 namespace loopwarden::config {
 namespace {
 
 constexpr std::size_t kMostListItems = 10'000;
 constexpr std::size_t kLongestText = 200;  // bytes
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 std::string lower_case(std::string_view text) {
   std::string lower(text);

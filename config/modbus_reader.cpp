@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "config/byte_orders.hpp"
+
 namespace loopwarden::config {
 namespace {
 
@@ -29,9 +31,6 @@ constexpr std::array kTypes{
     Choice<RegisterType>{"u16", RegisterType::u16}, Choice<RegisterType>{"i16", RegisterType::i16},
     Choice<RegisterType>{"u32", RegisterType::u32}, Choice<RegisterType>{"i32", RegisterType::i32},
     Choice<RegisterType>{"f32", RegisterType::f32}, Choice<RegisterType>{"f64", RegisterType::f64}};
-constexpr std::array kOrders{
-    Choice<ByteOrder>{"abcd", ByteOrder::abcd}, Choice<ByteOrder>{"cdab", ByteOrder::cdab},
-    Choice<ByteOrder>{"badc", ByteOrder::badc}, Choice<ByteOrder>{"dcba", ByteOrder::dcba}};
 constexpr std::array kWriteFunctions{Choice<WriteFunction>{"multiple", WriteFunction::multiple},
                                      Choice<WriteFunction>{"single", WriteFunction::single}};
 
@@ -73,8 +72,8 @@ RegisterSpec read_register(MapReader& in, Use use) {
   const Value<RegisterType> type = in.need_one_of("type", kTypes, "what the registers hold");
   spec.type = type;
   const Value<ByteOrder> order =
-      in.one_of("order", kOrders, "bytes as they appear on the wire; abcd: most significant first",
-                spec.order);
+      in.one_of("order", kByteOrders,
+                "bytes as they appear on the wire; abcd: most significant first", spec.order);
   spec.order = order;
   const Value<double> scale = in.number(
       "scale", {"", any_number(), "engineering value = raw * scale + offset; not 0"}, spec.scale);

@@ -7,17 +7,14 @@
 #include <optional>
 #include <utility>
 
+#include "config/byte_orders.hpp"
 #include "config/serial_line_reader.hpp"
 
 namespace loopwarden::config {
 namespace {
 
-using hal::modbus::ByteOrder;
 using LossAction = ModbusServer::LossAction;
 
-constexpr std::array kOrders{
-    Choice<ByteOrder>{"abcd", ByteOrder::abcd}, Choice<ByteOrder>{"cdab", ByteOrder::cdab},
-    Choice<ByteOrder>{"badc", ByteOrder::badc}, Choice<ByteOrder>{"dcba", ByteOrder::dcba}};
 constexpr std::array kLossActions{Choice<LossAction>{"report", LossAction::report},
                                   Choice<LossAction>{"manual", LossAction::manual},
                                   Choice<LossAction>{"automatic", LossAction::automatic}};
@@ -75,8 +72,9 @@ ModbusServer read_modbus_server(MapReader& in) {
       "port", {1, 65535, "", "TCP port; below 1024 needs CAP_NET_BIND_SERVICE"}, server.port));
   server.unit = static_cast<std::uint8_t>(in.integer(
       "unit", {1, 247, "", "unit identifier; 0 and 255 are answered as well"}, server.unit));
-  server.word_order = in.one_of(
-      "word_order", kOrders, "of 32-bit values; abcd: most significant first", server.word_order);
+  server.word_order =
+      in.one_of("word_order", kByteOrders, "of 32-bit values; abcd: most significant first",
+                server.word_order);
   server.most_clients = static_cast<std::size_t>(
       in.integer("max_clients",
                  {1, 500, "",

@@ -7,7 +7,7 @@ call path when one reaches a function outside the program that is not on the sho
 Calls through pointers are allowed only where the program calls an interface (Clock, LoopIo), and
 every implementation of these interfaces is a root itself.
 
-Usage: rt_gate.py PATH/TO/loopwardend      (built with -fno-jump-tables, see the rt-gate preset)
+Usage: rt_gate.py build/release/bin/loopwardend      (every build has -fno-jump-tables)
 """
 import re
 import subprocess

@@ -10,6 +10,7 @@
 
 #include "config/specialists/specialist_folder.hpp"
 #include "hal/record/record_csv.hpp"
+#include "workbench/json_number.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -97,22 +98,19 @@ std::vector<Row> by_signatures(const std::vector<specialist::SignatureSpecialist
   });
 }
 
-nlohmann::json number(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
-
 void print_json(const std::vector<Row>& rows) {
   nlohmann::json windows = nlohmann::json::array();
   for (const Row& row : rows) {
     nlohmann::json mse = nlohmann::json::array();
     for (const NamedError& e : row.errors) {
-      mse.push_back({{"specialist", e.specialist}, {"class", e.condition}, {"mse", number(e.mse)}});
+      mse.push_back(
+          {{"specialist", e.specialist}, {"class", e.condition}, {"mse", finite_or_null(e.mse)}});
     }
     windows.push_back({{"from_s", row.from_s},
                        {"to_s", row.to_s},
                        {"verdict", row.verdict},
-                       {"probability", number(row.probability)},
-                       {"severity_percent", number(row.severity_percent)},
+                       {"probability", finite_or_null(row.probability)},
+                       {"severity_percent", finite_or_null(row.severity_percent)},
                        {"mse", std::move(mse)}});
   }
   fmt::print("{}\n", nlohmann::json{{"windows", std::move(windows)}}.dump(2));

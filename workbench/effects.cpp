@@ -15,6 +15,7 @@
 #include "model/plant/effect_catalogue.hpp"
 #include "workbench/effect_guide.hpp"
 #include "workbench/effect_picture.hpp"
+#include "workbench/json_number.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -130,8 +131,6 @@ void print_text() {
   }
 }
 
-json finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 json as_json() {
   json result = json::array();
   for (const EffectEntry& entry : entries()) {
@@ -139,12 +138,12 @@ json as_json() {
     for (const plant::ParameterInfo& p : entry.parameters) {
       parameters.push_back({{"name", p.name},
                             {"unit", p.unit},
-                            {"low", finite(p.low)},
+                            {"low", finite_or_null(p.low)},
                             {"low_is_open", p.low_is_open},
-                            {"high", finite(p.high)},
+                            {"high", finite_or_null(p.high)},
                             {"high_is_open", p.high_is_open},
                             {"required", p.required},
-                            {"default", p.required ? json(nullptr) : finite(p.fallback)},
+                            {"default", p.required ? json(nullptr) : finite_or_null(p.fallback)},
                             {"meaning", p.meaning}});
     }
     json options = json::array();

@@ -5,16 +5,16 @@
 #include <map>
 #include <string>
 
+#include "workbench/json_number.hpp"
+
 namespace loopwarden::workbench {
 namespace {
 
 using nlohmann::json;
 
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 json numbers(const std::map<std::string, double>& values) {
   json result = json::object();
-  for (const auto& [name, value] : values) result[name] = number(value);
+  for (const auto& [name, value] : values) result[name] = finite_or_null(value);
   return result;
 }
 
@@ -25,7 +25,7 @@ json parameters_of(const plant::EffectSpec& spec) {
   if (!spec.table.empty()) {
     result.erase("curve");
     for (const auto& [in, out] : spec.table) {
-      result["table"].push_back(json::array({number(in), number(out)}));
+      result["table"].push_back(json::array({finite_or_null(in), finite_or_null(out)}));
     }
   } else if (const auto curve = spec.options.find("curve"); curve != spec.options.end()) {
     json described = numbers(spec.parameters);
@@ -38,46 +38,46 @@ json parameters_of(const plant::EffectSpec& spec) {
 json of(const gap::FoundEffect& effect) {
   json interval = json::object();
   for (const auto& [name, bounds] : effect.interval) {
-    interval[name] = json::array({number(bounds[0]), number(bounds[1])});
+    interval[name] = json::array({finite_or_null(bounds[0]), finite_or_null(bounds[1])});
   }
   return {{"name", effect.spec.name},
           {"block", plant::to_text(effect.block)},
           {"parameters", parameters_of(effect.spec)},
-          {"confidence", number(effect.confidence)},
+          {"confidence", finite_or_null(effect.confidence)},
           {"alternatives", effect.alternatives},
           {"interval", std::move(interval)},
           {"evidence", effect.evidence}};
 }
 
 json of(const gap::Misfit& misfit) {
-  return {{"rmse", number(misfit.rmse)},
-          {"fit_percent", number(misfit.fit_percent)},
-          {"training_rmse", number(misfit.training_rmse)},
-          {"holdout_rmse", number(misfit.holdout_rmse)},
-          {"holdout_fit_percent", number(misfit.holdout_fit_percent)}};
+  return {{"rmse", finite_or_null(misfit.rmse)},
+          {"fit_percent", finite_or_null(misfit.fit_percent)},
+          {"training_rmse", finite_or_null(misfit.training_rmse)},
+          {"holdout_rmse", finite_or_null(misfit.holdout_rmse)},
+          {"holdout_fit_percent", finite_or_null(misfit.holdout_fit_percent)}};
 }
 
 json of(const gap::Step& step) {
   return {{"added", step.added},
-          {"rmse", number(step.rmse)},
-          {"holdout_rmse", number(step.holdout_rmse)}};
+          {"rmse", finite_or_null(step.rmse)},
+          {"holdout_rmse", finite_or_null(step.holdout_rmse)}};
 }
 
 json of(const gap::Located& located) {
   return {{"by", located.by},
           {"block", plant::to_text(located.block)},
           {"what", located.what},
-          {"from_s", number(located.from_s)},
-          {"to_s", number(located.to_s)},
-          {"share_of_gap", number(located.share_of_gap)}};
+          {"from_s", finite_or_null(located.from_s)},
+          {"to_s", finite_or_null(located.to_s)},
+          {"share_of_gap", finite_or_null(located.share_of_gap)}};
 }
 
 json of(const gap::TriedCandidate& candidate) {
   return {{"name", candidate.name},
           {"block", plant::to_text(candidate.block)},
           {"parameters", parameters_of(candidate.spec)},
-          {"rmse", number(candidate.rmse)},
-          {"score", number(candidate.score)},
+          {"rmse", finite_or_null(candidate.rmse)},
+          {"score", finite_or_null(candidate.score)},
           {"chosen", candidate.chosen},
           {"why_not", candidate.why_not}};
 }
@@ -87,17 +87,17 @@ json of(const gap::RecordCheck& check) {
   for (const gap::RecordNote& note : check.notes) {
     notes.push_back({{"what", note.what},
                      {"text", note.text},
-                     {"from_s", number(note.from_s)},
-                     {"to_s", number(note.to_s)}});
+                     {"from_s", finite_or_null(note.from_s)},
+                     {"to_s", finite_or_null(note.to_s)}});
   }
   return {{"usable", check.usable},
           {"refusal", check.refusal},
           {"notes", std::move(notes)},
-          {"noise_rms", number(check.noise_rms)},
-          {"pv_resolution", number(check.pv_resolution)},
-          {"co_resolution", number(check.co_resolution)},
+          {"noise_rms", finite_or_null(check.noise_rms)},
+          {"pv_resolution", finite_or_null(check.pv_resolution)},
+          {"co_resolution", finite_or_null(check.co_resolution)},
           {"output_reversals", check.output_reversals},
-          {"output_span_used", number(check.output_span_used)}};
+          {"output_span_used", finite_or_null(check.output_span_used)}};
 }
 
 template <class T>
@@ -115,16 +115,16 @@ json gap_json(const gap::Result& result) {
           {"compared", result.closed_loop ? "closed_loop" : "measured_output"},
           {"effects", list_of(result.effects)},
           {"gap",
-           {{"noise_floor_rmse", number(result.noise_floor_rmse)},
-            {"load_intensity", number(result.load_intensity)},
+           {{"noise_floor_rmse", finite_or_null(result.noise_floor_rmse)},
+            {"load_intensity", finite_or_null(result.load_intensity)},
             {"before", of(result.before)},
             {"after", of(result.after)},
-            {"controller_before_rmse", number(result.controller_before_rmse)},
-            {"controller_after_rmse", number(result.controller_after_rmse)},
+            {"controller_before_rmse", finite_or_null(result.controller_before_rmse)},
+            {"controller_after_rmse", finite_or_null(result.controller_after_rmse)},
             {"steps", list_of(result.steps)}}},
           {"located", list_of(result.located)},
           {"candidates", list_of(result.candidates)},
-          {"holdout_from_s", number(result.holdout_from_s)},
+          {"holdout_from_s", finite_or_null(result.holdout_from_s)},
           {"record", of(result.check)},
           {"corrected_model", "model.corrected.yaml"}};
 }

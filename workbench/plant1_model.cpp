@@ -15,7 +15,6 @@ namespace {
 using plant::EffectSpec;
 using plant::LoopModel;
 
-constexpr double kPeriod = 0.1;                // s
 constexpr double kSetPoint = 5.0;              // L/min
 constexpr double kGain = 1.2264;               // published, L/min / V
 constexpr double kTimeConstant = 1.69376;      // published, s
@@ -194,7 +193,7 @@ const std::vector<FitBound>& plant1_own_bounds() {
 
 LoopModel plant1_published(const Plant1Record& record, double divisor, double step_time_s) {
   LoopModel model;
-  model.sample_time_s = kPeriod;
+  model.sample_time_s = kPlant1PeriodS;
   control::PidSettings& pid = model.controller.pid;
   pid.gains = {.kp = kProportional / divisor, .ki = kIntegral / divisor};
   pid.output_low = 0.0;

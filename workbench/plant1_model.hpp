@@ -14,6 +14,8 @@
 
 namespace loopwarden::workbench {
 
+inline constexpr double kPlant1PeriodS = 0.1;  // of its records
+
 struct Plant1Record {
   std::string name;        // P1N22
   std::string condition;   // no_fault, or the effect that was put in

@@ -17,7 +17,6 @@ constexpr double kWidth = 920.0;
 constexpr double kHeight = 430.0;
 constexpr double kLeft = 48.0;
 constexpr double kRight = 14.0;
-constexpr double kPeriod = 0.1;    // s
 constexpr int kMostColumns = 480;  // a point for every second sample
 
 struct Panel {
@@ -49,7 +48,7 @@ std::string curve(const Panel& panel, std::span<const double> values, const char
   for (std::size_t k = 0; k < values.size(); k += stride) {
     const double value = std::clamp(values[k], panel.range.low, panel.range.high);
     fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ",
-                   panel.x(static_cast<double>(k) * kPeriod), panel.y(value));
+                   panel.x(static_cast<double>(k) * kPlant1PeriodS), panel.y(value));
   }
   return fmt::format("<polyline class=\"{}\" points=\"{}\"/>\n", kind, points);
 }
@@ -58,7 +57,7 @@ std::string curve(const Panel& panel, std::span<const double> values, const char
 
 std::string plant1_picture(const Plant1Outcome& row) {
   const Plant1Record& record = row.record;
-  const double seconds = static_cast<double>(record.pv.size()) * kPeriod;
+  const double seconds = static_cast<double>(record.pv.size()) * kPlant1PeriodS;
   std::vector<double> residual(record.pv.size());
   for (std::size_t k = 0; k < residual.size(); ++k)
     residual[k] = record.pv[k] - row.corrected_pv[k];

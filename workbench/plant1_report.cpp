@@ -38,7 +38,6 @@ constexpr std::pair<const char*, const char*> kRecords[] = {{"P1N22", "no_fault"
                                                             {"P1S22", "stiction"},
                                                             {"P1H16", "hysteresis"}};
 constexpr std::size_t kFewestSamples = 100;
-constexpr double kPeriod = 0.1;  // s
 
 std::vector<Plant1Record> read_records(const std::filesystem::path& folder) {
   using hal::record::RecordError;
@@ -51,7 +50,7 @@ std::vector<Plant1Record> read_records(const std::filesystem::path& folder) {
     };
     if (record.missing_pv > 0) refuse("samples of pv are missing");
     if (record.size() < kFewestSamples) refuse("fewer than 100 samples");
-    if (std::abs(record.period_s - kPeriod) > 1e-3) refuse("the period is not 0.1 s");
+    if (std::abs(record.period_s - kPlant1PeriodS) > 1e-3) refuse("the period is not 0.1 s");
     records.push_back(plant1_record(name, condition, std::move(record.pv)));
     if (!(records.back().variance > 0.0)) refuse("pv never changes");
   }

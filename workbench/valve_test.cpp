@@ -19,6 +19,7 @@
 #include "model/analysis/valve_test.hpp"
 #include "workbench/chart.hpp"
 #include "workbench/files.hpp"
+#include "workbench/json_number.hpp"
 #include "workbench/subcommands.hpp"
 #include "workbench/test_bench.hpp"
 
@@ -153,13 +154,11 @@ Chart chart_of(const TestResult& r) {
   return chart;
 }
 
-json finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 json as_json(const std::vector<TestResult>& results, const ValveTestOptions& options) {
   json tests = json::object();
   for (const TestResult& r : results) {
     json values = json::object();
-    for (const auto& [name, value] : r.figures) values[name] = finite(value);
+    for (const auto& [name, value] : r.figures) values[name] = finite_or_null(value);
     tests[analysis::to_text(r.test)] = std::move(values);
   }
   const std::time_t now = std::time(nullptr);

@@ -82,6 +82,8 @@ double minutes_on_shelf(const model::Alarm& alarm, std::int64_t now_ms) {
   return static_cast<double>(std::max<std::int64_t>((left_ms + kMinute - 1) / kMinute, 1));
 }
 
+}  // namespace
+
 // What the box's block needs of all loops.
 struct Totals {
   std::size_t active = 0;
@@ -90,8 +92,6 @@ struct Totals {
   std::uint64_t windows = 0;
   model::Ne107 ne107 = model::Ne107::normal;
 };
-
-}  // namespace
 
 // The plant at the moment of one request: every loop is read at most once.
 class MapBank::Snapshot {

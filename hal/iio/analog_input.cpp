@@ -3,10 +3,9 @@
 
 #include <utility>
 
+#include "hal/iio/retry.hpp"
+
 namespace loopwarden::hal::iio {
-namespace {
-constexpr std::int64_t kRetryNs = 1'000'000'000;
-}
 
 AnalogInput::AnalogInput(std::filesystem::path root, const AnalogInputSettings& settings,
                          std::string name, EventSink sink)

@@ -5,10 +5,9 @@
 
 #include <utility>
 
+#include "hal/iio/retry.hpp"
+
 namespace loopwarden::hal::iio {
-namespace {
-constexpr std::int64_t kRetryNs = 1'000'000'000;
-}
 
 AnalogOutput::AnalogOutput(std::filesystem::path root, const AnalogOutputSettings& settings,
                            std::string name, EventSink sink)

@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "hal/iio/retry.hpp"
+
 namespace loopwarden::hal::iio {
 namespace {
-
-constexpr std::int64_t kRetryNs = 1'000'000'000;
 
 std::int64_t nanoseconds(double seconds) noexcept { return std::llround(seconds * 1e9); }
 

@@ -11,9 +11,12 @@
 #include <ctime>
 #include <system_error>
 
+#include "hal/os/clock.hpp"
+
 namespace loopwarden::hal::modbus {
 namespace {
-constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
+using os::kNanosecondsPerSecond;
 constexpr std::int64_t kSliceNs = 200'000'000;
 }  // namespace
 

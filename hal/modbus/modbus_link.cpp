@@ -6,10 +6,13 @@
 #include <exception>
 #include <utility>
 
+#include "hal/os/clock.hpp"
+
 namespace loopwarden::hal::modbus {
 namespace {
 
-constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+using os::kNanosecondsPerSecond;
+
 constexpr std::int64_t kIdleNs = kNanosecondsPerSecond;
 constexpr std::uint16_t kMostExtraRegisters = 8;
 constexpr double kFirstProbeSeconds = 0.5;

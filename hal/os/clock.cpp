@@ -5,9 +5,6 @@
 #include <ctime>
 
 namespace loopwarden::hal::os {
-namespace {
-constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
-}
 
 std::int64_t MonotonicClock::now_ns() noexcept {
   timespec now{};

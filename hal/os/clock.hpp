@@ -5,6 +5,8 @@
 
 namespace loopwarden::hal::os {
 
+inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
 // Time source of everything that waits, so that tests can run the daemon's loops on a fake clock.
 class Clock {
  public:

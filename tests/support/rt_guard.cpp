@@ -9,7 +9,12 @@
 #include <cstdarg>
 #include <cstddef>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// g++ says it by a macro, clang by a feature.
+#if !defined(__has_feature)
+#define __has_feature(feature) 0
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
+    __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define LOOPWARDEN_SANITIZED 1
 #else
 #define LOOPWARDEN_SANITIZED 0

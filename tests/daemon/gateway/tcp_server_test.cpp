@@ -23,7 +23,6 @@ namespace loopwarden::daemon::gateway {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::chrono::milliseconds kNoWait{0};
 
 // A client's end of a connection, as any program could hold it.

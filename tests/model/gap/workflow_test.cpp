@@ -19,7 +19,7 @@ gap::Result find(const gap::Record& record, const plant::LoopModel& model,
 
 }  // namespace
 
-TEST_CASE("where nothing is missing, nothing is named and the model stays", "[gap][workflow]") {
+TEST_CASE("where nothing is missing, nothing is named and the model stays", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   const gap::Result result = find(test::record_of(model, 130.0), model);
   CHECK(result.verdict == gap::Verdict::no_gap);
@@ -28,7 +28,7 @@ TEST_CASE("where nothing is missing, nothing is named and the model stays", "[ga
   CHECK(result.before.rmse == Approx(0.015).epsilon(0.2));
 }
 
-TEST_CASE("a changed gain is named, located and added", "[gap][workflow]") {
+TEST_CASE("a changed gain is named, located and added", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.8;
   const gap::Record record = test::record_of(truth, 90.0);
@@ -52,7 +52,7 @@ TEST_CASE("a changed gain is named, located and added", "[gap][workflow]") {
   for (const auto& [by, share] : shares) CHECK(share == Approx(1.0));
 }
 
-TEST_CASE("the result does not depend on the number of threads", "[gap][workflow]") {
+TEST_CASE("the result does not depend on the number of threads", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
   const gap::Record record = test::record_of(truth, 90.0);
@@ -83,7 +83,7 @@ TEST_CASE("the result does not depend on the number of threads", "[gap][workflow
   }
 }
 
-TEST_CASE("without CO the closed loop is compared", "[gap][workflow]") {
+TEST_CASE("without CO the closed loop is compared", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);
   record.co.clear();
@@ -94,7 +94,7 @@ TEST_CASE("without CO the closed loop is compared", "[gap][workflow]") {
   CHECK(std::isnan(result.controller_before_rmse));
 }
 
-TEST_CASE("without CO a changed gain is found from how PV moves", "[gap][workflow]") {
+TEST_CASE("without CO a changed gain is found from how PV moves", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.process.gain *= 0.75;
@@ -107,7 +107,7 @@ TEST_CASE("without CO a changed gain is found from how PV moves", "[gap][workflo
   CHECK(result.after.holdout_rmse < 0.5 * result.before.holdout_rmse);
 }
 
-TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][workflow]") {
+TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 10.0);
   const gap::Result result = find(record, model);
@@ -116,7 +116,7 @@ TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][workf
 }
 
 TEST_CASE("a model whose valve sticks starts from where the record's valve stood",
-          "[gap][workflow]") {
+          "[gap][long]") {
   plant::LoopModel model = test::believed_model();
   model.valve_effects = {{"stiction", {{"s", 1.5}, {"j", 0.5}}}};
   gap::Record record = test::record_of(model, 120.0);
@@ -135,7 +135,7 @@ TEST_CASE("a model whose valve sticks starts from where the record's valve stood
   CHECK(std::sqrt(sum / static_cast<double>(pv.size())) < 0.03);
 }
 
-TEST_CASE("a CO that stands still accuses neither valve nor process", "[gap][workflow]") {
+TEST_CASE("a CO that stands still accuses neither valve nor process", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.transmitter_effects = {{"output_bias", {{"bias", 0.8}}}};
@@ -152,7 +152,7 @@ TEST_CASE("a CO that stands still accuses neither valve nor process", "[gap][wor
   }
 }
 
-TEST_CASE("a process as fast as its sampling is compared like any other", "[gap][workflow]") {
+TEST_CASE("a process as fast as its sampling is compared like any other", "[gap][long]") {
   plant::LoopModel model = test::believed_model();
   model.process.time_constant_s = GENERATE(0.25, 0.002);
   model.process.dead_time_s = 0.0;
@@ -165,7 +165,7 @@ TEST_CASE("a process as fast as its sampling is compared like any other", "[gap]
   CHECK(result.effects[0].spec.name == "gain_change");
 }
 
-TEST_CASE("each step of the workflow can be left out", "[gap][workflow]") {
+TEST_CASE("each step of the workflow can be left out", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"stiction", {{"s", 0.9}, {"j", 0.3}}}};
   const gap::Record record = test::record_of(truth, 90.0);

@@ -116,7 +116,7 @@ TEST_CASE("hysteresis is explained by the better of its two forms", "[specialist
 }
 
 TEST_CASE("a trained team knows play of other code than its own, and a healthy valve",
-          "[specialist]") {
+          "[specialist][long]") {
   TeamJudge judge(trained().team);
   const WindowVerdict play = judge.judge(tests::play_window(0.7, 0.02).view());
   CHECK(play.verdict == Verdict::backlash);
@@ -129,7 +129,7 @@ TEST_CASE("a trained team knows play of other code than its own, and a healthy v
   CHECK(sum == Approx(1.0));
 }
 
-TEST_CASE("most fresh windows with a fault are named, few healthy ones are", "[specialist]") {
+TEST_CASE("most fresh windows with a fault are named, few healthy ones are", "[specialist][long]") {
   TeamJudge judge(trained().team);
   const plant::LoopModel model = tests::flow_loop();
   int wrong = 0;
@@ -148,7 +148,8 @@ TEST_CASE("most fresh windows with a fault are named, few healthy ones are", "[s
   CHECK(named >= 30);
 }
 
-TEST_CASE("training depends on the seed alone, not on the order of the work", "[specialist]") {
+TEST_CASE("training depends on the seed alone, not on the order of the work",
+          "[specialist][long]") {
   const TeamTraining again = small_team(tests::backwards());
   REQUIRE(again.epochs.size() == trained().epochs.size());
   CHECK(again.validation == trained().validation);
