@@ -13,7 +13,7 @@
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/loop_file.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::alarm_test {
 namespace {
 
 using nlohmann::json;
@@ -133,4 +133,4 @@ TEST_CASE("specialists that can't be used are refused before anything moves", "[
   CHECK(read_file(daemon.folder() / "output").find("specialists") != std::string::npos);
 }
 
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::alarm_test

@@ -11,7 +11,7 @@
 #include "tests/hal/modbus/modbus_rig.hpp"
 #include "tests/support/daemon_process.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::modbus_faults_test {
 namespace {
 
 using test::eventually;
@@ -350,4 +350,4 @@ TEST_CASE("fault, kill -9 beside a dead device: --safe reaches the others withou
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::modbus_faults_test

@@ -20,7 +20,7 @@
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/loop_file.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::modbus_server_test {
 namespace {
 
 using nlohmann::json;
@@ -357,4 +357,4 @@ TEST_CASE("hostile clients: no overrun more, no crash, and the others are served
   CHECK(plant.daemon.wait_for_end() == 0);
 }
 
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::modbus_server_test

@@ -18,7 +18,7 @@
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::plant_day_test {
 namespace {
 
 using daemon::monitor::Monitor;
@@ -314,4 +314,4 @@ TEST_CASE("corrective action that does not help is taken back, and not tried aga
                                           "jacket back to shadow: trying > given up"});
 }
 
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::plant_day_test

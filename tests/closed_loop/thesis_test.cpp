@@ -11,6 +11,8 @@
 #include "model/plant/simulated_loop.hpp"
 #include "tests/support/oscillation.hpp"
 
+namespace thesis_test {
+
 using namespace loopwarden::plant;
 using namespace loopwarden::test;
 
@@ -267,3 +269,5 @@ TEST_CASE("a simulated record is the same bit for bit from its seed", "[thesis]"
   const Trend other = trend(sticky_plant_1(1.0, 0.4, law, 18));
   CHECK(first.pv != other.pv);
 }
+
+}  // namespace thesis_test

@@ -3,6 +3,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace analog_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using test::kAnalogLoop;
@@ -90,3 +92,5 @@ TEST_CASE("The converter's step is no windup", "[config][analog]") {
   REQUIRE(loop);
   CHECK(loop->controller.pid.tolerance == Approx(0.01));
 }
+
+}  // namespace analog_reader_test

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace bus_budget_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using namespace loopwarden::hal::modbus;
@@ -85,3 +87,5 @@ TEST_CASE("The load of a line is the sum over its loops", "[config][bus]") {
   CHECK(load.share == Approx(time_s / 0.2 + time_s / 0.4));
   CHECK(load.details == "FIC-1 67 ms of 200 ms, FIC-2 67 ms of 400 ms");
 }
+
+}  // namespace bus_budget_test

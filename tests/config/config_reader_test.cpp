@@ -3,6 +3,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace config_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using test::kLoopHead;
@@ -157,3 +159,5 @@ TEST_CASE("One loop file by itself finds the links of its configuration", "[conf
         "loops.d/a.yaml:19:11: error: io.transmitter.link: no link 'skid' in loopwardend.yaml\n"
         "loops.d/a.yaml:23:11: error: io.positioner.link: no link 'skid' in loopwardend.yaml\n");
 }
+
+}  // namespace config_reader_test

@@ -4,6 +4,8 @@
 #include "config/loop_model_writer.hpp"
 #include "tests/config/config_support.hpp"
 
+namespace controller_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using test::kModel;
@@ -142,3 +144,5 @@ TEST_CASE("Each compensator has its own keys and says which are missing", "[conf
   CHECK_THAT(said("kind: hysteresis, width: 1, offset: 1"), Catch::Contains("give one of them"));
   CHECK_THAT(said("kind: backlash, gap: -1"), Catch::Contains("gap"));
 }
+
+}  // namespace controller_reader_test

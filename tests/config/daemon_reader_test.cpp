@@ -3,6 +3,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace daemon_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using test::said_of_daemon;
@@ -186,3 +188,5 @@ TEST_CASE("What is wrong with a Modbus server is said at its place", "[config][d
             .find("modbus_server.serial") != std::string::npos);
   CHECK(said_of_daemon("alarms: {shelve_limit: 25}\n").find("24") != std::string::npos);
 }
+
+}  // namespace daemon_reader_test

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace diagnostic_test {
+
 using namespace loopwarden::config;
 
 TEST_CASE("A diagnostic reads like a compiler's", "[config]") {
@@ -67,3 +69,5 @@ TEST_CASE("Text from a file is harmless in a message", "[config]") {
   // A cut never leaves half of a character.
   CHECK(quotable(std::string(59, 'x') + "\xc3\xa9" + "yy") == std::string(59, 'x') + "...");
 }
+
+}  // namespace diagnostic_test

@@ -5,6 +5,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace effect_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using test::kModel;
@@ -138,3 +140,5 @@ TEST_CASE("Every effect of the catalogue can be read and is described", "[config
            holds(all->transmitter_effects) || holds(all->disturbances)));
   }
 }
+
+}  // namespace effect_reader_test

@@ -6,6 +6,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace examples_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 namespace fs = std::filesystem;
@@ -177,3 +179,5 @@ TEST_CASE("A value of another kind is found on its line, in every example", "[co
     }
   }
 }
+
+}  // namespace examples_test

@@ -3,6 +3,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace io_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using test::kLoopHead;
@@ -95,3 +97,5 @@ TEST_CASE("A replayed loop takes its record from a file", "[config][io]") {
   CHECK(trial.said("io: {backend: replay, record: gone.csv}\n") ==
         "loops.d/a.yaml:16:31: error: io.record: loops.d/gone.csv is no file that can be read\n");
 }
+
+}  // namespace io_reader_test

@@ -5,6 +5,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace key_reference_test {
+
 using namespace loopwarden::config;
 
 TEST_CASE("docs/configuration.md says what the readers say", "[config][reference]") {
@@ -30,3 +32,5 @@ TEST_CASE("A table for each mapping, with what may stand in it", "[config][refer
         "\n| key | value | default | meaning |\n|---|---|---|---|\n"
         "| `word` | a \\| b | a | third |\n");
 }
+
+}  // namespace key_reference_test

@@ -6,6 +6,8 @@
 #include "model/plant/simulated_loop.hpp"
 #include "tests/config/config_support.hpp"
 
+namespace loop_model_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using test::kModel;
@@ -117,3 +119,5 @@ TEST_CASE("A model file that is not there is an error, not an exception", "[conf
   CHECK(to_text(model.diagnostics) ==
         "/nonexistent/model.yaml: error: can't be read: No such file or directory\n");
 }
+
+}  // namespace loop_model_reader_test

@@ -3,6 +3,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace loop_model_writer_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 
@@ -42,3 +44,5 @@ TEST_CASE("A heading becomes comments", "[config][model]") {
   REQUIRE(again);
   CHECK(*again == *model);
 }
+
+}  // namespace loop_model_writer_test

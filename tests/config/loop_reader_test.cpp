@@ -5,6 +5,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace loop_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using control::OutputAction;
@@ -261,3 +263,5 @@ TEST_CASE("What needs a restart and what does not", "[config][loop]") {
   CHECK(needs_restart(running, read(with(kModbusLoop, "sample_time: 0.1", "sample_time: 0.2"))));
   CHECK(needs_restart(running, read(with(kModbusLoop, "address: 100", "address: 101"))));
 }
+
+}  // namespace loop_reader_test

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <functional>
 
+namespace map_reader_test {
+
 using namespace loopwarden::config;
 
 namespace {
@@ -248,3 +250,5 @@ TEST_CASE("The same calls describe the keys", "[config][reference]") {
   CHECK(reference.keys()[4].path == "s.t");
   CHECK_FALSE(unused.has_errors());
 }
+
+}  // namespace map_reader_test

@@ -3,6 +3,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace modbus_reader_test {
+
 using namespace loopwarden;
 using namespace loopwarden::config;
 using namespace loopwarden::hal::modbus;
@@ -162,3 +164,5 @@ TEST_CASE("A command must outlive a period of the loop", "[config][modbus]") {
   CHECK(read(with(kModbusLoop, "backend: modbus\n", "backend: modbus\n  poll_period: 0.05\n"))
             .poll_period_ns == 50'000'000);
 }
+
+}  // namespace modbus_reader_test

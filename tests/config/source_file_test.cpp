@@ -5,6 +5,8 @@
 
 #include "tests/config/config_support.hpp"
 
+namespace source_file_test {
+
 using namespace loopwarden::config;
 using test::ScratchFolder;
 
@@ -39,3 +41,5 @@ TEST_CASE("Paths in a file start from its folder", "[config]") {
   CHECK(resolve("conf/loops.d/a.yaml", "/srv/m.yaml") == "/srv/m.yaml");
   CHECK(resolve("a.yaml", "m.yaml") == "m.yaml");
 }
+
+}  // namespace source_file_test

@@ -5,6 +5,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace yaml_document_test {
+
 using namespace loopwarden::config;
 
 namespace {
@@ -138,3 +140,5 @@ TEST_CASE("Keys that nobody asked for are named, with the nearest known one", "[
         "f:1:1: error: unknown key 'gian'; did you mean 'gain'?\nf:3:1: error: unknown key "
         "'colour'\n");
 }
+
+}  // namespace yaml_document_test

@@ -14,7 +14,7 @@
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon {
+namespace loopwarden::daemon::control_server_test {
 namespace {
 
 using nlohmann::json;
@@ -247,4 +247,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace loopwarden::daemon
+}  // namespace loopwarden::daemon::control_server_test

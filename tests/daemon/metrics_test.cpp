@@ -8,7 +8,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon {
+namespace loopwarden::daemon::metrics_test {
 namespace {
 
 using nlohmann::json;
@@ -90,4 +90,4 @@ TEST_CASE("the file of metrics is replaced as a whole, or left as it is", "[metr
 }
 
 }  // namespace
-}  // namespace loopwarden::daemon
+}  // namespace loopwarden::daemon::metrics_test

@@ -7,6 +7,8 @@
 #include <memory>
 #include <numbers>
 
+namespace element_test {
+
 using namespace loopwarden::hidden_cases;
 
 namespace {
@@ -169,3 +171,5 @@ TEST_CASE("an inverse response starts the wrong way and ends at its gain", "[hid
   CHECK(lowest < -0.05);
   CHECK(output == Approx(1.0).margin(1e-3));
 }
+
+}  // namespace element_test

@@ -8,6 +8,8 @@
 
 #include "tests/support/temporary_folder.hpp"
 
+namespace gap_runner_test {
+
 using namespace loopwarden::hidden_cases;
 using loopwarden::tests::TemporaryFolder;
 using loopwarden::tests::write_file;
@@ -99,3 +101,5 @@ TEST_CASE("all cases are scored in their order, however many at a time", "[hidde
   CHECK(scored[1].truth.id == "b");
   CHECK_FALSE(scored[1].score.right);
 }
+
+}  // namespace gap_runner_test

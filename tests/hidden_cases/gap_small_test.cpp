@@ -7,6 +7,8 @@
 #include "bench/hidden_cases/gap_runner.hpp"
 #include "tests/support/temporary_folder.hpp"
 
+namespace gap_small_test {
+
 using namespace loopwarden::hidden_cases;
 using loopwarden::tests::TemporaryFolder;
 
@@ -33,3 +35,5 @@ TEST_CASE("of a few easy hidden effects most are named, and none where there is 
   CHECK(right >= 3);
   CHECK(scored.back().answer.effects.empty());
 }
+
+}  // namespace gap_small_test

@@ -15,6 +15,8 @@
 #include "bench/hidden_cases/kinds.hpp"
 #include "tests/support/temporary_folder.hpp"
 
+namespace hidden_case_test {
+
 using namespace loopwarden::hidden_cases;
 using loopwarden::tests::read_file;
 using loopwarden::tests::TemporaryFolder;
@@ -231,3 +233,5 @@ TEST_CASE("a bad request is refused", "[hidden_cases]") {
   CHECK_THROWS_AS(parse_kinds("single,both"), std::invalid_argument);
   CHECK_THROWS_AS(parse_kinds(""), std::invalid_argument);
 }
+
+}  // namespace hidden_case_test

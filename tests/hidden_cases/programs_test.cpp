@@ -11,6 +11,8 @@
 
 #include "tests/support/temporary_folder.hpp"
 
+namespace programs_test {
+
 using loopwarden::tests::read_file;
 using loopwarden::tests::TemporaryFolder;
 using loopwarden::tests::write_file;
@@ -117,3 +119,5 @@ TEST_CASE("the whole study is one command", "[hidden_cases]") {
     CHECK(result.at(part).at("failures") == 0);
   }
 }
+
+}  // namespace programs_test

@@ -8,6 +8,8 @@
 
 #include "bench/hidden_cases/study_report.hpp"
 
+namespace score_test {
+
 using namespace loopwarden::hidden_cases;
 
 namespace {
@@ -202,3 +204,5 @@ TEST_CASE("the table names figures, aims and failures; the list names misses", "
   CHECK(confusion_text(part).find("1 drift  1 stiction") != std::string::npos);
   CHECK(study_json({part}).find("\"single_right\"") != std::string::npos);
 }
+
+}  // namespace score_test

@@ -15,7 +15,7 @@
 #include "workbench/diagnosis_cases.hpp"
 #include "workbench/diagnosis_training.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::diagnose_test {
 namespace {
 
 struct Outcome {
@@ -141,4 +141,4 @@ TEST_CASE("training finds the evidence that tells the causes apart, by any numbe
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::diagnose_test

@@ -12,7 +12,7 @@
 #include "workbench/effect_guide.hpp"
 #include "workbench/effect_picture.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::effects_test {
 namespace {
 
 using workbench::EffectExample;
@@ -55,4 +55,4 @@ TEST_CASE("every effect has a guide and a picture, and every guide an effect", "
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::effects_test

@@ -7,7 +7,7 @@
 
 #include "tests/workbench/gap_result_support.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::gap_json_test {
 namespace {
 
 using nlohmann::json;
@@ -100,4 +100,4 @@ TEST_CASE("a characteristic is one parameter, as in a model file", "[gap][json]"
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::gap_json_test

@@ -11,7 +11,7 @@
 #include "config/loop_model_writer.hpp"
 #include "tests/workbench/gap_result_support.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::gap_report_test {
 namespace {
 
 using workbench::gap_report_html;
@@ -302,4 +302,4 @@ TEST_CASE("share of the gap that was closed", "[gap][report]") {
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::gap_report_test

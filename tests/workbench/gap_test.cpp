@@ -12,7 +12,7 @@
 #include "hal/record/record_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::gap_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -138,4 +138,4 @@ TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't 
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::gap_test

@@ -8,6 +8,8 @@
 #include "model/plant/simulated_loop.hpp"
 #include "workbench/jacket_trial.hpp"
 
+namespace jacket_closed_loop_test {
+
 using namespace loopwarden;
 using control::JacketForm;
 using workbench::JacketTrial;
@@ -140,3 +142,5 @@ TEST_CASE("switching the jacket on and off is bumpless", "[closed_loop][jacket]"
   }
   CHECK(acted);
 }
+
+}  // namespace jacket_closed_loop_test

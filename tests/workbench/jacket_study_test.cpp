@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+namespace jacket_study_test {
+
 using namespace loopwarden;
 using namespace loopwarden::workbench;
 using control::JacketForm;
@@ -153,3 +155,5 @@ TEST_CASE("dwell does not disturb healthy loops, whatever the read-back", "[jack
     if (row.form == JacketForm::paper) CHECK(row.whole_rms_factor.median > 1.1);
   }
 }
+
+}  // namespace jacket_study_test

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+namespace jacket_trial_test {
+
 using namespace loopwarden;
 using namespace loopwarden::workbench;
 
@@ -126,3 +128,5 @@ TEST_CASE("the same trial gives the same bits, another seed does not", "[jacket]
   trial.model.scenario.seed = 2;
   CHECK(run_trial(trial).settled.rms_error != first);
 }
+
+}  // namespace jacket_trial_test

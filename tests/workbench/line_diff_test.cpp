@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+namespace line_diff_test {
+
 using loopwarden::workbench::DiffLine;
 using loopwarden::workbench::line_diff;
 
@@ -50,3 +52,5 @@ TEST_CASE("long texts that differ throughout end in reasonable memory", "[workbe
   CHECK(lines[20'000].kind == DiffLine::Kind::removed);
   CHECK(lines[20'001].kind == DiffLine::Kind::added);
 }
+
+}  // namespace line_diff_test

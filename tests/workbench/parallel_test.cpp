@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+namespace parallel_test {
+
 using namespace loopwarden::workbench;
 
 TEST_CASE("every index is worked on once, however many threads", "[workbench]") {
@@ -37,3 +39,5 @@ TEST_CASE("an exception ends the work and is thrown on", "[workbench]") {
   CHECK_THROWS_WITH(parallel_for(100000, threads, body), "three");
   CHECK(calls < 100000);
 }
+
+}  // namespace parallel_test

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+namespace plot_test {
+
 using namespace loopwarden::workbench;
 
 namespace {
@@ -109,3 +111,5 @@ TEST_CASE("a simplified curve stays within its tolerance", "[workbench][plot]") 
   CHECK(simplified(points, 0.5).size() == points.size());
   CHECK(simplified({}, 1.0).empty());
 }
+
+}  // namespace plot_test

@@ -12,7 +12,7 @@
 #include "hal/record/record_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::programs_test {
 namespace {
 
 struct Outcome {
@@ -160,4 +160,4 @@ TEST_CASE("without a daemon, top and set say so and end with 74") {
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::programs_test

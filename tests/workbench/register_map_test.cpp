@@ -10,6 +10,8 @@
 #include "hal/register_map/register_map.hpp"
 #include "tests/support/temporary_folder.hpp"
 
+namespace register_map_test {
+
 using namespace loopwarden;
 using namespace loopwarden::workbench;
 
@@ -91,3 +93,5 @@ TEST_CASE("the word order reaches every list", "[register_map]") {
   CHECK(map_mbpoll(options).find("float") == std::string::npos);
   CHECK(map_mbpoll(options).find("left out") != std::string::npos);
 }
+
+}  // namespace register_map_test

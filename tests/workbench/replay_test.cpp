@@ -12,7 +12,7 @@
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::replay_test {
 namespace {
 
 using nlohmann::json;
@@ -139,4 +139,4 @@ TEST_CASE("what can't be replayed is refused with a reason", "[replay]") {
   CHECK(no_co.text.find("'co'") != std::string::npos);
 }
 
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::replay_test

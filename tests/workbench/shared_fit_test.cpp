@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+namespace shared_fit_test {
+
 using namespace loopwarden::workbench;
 
 namespace {
@@ -83,3 +85,5 @@ TEST_CASE("more islands never end worse, and progress counts them all", "[shared
   CHECK(one_done == 10);
   CHECK(five_done == 50);
 }
+
+}  // namespace shared_fit_test

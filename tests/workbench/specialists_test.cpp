@@ -13,7 +13,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "workbench/training_checkpoint.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::specialists_test {
 namespace {
 
 struct Outcome {
@@ -198,4 +198,4 @@ TEST_CASE("the specialists that ship are whole, and the study runs on them", "[w
   CHECK(run("specialist-study nothing").exit_code == 64);
 }
 
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::specialists_test

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace loopwarden::workbench {
+namespace loopwarden::workbench::terminal_test {
 namespace {
 
 // Number of cells of a line that hold dots: braille characters are three bytes with the lead E2 A0..A3.
@@ -62,4 +62,4 @@ TEST_CASE("colours can be off") {
 }
 
 }  // namespace
-}  // namespace loopwarden::workbench
+}  // namespace loopwarden::workbench::terminal_test

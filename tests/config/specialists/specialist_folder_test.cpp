@@ -9,7 +9,7 @@
 #include "config/specialists/checksum.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::specialist_folder_test {
 namespace {
 
 using config::SpecialistFolder;
@@ -173,4 +173,4 @@ TEST_CASE("weights must be as many as the layers take, and finite", "[specialist
   CHECK_THAT(changed([](std::string& t) { t.append(100000, ' '); }), Contains("too large"));
 }
 
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::specialist_folder_test

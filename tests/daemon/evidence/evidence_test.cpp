@@ -12,18 +12,18 @@
 #include "tests/support/file_size_limit.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::evidence {
+namespace loopwarden::daemon::evidence::evidence_test {
 namespace {
 
 namespace fs = std::filesystem;
-using monitor::AlarmKind;
+using loopwarden::monitor::AlarmKind;
 
 Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
   Evidence e;
   e.loop = "FIC-101";
   e.alarm = AlarmKind::backlash;
   e.raised_ms = raised_ms;
-  for (std::size_t k = 0; k < monitor::kWindowSamples; ++k) {
+  for (std::size_t k = 0; k < loopwarden::monitor::kWindowSamples; ++k) {
     const double x = 0.1 * static_cast<double>(k);
     e.sp.push_back(5.0 + x / 3.0);
     e.pv.push_back(std::sin(x));
@@ -36,9 +36,9 @@ Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
   e.co_low = 4.0;
   e.co_high = 20.0;
   e.measures.oscillation_index = 1.0 / 3.0;
-  e.measures.stick_source = monitor::StickSource::ellipse;
+  e.measures.stick_source = loopwarden::monitor::StickSource::ellipse;
   e.measures.bridged_cycles = 3;
-  e.judgement.result = monitor::WindowJudgement::Result::fault;
+  e.judgement.result = loopwarden::monitor::WindowJudgement::Result::fault;
   e.judgement.fault = AlarmKind::backlash;
   e.judgement.severity_percent = 1e-300;
   e.judgement.probability = {0.1, 0.7, 0.05, 1.0 / 7.0, 0.0};
@@ -182,4 +182,4 @@ TEST_CASE("evidence that nobody wants is not written", "[evidence]") {
   CHECK_FALSE(fs::exists(folder / "evidence"));
 }
 
-}  // namespace loopwarden::daemon::evidence
+}  // namespace loopwarden::daemon::evidence::evidence_test

@@ -11,7 +11,7 @@
 #include "hal/register_map/register_map.hpp"
 #include "tests/daemon/gateway/fake_plant.hpp"
 
-namespace loopwarden::daemon::gateway {
+namespace loopwarden::daemon::gateway::map_bank_test {
 namespace {
 
 namespace map = hal::register_map;
@@ -344,4 +344,4 @@ TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway
   CHECK(bench.plant.lines.empty());
 }
 
-}  // namespace loopwarden::daemon::gateway
+}  // namespace loopwarden::daemon::gateway::map_bank_test

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace loopwarden::daemon::gateway {
+namespace loopwarden::daemon::gateway::master_watch_test {
 namespace {
 
 using Event = MasterWatch::Event;
@@ -39,4 +39,4 @@ TEST_CASE("without a timeout nobody is watched", "[gateway]") {
   CHECK(watch.step(1'000'000 * kSecond, false, 1) == Event::none);
 }
 
-}  // namespace loopwarden::daemon::gateway
+}  // namespace loopwarden::daemon::gateway::master_watch_test

@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <vector>
 
-namespace loopwarden::daemon::gateway {
+namespace loopwarden::daemon::gateway::modbus_answer_test {
 namespace {
 
 using hal::register_map::Table;
@@ -162,4 +162,4 @@ TEST_CASE("device identification: vendor, product, revision", "[gateway][pdu]") 
   CHECK(answer(request, bank, talkative, {}).size <= kMostPduBytes);
 }
 
-}  // namespace loopwarden::daemon::gateway
+}  // namespace loopwarden::daemon::gateway::modbus_answer_test

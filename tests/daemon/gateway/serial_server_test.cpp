@@ -14,7 +14,7 @@
 
 #include "tests/support/fake_clock.hpp"
 
-namespace loopwarden::daemon::gateway {
+namespace loopwarden::daemon::gateway::serial_server_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -176,4 +176,4 @@ TEST_CASE("a line that goes is reported and opened again", "[serial_server]") {
   none.serve();
 }
 
-}  // namespace loopwarden::daemon::gateway
+}  // namespace loopwarden::daemon::gateway::serial_server_test

@@ -19,7 +19,7 @@
 
 #include "tests/support/fake_clock.hpp"
 
-namespace loopwarden::daemon::gateway {
+namespace loopwarden::daemon::gateway::tcp_server_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -362,4 +362,4 @@ TEST_CASE("a port that is taken is said to be", "[gateway][tcp]") {
                     Catch::Contains("address"));
 }
 
-}  // namespace loopwarden::daemon::gateway
+}  // namespace loopwarden::daemon::gateway::tcp_server_test

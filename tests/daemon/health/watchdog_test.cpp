@@ -17,7 +17,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::health {
+namespace loopwarden::daemon::health::watchdog_test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -147,4 +147,4 @@ TEST_CASE("the service manager may come back, and may have no file for its socke
 }
 
 }  // namespace
-}  // namespace loopwarden::daemon::health
+}  // namespace loopwarden::daemon::health::watchdog_test

@@ -15,7 +15,7 @@
 #include "tests/support/file_size_limit.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::journal {
+namespace loopwarden::daemon::journal::journal_test {
 namespace {
 
 using monitor::AlarmMemory;
@@ -278,4 +278,4 @@ TEST_CASE("a folder that can't be written: the journal says so and goes on", "[j
   CHECK(journal.newest(5).empty());
 }
 
-}  // namespace loopwarden::daemon::journal
+}  // namespace loopwarden::daemon::journal::journal_test

@@ -10,7 +10,7 @@
 #include "model/control/loop_controller.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::monitor {
+namespace loopwarden::daemon::monitor::monitor_test {
 namespace {
 
 namespace model = loopwarden::monitor;
@@ -297,4 +297,4 @@ TEST_CASE("500 loops on one thread", "[monitor]") {
   CHECK(bench.monitor->status().windows == 500);
 }
 
-}  // namespace loopwarden::daemon::monitor
+}  // namespace loopwarden::daemon::monitor::monitor_test

@@ -8,7 +8,7 @@
 
 #include "tests/daemon/rt/loop_fixture.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::control_cycle_test {
 namespace {
 
 using control::Fault;
@@ -382,4 +382,4 @@ TEST_CASE("a full ring of records costs records, never a cycle") {
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::control_cycle_test

@@ -9,7 +9,7 @@
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/fake_clock.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::cyclic_runner_test {
 namespace {
 
 using daemon::rt::CyclicRunner;
@@ -110,4 +110,4 @@ TEST_CASE("the histogram's quantiles bound what was put in") {
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::cyclic_runner_test

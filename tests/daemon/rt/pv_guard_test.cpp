@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace loopwarden::daemon::rt {
+namespace loopwarden::daemon::rt::pv_guard_test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -98,4 +98,4 @@ TEST_CASE("what passes while PV is bad does not make it frozen; what it stood st
 }
 
 }  // namespace
-}  // namespace loopwarden::daemon::rt
+}  // namespace loopwarden::daemon::rt::pv_guard_test

@@ -9,7 +9,7 @@
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/rt_guard.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::real_time_test {
 namespace {
 
 plant::EffectSpec spec(const char* name, std::map<std::string, double> parameters) {
@@ -93,4 +93,4 @@ TEST_CASE("cycles on the simulated backend, through faults and orders, neither a
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::real_time_test

@@ -6,6 +6,8 @@
 
 #include "tests/hal/iio/fake_iio.hpp"
 
+namespace analog_input_test {
+
 using namespace loopwarden::hal;
 using namespace loopwarden::hal::iio;
 using loopwarden::tests::FakeIio;
@@ -160,3 +162,5 @@ TEST_CASE("a reading that fails interrupts the way out of a sensor failure") {
   input.poll(6 * kSecond);
   CHECK(input.sample().quality == Quality::good);
 }
+
+}  // namespace analog_input_test

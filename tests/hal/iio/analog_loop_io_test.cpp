@@ -10,6 +10,8 @@
 #include "tests/hal/iio/fake_gpio.hpp"
 #include "tests/hal/iio/fake_iio.hpp"
 
+namespace analog_loop_io_test {
+
 using namespace loopwarden::hal;
 using namespace loopwarden::hal::iio;
 using loopwarden::tests::FakeGpio;
@@ -176,3 +178,5 @@ TEST_CASE("settings that can't work are refused at once") {
       std::runtime_error);
   CHECK_THROWS_AS(opening([](AnalogSettings& s) { s.poll_period_ns = 0; }), std::runtime_error);
 }
+
+}  // namespace analog_loop_io_test

@@ -6,6 +6,8 @@
 
 #include "tests/hal/iio/fake_iio.hpp"
 
+namespace analog_output_test {
+
 using namespace loopwarden::hal;
 using namespace loopwarden::hal::iio;
 using loopwarden::tests::FakeIio;
@@ -137,3 +139,5 @@ TEST_CASE("a converter that reaches no permitted current is refused in words") {
   REQUIRE(bench.events.size() == 1);
   CHECK_THAT(bench.events[0].text, Catch::Contains("no raw number from 0 to 4095"));
 }
+
+}  // namespace analog_output_test

@@ -7,6 +7,8 @@
 #include "tests/hal/iio/fake_gpio.hpp"
 #include "tests/hal/iio/fake_iio.hpp"
 
+namespace analog_task_test {
+
 using namespace loopwarden::hal;
 using namespace loopwarden::hal::iio;
 using loopwarden::tests::FakeGpio;
@@ -203,3 +205,5 @@ TEST_CASE("counters tell what happened") {
   CHECK(task.counters().invalid_replies == 1);
   CHECK_FALSE(task.counters().connected);
 }
+
+}  // namespace analog_task_test

@@ -6,6 +6,8 @@
 
 #include "tests/hal/iio/fake_gpio.hpp"
 
+namespace digital_io_test {
+
 using namespace loopwarden::hal;
 using namespace loopwarden::hal::iio;
 using loopwarden::tests::FakeGpio;
@@ -157,3 +159,5 @@ TEST_CASE("the alive line changes every half period while the loop lives, and st
   for (int i = 2001; i <= 2100; ++i) io.step(i * 10 * kMs, true, true);
   CHECK(alive.edges == 23);
 }
+
+}  // namespace digital_io_test

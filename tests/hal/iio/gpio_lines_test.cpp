@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+namespace gpio_lines_test {
+
 using namespace loopwarden::hal::iio;
 
 // Chips can't be made up without the kernel's gpio-sim; what is checked here is what every machine
@@ -34,3 +36,5 @@ TEST_CASE("a line that does not exist is an error that names it") {
     CHECK_THAT(message("/dev/null", "7", output), Catch::Contains("the chip can't be opened"));
   }
 }
+
+}  // namespace gpio_lines_test

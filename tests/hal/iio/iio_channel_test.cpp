@@ -5,6 +5,8 @@
 
 #include "tests/hal/iio/fake_iio.hpp"
 
+namespace iio_channel_test {
+
 using namespace loopwarden::hal::iio;
 using loopwarden::tests::FakeIio;
 namespace fs = std::filesystem;
@@ -161,3 +163,5 @@ TEST_CASE("a moved channel stays open") {
   third = std::move(second);
   CHECK(third.read_raw() == 2400.0);
 }
+
+}  // namespace iio_channel_test

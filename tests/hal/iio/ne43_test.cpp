@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+namespace ne43_test {
+
 using namespace loopwarden::hal;
 using loopwarden::hal::iio::Ne43;
 using loopwarden::hal::iio::Ne43Settings;
@@ -136,3 +138,5 @@ TEST_CASE("limits, entry and recovery are settings") {
   CHECK(feed(3.4).quality == Quality::bad);
   CHECK(feed(12.0).quality == Quality::good);
 }
+
+}  // namespace ne43_test

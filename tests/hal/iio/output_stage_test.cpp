@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+namespace output_stage_test {
+
 using namespace loopwarden::hal::iio;
 
 namespace {
@@ -94,3 +96,5 @@ TEST_CASE("a converter that reaches no permitted current is not usable") {
   CHECK_FALSE(OutputStage(percent(), 1e300, 0.0).usable());
   CHECK_FALSE(OutputStage(percent(), 0.005, 1e12).usable());
 }
+
+}  // namespace output_stage_test

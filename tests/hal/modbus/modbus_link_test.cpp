@@ -8,6 +8,8 @@
 
 #include "tests/hal/modbus/modbus_rig.hpp"
 
+namespace modbus_link_test {
+
 using namespace loopwarden;
 using namespace loopwarden::test;
 using namespace std::chrono_literals;
@@ -408,3 +410,5 @@ TEST_CASE("points come and go while the link runs", "[modbus][link]") {
   first.forget();
   CHECK(eventually([&] { return first.fresh(); }));
 }
+
+}  // namespace modbus_link_test

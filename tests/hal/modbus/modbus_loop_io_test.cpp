@@ -11,6 +11,8 @@
 #include "hal/modbus/modbus_bus.hpp"
 #include "tests/hal/modbus/modbus_rig.hpp"
 
+namespace modbus_loop_io_test {
+
 using namespace loopwarden;
 using namespace loopwarden::test;
 using namespace std::chrono_literals;
@@ -375,3 +377,5 @@ TEST_CASE("every unit on TCP has a link of its own", "[modbus][bus]") {
   CHECK(bus.link(settings, 1) == first);
   CHECK(bus.link(settings, 2) != first);
 }
+
+}  // namespace modbus_loop_io_test

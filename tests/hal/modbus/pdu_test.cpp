@@ -5,6 +5,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+namespace pdu_test {
+
 using namespace loopwarden::hal::modbus;
 
 namespace {
@@ -83,3 +85,5 @@ TEST_CASE("a write is confirmed only by an echo of what was written", "[modbus][
   CHECK(check(multiple, {7, 16, 0, 99, 0, 2}) == ReplyCheck::mismatch);
   CHECK(check(multiple, {7, 16, 0, 100, 0, 2, 4}) == ReplyCheck::mismatch);
 }
+
+}  // namespace pdu_test

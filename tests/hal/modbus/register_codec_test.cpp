@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+namespace register_codec_test {
+
 using namespace loopwarden::hal::modbus;
 
 namespace {
@@ -156,3 +158,5 @@ TEST_CASE("registers that hold no number decode to NaN", "[modbus][codec]") {
   CHECK(
       std::isnan(decode(spec(RegisterType::f64, ByteOrder::abcd, 1e300), Words{0x7FE0, 0, 0, 0})));
 }
+
+}  // namespace register_codec_test

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 
+namespace clock_test {
+
 using loopwarden::hal::os::MonotonicClock;
 
 TEST_CASE("the clock never goes back", "[os][clock]") {
@@ -30,3 +32,5 @@ TEST_CASE("an instant that has passed is not waited for", "[os][clock]") {
   clock.sleep_until_ns(0);
   CHECK(clock.now_ns() - before < 60'000'000'000);
 }
+
+}  // namespace clock_test

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <thread>
 
+namespace newest_value_test {
+
 using loopwarden::hal::os::NewestValue;
 
 TEST_CASE("before anything is published the box holds its initial value", "[os][newest_value]") {
@@ -98,3 +100,5 @@ TEST_CASE("between two threads no value is torn, lost for ever or older than one
   CHECK_FALSE(fresh_lies);
   CHECK(last == kValues);
 }
+
+}  // namespace newest_value_test

@@ -7,6 +7,8 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+namespace peer_list_test {
+
 using namespace loopwarden::hal::os;
 
 namespace {
@@ -69,3 +71,5 @@ TEST_CASE("who is on no list may do nothing; one entry is enough to write", "[os
   unix_peer.sa_family = AF_UNIX;
   CHECK_FALSE(address_of(&unix_peer));
 }
+
+}  // namespace peer_list_test

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <thread>
 
+namespace spsc_ring_test {
+
 using loopwarden::hal::os::SpscRing;
 
 TEST_CASE("a ring gives back what was put in, in order", "[os][ring]") {
@@ -120,3 +122,5 @@ TEST_CASE("between two threads nothing is lost, doubled or torn but what was ref
   CHECK(ring.dropped() == refused);
   CHECK_FALSE(ring.try_pop(item));
 }
+
+}  // namespace spsc_ring_test

@@ -12,6 +12,8 @@
 #include <system_error>
 #include <thread>
 
+namespace thread_test {
+
 using namespace loopwarden::hal::os;
 
 namespace {
@@ -152,3 +154,5 @@ TEST_CASE("a thread that can't be had at all is an error", "[os][thread]") {
                   std::system_error);
   CHECK_FALSE(thread.running());
 }
+
+}  // namespace thread_test

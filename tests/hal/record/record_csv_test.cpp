@@ -8,6 +8,8 @@
 
 #include "tests/support/temporary_folder.hpp"
 
+namespace record_csv_test {
+
 using namespace loopwarden::hal::record;
 using loopwarden::tests::read_file;
 using loopwarden::tests::TemporaryFolder;
@@ -284,3 +286,5 @@ TEST_CASE("a file that can't be opened, read or held is an error of its own kind
   CHECK(kind_of("/dev/zero", 1000000) == RecordError::Kind::data);
   CHECK_THROWS_AS(RecordCsvWriter(folder / "absent" / "r.csv"), RecordError);
 }
+
+}  // namespace record_csv_test

@@ -10,6 +10,8 @@
 #include "hal/record/segment_reader.hpp"
 #include "tests/support/temporary_folder.hpp"
 
+namespace segment_export_test {
+
 using namespace loopwarden::hal::record;
 using loopwarden::tests::read_file;
 using loopwarden::tests::TemporaryFolder;
@@ -147,3 +149,5 @@ TEST_CASE("no segments, no records; no place to write, an error") {
   write_file(folder / "file", "x");
   CHECK_THROWS_AS(export_csv(folder / "absent", folder / "file" / "out"), RecordError);
 }
+
+}  // namespace segment_export_test

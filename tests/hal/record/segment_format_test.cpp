@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+namespace segment_format_test {
+
 using namespace loopwarden::hal::record;
 
 namespace {
@@ -95,3 +97,5 @@ TEST_CASE("a row's UTC follows the monotonic clock from the segment's start") {
   row.time_ns = 5'100'000'000;
   CHECK(utc_ns(some_header(), row) == 1'700'000'000'100'000'000);
 }
+
+}  // namespace segment_format_test

@@ -8,6 +8,8 @@
 #include "hal/record/record_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
 
+namespace segment_reader_test {
+
 using namespace loopwarden::hal::record;
 using loopwarden::tests::TemporaryFolder;
 using loopwarden::tests::write_file;
@@ -123,3 +125,5 @@ TEST_CASE("a segment that is gone when it is read is an error of the disk") {
     CHECK(error.kind() == RecordError::Kind::io);
   }
 }
+
+}  // namespace segment_reader_test

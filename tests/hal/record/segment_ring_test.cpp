@@ -16,6 +16,8 @@
 #include "hal/record/record_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
 
+namespace segment_ring_test {
+
 using namespace loopwarden::hal::record;
 using loopwarden::tests::TemporaryFolder;
 using loopwarden::tests::write_file;
@@ -285,3 +287,5 @@ TEST_CASE("what can't work is told at the start") {
   settings.period_s = 0.0;
   CHECK_THROWS_AS(SegmentWriter(settings), RecordError);
 }
+
+}  // namespace segment_ring_test

@@ -6,6 +6,8 @@
 #include <string>
 #include <tuple>
 
+namespace register_map_test {
+
 using namespace loopwarden::hal::register_map;
 using loopwarden::hal::modbus::RegisterType;
 
@@ -96,3 +98,5 @@ TEST_CASE("the places that are promised", "[register_map]") {
     CHECK(place.word == 0);
   }
 }
+
+}  // namespace register_map_test

@@ -8,6 +8,8 @@
 
 #include "tests/support/temporary_folder.hpp"
 
+namespace replay_loop_io_test {
+
 using namespace loopwarden::hal;
 using namespace loopwarden::hal::replay;
 using loopwarden::tests::TemporaryFolder;
@@ -165,3 +167,5 @@ TEST_CASE("before the record is open nothing is good") {
   CHECK(bench.read(0).process_variable.quality == Quality::bad);
   CHECK_FALSE(bench.read(0).output_ok);
 }
+
+}  // namespace replay_loop_io_test

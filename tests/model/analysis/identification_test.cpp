@@ -11,6 +11,8 @@
 #include "model/analysis/tuning_rules.hpp"
 #include "model/plant/random.hpp"
 
+namespace identification_test {
+
 using namespace loopwarden;
 using namespace loopwarden::analysis;
 
@@ -202,3 +204,5 @@ TEST_CASE("margins are those of loops that can be worked out by hand", "[analysi
   loop.gains.ki = 2.0;
   CHECK_FALSE(margins(loop).stable);
 }
+
+}  // namespace identification_test

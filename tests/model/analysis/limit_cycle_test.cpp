@@ -9,6 +9,8 @@
 #include "model/plant/simulated_loop.hpp"
 #include "model/plant/stiction_choudhury.hpp"
 
+namespace limit_cycle_test {
+
 using namespace loopwarden;
 using namespace loopwarden::analysis;
 
@@ -106,3 +108,5 @@ TEST_CASE("the predicted limit cycle is near the simulated one, and grows as the
   CHECK(limit_cycles(linear_loop(m), *valve_nonlinearity(m)).empty());
   CHECK(simulated(m).pv_amplitude < 0.02);
 }
+
+}  // namespace limit_cycle_test

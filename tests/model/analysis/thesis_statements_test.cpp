@@ -7,6 +7,8 @@
 #include "model/plant/plant.hpp"
 #include "model/plant/simulated_loop.hpp"
 
+namespace thesis_statements_test {
+
 using namespace loopwarden;
 
 namespace {
@@ -117,3 +119,5 @@ TEST_CASE("hysteresis gives a smaller step on the way back, and a saturating val
   CHECK(curved_up == Approx(0.85).epsilon(1e-3));
   CHECK(curved_down == Approx(0.30).epsilon(1e-3));
 }
+
+}  // namespace thesis_statements_test

@@ -12,6 +12,8 @@
 #include "model/plant/plant.hpp"
 #include "model/plant/stiction_choudhury.hpp"
 
+namespace valve_test_test {
+
 using namespace loopwarden;
 using namespace loopwarden::analysis;
 
@@ -109,3 +111,5 @@ TEST_CASE("condition indices are the worst of what is known", "[analysis][condit
   CHECK(some.positioner == 0.0);
   CHECK(some.environment == 100.0);
 }
+
+}  // namespace valve_test_test

@@ -12,6 +12,8 @@
 #include "model/plant/hysteresis_width.hpp"
 #include "model/plant/simulated_loop.hpp"
 
+namespace compensator_test {
+
 using namespace loopwarden;
 using namespace loopwarden::control;
 
@@ -267,3 +269,5 @@ TEST_CASE("backlash compensation shortens the set-point answer of a loop with pl
   m.controller.compensator = {.kind = CompensatorKind::backlash, .gap = 1.2, .noise_band = 0.02};
   CHECK(swing(m, 250.0, 650.0).rms < 0.9 * without.rms);
 }
+
+}  // namespace compensator_test

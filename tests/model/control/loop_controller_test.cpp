@@ -7,6 +7,8 @@
 #include <limits>
 #include <string>
 
+namespace loop_controller_test {
+
 using namespace loopwarden::control;
 
 namespace {
@@ -300,3 +302,5 @@ TEST_CASE("modes are named as operators know them", "[control][modes]") {
   CHECK(to_text(Mode::automatic) == std::string("AUTO"));
   CHECK(to_text(Mode::fallback) == std::string("FALLBACK"));
 }
+
+}  // namespace loop_controller_test

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+namespace output_limiter_test {
+
 using namespace loopwarden::control;
 
 TEST_CASE("output stays in its range and says where it ended", "[control][limits]") {
@@ -72,3 +74,5 @@ TEST_CASE("what is not a number is passed on for the caller to refuse", "[contro
   CHECK(
       std::isnan(limit_output(limits, std::numeric_limits<double>::quiet_NaN(), 50.0, 0.1).output));
 }
+
+}  // namespace output_limiter_test

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+namespace pid_test {
+
 using namespace loopwarden::control;
 
 namespace {
@@ -290,3 +292,5 @@ TEST_CASE("starting at an output goes on from it", "[control][pid]") {
     CHECK(pid.step(4.0, 2.0, 7.3, 0.0) == Approx(7.3 + 0.5 * 2.0 * kPeriod));
   }
 }
+
+}  // namespace pid_test

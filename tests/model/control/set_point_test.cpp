@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+namespace set_point_test {
+
 using namespace loopwarden::control;
 
 TEST_CASE("without a ramp the set point is there at once, exactly", "[control][set_point]") {
@@ -62,3 +64,5 @@ TEST_CASE("new limits move the target in, at the ramp's rate", "[control][set_po
   CHECK(sp.target() == 6.0);
   CHECK(sp.step(0.1) == Approx(8.9));
 }
+
+}  // namespace set_point_test

@@ -8,6 +8,8 @@
 
 #include "model/plant/random.hpp"
 
+namespace stickband_jacket_test {
+
 using namespace loopwarden::control;
 
 namespace {
@@ -303,3 +305,5 @@ TEST_CASE("another form starts afresh, other settings keep what was learnt", "[j
     CHECK(share_left(jacket, -0.3) == 1.0);
   }
 }
+
+}  // namespace stickband_jacket_test

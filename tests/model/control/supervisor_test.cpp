@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+namespace supervisor_test {
+
 using namespace loopwarden::control;
 
 namespace {
@@ -203,3 +205,5 @@ TEST_CASE("every fault has a text of its own", "[control][supervisor]") {
   CHECK(to_text(Fault::enable_open) == std::string("enable open"));
   CHECK(to_text(Fault::stop) == std::string("stop"));
 }
+
+}  // namespace supervisor_test

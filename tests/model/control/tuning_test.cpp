@@ -7,6 +7,8 @@
 
 #include "model/control/pid.hpp"
 
+namespace tuning_test {
+
 using namespace loopwarden::control;
 
 TEST_CASE("ISA settings become gains by the spans", "[control][tuning]") {
@@ -53,3 +55,5 @@ TEST_CASE("no integral action is an infinite integral time", "[control][tuning]"
   const IsaTuning proportional{.kc = 3.0, .ti_s = std::numeric_limits<double>::infinity()};
   CHECK(from_isa(proportional, 1.0, 1.0).ki == 0.0);
 }
+
+}  // namespace tuning_test

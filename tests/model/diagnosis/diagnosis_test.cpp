@@ -9,7 +9,7 @@
 #include "model/plant/stiction_karnopp.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::diagnosis_test {
 namespace {
 
 using namespace diagnosis;
@@ -152,4 +152,4 @@ TEST_CASE("a tree sends evidence left at its threshold and right above it") {
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::diagnosis_test

@@ -5,7 +5,7 @@
 #include "model/diagnosis/preparation.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::preparation_test {
 namespace {
 
 using namespace diagnosis;
@@ -81,4 +81,4 @@ TEST_CASE("the series don't depend on units, and hardly on the sample time") {
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::preparation_test

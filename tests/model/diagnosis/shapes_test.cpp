@@ -8,7 +8,7 @@
 #include "model/diagnosis/waveform.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
-namespace loopwarden::tests {
+namespace loopwarden::tests::shapes_test {
 namespace {
 
 using namespace diagnosis;
@@ -113,4 +113,4 @@ TEST_CASE("what dwells and jumps while CO ramps is told from what follows CO") {
 }
 
 }  // namespace
-}  // namespace loopwarden::tests
+}  // namespace loopwarden::tests::shapes_test

@@ -10,6 +10,8 @@
 
 #include "model/plant/effect_catalogue.hpp"
 
+namespace candidate_test {
+
 using namespace loopwarden::gap;
 namespace plant = loopwarden::plant;
 
@@ -130,3 +132,5 @@ TEST_CASE("one friction a valve, and the plug behind it", "[gap][candidate]") {
   CHECK(valve_rank("stiction") < valve_rank("backlash"));
   CHECK(valve_rank("backlash") < valve_rank("valve_characteristic"));
 }
+
+}  // namespace candidate_test

@@ -8,6 +8,8 @@
 
 #include "tests/model/gap/gap_support.hpp"
 
+namespace controller_block_test {
+
 using namespace loopwarden;
 
 namespace {
@@ -171,3 +173,5 @@ TEST_CASE("without CO or SP there is nothing to compare", "[gap][controller]") {
   record.co.clear();
   CHECK_FALSE(gap::compare_controller(record, model).compared);
 }
+
+}  // namespace controller_block_test

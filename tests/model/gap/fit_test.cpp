@@ -8,6 +8,8 @@
 #include "model/gap/workflow.hpp"
 #include "tests/model/gap/gap_support.hpp"
 
+namespace fit_test {
+
 using namespace loopwarden;
 using gap::Kind;
 
@@ -151,3 +153,5 @@ TEST_CASE("the corrected model runs as the fit did", "[gap][fit]") {
     plant.step(setup.record.co[k]);
   }
 }
+
+}  // namespace fit_test

@@ -8,6 +8,8 @@
 
 #include "tests/model/gap/gap_support.hpp"
 
+namespace free_run_test {
+
 using namespace loopwarden::gap;
 using namespace loopwarden::test;
 namespace plant = loopwarden::plant;
@@ -212,3 +214,5 @@ TEST_CASE("short runs fit best at the true stickband", "[gap][free_run]") {
   CHECK(best < 0.3 * left(1.6 * s, 1.0));
   CHECK(best < 0.3 * left(s, 1.2));
 }
+
+}  // namespace free_run_test

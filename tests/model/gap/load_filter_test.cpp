@@ -9,6 +9,8 @@
 
 #include "model/plant/random.hpp"
 
+namespace load_filter_test {
+
 using loopwarden::gap::LoadFilter;
 using loopwarden::plant::Random;
 
@@ -150,3 +152,5 @@ TEST_CASE("several columns at once give the same bits as one by one", "[gap][loa
     for (std::size_t c = 0; c < count; ++c) CHECK(out[c] == whitened(filter, in[c]));
   }
 }
+
+}  // namespace load_filter_test

@@ -11,6 +11,8 @@
 
 #include "tests/model/gap/gap_support.hpp"
 
+namespace locate_test {
+
 using namespace loopwarden::gap;
 using namespace loopwarden::test;
 namespace plant = loopwarden::plant;
@@ -199,3 +201,5 @@ TEST_CASE("missing samples and an exact model do no harm", "[gap][locate]") {
   locate(r, {}, {});
   check_shares(r);
 }
+
+}  // namespace locate_test

@@ -8,6 +8,8 @@
 
 #include "tests/model/gap/gap_support.hpp"
 
+namespace record_check_test {
+
 using namespace loopwarden;
 
 namespace {
@@ -173,3 +175,5 @@ TEST_CASE("noise is seen beside slow movement, outliers and rounding", "[gap][re
   CHECK(gap::noise_of(column) == Approx(0.25 / std::sqrt(12.0)).epsilon(0.01));
   CHECK(gap::noise_of(std::vector<double>(500, 3.0)) == 0.0);
 }
+
+}  // namespace record_check_test

@@ -8,6 +8,8 @@
 
 #include "tests/model/gap/gap_support.hpp"
 
+namespace workflow_test {
+
 using namespace loopwarden;
 
 namespace {
@@ -115,8 +117,7 @@ TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][long]
   CHECK(result.effects.empty());
 }
 
-TEST_CASE("a model whose valve sticks starts from where the record's valve stood",
-          "[gap][long]") {
+TEST_CASE("a model whose valve sticks starts from where the record's valve stood", "[gap][long]") {
   plant::LoopModel model = test::believed_model();
   model.valve_effects = {{"stiction", {{"s", 1.5}, {"j", 0.5}}}};
   gap::Record record = test::record_of(model, 120.0);
@@ -178,3 +179,5 @@ TEST_CASE("each step of the workflow can be left out", "[gap][long]") {
   REQUIRE(result.verdict == gap::Verdict::missing_effect);
   CHECK(result.effects[0].spec.name == "stiction");
 }
+
+}  // namespace workflow_test

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+namespace alarm_test {
+
 using namespace loopwarden::monitor;
 
 namespace {
@@ -250,3 +252,5 @@ TEST_CASE("a restart takes up what was remembered, and nothing impossible", "[mo
   const Alarm fresh(before.settings(), wrong);
   CHECK(fresh.memory() == AlarmMemory{});
 }
+
+}  // namespace alarm_test

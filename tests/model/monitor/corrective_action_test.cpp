@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+namespace corrective_action_test {
+
 using namespace loopwarden::monitor;
 using Order = CorrectiveStep::Order;
 using State = CorrectiveState;
@@ -139,3 +141,5 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     CHECK(step.to == State::vetoed);
   }
 }
+
+}  // namespace corrective_action_test

@@ -5,6 +5,8 @@
 
 #include "model/monitor/ne107.hpp"
 
+namespace loop_alarms_test {
+
 using namespace loopwarden::monitor;
 
 namespace {
@@ -131,3 +133,5 @@ TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
 
   CHECK(gravest(Ne107::function_check, Ne107::out_of_specification) == Ne107::function_check);
 }
+
+}  // namespace loop_alarms_test

@@ -5,6 +5,8 @@
 
 #include "model/monitor/specialist_judge.hpp"
 
+namespace verdict_rule_test {
+
 using namespace loopwarden::monitor;
 
 namespace {
@@ -151,3 +153,5 @@ TEST_CASE("a verdict becomes a judgement with its fault's probability", "[monito
   v.verdict = Verdict::unknown;
   CHECK(judgement_of(v).fault == AlarmKind::unknown);
 }
+
+}  // namespace verdict_rule_test

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+namespace window_builder_test {
+
 using namespace loopwarden::monitor;
 using Event = WindowBuilder::Event;
 
@@ -238,3 +240,5 @@ TEST_CASE("settings outside their ranges do no harm", "[monitor][window]") {
   WindowBuilder other({.overlap = kNan, .decimation = 1, .sample_time_s = 0.1});
   CHECK(add(other, 0, 2 * kWindowSamples).size() == 2);
 }
+
+}  // namespace window_builder_test

@@ -13,6 +13,8 @@
 #include "model/plant/random.hpp"
 #include "model/plant/stiction_choudhury.hpp"
 
+namespace window_measures_test {
+
 using namespace loopwarden::monitor;
 namespace plant = loopwarden::plant;
 
@@ -163,3 +165,5 @@ TEST_CASE("time in each mode and at the limits", "[monitor][measures]") {
   CHECK(times.seconds_in(Mode::fallback) == 0.0);
   CHECK(times.seconds_at_limit() == Approx(2.5));
 }
+
+}  // namespace window_measures_test

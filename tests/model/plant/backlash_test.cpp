@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+namespace backlash_test {
+
 using loopwarden::plant::Backlash;
 
 TEST_CASE("at rest the play is centred", "[plant][backlash]") {
@@ -55,3 +57,5 @@ TEST_CASE("what is not a number leaves the stem", "[plant][backlash]") {
   CHECK(backlash.step(std::numeric_limits<double>::quiet_NaN()) == 50.0);
   CHECK(backlash.step(60.0) == 59.0);
 }
+
+}  // namespace backlash_test

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+namespace cam_obstruction_test {
+
 using loopwarden::plant::CamObstruction;
 
 TEST_CASE("the stem sticks at the bump and jumps past it, both ways", "[plant][cam]") {
@@ -52,3 +54,5 @@ TEST_CASE("what is not a number does not move it past the bump", "[plant][cam]")
   CHECK(std::isnan(cam.step(std::numeric_limits<double>::quiet_NaN())));
   CHECK(cam.step(44.0) == 40.0);
 }
+
+}  // namespace cam_obstruction_test

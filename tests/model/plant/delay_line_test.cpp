@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace delay_line_test {
+
 using loopwarden::plant::DelayLine;
 
 TEST_CASE("a delay line remembers what it was asked to", "[plant][delay]") {
@@ -16,3 +18,5 @@ TEST_CASE("a delay line remembers what it was asked to", "[plant][delay]") {
     }
   }
 }
+
+}  // namespace delay_line_test

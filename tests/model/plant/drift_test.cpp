@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace drift_test {
+
 using loopwarden::plant::Drift;
 
 TEST_CASE("drift grows with the record's time", "[plant][drift]") {
@@ -16,3 +18,5 @@ TEST_CASE("drift grows with the record's time", "[plant][drift]") {
   drift.set_severity(0.0);
   CHECK(drift.step(5.0, 100.0) == 5.0);
 }
+
+}  // namespace drift_test

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+namespace effect_catalogue_test {
+
 using namespace loopwarden::plant;
 
 namespace {
@@ -287,3 +289,5 @@ TEST_CASE("blocks are named as in files", "[plant][catalogue]") {
   CHECK(to_text(Block::transmitter) == std::string("transmitter"));
   CHECK(to_text(Block::disturbance) == std::string("disturbance"));
 }
+
+}  // namespace effect_catalogue_test

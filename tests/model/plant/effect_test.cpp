@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+namespace effect_test {
+
 using namespace loopwarden::plant;
 
 TEST_CASE("a schedule says when and how severely", "[plant][effect]") {
@@ -127,3 +129,5 @@ TEST_CASE("a copy continues like the original and does not disturb it", "[plant]
     REQUIRE(copy.step(7.0 - 0.1 * k, 0.1 * k) == expected);
   }
 }
+
+}  // namespace effect_test

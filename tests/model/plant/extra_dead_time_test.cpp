@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+namespace extra_dead_time_test {
+
 using loopwarden::plant::ExtraDeadTime;
 
 TEST_CASE("dead time delays a ramp by exactly its length", "[plant][dead_time]") {
@@ -35,3 +37,5 @@ TEST_CASE("severity scales the dead time", "[plant][dead_time]") {
   delay.set_severity(0.0);
   CHECK(delay.step(52.0) == 52.0);
 }
+
+}  // namespace extra_dead_time_test

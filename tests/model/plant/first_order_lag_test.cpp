@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+namespace first_order_lag_test {
+
 using loopwarden::plant::FirstOrderLag;
 
 TEST_CASE("a step is answered by 1 - exp(-t / T), at any period", "[plant][lag]") {
@@ -35,3 +37,5 @@ TEST_CASE("severity scales the time constant of a lag", "[plant][lag]") {
   lag.set_severity(0.0);
   CHECK(lag.step(9.0) == 9.0);
 }
+
+}  // namespace first_order_lag_test

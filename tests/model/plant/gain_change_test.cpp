@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace gain_change_test {
+
 using loopwarden::plant::GainChange;
 
 TEST_CASE("the factor multiplies, and fades in from 1", "[plant][gain]") {
@@ -14,3 +16,5 @@ TEST_CASE("the factor multiplies, and fades in from 1", "[plant][gain]") {
   gain.set_severity(0.0);
   CHECK(gain.step(5.0) == 5.0);
 }
+
+}  // namespace gain_change_test

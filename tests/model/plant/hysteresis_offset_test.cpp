@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace hysteresis_offset_test {
+
 using loopwarden::plant::HysteresisOffset;
 
 TEST_CASE("the offset is there while the output falls", "[plant][hysteresis]") {
@@ -26,3 +28,5 @@ TEST_CASE("it may be negative, and fades in with severity", "[plant][hysteresis]
   hysteresis.set_severity(0.0);
   CHECK(hysteresis.step(2.0) == 2.0);
 }
+
+}  // namespace hysteresis_offset_test

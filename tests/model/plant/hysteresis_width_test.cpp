@@ -8,6 +8,8 @@
 
 #include "model/plant/backlash.hpp"
 
+namespace hysteresis_width_test {
+
 using namespace loopwarden::plant;
 
 namespace {
@@ -98,3 +100,5 @@ TEST_CASE("what is not a number leaves the hysteresis as it is", "[plant][hyster
   hysteresis.reset(5.0);
   CHECK(hysteresis.step(std::numeric_limits<double>::quiet_NaN()) == 5.0);
 }
+
+}  // namespace hysteresis_width_test

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+namespace low_air_supply_test {
+
 using loopwarden::plant::LowAirSupply;
 
 namespace {
@@ -87,3 +89,5 @@ TEST_CASE("a preload shifts the stem below the command, down to shut", "[plant][
   valve.set_severity(0.0);
   CHECK(valve.step(5.0) == Approx(5.0));
 }
+
+}  // namespace low_air_supply_test

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
+namespace oscillating_disturbance_test {
+
 using loopwarden::plant::OscillatingDisturbance;
 
 TEST_CASE("the disturbance is a sine of the record's time", "[plant][disturbance]") {
@@ -24,3 +26,5 @@ TEST_CASE("it begins at its phase", "[plant][disturbance]") {
   OscillatingDisturbance sine(0.4, 20.0, std::numbers::pi / 2.0);
   CHECK(sine.step(5.0, 0.0) == Approx(5.4));
 }
+
+}  // namespace oscillating_disturbance_test

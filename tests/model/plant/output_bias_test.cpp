@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace output_bias_test {
+
 using loopwarden::plant::OutputBias;
 
 TEST_CASE("the bias is added, as far as severity goes", "[plant][bias]") {
@@ -14,3 +16,5 @@ TEST_CASE("the bias is added, as far as severity goes", "[plant][bias]") {
   bias.set_severity(0.0);
   CHECK(bias.step(2.0) == 2.0);
 }
+
+}  // namespace output_bias_test

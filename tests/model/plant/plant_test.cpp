@@ -10,6 +10,8 @@
 
 #include "model/plant/effect_catalogue.hpp"
 
+namespace plant_test {
+
 using namespace loopwarden::plant;
 
 namespace {
@@ -162,3 +164,5 @@ TEST_CASE("two random effects are not the same noise", "[plant][loop]") {
   }
   CHECK(doubled == 0);
 }
+
+}  // namespace plant_test

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace positioner_overshoot_test {
+
 using loopwarden::plant::PositionerOvershoot;
 
 TEST_CASE("the overshoot of a step is exp(-pi z / sqrt(1 - z^2))", "[plant][overshoot]") {
@@ -47,3 +49,5 @@ TEST_CASE("a positioner at rest stays so, and severity fades the ringing", "[pla
   half.set_severity(0.0);
   CHECK(half.step(17.0) == 17.0);
 }
+
+}  // namespace positioner_overshoot_test

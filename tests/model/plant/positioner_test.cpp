@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+namespace positioner_test {
+
 using loopwarden::plant::Positioner;
 
 namespace {
@@ -131,3 +133,5 @@ TEST_CASE("severity fades the positioner in", "[plant][positioner]") {
   positioner.set_severity(0.0);
   CHECK(positioner.step(5.4) == 5.4);
 }
+
+}  // namespace positioner_test

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+namespace process_test {
+
 using namespace loopwarden::plant;
 
 namespace {
@@ -50,3 +52,5 @@ TEST_CASE("a process at rest stays so", "[plant][process]") {
   CHECK(process.reset(4.0) == Approx(6.8));
   for (int k = 0; k < 50; ++k) REQUIRE(process.step(4.0) == Approx(6.8).epsilon(1e-14));
 }
+
+}  // namespace process_test

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+namespace random_load_test {
+
 using loopwarden::plant::RandomLoad;
 
 TEST_CASE("the load's variance is S^2 T / 2 and its memory T", "[plant][load]") {
@@ -51,3 +53,5 @@ TEST_CASE("it starts at rest, adds to PV and fades with severity", "[plant][load
   same.set_severity(0.0);
   CHECK(same.step(5.0) == 5.0);
 }
+
+}  // namespace random_load_test

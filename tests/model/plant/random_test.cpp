@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+namespace random_test {
+
 using loopwarden::plant::Random;
 
 TEST_CASE("the first numbers are those of xoshiro256++ after splitmix64", "[plant][random]") {
@@ -77,3 +79,5 @@ TEST_CASE("normal numbers have the moments of the normal distribution", "[plant]
   CHECK(lagged == Approx(0.0).margin(0.008));
   CHECK(beyond_three == Approx(0.0026998 * kDraws).epsilon(0.15));
 }
+
+}  // namespace random_test

@@ -5,6 +5,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+namespace simulated_loop_test {
+
 using namespace loopwarden::plant;
 namespace control = loopwarden::control;
 
@@ -117,3 +119,5 @@ TEST_CASE("the stem and the severity of faults are shown", "[plant][closed_loop]
   CHECK(last.severity == 1.0);
   CHECK(apart == Approx(0.5).margin(0.01));
 }
+
+}  // namespace simulated_loop_test

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace step_disturbance_test {
+
 using loopwarden::plant::StepDisturbance;
 
 TEST_CASE("the load comes on at its time and stays", "[plant][disturbance]") {
@@ -16,3 +18,5 @@ TEST_CASE("the load comes on at its time and stays", "[plant][disturbance]") {
   load.set_severity(0.0);
   CHECK(load.step(5.0, 40.0) == 5.0);
 }
+
+}  // namespace step_disturbance_test

@@ -10,6 +10,8 @@
 #include "model/plant/backlash.hpp"
 #include "model/plant/random.hpp"
 
+namespace stiction_choudhury_test {
+
 using namespace loopwarden::plant;
 
 namespace {
@@ -160,3 +162,5 @@ TEST_CASE("what is not finite leaves the stem where it is", "[plant][stiction]")
   CHECK(law.step(bad) == moving);
   CHECK(law.step(12.0) == Approx(10.5));
 }
+
+}  // namespace stiction_choudhury_test

@@ -8,6 +8,8 @@
 
 #include "model/plant/stiction_choudhury.hpp"
 
+namespace stiction_he_test {
+
 using namespace loopwarden::plant;
 
 TEST_CASE("the stem slips to the moving friction and sticks again", "[plant][stiction]") {
@@ -68,3 +70,5 @@ TEST_CASE("the He law: severity and bad input", "[plant][stiction]") {
   law.set_severity(0.0);
   CHECK(law.step(-7.5) == -7.5);
 }
+
+}  // namespace stiction_he_test

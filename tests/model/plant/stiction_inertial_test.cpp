@@ -8,6 +8,8 @@
 
 #include "model/plant/positioner_overshoot.hpp"
 
+namespace stiction_inertial_test {
+
 using namespace loopwarden::plant;
 
 namespace {
@@ -89,3 +91,5 @@ TEST_CASE("at severity 0 the stem follows at once; what is not a number moves no
   CHECK(valve.step(7.0) == 7.0);
   CHECK(valve.step(std::numeric_limits<double>::quiet_NaN()) == 7.0);
 }
+
+}  // namespace stiction_inertial_test

@@ -9,6 +9,8 @@
 
 #include "model/plant/stiction_choudhury.hpp"
 
+namespace stiction_karnopp_test {
+
 using namespace loopwarden::plant;
 
 namespace {
@@ -138,3 +140,5 @@ TEST_CASE("what is not finite does not move the Karnopp stem", "[plant][stiction
   CHECK(law.step(bad) == 5.0);
   CHECK(law.step(5.1) == 5.0);
 }
+
+}  // namespace stiction_karnopp_test

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace stiction_law_test {
+
 using loopwarden::plant::StictionParameters;
 
 TEST_CASE("friction from the paper's two numbers", "[plant][stiction]") {
@@ -12,3 +14,5 @@ TEST_CASE("friction from the paper's two numbers", "[plant][stiction]") {
   CHECK(kLaw.static_friction() + kLaw.moving_friction() == kLaw.s);
   CHECK(kLaw.static_friction() - kLaw.moving_friction() == kLaw.j);
 }
+
+}  // namespace stiction_law_test

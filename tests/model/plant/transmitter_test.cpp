@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+namespace transmitter_test {
+
 using namespace loopwarden::plant;
 
 TEST_CASE("readings are rounded to the nearest step of the range", "[plant][transmitter]") {
@@ -64,3 +66,5 @@ TEST_CASE("the seed decides the noise", "[plant][transmitter]") {
   }
   CHECK(differ > 90);
 }
+
+}  // namespace transmitter_test

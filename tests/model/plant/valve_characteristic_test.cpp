@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+namespace valve_characteristic_test {
+
 using loopwarden::plant::ValveCharacteristic;
 using Curve = ValveCharacteristic::Curve;
 
@@ -87,3 +89,5 @@ TEST_CASE("a travel that is not a number gives such a flow", "[plant][characteri
   const auto curve = GENERATE(Curve::linear, Curve::equal_percentage, Curve::butterfly);
   CHECK(std::isnan(named(curve).step(std::numeric_limits<double>::quiet_NaN())));
 }
+
+}  // namespace valve_characteristic_test

@@ -8,6 +8,8 @@
 #include "model/specialist/growing.hpp"
 #include "tests/model/specialist/specialist_support.hpp"
 
+namespace ensemble_test {
+
 using namespace loopwarden;
 using namespace loopwarden::specialist;
 
@@ -127,3 +129,5 @@ TEST_CASE("specialists of two conditions tell fresh signatures apart, with and w
     CHECK(right >= 9);
   }
 }
+
+}  // namespace ensemble_test

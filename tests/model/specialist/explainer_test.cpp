@@ -8,6 +8,8 @@
 #include "tests/model/specialist/specialist_support.hpp"
 #include "tests/support/rt_guard.hpp"
 
+namespace explainer_test {
+
 using namespace loopwarden;
 using namespace loopwarden::specialist;
 using tests::play_window;
@@ -91,3 +93,5 @@ TEST_CASE("explaining a window does not allocate", "[specialist]") {
   CHECK(usable);
   CHECK(tests::RealTimeSection::offences() == 0);
 }
+
+}  // namespace explainer_test

@@ -7,6 +7,8 @@
 
 #include "model/specialist/levenberg_marquardt.hpp"
 
+namespace network_test {
+
 using namespace loopwarden::specialist;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -142,3 +144,5 @@ TEST_CASE("training ends by each of its stops", "[specialist]") {
   constant.inputs.setConstant(0.3);
   CHECK(learn(start, constant, constant, {}, settings).stop == Stop::mu);
 }
+
+}  // namespace network_test

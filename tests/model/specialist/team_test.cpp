@@ -7,6 +7,8 @@
 #include "tests/model/specialist/specialist_support.hpp"
 #include "tests/support/rt_guard.hpp"
 
+namespace team_test {
+
 using namespace loopwarden;
 using namespace loopwarden::specialist;
 
@@ -191,3 +193,5 @@ TEST_CASE("judging a window does not allocate", "[specialist]") {
   CHECK(verdict == Verdict::backlash);
   CHECK(tests::RealTimeSection::offences() == 0);
 }
+
+}  // namespace team_test
