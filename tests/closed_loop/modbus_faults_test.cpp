@@ -165,7 +165,8 @@ TEST_CASE("the daemon controls a foreign device over a serial line to the set po
   CHECK(rig.device.state("unguarded_writes") == "0");
 }
 
-TEST_CASE("fault, transmitter: failure, NaN and out of range send the output to the bad-PV value") {
+TEST_CASE("fault, transmitter: failure, NaN and out of range send the output to the bad-PV value",
+          "[values]") {
   TcpPlant plant;
   plant.settle();
   const auto [spoil, mend] =
@@ -188,7 +189,8 @@ TEST_CASE("fault, device restart: its watchdog is set again before the first com
 }
 
 TEST_CASE(
-    "fault, replies late, truncated, garbage, of another unit, with another number, exceptions") {
+    "fault, replies late, truncated, garbage, of another unit, with another number, exceptions",
+    "[values]") {
   TcpPlant plant;
   plant.settle();
   const std::string spoil = GENERATE(as<std::string>(), "late 400", "truncate", "garbage",
