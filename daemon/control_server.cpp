@@ -129,6 +129,14 @@ const char* source_text(model::StickSource source) {
   return "none";
 }
 
+json condition_json(const analysis::ConditionIndices& condition) {
+  return {{"control_performance", number(condition.control_performance)},
+          {"valve", number(condition.valve)},
+          {"actuator", number(condition.actuator)},
+          {"positioner", number(condition.positioner)},
+          {"environment", number(condition.environment)}};
+}
+
 json watch_json(const monitor::LoopWatch& watch) {
   const model::WindowMeasures& m = watch.measures;
   json probability = json::object();
@@ -150,6 +158,7 @@ json watch_json(const monitor::LoopWatch& watch) {
           {"reversals_per_hour", number(m.reversals_per_hour)},
           {"stick_percent", number(m.stick_percent)},
           {"stick_source", source_text(m.stick_source)},
+          {"condition", condition_json(watch.condition)},
           {"corrective_action", model::to_text(watch.corrective)},
           {"hours_automatic", watch.times.seconds_in(control::Mode::automatic) / 3600.0},
           {"hours_manual", watch.times.seconds_in(control::Mode::manual) / 3600.0},

@@ -18,6 +18,7 @@
 #include "model/analysis/tuning_rules.hpp"
 #include "workbench/chart.hpp"
 #include "workbench/files.hpp"
+#include "workbench/json_number.hpp"
 #include "workbench/loop_trial.hpp"
 #include "workbench/subcommands.hpp"
 
@@ -94,6 +95,7 @@ struct Row {
   analysis::ValveNonlinearity valve;
   std::optional<analysis::LimitCycle> predicted;  // stable
   Simulated simulated;
+  bool out_of_reach = false;  // -1/N begins beyond where L crosses its axis: none can be predicted
 };
 
 std::optional<analysis::LimitCycle> stable_cycle(const std::vector<analysis::LimitCycle>& cycles) {
@@ -105,8 +107,10 @@ std::optional<analysis::LimitCycle> stable_cycle(const std::vector<analysis::Lim
 
 Row compared(const std::string& name, const plant::LoopModel& model,
              const analysis::ValveNonlinearity& valve) {
-  return {name, valve, stable_cycle(limit_cycles(analysis::linear_loop(model), valve)),
-          simulate_cycle(model, valve)};
+  const analysis::LinearLoop loop = analysis::linear_loop(model);
+  const analysis::AxisReach reach = analysis::axis_reach(loop, valve);
+  return {name, valve, stable_cycle(limit_cycles(loop, valve)), simulate_cycle(model, valve),
+          reach.loop < reach.valve && std::isfinite(reach.valve)};
 }
 
 // The model's loop with its own settings and those of the rules, with valves of several kinds.
@@ -147,11 +151,17 @@ void print_grid(const std::vector<Row>& rows) {
              "valve", "predicted", "simulated", "ratio", "predicted", "simulated", "ratio",
              "predicted", "simulated", "ratio");
   std::size_t agree = 0;
+  std::size_t missed = 0;
+  std::size_t out_of_reach = 0;
   for (const Row& row : rows) {
     const std::string valve = row.valve.backlash
                                   ? fmt::format("backlash {:g}", row.valve.s)
                                   : fmt::format("stiction S {:g} J {:g}", row.valve.s, row.valve.j);
     agree += row.predicted.has_value() == row.simulated.cycles ? 1U : 0U;
+    if (!row.predicted && row.simulated.cycles) {
+      ++missed;
+      out_of_reach += row.out_of_reach ? 1U : 0U;
+    }
     if (row.predicted && row.simulated.cycles) {
       fmt::print("{:<12} {:<24} {}   {}   {}\n", row.plant, valve,
                  pair_text(row.predicted->period_s, row.simulated.period_s),
@@ -173,9 +183,12 @@ void print_grid(const std::vector<Row>& rows) {
                                         ratios.front(), ratios.back());
   };
   fmt::print(
-      "\nWhether it cycles: {} of {} as predicted. Predicted over simulated, median (least to "
+      "\nWhether it cycles: {} of {} as predicted. Simulated cycles without a predicted one: {}, "
+      "of them {} "
+      "with L(jw)\ncrossing the negative imaginary axis below pi S/(4 J), where -1/N begins. "
+      "Predicted over simulated, median (least to "
       "largest):\n  period {}\n  PV amplitude {}\n  CO amplitude {}\n",
-      agree, rows.size(),
+      agree, rows.size(), missed, out_of_reach,
       spread([](const Row& r) { return r.predicted->period_s / r.simulated.period_s; }),
       spread([](const Row& r) { return r.predicted->pv_amplitude / r.simulated.pv_amplitude; }),
       spread([](const Row& r) { return r.predicted->co_amplitude / r.simulated.co_amplitude; }));
@@ -237,6 +250,22 @@ std::string nyquist(const analysis::LinearLoop& loop, const analysis::ValveNonli
   return chart_svg(chart);
 }
 
+// What a prediction of none is worth where the simulation cycles; empty elsewhere.
+std::string missed_why(const analysis::AxisReach& reach, const Row& row) {
+  if (row.predicted || !row.simulated.cycles) return {};
+  if (reach.loop < reach.valve && std::isfinite(reach.valve)) {
+    return fmt::format(
+        "           L(jw) crosses the negative imaginary axis at {:.3g}, below {:.3g} = pi S/(4 J) "
+        "where "
+        "-1/N begins:\n           they don't meet. The describing function takes CO for a "
+        "sinusoid; here it is a "
+        "triangle\n           with steps, so that this none is no evidence of rest",
+        reach.loop, reach.valve);
+  }
+  return "           the describing function takes CO for a sinusoid: its none is no evidence of "
+         "rest";
+}
+
 void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, const Row& row,
                const std::vector<analysis::LimitCycle>& cycles) {
   fmt::print("valve: {}\n",
@@ -257,6 +286,8 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
                cycle.co_amplitude);
   }
   if (cycles.empty()) fmt::print("predicted: no limit cycle\n");
+  const std::string why = missed_why(analysis::axis_reach(loop, row.valve), row);
+  if (!why.empty()) fmt::print("{}\n", why);
   if (row.simulated.cycles) {
     fmt::print("simulated: period {:.4g} s, PV +-{:.4g}, CO +-{:.4g}\n", row.simulated.period_s,
                row.simulated.pv_amplitude, row.simulated.co_amplitude);
@@ -302,6 +333,9 @@ int run_limit_cycle(const LimitCycleOptions& options) {
   if (!options.out.empty()) write_text_file(options.out, nyquist(loop, *valve, cycles));
   if (options.json) {
     nlohmann::json result = as_json(row);
+    const analysis::AxisReach reach = analysis::axis_reach(loop, *valve);
+    result["loop_crosses_axis_at"] = finite_or_null(reach.loop);
+    result["valve_begins_at"] = finite_or_null(reach.valve);
     result["gain_margin"] = m.gain_margin;
     result["phase_margin_deg"] = m.phase_margin_deg;
     result["sensitivity"] = m.sensitivity;

@@ -9,6 +9,8 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "config/config_reader.hpp"
 #include "hal/register_map/register_map.hpp"
@@ -72,7 +74,7 @@ void for_each(const MapOptions& options, Visit visit) {
     }
     for (std::size_t loop = 0; loop < options.loops.size(); ++loop) {
       for (const Register& reg : map::registers()) {
-        if (reg.table == table && reg.area == Area::loop) {
+        if (reg.table == table && reg.area != Area::box) {
           visit(reg, options.loops[loop], map::address(reg, loop));
         }
       }
@@ -139,6 +141,16 @@ Loops have the order of their files' names. Loop k, from 0, begins at:
 |---|---|---|
 )";
 
+constexpr const char* kConditions = R"(
+100 is as good as can be seen, 0 as bad as counts; -32768 (-327.68) is not known, which is not good. Each is
+100 (1 - worst of its values over their limits), from the newest window of the loop (96 s at 10 Hz). In
+automatic only: RMS of SP - PV (limit 5 % of the PV span) and stick band (10 % of the CO span), from the read-back
+or from a raised stiction, backlash or hysteresis alarm. In every mode: lag of the stem (30 s), mean |CO - stem|
+(3 % of the CO span), share of bad read-backs (10 %), of bad PV (10 %), and of cycles that were late, missing or
+not delivered (2 %). A raised low_air_supply makes the actuator's 0. Without read-back and without specialists
+valve, actuator and positioner are not known.
+)";
+
 }  // namespace
 
 std::string map_markdown() {
@@ -148,6 +160,9 @@ std::string map_markdown() {
     const map::Layout l = map::layout(table);
     text +=
         fmt::format("| {}s | 0 | {} + {} k |\n", map::to_text(table), l.first_loop, l.loop_stride);
+    if (l.condition_stride == 0) continue;
+    text += fmt::format("| {}s, second block | | {} + {} k |\n", map::to_text(table),
+                        l.first_condition, l.condition_stride);
   }
   for (const Table table : kTableOrder) {
     std::string name = map::to_text(table);
@@ -156,6 +171,10 @@ std::string map_markdown() {
     table_rows(text, table, Area::box);
     text += fmt::format("\n## {}s of a loop\n", name);
     table_rows(text, table, Area::loop);
+    if (map::layout(table).condition_stride == 0) continue;
+    text += fmt::format("\n## {}s of a loop, second block: condition indices\n", name);
+    text += kConditions;
+    table_rows(text, table, Area::condition);
   }
   return text;
 }
@@ -376,17 +395,29 @@ return msg;
                   {"func", code},
                   {"outputs", 1}});
   const map::Layout l = map::layout(Table::input_register);
-  for (std::size_t block = 0; block <= options.loops.size(); ++block) {
-    const std::size_t first = block == 0 ? 0 : l.first_loop + (block - 1) * l.loop_stride;
+  struct Block {
+    std::string name;
+    std::size_t first;
+    int quantity;
+  };
+  std::vector<Block> blocks{{"box", 0, l.box_size}};
+  for (std::size_t loop = 0; loop < options.loops.size(); ++loop) {
+    const std::string& name = options.loops[loop];
+    blocks.push_back({name, l.first_loop + loop * l.loop_stride, l.loop_stride});
+    blocks.push_back(
+        {name + " condition", l.first_condition + loop * l.condition_stride, l.condition_stride});
+  }
+  for (std::size_t block = 0; block < blocks.size(); ++block) {
+    const std::size_t first = blocks[block].first;
     const std::string id = fmt::format("lw-read-{}", block);
     const std::string mark = fmt::format("lw-mark-{}", block);
     flow.push_back({{"id", id},
                     {"type", "modbus-read"},
-                    {"name", block == 0 ? std::string("box") : options.loops[block - 1]},
+                    {"name", blocks[block].name},
                     {"unitid", options.unit},
                     {"dataType", "InputRegister"},
                     {"adr", first},
-                    {"quantity", 64},
+                    {"quantity", blocks[block].quantity},
                     {"rate", 1},
                     {"rateUnit", "s"},
                     {"server", "lw-client"},

@@ -43,7 +43,7 @@ class Screen {
   termios before_{};
 };
 
-// True once Ctrl-C was pressed or SIGTERM arrived, after watch_interrupts().
+// True once Ctrl-C was pressed, or SIGTERM or SIGHUP arrived, after watch_interrupts().
 void watch_interrupts();
 bool interrupted() noexcept;
 

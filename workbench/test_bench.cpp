@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <thread>
 #include <utility>
 
@@ -18,6 +19,9 @@ double number(const nlohmann::json& loop, const char* key) {
   const auto it = loop.find(key);
   return it != loop.end() && it->is_number() ? it->get<double>() : std::nan("");
 }
+
+// Does not throw where the terminal is gone.
+void say(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 }  // namespace
 
@@ -68,11 +72,24 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
   taken_ = true;
   try {
     daemon_.set(loop_, {{"mode", "man"}});
+    if (!order_taken()) throw TestAborted(loop_ + " does not go to manual");
   } catch (const std::exception&) {
     // The order may have been taken though its answer was lost, and a constructor that throws has no destructor.
     put_back();
     throw;
   }
+}
+
+bool LiveBench::order_taken() {
+  using Clock = std::chrono::steady_clock;
+  const auto patience = std::chrono::duration<double>(3.0 * sample_time_s_ / accelerate_ + 5.0);
+  const auto deadline = Clock::now() + patience;
+  while (status().value("requested_mode", "") != "MAN") {
+    if (Clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  in_manual_ = true;
+  return true;
 }
 
 nlohmann::json LiveBench::status() {
@@ -115,9 +132,8 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
     }
     const nlohmann::json now = status();
     if (now.value("requested_mode", "") != "MAN") {
-      // Not before it had the time to take the order.
-      given_up_ = seen_rows_ + rows.size() > 20;
-      if (given_up_) throw TestAborted("somebody took the loop out of manual");
+      given_up_ = true;
+      throw TestAborted("somebody took the loop out of manual");
     }
     if (now.value("fault", "none") != "none") {
       throw TestAborted("the loop has a fault: " + now.value("fault", "?"));
@@ -125,30 +141,35 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
     std::this_thread::sleep_for(
         std::chrono::duration<double>(std::clamp(0.5 * sample_time_s_ / accelerate_, 0.005, 0.1)));
   }
-  seen_rows_ += rows.size();
   return rows;
 }
 
-void LiveBench::restore() {
-  if (status().value("requested_mode", "") != "MAN") return;  // somebody else has it now
+bool LiveBench::restore() {
+  // An order still on its way would take the loop to manual behind our back.
+  if (!in_manual_ && !order_taken()) return false;
+  if (status().value("requested_mode", "") != "MAN") return false;
   daemon_.set(loop_, {{"output", start_}});
-  if (!was_automatic_) return;
+  if (!was_automatic_) return true;
   daemon_.set(loop_, {{"mode", "auto"}});
   // In manual the set point may have followed PV.
   daemon_.set(loop_, {{"set_point", start_sp_}});
+  return true;
 }
 
 LiveBench::~LiveBench() { put_back(); }
 
 void LiveBench::put_back() noexcept {
   if (!taken_ || given_up_) return;
+  const char* const mode = was_automatic_ ? "auto" : "man";
   try {
-    restore();
-    fmt::print(stderr, "{}: output back at {:.4g}, mode {}\n", loop_, start_,
-               was_automatic_ ? "auto" : "man");
+    if (restore()) {
+      say(fmt::format("{}: output back at {:.4g}, mode {}\n", loop_, start_, mode));
+    } else {
+      say(fmt::format("{}: not in manual any more, left as it is\n", loop_));
+    }
   } catch (const std::exception& e) {
-    fmt::print(stderr, "{}: could not be put back (output {:.4g}, mode {}): {}\n", loop_, start_,
-               was_automatic_ ? "auto" : "man", e.what());
+    say(fmt::format("{}: could not be put back (output {:.4g}, mode {}): {}\n", loop_, start_, mode,
+                    e.what()));
   }
 }
 

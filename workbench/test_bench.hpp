@@ -64,7 +64,7 @@ struct LiveLimits {
   double pv_low, pv_high;  // PV units: beyond them the test ends
 };
 
-// Takes the loop to manual. However it ends (limit of PV, Ctrl-C, an error), the destructor puts the
+// Takes the loop to manual. However it ends (limit of PV, Ctrl-C, SIGTERM, SIGHUP, an error), the destructor puts the
 // output back to where it was, and then mode and set point. Where somebody else took the loop out of
 // manual, it is left to him. What it can't do: kill -9 of the workbench leaves the loop in manual, at the last
 // output of the test.
@@ -83,7 +83,10 @@ class LiveBench : public TestBench {
 
  private:
   nlohmann::json status();
-  void restore();
+  // Waits for the loop to take our order for manual; false: it had the time and did not.
+  bool order_taken();
+  // False: somebody else has the loop now.
+  bool restore();
   void put_back() noexcept;  // restores, and says whether it could
 
   DaemonClient daemon_;
@@ -97,13 +100,13 @@ class LiveBench : public TestBench {
   double start_pv_ = 0.0;
   double start_sp_ = 0.0;
   bool was_automatic_ = false;
-  bool taken_ = false;     // in manual by us
-  bool given_up_ = false;  // somebody else took it
+  bool taken_ = false;      // in manual by us, or ordered to be
+  bool in_manual_ = false;  // and seen there
+  bool given_up_ = false;   // somebody else took it
   double last_sent_ = 0.0;
   bool sent_ = false;
   std::uint64_t next_period_ = 0;  // not yet seen
   std::uint64_t due_period_ = 0;   // end of the present hold
-  std::size_t seen_rows_ = 0;
 };
 
 }  // namespace loopwarden::workbench

@@ -66,6 +66,21 @@ std::string valve_line(const nlohmann::json& loop) {
       m.value("stick_percent", 0.0), m.value("stick_source", ""));
 }
 
+// The condition indices, 100 good and 0 bad.
+std::string condition_line(const nlohmann::json& loop) {
+  const auto& condition = loop.at("monitor").at("condition");
+  const auto index = [&](const char* key) {
+    const auto& value = condition.at(key);
+    return value.is_number() ? fmt::format("{:.0f}", value.get<double>()) : std::string("-");
+  };
+  return fmt::format(
+      "condition: control performance {}   valve {}   actuator {}   positioner {}   environment {} "
+      "  "
+      "(100 good, 0 bad, - not known)",
+      index("control_performance"), index("valve"), index("actuator"), index("positioner"),
+      index("environment"));
+}
+
 std::string page(const nlohmann::json& status, std::size_t selected, const Trend& trend,
                  double window_s) {
   const TerminalSize size = terminal_size();
@@ -81,12 +96,13 @@ std::string page(const nlohmann::json& status, std::size_t selected, const Trend
   }
   text += "\n";
   const auto& loop = status.at("loops").at(selected);
-  const int used = static_cast<int>(shown) + 8;
+  const int used = static_cast<int>(shown) + 9;
   for (const std::string& line :
        trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
     text += line + "\n";
   }
   text += coloured(valve_line(loop), Colour::grey) + "\n";
+  text += coloured(condition_line(loop), Colour::grey) + "\n";
   text += coloured(details(loop), Colour::grey) + "\n";
   text += coloured("q quit   up/down select loop   +/- longer or shorter trend", Colour::grey);
   return text;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -53,7 +54,16 @@ double from_scaled(double percent, double low, double high) {
 
 double flag(bool set) { return set ? 1.0 : 0.0; }
 double number(std::size_t value) { return static_cast<double>(value); }
-AlarmKind kind_of(const Register& reg) { return static_cast<AlarmKind>(reg.alarm); }
+// Of a field that stands for no alarm: the first, of no account.
+AlarmKind kind_of(const Register& reg) {
+  return reg.field == Field::condition ? AlarmKind{} : static_cast<AlarmKind>(reg.which);
+}
+
+double condition_percent(const analysis::ConditionIndices& indices, std::size_t which) {
+  const std::array all{indices.control_performance, indices.valve, indices.actuator,
+                       indices.positioner, indices.environment};
+  return std::isfinite(all[which]) ? all[which] : kNotThere;
+}
 
 bool is(const LoopReading& loop, hal::record::RecordFlag bit) {
   return (loop.row.flags & bit) != 0;
@@ -185,6 +195,8 @@ double MapBank::Snapshot::box_value(Field field) {
     case Field::journal_waiting: return number(box().journal_waiting);
     case Field::journal_lost: return number(box().journal_lost);
     case Field::clients: return server_.clients;
+    case Field::first_condition: return map::layout(Table::input_register).first_condition;
+    case Field::condition_stride: return map::layout(Table::input_register).condition_stride;
     case Field::running: return 1.0;
     case Field::any_alarm_active: return flag(totals().active > 0);
     case Field::any_alarm_unacknowledged: return flag(totals().unacknowledged > 0);
@@ -241,7 +253,7 @@ double MapBank::Snapshot::loop_value(const Register& reg, const LoopReading& loo
     case Field::window_state: return static_cast<double>(loop.watch.window_state);
     case Field::window_number: return loop.watch.windows;
     case Field::window_severity: return loop.watch.judgement.severity_percent;
-    case Field::probability: return 100.0 * loop.watch.judgement.probability[reg.alarm];
+    case Field::probability: return 100.0 * loop.watch.judgement.probability[reg.which];
     case Field::alarm_severity: return alarm.active() ? alarm.memory().severity_percent : 0.0;
     case Field::alarm_state: return static_cast<double>(alarm.state());
     case Field::hours_automatic: return loop.watch.times.seconds_in(Mode::automatic) / kHour;
@@ -249,6 +261,7 @@ double MapBank::Snapshot::loop_value(const Register& reg, const LoopReading& loo
     case Field::hours_at_limit: return loop.watch.times.seconds_at_limit() / kHour;
     case Field::records_dropped: return number(loop.dropped);
     case Field::corrective_action: return static_cast<double>(loop.watch.corrective);
+    case Field::condition: return condition_percent(loop.watch.condition, reg.which);
     case Field::veto_corrective_action: return flag(loop.watch.veto != model::Veto::none);
     case Field::alarm_active: return flag(alarm.active());
     case Field::alarm_unacknowledged: return flag(alarm.unacknowledged());

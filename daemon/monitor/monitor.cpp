@@ -88,11 +88,14 @@ bool Monitor::take_turn(std::size_t index) {
     ++taken;
     const bool at_limit = (row.flags & (hal::record::kAtLow | hal::record::kAtHigh)) != 0;
     track.times.add(static_cast<control::Mode>(row.mode), at_limit);
-    window = pass_on(index, track.monitor.add(cycle_of(row)));
+    const model::Cycle cycle = cycle_of(row);
+    track.condition.add(cycle, static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
+                        (row.flags & (hal::record::kLateCycle | hal::record::kOutputLost)) != 0);
+    window = pass_on(index, track.monitor.add(cycle));
   }
   if (taken == 0) return false;
   cycles_.fetch_add(taken, std::memory_order_relaxed);
-  board_.set_times(index, track.times, track.monitor.state());
+  board_.set_progress(index, track.times, track.condition.indices(), track.monitor.state());
   return window || taken == kCyclesATurn;
 }
 
@@ -105,11 +108,13 @@ bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
       correct(index, step, false);
       return false;
     case Kind::not_fit:
+      tracks_[index].condition.window(step.measures, nullptr);
       board_.window_not_fit(index, step.measures, step.state);
       correct(index, step, false);
       break;
     case Kind::judged: {
       bool came = false;
+      tracks_[index].condition.window(step.measures, &step.conditions);
       for (const model::AlarmKind alarm :
            board_.window_judged(index, step.measures, step.judgement, step.conditions)) {
         came = came || alarm == model::AlarmKind::stiction;

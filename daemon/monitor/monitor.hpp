@@ -19,6 +19,7 @@
 #include "hal/os/spsc_ring.hpp"
 #include "hal/os/thread.hpp"
 #include "hal/record/record_row.hpp"
+#include "model/monitor/condition_watch.hpp"
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/mode_times.hpp"
@@ -74,11 +75,13 @@ class Monitor {
           orders(watched.orders),
           monitor(watched.window, watched.rule, watched.judge),
           corrective(watched.corrective),
+          condition(watched.window),
           times(watched.window.sample_time_s) {}
     hal::os::SpscRing<hal::record::RecordRow>* cycles;
     hal::os::SpscRing<rt::OperatorCommand>* orders;
     loopwarden::monitor::LoopMonitor monitor;
     loopwarden::monitor::CorrectiveAction corrective;
+    loopwarden::monitor::ConditionWatch condition;
     loopwarden::monitor::ModeTimes times;
   };
   // True if there may be more.

@@ -98,9 +98,11 @@ void WatchBoard::suppressed(std::size_t loop, WindowState why) {
   write_down(loop, before, watch.alarms.window_not_valid());
 }
 
-void WatchBoard::set_times(std::size_t loop, const model::ModeTimes& times, WindowState state) {
+void WatchBoard::set_progress(std::size_t loop, const model::ModeTimes& times,
+                              const analysis::ConditionIndices& condition, WindowState state) {
   const std::lock_guard lock(mutex_);
   watches_[loop].times = times;
+  watches_[loop].condition = condition;
   if (state != WindowState::valid) watches_[loop].window_state = state;
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "daemon/journal/journal.hpp"
+#include "model/analysis/condition_index.hpp"
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/mode_times.hpp"
@@ -35,6 +36,7 @@ struct LoopWatch {
   loopwarden::monitor::WindowMeasures measures;    // of the newest window
   loopwarden::monitor::WindowJudgement judgement;  // of the newest window that was judged
   loopwarden::monitor::ModeTimes times;
+  loopwarden::analysis::ConditionIndices condition;
   loopwarden::monitor::CorrectiveState corrective = loopwarden::monitor::CorrectiveState::off;
   loopwarden::monitor::Veto veto = loopwarden::monitor::Veto::none;  // the operator's
 };
@@ -81,8 +83,9 @@ class WatchBoard {
   // No window can be had at present.
   void interrupted(std::size_t loop, loopwarden::monitor::WindowState why);
   // `state`: of the window that is being gathered; valid leaves that of the newest window.
-  void set_times(std::size_t loop, const loopwarden::monitor::ModeTimes& times,
-                 loopwarden::monitor::WindowState state);
+  void set_progress(std::size_t loop, const loopwarden::monitor::ModeTimes& times,
+                    const loopwarden::analysis::ConditionIndices& condition,
+                    loopwarden::monitor::WindowState state);
   void pass_time();
   loopwarden::monitor::Veto veto(std::size_t loop) const;
   void corrective_state(std::size_t loop, loopwarden::monitor::CorrectiveState state);

@@ -24,6 +24,12 @@ constexpr Register loop_in(Field field, std::uint16_t offset, RegisterType type,
   return {field, alarm,  Table::input_register, Area::loop, offset, type, scale, name,
           unit,  meaning};
 }
+constexpr Register condition_in(std::uint8_t which, const char* name, const char* meaning) {
+  return {Field::condition, which, Table::input_register,
+          Area::condition,  which, i16,
+          kHundredth,       name,  "%",
+          meaning};
+}
 constexpr Register holding(Field field, Area area, std::uint16_t offset, RegisterType type,
                            const char* name, const char* unit, const char* meaning,
                            double scale = 1.0, std::uint8_t alarm = 0) {
@@ -105,6 +111,10 @@ constexpr std::array kRegisters{
     box_in(Field::journal_lost, 37, u16, "journal_lost", "",
            "lines that the disk never took; 65535: at least"),
     box_in(Field::clients, 38, u16, "clients", "", "connections to this server"),
+    box_in(Field::first_condition, 39, u16, "first_condition", "",
+           "address of the first loop's second block"),
+    box_in(Field::condition_stride, 40, u16, "condition_stride", "",
+           "from one loop's second block to the next"),
 
     loop_in(Field::sequence_head, 0, u16, "sequence_head", "",
             "counts the loop's cycles; equal to sequence_tail if the block is of one cycle"),
@@ -193,6 +203,14 @@ constexpr std::array kRegisters{
             "0 off, 1 waiting, 2 trying: the jacket acts, 3 helping, 4 given up, 5 vetoed"),
     loop_in(Field::sequence_tail, 63, u16, "sequence_tail", "", "as sequence_head"),
 
+    condition_in(
+        0, "condition_control_performance",
+        "100 good, 0 bad, -32768 not known: RMS of SP - PV; tuning or valve, it can't tell"),
+    condition_in(1, "condition_valve", "the same: stick band"),
+    condition_in(2, "condition_actuator", "the same: lag of the stem, low air"),
+    condition_in(3, "condition_positioner", "the same: stem off CO, read-back bad"),
+    condition_in(4, "condition_environment", "the same: PV bad, cycles late or not delivered"),
+
     holding(Field::master_heartbeat, Area::box, 0, u16, "master_heartbeat", "",
             "the master writes another number here at least every master_heartbeat.timeout"),
     holding(Field::wanted_mode, Area::loop, 0, u16, "mode", "", "0 manual, 1 automatic"),
@@ -272,12 +290,21 @@ constexpr std::uint16_t width_of(RegisterType type) {
   return type == RegisterType::u32 || type == RegisterType::f32 ? 2 : 1;
 }
 
+constexpr int size_of(const Layout& l, Area area) {
+  switch (area) {
+    case Area::loop: return l.loop_stride;
+    case Area::condition: return l.condition_stride;
+    case Area::box: break;
+  }
+  return l.box_size;
+}
+
 // No field lies on another one or outside its block: checked by the compiler.
 constexpr bool sound() {
   for (std::size_t i = 0; i < kRegisters.size(); ++i) {
     const Register& a = kRegisters[i];
     const Layout l = layout(a.table);
-    const int size = a.area == Area::box ? l.box_size : l.loop_stride;
+    const int size = size_of(l, a.area);
     if (a.offset + width_of(a.type) > size) return false;
     for (std::size_t k = 0; k < i; ++k) {
       const Register& b = kRegisters[k];
@@ -290,10 +317,11 @@ constexpr bool sound() {
   return true;
 }
 static_assert(sound());
+static_assert(layout(Table::input_register).first_condition + 8U * kMostLoops <= 0x10000);
 
 // Index into kRegisters + 1 by table, area and offset, 0: reserved.
 constexpr std::size_t kLargestBlock = 64;
-using Index = std::array<std::array<std::array<std::uint8_t, kLargestBlock>, 2>, kTables>;
+using Index = std::array<std::array<std::array<std::uint8_t, kLargestBlock>, kAreas>, kTables>;
 static_assert(kRegisters.size() < 255);
 constexpr Index make_index() {
   Index index{};
@@ -329,7 +357,12 @@ Place find(Table table, std::uint32_t address, std::size_t loops) noexcept {
   Place place;
   std::size_t offset = address;
   Area area = Area::box;
-  if (address >= l.first_loop) {
+  if (l.condition_stride > 0 && address >= l.first_condition) {
+    area = Area::condition;
+    place.loop = (address - l.first_condition) / l.condition_stride;
+    offset = (address - l.first_condition) % l.condition_stride;
+    if (place.loop >= loops || place.loop >= kMostLoops) return {};
+  } else if (address >= l.first_loop) {
     area = Area::loop;
     place.loop = (address - l.first_loop) / l.loop_stride;
     offset = (address - l.first_loop) % l.loop_stride;

@@ -3,8 +3,9 @@
 // every document and snippet is made (`loopwarden register-map`). Nothing else knows an address.
 //
 // Each of the four tables has one block for the box and, behind it, one of the same layout for each loop,
-// in the order of the loops' files. Addresses are those on the wire, from 0. A field of an f32 or u32
-// takes two registers. What lies between the fields of a block is reserved: it reads 0.
+// in the order of the loops' files. The input registers have a short second block of each loop behind the
+// room for all first ones, which are full. Addresses are those on the wire, from 0. A field of an f32 or
+// u32 takes two registers. What lies between the fields of a block is reserved: it reads 0.
 //
 // The map is a promise: a field keeps its place and meaning for as long as the major version stays.
 #pragma once
@@ -18,36 +19,40 @@
 namespace loopwarden::hal::register_map {
 
 inline constexpr std::uint16_t kMagic = 0x4C50;
-inline constexpr std::uint16_t kVersion = 0x0101;  // major, minor
+inline constexpr std::uint16_t kVersion = 0x0102;  // major, minor
 inline constexpr float kFloatTest = 123456.0F;     // 0x47F1 0x2000 in order abcd
 inline constexpr std::uint32_t kIntegerTest = 0x01020304;
 inline constexpr std::int16_t kScaledInvalid = -32768;  // a scaled copy of what is not there
 
 enum class Table : std::uint8_t { input_register, holding_register, discrete_input, coil };
 inline constexpr std::size_t kTables = 4;
-enum class Area : std::uint8_t { box, loop };
+inline constexpr std::size_t kAreas = 3;
+enum class Area : std::uint8_t { box, loop, condition };  // condition: the second block of a loop
 
 const char* to_text(Table table) noexcept;
 
 // Where the blocks of a table lie.
 struct Layout {
-  std::uint16_t box_size;     // the box's block begins at 0
-  std::uint16_t first_loop;   // where the first loop's block begins
-  std::uint16_t loop_stride;  // also the size of a loop's block
+  std::uint16_t box_size;              // the box's block begins at 0
+  std::uint16_t first_loop;            // where the first loop's block begins
+  std::uint16_t loop_stride;           // also the size of a loop's block
+  std::uint16_t first_condition = 0;   // where the first loop's second block begins; 0: none
+  std::uint16_t condition_stride = 0;  // also the size of it
 };
 constexpr Layout layout(Table table) noexcept {
   switch (table) {
-    case Table::input_register: return {64, 64, 64};
+    case Table::input_register: return {64, 64, 64, 0xE000, 8};
     case Table::holding_register:
     case Table::discrete_input: return {32, 32, 32};
     case Table::coil: break;
   }
   return {16, 16, 16};
 }
-// The input registers are the first to run out of addresses.
-inline constexpr std::size_t kMostLoops = (0x10000 - 64) / 64;
+// The input registers are the first to run out of addresses, at the second blocks.
+inline constexpr std::size_t kMostLoops = (0xE000 - 64) / 64;
 
-// Alarms are counted as monitor::AlarmKind; fields that stand once for each alarm carry its number.
+// Alarms are counted as monitor::AlarmKind, condition indices from control performance to environment as in
+// analysis::ConditionIndices; fields that stand once for each carry its number.
 enum class Field : std::uint8_t {
   // box, input registers
   magic,
@@ -78,6 +83,8 @@ enum class Field : std::uint8_t {
   journal_waiting,
   journal_lost,
   clients,
+  first_condition,
+  condition_stride,
   // loop, input registers
   sequence_head,
   mode,
@@ -118,6 +125,7 @@ enum class Field : std::uint8_t {
   records_dropped,
   corrective_action,
   sequence_tail,
+  condition,
   // discrete inputs
   running,
   any_alarm_active,
@@ -159,7 +167,7 @@ enum class Field : std::uint8_t {
 
 struct Register {
   Field field;
-  std::uint8_t alarm;  // of a field that stands once for each alarm, else 0
+  std::uint8_t which;  // of a field that stands once for each alarm or index: its number, else 0
   Table table;
   Area area;
   std::uint16_t offset;  // from the start of the block
@@ -179,9 +187,14 @@ std::uint16_t width(const Register& reg) noexcept;
 // Where a register lies for a loop; `loop` is of no account for the box's.
 constexpr std::uint32_t address(const Register& reg, std::size_t loop) noexcept {
   const Layout l = layout(reg.table);
-  return reg.area == Area::box
-             ? reg.offset
-             : static_cast<std::uint32_t>(l.first_loop + loop * l.loop_stride + reg.offset);
+  switch (reg.area) {
+    case Area::loop:
+      return static_cast<std::uint32_t>(l.first_loop + loop * l.loop_stride + reg.offset);
+    case Area::condition:
+      return static_cast<std::uint32_t>(l.first_condition + loop * l.condition_stride + reg.offset);
+    case Area::box: break;
+  }
+  return reg.offset;
 }
 
 // What lies at an address.

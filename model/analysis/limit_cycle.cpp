@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "model/analysis/describing_function.hpp"
@@ -15,7 +16,11 @@ using Complex = std::complex<double>;
 constexpr std::size_t kFrequencies = 1500;
 constexpr std::size_t kAmplitudes = 400;
 constexpr double kLargest = 200.0;  // times the least amplitude
-constexpr int kNewtonSteps = 40;
+// Of the amplitude beyond the least, over the least. With a small slip jump a cycle may lie this near.
+constexpr double kNearest = 1e-8;
+// What rounding leaves of it there is 1e-8 of it.
+constexpr double kConverged = 1e-7;
+constexpr int kNewtonSteps = 60;
 
 double cross(Complex a, Complex b) { return a.real() * b.imag() - a.imag() * b.real(); }
 
@@ -32,22 +37,28 @@ Complex critical(const ValveNonlinearity& valve, double amplitude) {
   return -1.0 / valve.describing_function(amplitude);
 }
 
-// Newton on (ln w, ln a) from where two pieces met. Nothing where it leaves.
+// Newton on w and the amplitude beyond the least, by their logarithms: -1/N begins as a square root of it.
+// From where two pieces met; nothing where it leaves.
 std::optional<LimitCycle> refined(const LinearLoop& loop, const ValveNonlinearity& valve, double w,
                                   double a) {
   constexpr double kStep = 1e-6;
+  constexpr double kExcessStep = 1e-3;  // larger, for the same reason
+  const double least = valve.least_amplitude();
+  double excess = a / least - 1.0;
   for (int i = 0; i < kNewtonSteps; ++i) {
     const Complex l = loop.open_loop(w);
+    a = least * (1.0 + excess);
     const Complex c = critical(valve, a);
     const Complex dl = (loop.open_loop(w * (1.0 + kStep)) - l) / kStep;
-    const Complex dc = (critical(valve, a * (1.0 + kStep)) - c) / kStep;
+    const Complex dc =
+        (critical(valve, least * (1.0 + excess * (1.0 + kExcessStep))) - c) / kExcessStep;
     const double determinant = cross(dl, -dc);
     if (determinant == 0.0) return std::nullopt;
     const double to_w = cross(c - l, -dc) / determinant;
     const double to_a = cross(dl, c - l) / determinant;
     w *= std::exp(std::clamp(to_w, -0.1, 0.1));
-    a = std::max(a * std::exp(std::clamp(to_a, -0.1, 0.1)), 1.0000001 * valve.least_amplitude());
-    if (std::abs(to_w) + std::abs(to_a) > 1e-9) continue;
+    excess = std::max(excess * std::exp(std::clamp(to_a, -1.0, 1.0)), 0.01 * kNearest);
+    if (std::abs(to_w) + std::abs(to_a) > kConverged) continue;
     return LimitCycle{
         .co_amplitude = a,
         .pv_amplitude = a * std::abs(valve.describing_function(a)) * std::abs(loop.process(w)),
@@ -84,10 +95,32 @@ std::vector<CriticalPoint> critical_locus(const ValveNonlinearity& valve, double
   const double least = valve.least_amplitude();
   for (std::size_t i = 0; i < count; ++i) {
     const double part = static_cast<double>(i) / static_cast<double>(count - 1);
-    const double amplitude = least * (1.0 + 1e-4 * std::pow((times - 1.0) / 1e-4, part));
+    const double amplitude = least * (1.0 + kNearest * std::pow((times - 1.0) / kNearest, part));
     points.push_back({amplitude, critical(valve, amplitude)});
   }
   return points;
+}
+
+AxisReach axis_reach(const LinearLoop& loop, const ValveNonlinearity& valve) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  AxisReach reach{.loop = kInfinite, .valve = kInfinite};
+  if (!valve.backlash && valve.j > 0.0) {
+    reach.valve = std::numbers::pi / 4.0 * valve.s / valve.j;
+  }
+  const std::vector<double> w = frequencies(loop, kFrequencies);
+  Complex before = loop.open_loop(w.front());
+  if (before.real() < 0.0) return reach;
+  for (const double one : w) {
+    const Complex l = loop.open_loop(one);
+    if (l.real() < 0.0) {
+      const double part = before.real() / (before.real() - l.real());
+      reach.loop = std::abs(before + part * (l - before));
+      return reach;
+    }
+    before = l;
+  }
+  reach.loop = 0.0;
+  return reach;
 }
 
 std::vector<LimitCycle> limit_cycles(const LinearLoop& loop, const ValveNonlinearity& valve) {

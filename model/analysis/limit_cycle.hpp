@@ -7,10 +7,18 @@
 // where -1/N, for growing a, leaves to the left of L for growing w (Loeb). PV's amplitude is
 // a |N(a)| |G(jw)|.
 //
+// Where it says none: with a slip jump J, -1/N begins on the negative imaginary axis at pi S/(4 J) and stays left
+// of it. A Nyquist curve that crosses this axis from the right, as that of a PI loop with Ti > T + L does, misses
+// -1/N if it crosses nearer to 0 than that (AxisReach); one that comes from the left (Ti < T + L) meets it. The loop
+// may cycle all the same: while the stem is stuck off the set point, CO ramps until it has crossed S, and the
+// stem jumps by J. CO is then a long triangle with the steps of the P action, and no sinusoid. With backlash
+// (J = 0) -1/N begins at infinity.
+//
 // What it can't do: it takes CO for a sinusoid and sees no second nonlinearity (limits, resolution).
 // How far it is off is printed by `loopwarden limit-cycle --grid`.
 //
-// Source: Gelb and Vander Velde (1968), ch. 3; Choudhury, Thornhill and Shah (2005).
+// Sources: Gelb and Vander Velde (1968), ch. 3; Choudhury, Thornhill and Shah (2005). Olsson and Åström, IEEE
+// Trans. Control Systems Technology 9 (2001), compare such predictions with exact cycles.
 #pragma once
 
 #include <complex>
@@ -45,6 +53,14 @@ struct LimitCycle {
 
 // All cycles, by amplitude. Empty: none is predicted.
 std::vector<LimitCycle> limit_cycles(const LinearLoop& loop, const ValveNonlinearity& valve);
+
+// Distances from 0 at which the Nyquist curve crosses the negative imaginary axis, coming from the right, and at
+// which -1/N begins there. loop < valve, in a stable loop: none is predicted.
+struct AxisReach {
+  double loop = 0.0;   // infinite: it comes from the left
+  double valve = 0.0;  // infinite: without a slip jump
+};
+AxisReach axis_reach(const LinearLoop& loop, const ValveNonlinearity& valve);
 
 // Points of -1/N for the drawing, from the least amplitude to `times` of it.
 struct CriticalPoint {

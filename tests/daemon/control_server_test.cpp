@@ -102,6 +102,22 @@ TEST_CASE("what is no request is refused with a reason, and nothing is ordered")
   CHECK(bench.orders().empty());
 }
 
+TEST_CASE("the status has the condition indices, null where one is not known") {
+  Bench bench;
+  const auto condition = [&] {
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("monitor").at("condition");
+  };
+  for (const auto& [name, value] : condition().items()) CHECK(value.is_null());
+  bench.board.set_progress(0, loopwarden::monitor::ModeTimes(0.1),
+                           {.control_performance = 91.0, .valve = 40.5, .environment = 100.0},
+                           loopwarden::monitor::WindowState::valid);
+  CHECK(condition() == json{{"control_performance", 91.0},
+                            {"valve", 40.5},
+                            {"actuator", nullptr},
+                            {"positioner", nullptr},
+                            {"environment", 100.0}});
+}
+
 TEST_CASE("an order reaches the loop's mailbox as it was given") {
   Bench bench;
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")

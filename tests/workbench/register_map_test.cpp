@@ -70,6 +70,8 @@ TEST_CASE("an address is written as each master counts", "[register_map]") {
   CHECK(map_mbpoll(options).find(
             "-0 -B -m tcp -p 502 -a 7 -t 3:float -r 136 -c 1 10.0.0.9  # FIC-102.pv\n") !=
         std::string::npos);
+  // Node-red fetches the second blocks as well.
+  CHECK(map_node_red(options).find(R"("adr": 57352)") != std::string::npos);
   CHECK(map_ignition(options).find("FIC-102.pv,[loopwarden]7.IRF137,1,PV") != std::string::npos);
   CHECK(map_telegraf(options).find(
             R"({ name = "FIC_102_pv", byte_order = "ABCD", )"

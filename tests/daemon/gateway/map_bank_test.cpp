@@ -157,6 +157,21 @@ TEST_CASE("what is not there is never sent as a number that is none", "[gateway]
   CHECK(bench.word("pv_scaled") == 0x8001);
 }
 
+TEST_CASE("condition indices have a block of their own, and a mark where one is not known",
+          "[gateway][map]") {
+  Bench bench;
+  bench.plant.readings[1].watch.condition = {
+      .control_performance = 99.5, .valve = 0.0, .actuator = 12.34, .positioner = 100.0};
+  CHECK(bench.box_word("first_condition") == 0xE000);
+  CHECK(bench.box_word("condition_stride") == 8);
+  CHECK(bench.read(Table::input_register, 0xE008, 8) ==
+        Words{9950, 0, 1234, 10'000, 0x8000, 0, 0, 0});
+  // The other loop's: nothing is known yet.
+  CHECK(bench.read(Table::input_register, 0xE000, 5) == Words(5, 0x8000));
+  Words words(9);
+  CHECK(bench.bank.read(Table::input_register, 0xE008, words) == Exception::illegal_address);
+}
+
 TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   Bench bench;
   loopwarden::monitor::AlarmConditions on{};
@@ -179,7 +194,7 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
 
 TEST_CASE("reserved registers read 0, what is outside the map is refused", "[gateway][map]") {
   Bench bench(1);
-  CHECK(bench.read(Table::input_register, 40, 24) == Words(24, 0));
+  CHECK(bench.read(Table::input_register, 41, 23) == Words(23, 0));
   Words words(2);
   CHECK(bench.bank.read(Table::input_register, 128, words) == Exception::illegal_address);
   CHECK(bench.bank.read(Table::input_register, 127, words) == Exception::illegal_address);

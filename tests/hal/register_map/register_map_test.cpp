@@ -14,14 +14,14 @@ using loopwarden::hal::modbus::RegisterType;
 TEST_CASE("every register is found where it says it is, for every loop", "[register_map]") {
   constexpr std::size_t kLoops = 3;
   for (const Register& reg : registers()) {
-    for (std::size_t loop = 0; loop < (reg.area == Area::loop ? kLoops : 1); ++loop) {
+    for (std::size_t loop = 0; loop < (reg.area == Area::box ? 1 : kLoops); ++loop) {
       for (std::uint16_t word = 0; word < width(reg); ++word) {
         const Place place = find(reg.table, address(reg, loop) + word, kLoops);
         INFO(reg.name << " of loop " << loop);
         REQUIRE(place.in_map);
         CHECK(place.reg == &reg);
         CHECK(place.word == word);
-        if (reg.area == Area::loop) CHECK(place.loop == loop);
+        if (reg.area != Area::box) CHECK(place.loop == loop);
       }
     }
   }
@@ -29,16 +29,21 @@ TEST_CASE("every register is found where it says it is, for every loop", "[regis
 
 TEST_CASE("between fields a block is reserved, behind the last loop there is nothing",
           "[register_map]") {
-  CHECK(find(Table::input_register, 40, 2).in_map);
-  CHECK(find(Table::input_register, 40, 2).reg == nullptr);
+  CHECK(find(Table::input_register, 50, 2).in_map);
+  CHECK(find(Table::input_register, 50, 2).reg == nullptr);
   CHECK(find(Table::holding_register, 32 + 30, 2).reg == nullptr);
   CHECK(find(Table::input_register, 64 + 2 * 64 - 1, 2).in_map);
   CHECK_FALSE(find(Table::input_register, 64 + 2 * 64, 2).in_map);
   CHECK_FALSE(find(Table::input_register, 64, 0).in_map);
   CHECK_FALSE(find(Table::coil, 16 + 16, 1).in_map);
-  CHECK(find(Table::input_register, 65535, 5000).in_map);
-  CHECK(kMostLoops == 1023);
-  CHECK(find(Table::input_register, 65535, 1023).loop == 1022);
+  CHECK(kMostLoops == 895);
+  CHECK(find(Table::input_register, 0xE000 - 1, 5000).loop == 894);
+  // The second blocks: three reserved registers each, then nothing.
+  CHECK(find(Table::input_register, 0xE000 + 8 + 5, 2).in_map);
+  CHECK(find(Table::input_register, 0xE000 + 8 + 5, 2).reg == nullptr);
+  CHECK_FALSE(find(Table::input_register, 0xE000 + 2 * 8, 2).in_map);
+  CHECK(find(Table::input_register, 0xE000 + 895 * 8 - 1, 5000).loop == 894);
+  CHECK_FALSE(find(Table::input_register, 0xE000 + 895 * 8, 5000).in_map);
 }
 
 TEST_CASE("names tell the registers of a table apart; blocks are short enough for any master",
@@ -80,6 +85,11 @@ TEST_CASE("the places that are promised", "[register_map]") {
            Promise{Table::input_register, 113, "alarm_stiction", RegisterType::u16},
            Promise{Table::input_register, 127, "sequence_tail", RegisterType::u16},
            Promise{Table::input_register, 136, "pv", RegisterType::f32},
+           Promise{Table::input_register, 39, "first_condition", RegisterType::u16},
+           Promise{Table::input_register, 57344, "condition_control_performance",
+                   RegisterType::i16},
+           Promise{Table::input_register, 57353, "condition_valve", RegisterType::i16},
+           Promise{Table::input_register, 57356, "condition_environment", RegisterType::i16},
            Promise{Table::discrete_input, 32, "active_stiction", RegisterType::u16},
            Promise{Table::discrete_input, 37, "unacknowledged_stiction", RegisterType::u16},
            Promise{Table::holding_register, 0, "master_heartbeat", RegisterType::u16},

@@ -102,11 +102,40 @@ TEST_CASE("the predicted limit cycle is near the simulated one, and grows as the
   slow.valve_effects = {{.name = "stiction", .parameters = {{"s", 1.0}, {"j", 0.6}}}};
   CHECK(limit_cycles(linear_loop(slow), *valve_nonlinearity(slow)).empty());
   CHECK(simulated(slow).pv_amplitude > 0.2);
+  const AxisReach reach = axis_reach(linear_loop(slow), *valve_nonlinearity(slow));
+  CHECK(reach.loop < reach.valve);
   // A calm loop does not cycle with backlash.
   plant::LoopModel m = plant1(kThesis);
   m.valve_effects = {{.name = "backlash", .parameters = {{"deadband", 1.0}}}};
   CHECK(limit_cycles(linear_loop(m), *valve_nonlinearity(m)).empty());
   CHECK(simulated(m).pv_amplitude < 0.02);
+}
+
+TEST_CASE(
+    "none is predicted where the loop crosses the axis below the start of -1/N, and only there",
+    "[analysis][limit-cycle]") {
+  constexpr double kSum = 1.69376 + 2.6256;  // s, T + L
+  int predicted = 0;
+  int none = 0;
+  for (const double kp : {0.1, 0.35, 0.9}) {
+    // 4.2 s and 4.5 s lie close on either side of T + L.
+    for (const double ti_s : {3.0, 4.2, 4.5, 6.0, 8.7, 15.0}) {
+      const LinearLoop loop = linear_loop(plant1({.kp = kp, .ki = kp / ti_s}));
+      for (const double j : {0.1, 0.3, 0.6, 1.0}) {
+        CAPTURE(kp, ti_s, j);
+        const ValveNonlinearity valve{.backlash = false, .s = 1.0, .j = j};
+        const AxisReach reach = axis_reach(loop, valve);
+        CHECK(reach.valve == Approx(0.25 * 3.14159265 / j));
+        CHECK(std::isinf(reach.loop) == (ti_s < kSum));
+        const bool empty = limit_cycles(loop, valve).empty();
+        CHECK(empty == (reach.loop < reach.valve));
+        (empty ? none : predicted) += 1;
+      }
+    }
+  }
+  CHECK(predicted > 30);
+  CHECK(none > 15);
+  CHECK(std::isinf(axis_reach(linear_loop(plant1(kSimc)), {true, 1.0, 0.0}).valve));
 }
 
 }  // namespace limit_cycle_test

@@ -9,6 +9,7 @@
 #include "model/analysis/condition_index.hpp"
 #include "model/analysis/relay_test.hpp"
 #include "model/plant/backlash.hpp"
+#include "model/plant/low_air_supply.hpp"
 #include "model/plant/plant.hpp"
 #include "model/plant/stiction_choudhury.hpp"
 
@@ -36,6 +37,25 @@ ValveFigures run(ValveTest test, const std::function<double(double)>& valve) {
 }
 
 }  // namespace
+
+// The thesis, chapter 7: the lower the air pressure, the larger the dead band.
+TEST_CASE(
+    "with less air the signature of a valve is wider, if it moves faster than the air lets it",
+    "[analysis][valve-test]") {
+  const auto scan = [](ValveTest test, double rate) {
+    plant::LowAirSupply air({.rate = rate}, kSettings.sample_time_s);
+    air.reset(5.0);
+    return run(test, [&](double u) { return air.step(u); });
+  };
+  // The ramp goes 6 in 50 s, 0.12 a second.
+  CHECK(scan(ValveTest::dynamic_scan, 0.3).at("dead_band_percent") < 0.5);
+  const double low = scan(ValveTest::dynamic_scan, 0.1).at("dead_band_percent");
+  const double lower = scan(ValveTest::dynamic_scan, 0.06).at("dead_band_percent");
+  CHECK(low > 2.0);
+  CHECK(lower > 2.0 * low);
+  // Held for long enough, the stem arrives: it is no dead band in the sense of a valve's data sheet.
+  CHECK(scan(ValveTest::static_scan, 0.1).at("dead_band_percent") < 0.5);
+}
 
 TEST_CASE("valve tests measure what a valve was given", "[analysis][valve-test]") {
   const auto ideal = [](double u) { return u; };

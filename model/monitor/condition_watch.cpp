@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/condition_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace loopwarden::monitor {
+namespace {
+
+// Blocks of a window that a stem's lag is taken from: 4 s of 96 s.
+constexpr std::uint64_t kBlocks = 24;
+
+double share(std::uint64_t part, std::uint64_t whole) noexcept {
+  return static_cast<double>(part) / static_cast<double>(whole);
+}
+
+}  // namespace
+
+ConditionWatch::ConditionWatch(const WindowSettings& settings, double resolution_percent) noexcept
+    : co_span_(settings.co_high - settings.co_low),
+      sample_time_s_(settings.sample_time_s),
+      resolution_(resolution_percent / 100.0 * co_span_),
+      length_(kWindowSamples * std::max<std::size_t>(settings.decimation, 1)),
+      block_(length_ / kBlocks) {}
+
+void ConditionWatch::add(const Cycle& cycle, bool pv_bad, bool cycle_bad) noexcept {
+  const std::uint64_t missing =
+      any_ && cycle.period_index > last_period_ ? cycle.period_index - last_period_ - 1 : 0;
+  // The move across a gap is of unknown duration.
+  if (missing > 0) in_block_ = 0;
+  any_ = true;
+  last_period_ = cycle.period_index;
+  const bool read_back = std::isfinite(cycle.stem);
+  read_back_seen_ = read_back_seen_ || read_back;
+  stretch_.cycles += missing + 1;
+  stretch_.cycle_bad += missing + (cycle_bad ? 1U : 0U);
+  stretch_.pv_bad += pv_bad ? 1U : 0U;
+  stretch_.read_back_bad += read_back_seen_ && !read_back ? 1U : 0U;
+  if (read_back) {
+    ++stretch_.read_back_good;
+    follow(cycle.co, cycle.stem);
+  } else {
+    in_block_ = 0;
+  }
+  if (stretch_.cycles >= length_) close();
+}
+
+void ConditionWatch::follow(double co, double stem) noexcept {
+  const double error = co - stem;
+  stretch_.deviation += std::abs(error);
+  if (in_block_ == 0) {
+    block_start_ = stem;
+    block_error_ = 0.0;
+  } else {
+    // Trapezoids: a stem that jumps within a cycle was behind for half of it.
+    block_error_ += 0.5 * (last_error_ + error);
+  }
+  last_error_ = error;
+  if (++in_block_ <= block_) return;
+  const double move = stem - block_start_;
+  if (std::abs(move) > resolution_) {
+    stretch_.error_by_move += block_error_ * move;
+    stretch_.move_squared += move * move;
+  }
+  // The last cycle of a block is the first of the next.
+  in_block_ = 1;
+  block_start_ = stem;
+  block_error_ = 0.0;
+}
+
+void ConditionWatch::close() noexcept {
+  inputs_.pv_bad_share = share(stretch_.pv_bad, stretch_.cycles);
+  inputs_.cycle_bad_share = share(stretch_.cycle_bad, stretch_.cycles);
+  inputs_.read_back_bad_share = read_back_seen_ ? share(stretch_.read_back_bad, stretch_.cycles)
+                                                : analysis::ConditionInputs::kUnknown;
+  const bool known = stretch_.read_back_good > 0 && co_span_ > 0.0;
+  inputs_.stem_deviation_percent =
+      known ? 100.0 * stretch_.deviation / static_cast<double>(stretch_.read_back_good) / co_span_
+            : analysis::ConditionInputs::kUnknown;
+  inputs_.stem_lag_s =
+      stretch_.move_squared > 0.0
+          ? std::max(stretch_.error_by_move / stretch_.move_squared, 0.0) * sample_time_s_
+          : analysis::ConditionInputs::kUnknown;
+  stretch_ = {};
+}
+
+void ConditionWatch::window(const WindowMeasures& measures,
+                            const AlarmConditions* conditions) noexcept {
+  inputs_.rms_error_percent = std::hypot(measures.variability_percent, measures.mean_error_percent);
+  inputs_.stick_percent = measures.stick_source == StickSource::read_back
+                              ? measures.stick_percent
+                              : analysis::ConditionInputs::kUnknown;
+  const bool judged = conditions != nullptr;
+  if (judged) conditions_ = *conditions;
+  double& stick = inputs_.stick_percent;
+  for (const AlarmKind kind : {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::hysteresis}) {
+    const AlarmCondition& condition = conditions_[index_of(kind)];
+    if (condition.on) stick = std::fmax(stick, condition.severity_percent);
+  }
+  if (judged && !std::isfinite(stick)) stick = 0.0;
+  const bool low_air = conditions_[index_of(AlarmKind::low_air_supply)].on;
+  inputs_.actuator_alarm =
+      low_air || judged ? (low_air ? 1.0 : 0.0) : analysis::ConditionInputs::kUnknown;
+}
+
+}  // namespace loopwarden::monitor

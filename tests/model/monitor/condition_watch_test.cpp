@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/condition_watch.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "model/plant/random.hpp"
+
+namespace condition_watch_test {
+
+using namespace loopwarden::monitor;
+using loopwarden::analysis::ConditionIndices;
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kSampleTime = 0.1;  // s
+constexpr std::uint64_t kStretch = kWindowSamples;
+constexpr WindowSettings kSettings{.sample_time_s = kSampleTime, .co_low = 0.0, .co_high = 20.0};
+
+// CO that steps by 10 % of its span up and down every 12 s.
+double steps(std::uint64_t k) { return k / 120 % 2 == 0 ? 9.0 : 11.0; }
+
+Cycle cycle(std::uint64_t k, double stem) {
+  return {.period_index = k, .sp = 0.0, .pv = 0.0, .co = steps(k), .stem = stem};
+}
+
+AlarmConditions raised(AlarmKind kind, double severity_percent) {
+  AlarmConditions conditions{};
+  conditions[index_of(kind)] = {true, severity_percent};
+  return conditions;
+}
+
+}  // namespace
+
+TEST_CASE("before a stretch is full, and without read-back and judge, nothing is claimed",
+          "[monitor][condition]") {
+  ConditionWatch watch(kSettings);
+  for (std::uint64_t k = 1; k < kStretch; ++k) watch.add(cycle(k, kNan), false, false);
+  CHECK(std::isnan(watch.indices().environment));
+  watch.add(cycle(kStretch, kNan), false, false);
+  WindowMeasures measures;
+  // The upper bound from PV and CO is none.
+  measures.stick_percent = 9.0;
+  measures.stick_source = StickSource::ellipse;
+  measures.variability_percent = 0.3;
+  measures.mean_error_percent = 0.4;
+  watch.window(measures, nullptr);
+  const ConditionIndices indices = watch.indices();
+  CHECK(indices.environment == 100.0);
+  CHECK(indices.control_performance == Approx(100.0 * (1.0 - 0.5 / 5.0)));
+  CHECK(std::isnan(indices.valve));
+  CHECK(std::isnan(indices.actuator));
+  CHECK(std::isnan(indices.positioner));
+}
+
+TEST_CASE("the lag of a first-order stem, and how far it is from CO", "[monitor][condition]") {
+  for (const double lag_s : {0.5, 3.0, 12.0}) {
+    for (const double noise : {0.0, 0.01}) {
+      ConditionWatch watch(kSettings);
+      loopwarden::plant::Random random(5);
+      double stem = 9.0;
+      double deviation = 0.0;
+      for (std::uint64_t k = 0; k < kStretch; ++k) {
+        stem += (1.0 - std::exp(-kSampleTime / lag_s)) * (steps(k) - stem);
+        const double read_back = stem + noise * random.normal();
+        watch.add(cycle(k, read_back), false, false);
+        deviation += std::abs(steps(k) - read_back) / static_cast<double>(kStretch);
+      }
+      INFO("lag " << lag_s << " noise " << noise);
+      CHECK(watch.inputs().stem_lag_s == Approx(lag_s).epsilon(0.1).margin(0.1));
+      CHECK(watch.inputs().stem_deviation_percent == Approx(100.0 * deviation / 20.0));
+      CHECK(watch.indices().actuator == Approx(100.0 * (1.0 - watch.inputs().stem_lag_s / 30.0)));
+    }
+  }
+}
+
+TEST_CASE("a stem at rest has no lag that could be known; CO away from it counts",
+          "[monitor][condition]") {
+  ConditionWatch watch(kSettings);
+  for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.7), false, false);
+  CHECK(std::isnan(watch.indices().actuator));
+  // 0.7 and 1.3 of 20 in turn: 5 %, beyond the limit.
+  CHECK(watch.inputs().stem_deviation_percent == Approx(5.0).margin(0.1));
+  CHECK(watch.indices().positioner == 0.0);
+}
+
+TEST_CASE("bad read-backs, bad PV, late and missing cycles are shares of the stretch",
+          "[monitor][condition]") {
+  ConditionWatch watch(kSettings);
+  std::uint64_t k = 0;
+  for (; k < 915; ++k) {
+    // A read-back that was there once counts as missing later.
+    watch.add(cycle(k, k < 24   ? kNan
+                       : k < 48 ? steps(k)
+                       : k < 96 ? kNan
+                                : steps(k)),
+              k < 48, k < 5);
+  }
+  k += 5;  // five are missing
+  for (; k < kStretch; ++k) watch.add(cycle(k, steps(k)), false, false);
+  CHECK(watch.inputs().read_back_bad_share == Approx(48.0 / 961.0));
+  CHECK(watch.inputs().pv_bad_share == Approx(48.0 / 961.0));
+  CHECK(watch.inputs().cycle_bad_share == Approx(10.0 / 961.0));
+  CHECK(watch.indices().positioner == Approx(100.0 * (1.0 - 480.0 / 961.0)));
+  CHECK(watch.indices().environment == Approx(100.0 * (1.0 - 500.0 / 961.0)));
+  // The next stretch forgets it.
+  for (; k < 2 * kStretch; ++k) watch.add(cycle(k, steps(k)), false, false);
+  CHECK(watch.indices().environment == 100.0);
+  CHECK(watch.indices().positioner == 100.0);
+}
+
+TEST_CASE(
+    "the stick band from the read-back and from alarms lowers the valve, low air the actuator",
+    "[monitor][condition]") {
+  ConditionWatch watch(kSettings);
+  WindowMeasures measures;
+  const AlarmConditions none{};
+  watch.window(measures, &none);
+  CHECK(watch.indices().valve == 100.0);
+  CHECK(watch.indices().actuator == 100.0);
+  for (const AlarmKind kind : {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::hysteresis}) {
+    const AlarmConditions conditions = raised(kind, 4.0);
+    watch.window(measures, &conditions);
+    CHECK(watch.indices().valve == Approx(60.0));
+    CHECK(watch.indices().actuator == 100.0);
+  }
+  measures.stick_percent = 7.0;
+  measures.stick_source = StickSource::read_back;
+  watch.window(measures, &none);
+  CHECK(watch.indices().valve == Approx(30.0));
+  const AlarmConditions low_air = raised(AlarmKind::low_air_supply, 1.0);
+  watch.window({}, &low_air);
+  CHECK(watch.indices().actuator == 0.0);
+  CHECK(watch.indices().valve == 100.0);
+  // A window that can't be judged ends no alarm, and shows no health.
+  watch.window({}, nullptr);
+  CHECK(watch.indices().actuator == 0.0);
+  CHECK(std::isnan(watch.indices().valve));
+}
+
+}  // namespace condition_watch_test
