@@ -16,7 +16,7 @@ namespace loopwarden::daemon::evidence {
 struct Evidence {
   // --- the alarm ---
   std::string loop;
-  monitor::AlarmKind alarm = monitor::AlarmKind::stiction;
+  loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;
   std::int64_t raised_ms = 0;  // UTC, ms since 1970
   // --- the window, as it was judged: decimated, missing cycles stood in for ---
   std::vector<double> sp;
@@ -29,8 +29,8 @@ struct Evidence {
   double co_low = 0.0;
   double co_high = 100.0;
   // --- what was found ---
-  monitor::WindowMeasures measures;
-  monitor::WindowJudgement judgement;
+  loopwarden::monitor::WindowMeasures measures;
+  loopwarden::monitor::WindowJudgement judgement;
   // --- by whom ---
   std::string version;             // of the program
   std::uint32_t config_hash = 0;   // CRC-32 of the configuration files, as in the status
@@ -39,7 +39,7 @@ struct Evidence {
   std::uint32_t specialists_hash =
       0;  // CRC-32 of its manifest, which has the digests of all weights
 
-  void take(const monitor::Window& window) {
+  void take(const loopwarden::monitor::Window& window) {
     sp.assign(window.sp.begin(), window.sp.end());
     pv.assign(window.pv.begin(), window.pv.end());
     co.assign(window.co.begin(), window.co.end());
@@ -51,7 +51,7 @@ struct Evidence {
     co_high = window.co_high;
   }
   // Valid as long as this is.
-  monitor::Window window() const {
+  loopwarden::monitor::Window window() const {
     return {.sp = sp,
             .pv = pv,
             .co = co,

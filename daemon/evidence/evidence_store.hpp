@@ -59,7 +59,7 @@ class EvidenceStore {
   EvidenceStatus status() const;
   // The newest folder of this alarm on the disk.
   std::optional<std::filesystem::path> newest(const std::string& loop,
-                                              monitor::AlarmKind alarm) const;
+                                              loopwarden::monitor::AlarmKind alarm) const;
 
  private:
   void run();
