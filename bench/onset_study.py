@@ -19,7 +19,10 @@ BIN = pathlib.Path(__file__).resolve().parent.parent / "build/release/bin"
 
 
 def run(*command):
-    return subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True).stdout
+    done = subprocess.run([str(c) for c in command], stdout=subprocess.PIPE, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"onset_study: {' '.join(map(str, command))}: exit code {done.returncode}")
+    return done.stdout
 
 
 def judge(folder, truth, windows):

@@ -74,9 +74,8 @@ std::string condition_line(const nlohmann::json& loop) {
     return value.is_number() ? fmt::format("{:.0f}", value.get<double>()) : std::string("-");
   };
   return fmt::format(
-      "condition: control performance {}   valve {}   actuator {}   positioner {}   environment {} "
-      "  "
-      "(100 good, 0 bad, - not known)",
+      "condition (100 good, 0 bad, - not known): control performance {}   valve {}   actuator {}   "
+      "positioner {}   environment {}",
       index("control_performance"), index("valve"), index("actuator"), index("positioner"),
       index("environment"));
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/loop_file.hpp"
 
 namespace loopwarden::tests::live_bench_test {
 namespace {
@@ -31,22 +32,6 @@ std::string model_file(bool sticking) {
          "valve: {effects: [" + (sticking ? "{effect: stiction, s: 0.4, j: 0.2}" : "") + "]}\n" +
          "process: {gain: 1.2264, time_constant: 1.69376, dead_time: 2.6256}\n" +
          "transmitter: {range: [0, 10], resolution: 0, noise: 0}\n";
-}
-
-std::string loop_file(const std::string& tag, const std::string& model, const std::string& start) {
-  return "loop: " + tag + R"(
-sample_time: 0.1
-process_variable: {unit: L/min, range: [0, 10]}
-controller:
-  action: reverse
-  kp: 0.3494
-  ki: 0.0400074
-  set_point: {limits: [0, 9]}
-  output: {unit: V, range: [0, 10]}
-safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: previous_mode}
-recording: {enabled: false}
-start: )" +
-         start + "\nio: {backend: simulated, model: ../" + model + "}\n";
 }
 
 // A command of the workbench, from its start to its end.
@@ -129,11 +114,11 @@ const std::string kAutomatic = "{mode: automatic, set_point: 5}";
 
 TEST_CASE("a live step test measures the valve and puts output, mode and set point back",
           "[live_bench]") {
-  DaemonProcess daemon(
-      daemon_yaml(25.0),
-      {{"healthy.yaml", model_file(false)},
-       {"loops.d/1.yaml", loop_file("FIC-101", "healthy.yaml", kAutomatic)},
-       {"loops.d/2.yaml", loop_file("FIC-102", "healthy.yaml", "{mode: manual, set_point: 5}")}});
+  DaemonProcess daemon(daemon_yaml(25.0),
+                       {{"healthy.yaml", model_file(false)},
+                        {"loops.d/1.yaml", loop_file("FIC-101", "../healthy.yaml", kAutomatic)},
+                        {"loops.d/2.yaml",
+                         loop_file("FIC-102", "../healthy.yaml", "{mode: manual, set_point: 5}")}});
   daemon.start();
   REQUIRE(test::eventually([&] { return settled(daemon, "FIC-101"); },
                            std::chrono::milliseconds(60'000)));
@@ -168,8 +153,9 @@ TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[l
       daemon_yaml(25.0),
       {{"healthy.yaml", model_file(false)},
        {"sticking.yaml", model_file(true)},
-       {"loops.d/1.yaml", loop_file("FIC-101", "healthy.yaml", "{mode: manual, set_point: 5}")},
-       {"loops.d/2.yaml", loop_file("FIC-102", "sticking.yaml", "{mode: manual, set_point: 5}")}});
+       {"loops.d/1.yaml", loop_file("FIC-101", "../healthy.yaml", "{mode: manual, set_point: 5}")},
+       {"loops.d/2.yaml",
+        loop_file("FIC-102", "../sticking.yaml", "{mode: manual, set_point: 5}")}});
   daemon.start();
   stand_at(daemon, "FIC-101", 4.0);
   stand_at(daemon, "FIC-102", 4.0);
@@ -192,11 +178,10 @@ TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[l
         .get<double>();
   };
   scan("FIC-101", {});
+  CHECK(dead_band("FIC-101") < 0.1);
   const std::string text = scan(
       "FIC-102", {"--commissioning", (daemon.folder() / "FIC-101" / "valve-test.json").string()});
   CHECK(dead_band("FIC-102") > 1.0);
-  // A machine that answers late reads the flow while it still moves: not the 0 of a healthy valve then.
-  CHECK(dead_band("FIC-101") < 0.5 * dead_band("FIC-102"));
   const std::size_t line = text.find("dead_band_percent  ");
   REQUIRE(line != std::string::npos);
   CHECK(text.substr(line, text.find('\n', line) - line).find("at commissioning") !=
@@ -208,7 +193,7 @@ TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[l
 TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", "[live_bench]") {
   DaemonProcess daemon(daemon_yaml(25.0),
                        {{"healthy.yaml", model_file(false)},
-                        {"loops.d/1.yaml", loop_file("FIC-101", "healthy.yaml", kAutomatic)}});
+                        {"loops.d/1.yaml", loop_file("FIC-101", "../healthy.yaml", kAutomatic)}});
   daemon.start();
   const auto ready = [&] {
     REQUIRE(test::eventually([&] { return settled(daemon, "FIC-101"); },
@@ -273,7 +258,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
 TEST_CASE("an order to manual that is still on its way when the test ends is taken back",
           "[live_bench]") {
   // A cycle of 2 s: the loop takes the order long after it was given.
-  std::string slow = loop_file("FIC-101", "slow.yaml", kAutomatic);
+  std::string slow = loop_file("FIC-101", "../slow.yaml", kAutomatic);
   slow.replace(slow.find("sample_time: 0.1"), 16, "sample_time: 2");
   std::string model = model_file(false);
   model.replace(model.find("sample_time: 0.1"), 16, "sample_time: 2");
@@ -295,7 +280,7 @@ TEST_CASE("autotune on a live loop finds the ultimate gain and puts the loop bac
           "[live_bench]") {
   DaemonProcess daemon(daemon_yaml(10.0),
                        {{"healthy.yaml", model_file(false)},
-                        {"loops.d/1.yaml", loop_file("FIC-101", "healthy.yaml", kAutomatic)}});
+                        {"loops.d/1.yaml", loop_file("FIC-101", "../healthy.yaml", kAutomatic)}});
   daemon.start();
   REQUIRE(test::eventually([&] { return settled(daemon, "FIC-101"); },
                            std::chrono::milliseconds(60'000)));

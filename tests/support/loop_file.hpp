@@ -5,8 +5,11 @@
 
 namespace loopwarden::tests {
 
-// A loop on the simulated plant 1 that records nothing.
-inline std::string loop_file(const std::string& tag) {
+// A loop on the simulated plant 1, or on another model, that records nothing.
+inline std::string loop_file(const std::string& tag,
+                             const std::string& model = LOOPWARDEN_SOURCE_DIR
+                             "/config/examples/models/plant1.yaml",
+                             const std::string& start = "{mode: automatic, set_point: 5}") {
   return "loop: " + tag + R"(
 sample_time: 0.1
 process_variable: {unit: L/min, range: [0, 10]}
@@ -16,11 +19,10 @@ controller:
   ki: 0.04
   set_point: {limits: [0, 9]}
   output: {unit: V, range: [0, 10]}
-start: {mode: automatic, set_point: 5}
 safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: previous_mode}
 recording: {enabled: false}
-io: {backend: simulated, model: )" LOOPWARDEN_SOURCE_DIR R"(/config/examples/models/plant1.yaml}
-)";
+start: )" +
+         start + "\nio: {backend: simulated, model: " + model + "}\n";
 }
 
 }  // namespace loopwarden::tests
