@@ -93,6 +93,19 @@ constexpr LoopValue kLoopValues[] = {
     {"bus_reconnects_total", "counter", "connections made anew", "io", "reconnects"},
     {"bus_write_errors_total", "counter", "commands that a device did not confirm", "io",
      "write_errors"},
+    {"window_variability_percent", "gauge",
+     "standard deviation of SP - PV in a window, of the PV span", "monitor", "variability_percent"},
+    {"window_mean_error_percent", "gauge", "mean of SP - PV in a window, of the PV span", "monitor",
+     "mean_error_percent"},
+    {"oscillation_index", "gauge", "above 1: PV oscillates", "monitor", "oscillation_index"},
+    {"valve_stick_percent", "gauge",
+     "travel of CO after a turn before the valve follows, of the CO span", "monitor",
+     "stick_percent"},
+    {"valve_travel_percent_per_hour", "gauge",
+     "path of the stem, or of CO without a read-back, of the CO span", "monitor",
+     "travel_percent_per_hour"},
+    {"valve_reversals_per_hour", "gauge", "turns of that path", "monitor", "reversals_per_hour"},
+    {"windows_total", "counter", "windows that the monitor judged", "monitor", "windows"},
     {"recording_dropped_total", "counter", "rows that found the ring full", "recording", "dropped"},
     {"recording_lost_total", "counter", "rows that the disk refused", "recording", "rows_lost"}};
 
@@ -141,6 +154,19 @@ std::string metrics_text(const json& status) {
   page.family("automatic", "gauge", "1: the loop is in automatic");
   for (const json& loop : loops) {
     if (loop.contains("mode")) page.sample("automatic", label(loop), loop["mode"] == "AUTO");
+  }
+  page.family("alarm_active", "gauge", "1: the condition of the alarm is there");
+  for (const json& loop : loops) {
+    for (const auto& [alarm, state] : loop.value("alarms", json::object()).items()) {
+      page.sample("alarm_active", label(loop) + fmt::format(",alarm=\"{}\"", alarm),
+                  state.at("active"));
+    }
+  }
+  page.family("condition_index", "gauge", "100 good, 0 bad; left out where it is not known");
+  for (const json& loop : loops) {
+    for (const auto& [index, value] : loop.at("monitor").at("condition").items()) {
+      page.sample("condition_index", label(loop) + fmt::format(",of=\"{}\"", index), value);
+    }
   }
   for (const LoopValue& value : kLoopValues) {
     page.family(value.name, value.type, value.help);

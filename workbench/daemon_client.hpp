@@ -38,8 +38,8 @@ class DaemonClient {
   // `order`: "alarm", "action" and what belongs to it. Returns {"alarm": ..., "on_disk": ...}.
   nlohmann::json act(const std::string& loop, nlohmann::json order);
   nlohmann::json explain(const std::string& loop, const std::string& alarm);
-  // The newest lines, newest first; of every loop if `loop` is empty.
   nlohmann::json veto(const std::string& loop, bool veto, const std::string& reason);
+  // The newest lines, newest first; of every loop if `loop` is empty.
   nlohmann::json journal(std::size_t most, const std::string& loop);
 
  private:

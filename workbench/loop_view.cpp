@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <stdexcept>
 #include <utility>
 
 namespace loopwarden::workbench {
@@ -24,6 +25,56 @@ Colour mode_colour(const std::string& mode) {
 std::string duration(double seconds) {
   const auto s = static_cast<long>(seconds);
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+std::string record_and_bus_line(const nlohmann::json& loop) {
+  const auto& io = loop.at("io");
+  const auto& recording = loop.at("recording");
+  const auto age = [&](const char* key) {
+    const auto found = loop.find(key);
+    return found != loop.end() && found->is_number() ? fmt::format("{:.1f}", found->get<double>())
+                                                     : std::string("-");
+  };
+  return fmt::format(
+      "{}: {}   PV age {} ms   position age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: {} "
+      "transactions, {} "
+      "timeouts, "
+      "{} exceptions, {} invalid, {} reconnects",
+      loop.value("name", ""), loop.value("description", ""), age("pv_age_ms"),
+      age("position_age_ms"), recording.at("rows").get<std::uint64_t>(),
+      recording.at("dropped").get<std::uint64_t>() + recording.at("rows_lost").get<std::uint64_t>(),
+      recording.at("bytes").get<double>() / 1e6, io.at("transactions").get<std::uint64_t>(),
+      io.at("timeouts").get<std::uint64_t>(), io.at("device_exceptions").get<std::uint64_t>(),
+      io.at("invalid_replies").get<std::uint64_t>(), io.at("reconnects").get<std::uint64_t>());
+}
+
+// What the monitor says of the loop's valve.
+std::string valve_line(const nlohmann::json& loop) {
+  const auto& m = loop.at("monitor");
+  const double index = m.value("oscillation_index", 0.0);
+  return fmt::format(
+      "valve: {}   window {}: {}   variability {:.2f} %   {}   travel {:.0f} %/h   {:.0f} "
+      "reversals/h   stick {:.1f} % ({})",
+      loop.value("ne107", "-"), m.at("windows").get<std::uint64_t>(), m.value("window_state", ""),
+      m.value("variability_percent", 0.0),
+      index > 1.0 ? fmt::format("oscillates at {:.1f} s", m.value("oscillation_period_s", 0.0))
+                  : std::string("does not oscillate"),
+      m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
+      m.value("stick_percent", 0.0), m.value("stick_source", ""));
+}
+
+// The condition indices, 100 good and 0 bad.
+std::string condition_line(const nlohmann::json& loop) {
+  const auto& condition = loop.at("monitor").at("condition");
+  const auto index = [&](const char* key) {
+    const auto& value = condition.at(key);
+    return value.is_number() ? fmt::format("{:.0f}", value.get<double>()) : std::string("-");
+  };
+  return fmt::format(
+      "condition (100 good, 0 bad, - not known): control performance {}   valve {}   actuator {}   "
+      "positioner {}   environment {}",
+      index("control_performance"), index("valve"), index("actuator"), index("positioner"),
+      index("environment"));
 }
 
 }  // namespace
@@ -125,6 +176,18 @@ std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t se
                                 quantity(loop.value("stem", nlohmann::json()), co_unit), shown));
   }
   return lines;
+}
+
+std::vector<std::string> loop_details(const nlohmann::json& loop) {
+  return {valve_line(loop), condition_line(loop), record_and_bus_line(loop)};
+}
+
+std::size_t loop_index(const nlohmann::json& status, const std::string& name) {
+  const auto& loops = status.at("loops");
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    if (loops[i].at("name") == name) return i;
+  }
+  throw std::runtime_error("the daemon has no loop '" + name + "'");
 }
 
 std::vector<std::string> trend_view(const nlohmann::json& loop, const Trend& trend, double window_s,

@@ -34,6 +34,10 @@ std::string daemon_line(const nlohmann::json& status);
 std::string alarm_summary(const nlohmann::json& loop);
 // One line a loop; the selected one is marked.
 std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t selected);
+// What the monitor says of the valve, the condition indices, and how record and bus do.
+std::vector<std::string> loop_details(const nlohmann::json& loop);
+// Its place in the status. Throws std::runtime_error if the daemon has no such loop.
+std::size_t loop_index(const nlohmann::json& status, const std::string& name);
 // The last `window_s` seconds in a frame of `columns` x `rows`: PV and SP above, CO and stem below.
 std::vector<std::string> trend_view(const nlohmann::json& loop, const Trend& trend, double window_s,
                                     int columns, int rows);

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "workbench/daemon_client.hpp"
+#include "workbench/loop_view.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -24,10 +25,7 @@ struct SetOptions {
 
 nlohmann::json loop_of(DaemonClient& daemon, const std::string& name) {
   const nlohmann::json status = daemon.status();
-  for (const auto& loop : status.at("loops")) {
-    if (loop.at("name") == name) return loop;
-  }
-  throw std::runtime_error("the daemon has no loop '" + name + "'");
+  return status.at("loops")[loop_index(status, name)];
 }
 
 std::string summary(const nlohmann::json& loop) {

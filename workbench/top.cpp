@@ -19,65 +19,20 @@ namespace loopwarden::workbench {
 namespace {
 
 struct TopOptions {
+  std::string loop;  // empty: none in particular
   std::string socket = DaemonClient::kDefaultSocket;
   bool json = false;
   bool once = false;
 };
 
-void print_once(const nlohmann::json& status) {
+void print_once(const nlohmann::json& status, const std::string& loop) {
+  const std::size_t selected = loop.empty() ? status.at("loops").size() : loop_index(status, loop);
   fmt::print("{}\n", daemon_line(status));
-  for (const std::string& line : loop_table(status, status.at("loops").size()))
+  for (const std::string& line : loop_table(status, selected)) fmt::print("{}\n", line);
+  if (loop.empty()) return;
+  for (const std::string& line : loop_details(status.at("loops")[selected])) {
     fmt::print("{}\n", line);
-}
-
-std::string details(const nlohmann::json& loop) {
-  const auto& io = loop.at("io");
-  const auto& recording = loop.at("recording");
-  const auto age = [&](const char* key) {
-    const auto found = loop.find(key);
-    return found != loop.end() && found->is_number() ? fmt::format("{:.1f}", found->get<double>())
-                                                     : std::string("-");
-  };
-  return fmt::format(
-      "{}: {}   PV age {} ms   position age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: {} "
-      "transactions, {} "
-      "timeouts, "
-      "{} exceptions, {} invalid, {} reconnects",
-      loop.value("name", ""), loop.value("description", ""), age("pv_age_ms"),
-      age("position_age_ms"), recording.at("rows").get<std::uint64_t>(),
-      recording.at("dropped").get<std::uint64_t>() + recording.at("rows_lost").get<std::uint64_t>(),
-      recording.at("bytes").get<double>() / 1e6, io.at("transactions").get<std::uint64_t>(),
-      io.at("timeouts").get<std::uint64_t>(), io.at("device_exceptions").get<std::uint64_t>(),
-      io.at("invalid_replies").get<std::uint64_t>(), io.at("reconnects").get<std::uint64_t>());
-}
-
-// What the monitor says of the loop's valve.
-std::string valve_line(const nlohmann::json& loop) {
-  const auto& m = loop.at("monitor");
-  const double index = m.value("oscillation_index", 0.0);
-  return fmt::format(
-      "valve: {}   window {}: {}   variability {:.2f} %   {}   travel {:.0f} %/h   {:.0f} "
-      "reversals/h   stick {:.1f} % ({})",
-      loop.value("ne107", "-"), m.at("windows").get<std::uint64_t>(), m.value("window_state", ""),
-      m.value("variability_percent", 0.0),
-      index > 1.0 ? fmt::format("oscillates at {:.1f} s", m.value("oscillation_period_s", 0.0))
-                  : std::string("does not oscillate"),
-      m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
-      m.value("stick_percent", 0.0), m.value("stick_source", ""));
-}
-
-// The condition indices, 100 good and 0 bad.
-std::string condition_line(const nlohmann::json& loop) {
-  const auto& condition = loop.at("monitor").at("condition");
-  const auto index = [&](const char* key) {
-    const auto& value = condition.at(key);
-    return value.is_number() ? fmt::format("{:.0f}", value.get<double>()) : std::string("-");
-  };
-  return fmt::format(
-      "condition (100 good, 0 bad, - not known): control performance {}   valve {}   actuator {}   "
-      "positioner {}   environment {}",
-      index("control_performance"), index("valve"), index("actuator"), index("positioner"),
-      index("environment"));
+  }
 }
 
 std::string page(const nlohmann::json& status, std::size_t selected, const Trend& trend,
@@ -100,17 +55,15 @@ std::string page(const nlohmann::json& status, std::size_t selected, const Trend
        trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
     text += line + "\n";
   }
-  text += coloured(valve_line(loop), Colour::grey) + "\n";
-  text += coloured(condition_line(loop), Colour::grey) + "\n";
-  text += coloured(details(loop), Colour::grey) + "\n";
+  for (const std::string& line : loop_details(loop)) text += coloured(line, Colour::grey) + "\n";
   text += coloured("q quit   up/down select loop   +/- longer or shorter trend", Colour::grey);
   return text;
 }
 
-void watch(DaemonClient& daemon) {
+void watch(DaemonClient& daemon, const std::string& first) {
+  std::size_t selected = first.empty() ? 0 : loop_index(daemon.status(), first);
   watch_interrupts();
   Screen screen;
-  std::size_t selected = 0;
   double window_s = 60.0;
   std::optional<TrendBuffer> trend;
   while (!interrupted()) {
@@ -140,10 +93,10 @@ int run_top(const TopOptions& options) {
     fmt::print("{}\n", daemon.status().dump(2));
   } else if (options.once || !is_terminal(STDOUT_FILENO) || !is_terminal(STDIN_FILENO)) {
     use_colours(is_terminal(STDOUT_FILENO));
-    print_once(daemon.status());
+    print_once(daemon.status(), options.loop);
   } else {
     use_colours(true);
-    watch(daemon);
+    watch(daemon, options.loop);
   }
   return kExitOk;
 }
@@ -153,11 +106,13 @@ int run_top(const TopOptions& options) {
 void add_top(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<TopOptions>();
   CLI::App* sub = app.add_subcommand("top", "live view of a running daemon");
+  sub->add_option("loop", options->loop,
+                  "tag of the loop to begin with; with --once, to say more of");
   sub->add_option("--socket", options->socket, "the daemon's control socket")
       ->capture_default_str();
   sub->add_flag("--once", options->once, "print the state once, without the live view");
   sub->add_flag("--json", options->json, "print the state once as JSON");
-  sub->footer("Example: loopwarden top --socket /run/loopwardend/control.sock");
+  sub->footer("Example: loopwarden top --once FIC-101");
   sub->callback([options, &exit_code] { exit_code = run_top(*options); });
 }
 

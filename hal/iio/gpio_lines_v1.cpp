@@ -37,7 +37,12 @@ struct Found {
 Found find(const LineSettings& line) {
   if (line.chip.empty()) {
     gpiod_line* found = gpiod_line_find(line.line.c_str());
-    if (found == nullptr) fail(line, "no chip has a line of this name", 0);
+    if (found == nullptr) {
+      // One chip that can't be opened ends the search of all.
+      const int error = errno;
+      if (error == ENOENT) fail(line, "no chip has a line of this name", 0);
+      fail(line, "the chips can't be searched", error);
+    }
     return {Chip(gpiod_line_get_chip(found)), found};
   }
   Chip chip(gpiod_chip_open_lookup(line.chip.c_str()));

@@ -34,6 +34,11 @@ json status() {
              {"mode", "FALLBACK"},
              {"pv_age_ms", 250.0},
              {"position_age_ms", nullptr},
+             {"alarms", {{"stiction", {{"active", true}}}, {"backlash", {{"active", false}}}}},
+             {"monitor",
+              {{"oscillation_index", 1.5},
+               {"windows", 12},
+               {"condition", {{"valve", 37.5}, {"environment", nullptr}}}}},
              {"io", {{"connected", false}, {"timeouts", 7}}},
              {"recording", {{"dropped", 3}}}}}}};
 }
@@ -55,6 +60,11 @@ TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
   has("loopwarden_set_point{" + loop + "} 5.5");
   has("loopwarden_bus_timeouts_total{" + loop + "} 7");
   has("loopwarden_bus_connected{" + loop + "} 0");
+  has("loopwarden_alarm_active{" + loop + ",alarm=\"stiction\"} 1");
+  has("loopwarden_alarm_active{" + loop + ",alarm=\"backlash\"} 0");
+  has("loopwarden_condition_index{" + loop + ",of=\"valve\"} 37.5");
+  has("loopwarden_oscillation_index{" + loop + "} 1.5");
+  has("loopwarden_windows_total{" + loop + "} 12");
   // A histogram counts from below, and its last bin has no upper edge.
   has("loopwarden_wake_up_seconds_bucket{le=\"2e-06\"} 5");
   has("loopwarden_wake_up_seconds_bucket{le=\"4e-06\"} 8");
@@ -65,6 +75,7 @@ TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
   // What is not known is left out, never a number that means nothing.
   CHECK(text.find("loopwarden_process_variable{") == std::string::npos);
   CHECK(text.find("input=\"valve_position\"") == std::string::npos);
+  CHECK(text.find("of=\"environment\"") == std::string::npos);
   CHECK(text.find("nan") == std::string::npos);
 }
 
