@@ -157,7 +157,8 @@ std::string metrics_text(const json& status) {
   }
   page.family("alarm_active", "gauge", "1: the condition of the alarm is there");
   for (const json& loop : loops) {
-    for (const auto& [alarm, state] : loop.value("alarms", json::object()).items()) {
+    const json alarms = loop.value("alarms", json::object());
+    for (const auto& [alarm, state] : alarms.items()) {
       page.sample("alarm_active", label(loop) + fmt::format(",alarm=\"{}\"", alarm),
                   state.at("active"));
     }
