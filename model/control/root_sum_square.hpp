@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // sqrt(a^2 + b^2), of values whose squares are far from the largest number.
 //
-// Not std::hypot: of random arguments Debian 12's C library rounds one in eight otherwise on arm64 than on x86-64.
+// Not std::hypot, which Debian 12's C library rounds otherwise on arm64 than on x86-64.
 #pragma once
 
 #include <cmath>
