@@ -2,8 +2,8 @@
 # One CMake target per source folder. A target sees the headers of its own folder and of the
 # targets it links, nothing else: a forbidden #include does not compile.
 
-# Flags of every target of this project. Contraction into fused multiply-add is off so that the
-# same input gives the same bits on every x86-64 and arm64 machine.
+# Flags of every target of this project. Contraction into fused multiply-add is off so that the same input gives the
+# same bits on x86-64 and arm64, where g++ would contract (model/README.md: how far that goes).
 add_library(loopwarden_flags INTERFACE)
 target_compile_options(loopwarden_flags INTERFACE
   -Wall -Wextra -Wpedantic -Werror -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion

@@ -8,6 +8,7 @@ Calls through pointers are allowed only where the program calls an interface (Cl
 every implementation of these interfaces is a root itself.
 
 Usage: rt_gate.py build/release/bin/loopwardend      (every build has -fno-jump-tables)
+x86-64 and arm64; of the other one it needs that binutils (Debian: binutils-aarch64-linux-gnu).
 """
 import re
 import subprocess
@@ -23,22 +24,37 @@ INTERFACE_CALLERS = [
     r"loopwarden::daemon::rt::CyclicRunner::",  # Clock
     r"loopwarden::daemon::rt::ControlCycle::",  # LoopIo
 ]
-# What may be called outside the program: arithmetic, copying, and the two calls of the clock.
+# What may be called outside the program: arithmetic, copying, the two calls of the clock, and in a package's program
+# the end of one whose stack was overwritten.
 ALLOWED = {
     "memcpy", "memmove", "memset", "exp", "expm1", "log", "cos", "sin", "sincos", "atan2", "atanh", "pow", "sqrt", "floor", "ceil",
     "nearbyint", "lround", "round", "fmod", "fmin", "fmax", "clock_gettime", "clock_nanosleep",
+    "__stack_chk_fail",
 }
 MANDATORY_ROOTS = ["CyclicRunner::run", "SimLoopIo::read", "SimLoopIo::write", "ModbusLoopIo::read",
                    "ModbusLoopIo::write", "AnalogLoopIo::read", "AnalogLoopIo::write",
                    "ReplayLoopIo::read", "ReplayLoopIo::write"]
 
 FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
-CALL = re.compile(r"\s(?:call|jmp|j[a-z]+)\s+[0-9a-f]+ <(.*?)(?:\+0x[0-9a-f]+)?>\s*$")
-INDIRECT = re.compile(r"\s(?:notrack )?(?:call|jmp)\s+\*")
+TARGET = r"[0-9a-f]+ <(.*?)(?:\+0x[0-9a-f]+)?>\s*(?://.*)?$"
+# By the machine in the ELF header: whose objdump, and what calls and jumps look like, direct and through a pointer.
+# Of a machine that is not here nothing would be found to be wrong.
+MACHINES = {
+    62: ("x86_64-linux-gnu-objdump", re.compile(r"\s(?:call|jmp|j[a-z]+)\s+" + TARGET),
+         re.compile(r"\s(?:notrack )?(?:call|jmp)\s+\*")),
+    183: ("aarch64-linux-gnu-objdump",
+          re.compile(r"\s(?:bl?|b\.[a-z]+|cbn?z\s+\w+,|tbn?z\s+\w+, #\w+,)\s+" + TARGET),
+          re.compile(r"\s(?:blr|br)[a-z]*\s+x")),
+}
 
 
 def call_graph(binary):
-    text = subprocess.run(["objdump", "-d", "-C", "--no-show-raw-insn", binary], check=True,
+    with open(binary, "rb") as file:
+        machine = int.from_bytes(file.read(20)[18:], "little")
+    if machine not in MACHINES:
+        sys.exit(f"rt_gate: {binary} is no program of a machine that is known here (ELF machine {machine})")
+    objdump, call, through_pointer = MACHINES[machine]
+    text = subprocess.run([objdump, "-d", "-C", "--no-show-raw-insn", binary], check=True,
                           capture_output=True, text=True).stdout
     calls, indirect, current = {}, set(), None
     for line in text.splitlines():
@@ -47,9 +63,9 @@ def call_graph(binary):
             calls.setdefault(current, set())
         elif current is None:
             continue
-        elif INDIRECT.search(line):
+        elif through_pointer.search(line):
             indirect.add(current)
-        elif match := CALL.search(line):
+        elif match := call.search(line):
             if match.group(1) != current:
                 calls[current].add(match.group(1))
     return calls, indirect

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/control/root_sum_square.hpp"
+
 namespace loopwarden::gap {
 
 using plant::Block;
@@ -221,7 +223,7 @@ EffectSpec complete_spec(const Candidate& candidate, std::span<const double> v,
     case Kind::drift: return {"drift", {{"rate", solved[0]}}};
     case Kind::oscillating_disturbance:
       return {"oscillating_disturbance",
-              {{"amplitude", std::hypot(solved[0], solved[1])},
+              {{"amplitude", control::root_sum_square(solved[0], solved[1])},
                {"period", v[0]},
                {"phase", std::atan2(solved[1], solved[0])}}};
     case Kind::step_disturbance: return {"step_disturbance", {{"size", solved[0]}, {"time", v[0]}}};

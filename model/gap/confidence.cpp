@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/control/root_sum_square.hpp"
+
 namespace loopwarden::gap {
 namespace {
 
@@ -45,7 +47,8 @@ Residuals examine(const Fitter& fitter, const SearchResult& search, const std::v
   const double ratio = fitter.load_ratio(fit);
   left.load_intensity = fit.noise_rms * ratio / std::sqrt(period_s);
   const double load_rms = left.load_intensity * std::sqrt(LoadFilter::kReturnTime_s / 2.0);
-  left.floor_rmse = std::min(std::hypot(fit.noise_rms, load_rms), search.chosen.training_rmse);
+  left.floor_rmse =
+      std::min(control::root_sum_square(fit.noise_rms, load_rms), search.chosen.training_rmse);
   const std::vector<double> e = fitter.innovations(fit);
   double fourth = 0.0;
   double second = 0.0;

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "model/control/root_sum_square.hpp"
 #include "model/gap/confidence.hpp"
 #include "model/gap/controller_block.hpp"
 #include "model/gap/locate.hpp"
@@ -156,10 +157,11 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
   for (std::size_t j = 0; j < term.search.size(); ++j) deviations[term.search[j].name] = spread[j];
   switch (term.kind) {
     case Kind::stiction:
-      deviations["j"] = std::hypot(searched[1] * spread[0], searched[0] * spread[1]);
+      deviations["j"] = control::root_sum_square(searched[1] * spread[0], searched[0] * spread[1]);
       break;
     case Kind::cam_obstruction:
-      deviations["jump"] = std::hypot(searched[2] * spread[1], searched[1] * spread[2]);
+      deviations["jump"] =
+          control::root_sum_square(searched[2] * spread[1], searched[1] * spread[2]);
       break;
     case Kind::gain_change: deviations["factor"] = spread[0]; break;
     case Kind::output_bias: deviations["bias"] = spread[0]; break;
@@ -487,7 +489,7 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   // Load counts as floor only where a quiet one accounts for what is left.
   const double floor = left.adequate ? left.floor_rmse : 1.5 * result.check.noise_rms;
   // What the model's own uncertainty covers is no gap.
-  const bool material = search.base_rmse > std::hypot(floor, least_rms);
+  const bool material = search.base_rmse > control::root_sum_square(floor, least_rms);
   const bool named = !search.chosen.fit.terms.empty() && left.believable;
   if (named) {
     name_effects(result, search, fitter, run, left);

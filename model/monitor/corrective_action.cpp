@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/control/root_sum_square.hpp"
+
 namespace loopwarden::monitor {
 namespace {
 
@@ -57,7 +59,7 @@ CorrectiveStep CorrectiveAction::window(const WindowMeasures& m, bool sticks, bo
   }
   if (m.set_point_range_percent > kStandsStill) return {};
   const double mean = std::abs(m.mean_error_percent);
-  newest_[steady_ % kTrial] = {std::hypot(m.variability_percent, mean), mean};
+  newest_[steady_ % kTrial] = {control::root_sum_square(m.variability_percent, mean), mean};
   ++steady_;
   return decide();
 }
