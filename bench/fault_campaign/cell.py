@@ -2,7 +2,6 @@
 """One daemon with its loops and devices; injects faults at random times and judges what follows."""
 
 import asyncio
-import collections
 import gc
 import math
 import os
@@ -16,71 +15,16 @@ import stat
 import tempfile
 import time
 
+from converter import (CO_RANGE, HALF_PERIOD_S, NOT_TAKEN, OUT_MA, READ_FAILS, READ_HANGS, SOUND,
+                       WRITE_FAILS, current_ma)
 from daemon import WATCHDOG_S, Daemon
-from device import FAIL_SAFE, STEP_S, Device, Front, Limits
+from device import STEP_S
+from loops import (BAD_PV, CURRENT, ENABLE_OPEN, HIGH, KINDS, LOOP, LOW, RATE, RESPONSE_S, SENSOR,
+                   SET_POINT, SPOILED, STOP, VALVE, make_loop)
 
-STOP, BAD_PV, START, SET_POINT = 2.0, 1.5, 3.0, 5.0
-LOW, HIGH, RATE = 0.2, 9.5, 5.0
-HOLD_S, RECOVERY_S, RESPONSE_S = 0.3, 0.3, 0.15
 SLACK_S = 1.0  # beyond a stated time: two busy cores without real-time rights
 NOT_JUDGED_S = 0.3  # when this process itself was held up for longer, nothing is judged by time
 
-LOOP = """\
-loop: {name}
-sample_time: {period}
-process_variable: {{unit: L/min, range: [0, 12], max_age: {max_age}, frozen_after: 0.8}}
-controller:
-  action: reverse
-  kp: 0.3494
-  ki: {ki}
-  set_point: {{limits: [0, 9]}}
-  output: {{unit: V, range: [0, 10], limits: [{low}, {high}], rate_limit: {rate}}}
-start: {{mode: automatic, set_point: 5, output: hold}}
-safe_actions:
-  stop: {stop}
-  bad_pv: {{hold_for: 0.3, then: 1.5}}
-  output_lost: hold
-  enable_open: 0.5
-  recovery: {recovery}
-  recovery_delay: 0.3
-recording: {{enabled: true, limit_mb: 1}}
-io:
-  backend: modbus
-  poll_period: {period}
-  transmitter:
-    link: pv_{name}
-    unit: 1
-    register: {{table: input, address: 0, type: f32}}
-    status: {{table: input, address: 18, mask: 0xFFFF, value: 0}}
-  positioner:
-    link: {valve_link}
-    unit: 1
-    command: {{address: 0, type: f32}}
-    read_back: {{table: input, address: 20, type: f32}}
-    comm_loss: {{timeout: 1.0, register: {{address: 10, type: u16, scale: 0.1}}, value: 1.0}}
-"""
-LINK = ("  {name}: {{transport: tcp, host: 127.0.0.1, port: {port}, response_timeout: 0.15, "
-        "connect_timeout: 0.3, reconnect_min: 0.05, reconnect_max: 0.3}}\n")
-
-ANY = None
-LINK_FAULTS = {"output lost", "bad PV", "none"}
-# Of one loop: kind -> (faults the loop may show meanwhile; None: whatever)
-SPOILED = {
-    "late reply": "late", "duplicated reply": "duplicated", "truncated reply": "truncated",
-    "wrong-unit reply": "wrong_unit", "wrong-number reply": "wrong_number",
-    "wrong-function reply": "wrong_function", "wrong-length reply": "wrong_length",
-    "reply of an older request": "old_reply", "garbage": "garbage",
-    "device exception": "exception", "write refused": "writes_refused",
-    "echo of another write": "other_value", "silent link": "silent",
-    "lost requests": "lost_requests", "connection reset": "reset", "reply in pieces": "in_pieces"}
-SENSOR = {
-    "sensor failed": "sensor failure", "sensor NaN": "not finite", "sensor infinite": "not finite",
-    "sensor out of range": "out of range", "sensor stuck": "frozen", "sensor jumps": None,
-    "sensor noisy": None}
-LOOP_KINDS = (list(SPOILED) + list(SENSOR) +
-              ["device restart", "device forgets", "link closed", "transmitter link closed",
-               "transmitter silent", "valve not following", "valve sticks and slips",
-               "read-back NaN", "device watchdog expires"])
 CELL_KINDS = {
     "SIGSTOP, short": 4, "SIGSTOP, long": 4, "kill -9, restart": 4, "kill -9, --safe, restart": 3,
     "SIGTERM, restart": 3, "configuration broken": 5, "configuration changed": 5, "disk full": 3,
@@ -89,13 +33,8 @@ CELL_KINDS = {
     "helper thread hangs": 1}
 
 
-class Loop:
-    def __init__(self, name, device, transmitter, positioner):
-        self.name, self.device = name, device
-        self.transmitter, self.positioner = transmitter, positioner
-
-    def fronts(self):
-        return {self.transmitter, self.positioner}
+def loop_kinds():
+    return list(dict.fromkeys(kind for kinds in KINDS.values() for kind in kinds))
 
 
 class Cell:
@@ -108,14 +47,9 @@ class Cell:
         self.period = self.random.choice((0.05, 0.1))
         self.max_age = self.random.choice((0.4, 3.0))
         self.recovery = self.random.choice(("previous_mode", "previous_mode", "manual"))
-        knowledge_s = 4 * self.period + RESPONSE_S + 0.15
-        self.limits = Limits(LOW, HIGH, RATE, knowledge_s, self.period)
-        self.loops = []
-        for i in range(loops):
-            device = Device(self.limits, START, f"{seed}/{index}/{i}")
-            transmitter = Front(device)
-            positioner = Front(device) if i % 2 else transmitter
-            self.loops.append(Loop(f"FIC-{101 + i}", device, transmitter, positioner))
+        self.loops = [make_loop(i, index, seed, self.folder, self.daemon.board, self.period, self.random)
+                      for i in range(loops)]
+        self.analog = [loop for loop in self.loops if loop.wiring == "analog"]
         self.results = []  # (kind, what the round held, failures)
         self.not_judged = 0
         self.orders = []  # what the operator was told is on the disk
@@ -132,6 +66,7 @@ class Cell:
             due += STEP_S
             await asyncio.sleep(max(0.0, due - time.monotonic()))
             now = time.monotonic()
+            self.take_deeds()
             late = now - due
             self.stall = max(self.stall * 0.99, late)
             while due + STEP_S < now:
@@ -143,11 +78,17 @@ class Cell:
                 loop.device.step(now)
             self.daemon.hear()
 
+    def take_deeds(self):
+        """What the daemon did to its converters and lines since the last look."""
+        for at, source, value in self.daemon.board.deeds():
+            for loop in self.analog:
+                if loop.device.take(source, value, at):
+                    break
+
     def loop_text(self, loop, low=LOW, high=HIGH, rate=RATE, ki=0.4, stop=STOP):
-        valve = f"pv_{loop.name}" if loop.positioner is loop.transmitter else f"valve_{loop.name}"
         return LOOP.format(name=loop.name, period=self.period, max_age=self.max_age, low=low,
-                           high=high, rate=rate, ki=ki, stop=stop, valve_link=valve,
-                           recovery=self.recovery)
+                           high=high, rate=rate, ki=ki, stop=stop,
+                           recovery=self.recovery) + loop.io_text()
 
     def loop_file(self, loop):
         return self.folder / f"config/loops.d/{loop.name}.yaml"
@@ -155,9 +96,7 @@ class Cell:
     def write_config(self):
         text = f"runtime_directory: {self.folder}\nstate_directory: {self.folder}/state\nlinks:\n"
         for loop in self.loops:
-            text += LINK.format(name=f"pv_{loop.name}", port=loop.transmitter.port)
-            if loop.positioner is not loop.transmitter:
-                text += LINK.format(name=f"valve_{loop.name}", port=loop.positioner.port)
+            text += loop.links_text()
             self.loop_file(loop).write_text(self.loop_text(loop))
         (self.folder / "config/loopwardend.yaml").write_text(text)
 
@@ -166,7 +105,15 @@ class Cell:
         if not answer or not answer.get("ok"):
             return {}
         self.daemon_status = answer["daemon"]
-        return {loop["name"]: loop for loop in answer["loops"]}
+        states = {loop["name"]: loop for loop in answer["loops"]}
+        for loop in self.loops:
+            loop.device.violations += loop.device.shown_wrong(states.get(loop.name, {}))
+        return states
+
+    def cease(self):
+        """The daemon's commands are about to cease: its I/O threads may put out the safe current."""
+        for loop in self.analog:
+            loop.device.ceased = True
 
     async def wait(self, seconds):
         await asyncio.sleep(seconds)
@@ -192,10 +139,23 @@ class Cell:
                     trouble.append(f"{loop.name}: {state.get('fault')}, {state.get('mode')}")
                 elif pv is None or abs(pv - SET_POINT) > 0.5 or abs(loop.device.pv - SET_POINT) > 0.5:
                     trouble.append(f"{loop.name}: PV {pv}, not at its set point")
+            trouble += self.lines_wrong()
             if not trouble:
+                for loop in self.analog:
+                    loop.device.ceased = False
                 return []
             await asyncio.sleep(0.1)
         return [f"not back after {patience_s:.0f} s: {t}" for t in trouble]
+
+    def lines_wrong(self):
+        """Of loops that control: the relay energised, the alive line moving."""
+        now, found = time.monotonic(), []
+        for loop in self.analog:
+            if not loop.device.energised():
+                found.append(f"{loop.name}: the alarm relay is not energised")
+            if now - loop.device.last_edge > HALF_PERIOD_S + SLACK_S:
+                found.append(f"{loop.name}: no edge of the alive line")
+        return found
 
     async def begin_life(self):
         self.daemon.start()
@@ -227,8 +187,7 @@ class Cell:
         """What the devices have seen that must never be."""
         found = []
         for loop in self.loops:
-            found += [f"{loop.name}: {v}" for v in dict.fromkeys(loop.device.violations)][:3]
-            loop.device.violations.clear()
+            found += [f"{loop.name}: {v}" for v in loop.violations()][:3]
         return found
 
     def judged_by_time(self):
@@ -259,12 +218,15 @@ class Cell:
                 if in_time and state.get("fault") not in ("none", "late cycle") and self.judged_by_time():
                     failures.append(f"{state.get('fault')}, although every reply was sound")
             if kind == "silent link" and lasts > 2.0 and loop.positioner in victims:
-                if abs(device.command - FAIL_SAFE) > 0.01:
-                    failures.append("the device's watchdog did not act")
+                failures += device.unprotected()
             for front in victims:
                 front.spoil = None
         elif kind in SENSOR:
             failures += await self.spoil_sensor(loop, kind, lasts)
+        elif loop.wiring == "analog" and kind not in VALVE:
+            failures += await self.spoil_analog(loop, kind, lasts)
+        elif kind in ("noise between frames", "line never silent", "serial adapter unplugged"):
+            await self.spoil_line(loop.line, kind, lasts)
         elif kind == "device restart":
             for front in fronts:
                 await front.close()
@@ -306,10 +268,131 @@ class Cell:
             await self.wait(lasts)
             device.stem_fault = None
         elif kind == "device watchdog expires":
-            device.tripped = True
-            device.command = FAIL_SAFE
+            device.trip()
             await self.wait(lasts)
         return kind, failures
+
+    async def spoil_line(self, line, kind, lasts):
+        if kind == "serial adapter unplugged":
+            line.unplug()
+            await self.wait(lasts)
+            line.plug()
+        else:
+            # A response timeout of silence never comes in the second.
+            pauses = (0.02, 0.5) if kind == "noise between frames" else (0.001, 0.01)
+            await line.noise(*pauses, time.monotonic() + lasts)
+
+    async def spoil_analog(self, loop, kind, lasts):
+        rng, device, failures = self.random, loop.device, []
+        long = lasts > 2.0
+        if kind in CURRENT:
+            (low, high), reason = CURRENT[kind]
+            current = rng.uniform(low, high)
+            device.pv_current = lambda true: current
+            await self.wait(lasts)
+            if long:
+                # A held value has its own time: between the limits it turns stale in the end.
+                failures += await self.expect_fault(loop, {"bad PV"}, {reason, "stale"}
+                                                    if "between" in kind else reason)
+                failures += self.expect_output(loop, BAD_PV)
+            device.pv_current = None
+        elif kind == "read-back wire broken":
+            device.position_current = lambda true: 0.0
+            await self.wait(lasts)
+            device.position_current = None
+        elif kind in ("input unreadable", "input is no number"):
+            if kind == "input unreadable":
+                device.inputs.set_mode(device.PV_RAW, READ_FAILS)
+            else:
+                device.text = rng.choice(("", "\n", "x\n", "12 34\n", "nan\n", "inf\n", "1e999\n", "-\n",
+                                          "0x1F\n", "12.5.1\n", "\0\0\0"))
+            await self.wait(lasts)
+            if long:
+                failures += await self.expect_fault(loop, {"bad PV"}, "device error")
+                failures += self.expect_output(loop, BAD_PV)
+            device.inputs.set_mode(device.PV_RAW, SOUND)
+            device.text = None
+        elif kind == "input hangs":
+            # With it the loop's I/O thread: nothing is put out, relay included, and the alive line stops.
+            device.inputs.set_mode(device.PV_RAW, READ_HANGS)
+            await self.wait(lasts)
+            if long:
+                failures += await self.expect_fault(loop, {"output lost"}, relay=False)
+                failures += device.unprotected() if self.judged_by_time() else []
+            device.inputs.set_mode(device.PV_RAW, SOUND)
+        elif kind == "converter in vanishes":
+            device.inputs.unplug()
+            await self.wait(lasts)
+            if long:
+                failures += await self.expect_fault(loop, {"bad PV"}, "link lost")
+                failures += self.expect_output(loop, BAD_PV)
+            device.plug_inputs()
+        elif kind == "converter out vanishes":
+            raw = round(current_ma(device.command, CO_RANGE) / OUT_MA)
+            device.outputs.unplug()
+            await self.wait(lasts)
+            if long:
+                failures += await self.expect_fault(loop, {"output lost"})
+            device.plug_outputs(rng.choice((0, raw)))
+        elif kind == "converters renumbered":
+            device.outputs.unplug()
+            device.inputs.unplug()
+            device.plug_inputs()
+            device.plug_outputs()
+        elif kind == "converter out restarts":
+            device.outputs.write(device.OUT_RAW, 0)
+            device.command = device.output_of(0)
+            await self.wait(lasts)
+        elif kind in ("output not writable", "output not taken"):
+            refused = await self.write_errors(loop)
+            device.outputs.set_mode(device.OUT_RAW, WRITE_FAILS if "writable" in kind else NOT_TAKEN)
+            await self.operator_moves(loop, 7.0)
+            await self.wait(lasts)
+            if long and kind == "output not writable":
+                failures += await self.expect_fault(loop, {"output lost"})
+            elif long and await self.write_errors(loop) <= refused and self.judged_by_time():
+                # The fault comes and goes: what the loop holds on to is what the converter holds.
+                failures.append("nobody noticed that the converter keeps its old value")
+            device.outputs.set_mode(device.OUT_RAW, SOUND)
+            await self.operator_moves(loop, SET_POINT)
+        else:
+            failures += await self.spoil_contact(loop, kind, lasts)
+        return failures
+
+    async def spoil_contact(self, loop, kind, lasts):
+        rng, device, failures = self.random, loop.device, []
+        if kind == "enable contact bounces":
+            # Bursts shorter than `debounce`, by a contact that is closed otherwise: nothing may come of it.
+            begin, longest = time.monotonic(), 0.0
+            while time.monotonic() < begin + lasts:
+                burst = time.monotonic()
+                for closed in (False, True, False, True):
+                    device.close_contact(closed)
+                    await self.wait(rng.uniform(0.001, 0.005))
+                longest = max(longest, time.monotonic() - burst)
+                await self.wait(rng.uniform(0.1, 0.3))
+            state = (await self.status()).get(loop.name, {})
+            if longest > 0.03 or self.stall > 0.03:
+                self.not_judged += 1
+            elif state.get("fault") not in ("none", "late cycle"):
+                failures.append(f"{state.get('fault')} by a contact that bounces")
+            return failures
+        if kind == "enable contact opens":
+            for _ in range(rng.choice((0, 5))):
+                device.close_contact(False)
+                await self.wait(rng.uniform(0.001, 0.01))
+                device.close_contact(True)
+                await self.wait(rng.uniform(0.001, 0.01))
+            device.close_contact(False)
+        else:
+            device.board.refuse(device.contact, 1)
+        await self.wait(lasts)
+        if lasts > 2.0:
+            failures += await self.expect_fault(loop, {"enable open"})
+            failures += self.expect_output(loop, ENABLE_OPEN)
+        device.board.refuse(device.contact, 0)
+        device.close_contact(True)
+        return failures
 
     async def spoil_sensor(self, loop, kind, lasts):
         device, rng = loop.device, self.random
@@ -327,7 +410,7 @@ class Cell:
                 "sensor noisy": lambda pv: pv + rng.gauss(0.0, 0.5)}[kind]
         if kind == "sensor stuck":
             # A frozen value shows once the output moves.
-            await self.daemon.ask({"request": "set", "loop": loop.name, "set_point": 7.0})
+            await self.operator_moves(loop, 7.0)
         await self.wait(lasts)
         failures = []
         if kind in ("sensor failed", "sensor NaN", "sensor infinite", "sensor out of range") and lasts > 2.0:
@@ -336,25 +419,30 @@ class Cell:
         if kind == "sensor stuck":
             await self.wait(max(0.0, 3.5 - lasts))
             failures += await self.expect_fault(loop, {"bad PV"}, "frozen")
-            await self.daemon.ask({"request": "set", "loop": loop.name, "set_point": SET_POINT})
-        device.status = 0
+            await self.operator_moves(loop, SET_POINT)
+        if kind == "sensor failed":
+            device.status = 0
         device.pv_fault = None
         return failures
 
-    async def expect_fault(self, loop, faults, reason=None):
+    async def expect_fault(self, loop, faults, reason=None, relay=True):
         state = (await self.status()).get(loop.name, {})
         if not self.judged_by_time() or state.get("fault") == "late cycle":
             return []
         if state.get("fault") not in faults:
             return [f"{loop.name}: shows '{state.get('fault')}' instead of {' or '.join(sorted(faults))}"]
-        if reason and state.get("pv_reason") != reason:
+        if reason and state.get("pv_reason") not in (reason if isinstance(reason, set) else {reason}):
             return [f"{loop.name}: PV is '{state.get('pv_reason')}' instead of '{reason}'"]
-        if state.get("ne107") != "failure" and reason != "frozen":
+        ne107 = "function_check" if state.get("fault") == "enable open" else "failure"
+        if state.get("ne107") != ne107 and reason != "frozen":
             return [f"{loop.name}: NE 107 says '{state.get('ne107')}' while {state.get('fault')}"]
+        if relay and loop.wiring == "analog" and loop.device.energised():
+            return [f"{loop.name}: the alarm relay is energised while {state.get('fault')}"]
         return []
 
     def expect_output(self, loop, value):
         """The stated time: hold for 0.3 s and travel at the rate limit, all within the 2 s waited."""
+        self.take_deeds()
         if not self.judged_by_time() or abs(loop.device.command - value) < 0.02:
             return []
         return [f"{loop.name}: output at {loop.device.command:.3f} instead of {value} in time"]
@@ -370,12 +458,12 @@ class Cell:
         log_from = daemon.log_size()
         await self.wait(rng.uniform(0.0, 0.5))
         if kind.startswith("SIGSTOP"):
+            self.cease()
             daemon.signal(signal.SIGSTOP)
             await self.wait(rng.uniform(0.05, 0.5) if "short" in kind else rng.uniform(1.3, 2.5))
             if "long" in kind:
                 for loop in self.loops:
-                    if abs(loop.device.command - FAIL_SAFE) > 0.01:
-                        failures.append(f"{loop.name}: the device's watchdog did not act")
+                    failures += [f"{loop.name}: {text}" for text in loop.device.unprotected()]
             daemon.signal(signal.SIGCONT)
             self.daemon.fed = time.monotonic()
         elif kind.startswith("kill -9"):
@@ -431,6 +519,7 @@ class Cell:
         for loop in self.loops:
             loop.device.steps_allowed = True  # --safe goes straight to the stop action, as it says
         code, text = await self.daemon.safe()
+        self.take_deeds()
         for loop in self.loops:
             loop.device.steps_allowed = False
         if code != 0:
@@ -442,10 +531,13 @@ class Cell:
         self.daemon.signal(signal.SIGTERM)
         begin = time.monotonic()
         code = await self.daemon.ended()
+        self.take_deeds()
         if code != 0:
             return [f"SIGTERM: ended with {code} after {time.monotonic() - begin:.1f} s"]
-        return [f"{loop.name}: SIGTERM left the output at {loop.device.command:.3f}"
-                for loop in self.loops if abs(loop.device.command - STOP) > 0.01]
+        return ([f"{loop.name}: SIGTERM left the output at {loop.device.command:.3f}"
+                 for loop in self.loops if abs(loop.device.command - STOP) > 0.01] +
+                [f"{loop.name}: SIGTERM left the alarm relay energised"
+                 for loop in self.analog if loop.device.energised()])
 
     async def reload(self, log_from, word):
         self.daemon.signal(signal.SIGHUP)
@@ -597,6 +689,7 @@ class Cell:
         else:
             tid = threads[self.random.choice(("lw-historian", "lw-monitor", "lw-control"))]
         await daemon.hang_up()
+        self.cease()
         if not daemon.hang_thread(tid):
             return ["a thread can't be stopped here (ptrace)"]
         begin = time.monotonic()
@@ -607,8 +700,14 @@ class Cell:
         if time.monotonic() - daemon.fed < WATCHDOG_S:
             failures.append("the watchdog was fed all the time")
         if kind == "loop thread hangs":
-            failures += [f"{loop.name}: the device's watchdog did not act" for loop in self.loops
-                         if abs(loop.device.command - FAIL_SAFE) > 0.01]
+            self.take_deeds()
+            for loop in self.loops:
+                failures += [f"{loop.name}: {text}" for text in loop.device.unprotected()]
+            for loop in self.analog:
+                safe = loop.device.safe_raw
+                if safe is not None and loop.device.command != loop.device.output_of(safe):
+                    failures.append(f"{loop.name}: output at {loop.device.command:.3f} V instead of "
+                                    "at the safe current")
         daemon.let_go(tid)
         daemon.abort()
         await daemon.ended()
@@ -617,6 +716,12 @@ class Cell:
         return failures
 
     # --- operator and journal --------------------------------------------------------------------
+
+    async def operator_moves(self, loop, set_point):
+        await self.daemon.ask({"request": "set", "loop": loop.name, "set_point": set_point})
+
+    async def write_errors(self, loop):
+        return (await self.status()).get(loop.name, {}).get("io", {}).get("write_errors", 0)
 
     async def operate(self):
         """An order that goes to the journal; remembered if the daemon says that it is on the disk."""
@@ -677,14 +782,13 @@ class Cell:
 
     async def round(self, quota):
         rng = self.random
-        if CELL_KINDS and (not LOOP_KINDS or rng.random() < 0.35):
+        open_to_faults = [loop for loop in self.loops if loop.kinds()]
+        if CELL_KINDS and (not open_to_faults or rng.random() < 0.35):
             kind = rng.choices(list(CELL_KINDS), CELL_KINDS.values())[0]
             injected = [await self.spoil_cell(kind)]
         else:
-            count = min(quota, len(self.loops))
-            kinds = [rng.choice(LOOP_KINDS) for _ in range(count)]
-            injected = await asyncio.gather(*(self.spoil_loop(loop, kind)
-                                              for loop, kind in zip(self.loops, kinds)))
+            injected = await asyncio.gather(*(self.spoil_loop(loop, rng.choice(loop.kinds()))
+                                              for loop in open_to_faults[:quota]))
         failures = await self.recover()
         if not self.daemon.alive():
             failures.append("log ends: " + self.daemon.log()[-400:])
@@ -708,8 +812,7 @@ class Cell:
     async def run(self, injections, report, until=math.inf):
         gc.disable()
         for loop in self.loops:
-            for front in loop.fronts():
-                await front.open()
+            await loop.open()
         self.write_config()
         ticking = asyncio.ensure_future(self.tick())
         try:

@@ -21,15 +21,54 @@ libc = ctypes.CDLL(None, use_errno=True)
 libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
 
 
+# As in shim.c: three switches, the count of deeds, levels and refusals of the lines, the deeds.
+LINES, DEEDS, DEED = 16, 1024, struct.Struct("4q")
+COUNT_AT, LEVELS_AT = 24, 32
+REFUSALS_AT = LEVELS_AT + 8 * LINES
+DEEDS_AT = REFUSALS_AT + 8 * LINES
+SWITCHES_BYTES = DEEDS_AT + DEED.size * DEEDS
+
+
+class Board:
+    """The digital lines of the machine, and what the daemon did to its hardware."""
+
+    def __init__(self, switches):
+        self.switches = switches
+        self.seen = 0
+
+    def level(self, line):
+        return struct.unpack_from("q", self.switches, LEVELS_AT + 8 * line)[0]
+
+    def set_level(self, line, level):
+        struct.pack_into("q", self.switches, LEVELS_AT + 8 * line, level)
+
+    def refuse(self, line, on):
+        struct.pack_into("q", self.switches, REFUSALS_AT + 8 * line, on)
+
+    def deeds(self):
+        """(time, source, value) of each since the last call."""
+        begun = struct.unpack_from("q", self.switches, COUNT_AT)[0]
+        self.seen = max(self.seen, begun - DEEDS)
+        while self.seen < begun:
+            at, source, value, number = DEED.unpack_from(
+                self.switches, DEEDS_AT + DEED.size * ((self.seen + 1) % DEEDS))
+            if number < self.seen + 1 and self.seen + 1 > begun - 16:
+                return  # being written, or its writer was killed over it: then more follow
+            self.seen += 1
+            if number == self.seen:
+                yield at / 1e9, source, value
+
+
 class Daemon:
     def __init__(self, program, folder, shim):
         self.program, self.folder = program, folder
         self.process = None
         self.log_path = folder / "log"
         self.switches_file = folder / "switches"
-        self.switches_file.write_bytes(bytes(24))
+        self.switches_file.write_bytes(bytes(SWITCHES_BYTES))
         with open(self.switches_file, "r+b") as file:
-            self.switches = mmap.mmap(file.fileno(), 24)
+            self.switches = mmap.mmap(file.fileno(), SWITCHES_BYTES)
+        self.board = Board(self.switches)
         self.notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
         self.notify.bind(str(folder / "notify"))
         self.notify.setblocking(False)
@@ -37,9 +76,12 @@ class Daemon:
             os.environ, LD_PRELOAD=str(shim), LOOPWARDEN_FAULTS=str(self.switches_file),
             NOTIFY_SOCKET=str(folder / "notify"), WATCHDOG_USEC=str(int(WATCHDOG_S * 1e6)))
         self.environment.pop("WATCHDOG_PID", None)
+        self.environment_of_safe = {key: value for key, value in self.environment.items()
+                                    if key not in ("NOTIFY_SOCKET", "WATCHDOG_USEC")}
         self.fed = 0.0  # last WATCHDOG=1
         self.messages = []
         self.connection = None
+        self.asking = asyncio.Lock()  # faults of several loops at a time share the connection
 
     # --- life ------------------------------------------------------------------------------------
 
@@ -77,7 +119,7 @@ class Daemon:
         """What ExecStopPost does; returns exit code and text."""
         child = await asyncio.create_subprocess_exec(
             self.program, "--config", str(self.folder / "config"), "--safe",
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            env=self.environment_of_safe, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         text, _ = await child.communicate()
         return child.returncode, text.decode(errors="replace")
 
@@ -111,20 +153,21 @@ class Daemon:
 
     async def ask(self, request, patience_s=5.0):
         """An answer of the control socket, or None."""
-        try:
-            if not self.connection:
-                self.connection = await asyncio.wait_for(
-                    asyncio.open_unix_connection(str(self.folder / "control.sock"), limit=1 << 22),
-                    patience_s)
-            reader, writer = self.connection
-            writer.write(json.dumps(request).encode() + b"\n")
-            line = await asyncio.wait_for(reader.readline(), patience_s)
-            if not line:
-                raise ConnectionError
-            return json.loads(line)
-        except (OSError, asyncio.TimeoutError, ConnectionError):
-            await self.hang_up()
-            return None
+        async with self.asking:
+            try:
+                if not self.connection:
+                    self.connection = await asyncio.wait_for(
+                        asyncio.open_unix_connection(str(self.folder / "control.sock"), limit=1 << 22),
+                        patience_s)
+                reader, writer = self.connection
+                writer.write(json.dumps(request).encode() + b"\n")
+                line = await asyncio.wait_for(reader.readline(), patience_s)
+                if not line:
+                    raise ConnectionError
+                return json.loads(line)
+            except (OSError, asyncio.TimeoutError, ConnectionError):
+                await self.hang_up()
+                return None
 
     # --- what the kernel knows -------------------------------------------------------------------
 

@@ -1,6 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Loaded into the daemon under test (LD_PRELOAD): a disk that is full or slow and a wall clock that
- * jumps, switched by a small file that the campaign maps as well. Only regular files are affected.
+ * Loaded into the daemon under test (LD_PRELOAD), switched by a small file that the campaign maps as
+ * well:
+ *
+ * - a disk that is full or slow and a wall clock that jumps. Only regular files are affected.
+ * - attributes of IIO devices. A plain file with the sticky bit stands for one: without its name (the
+ *   device is gone) it answers ENODEV as sysfs does, without its owner's right to read or write EIO;
+ *   without its group's right to write it swallows what is written, without the others' right to
+ *   read a read of it waits. What is written is noted.
+ * - the lines of a GPIO chip, in the place of libgpiod 1. A line given back keeps its level.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -8,6 +15,7 @@
 #include <fcntl.h>
 #include <stdarg.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -15,10 +23,22 @@
 #include <time.h>
 #include <unistd.h>
 
+enum { LINES = 16, DEEDS = 1024 };
+
+struct Deed {
+  volatile int64_t time_ns; /* CLOCK_MONOTONIC */
+  volatile int64_t source;  /* inode of an attribute; -1 - number of a line */
+  volatile int64_t value;
+  volatile int64_t number; /* its own, from 1; set when the rest is there */
+};
 struct Switches {
   volatile int64_t clock_offset_s;
   volatile int64_t disk_full;
   volatile int64_t disk_slow_ms;
+  volatile int64_t deeds_begun;
+  volatile int64_t level[LINES];
+  volatile int64_t refused[LINES];
+  struct Deed deeds[DEEDS];
 };
 static struct Switches none;
 static struct Switches* switches = &none;
@@ -27,9 +47,24 @@ __attribute__((constructor)) static void attach(void) {
   const char* path = getenv("LOOPWARDEN_FAULTS");
   const int fd = path ? open(path, O_RDWR | O_CLOEXEC) : -1;
   if (fd < 0) return;
-  void* map = mmap(NULL, sizeof none, PROT_READ, MAP_SHARED, fd, 0);
+  void* map = mmap(NULL, sizeof none, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
   close(fd);
   if (map != MAP_FAILED) switches = map;
+}
+
+#define REAL(name) \
+  static __typeof__(&name) real; \
+  if (!real) real = (__typeof__(&name))dlsym(RTLD_NEXT, #name)
+
+static void note(int64_t source, int64_t value) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const int64_t number = __atomic_add_fetch(&switches->deeds_begun, 1, __ATOMIC_RELAXED);
+  struct Deed* deed = &switches->deeds[number % DEEDS];
+  deed->time_ns = now.tv_sec * 1000000000LL + now.tv_nsec;
+  deed->source = source;
+  deed->value = value;
+  __atomic_store_n(&deed->number, number, __ATOMIC_RELEASE);
 }
 
 static int refused(int fd) {
@@ -46,9 +81,9 @@ static int refused(int fd) {
   return 1;
 }
 
-#define REAL(name) \
-  static __typeof__(&name) real; \
-  if (!real) real = (__typeof__(&name))dlsym(RTLD_NEXT, #name)
+static int is_attribute(int fd, struct stat* s) {
+  return fstat(fd, s) == 0 && S_ISREG(s->st_mode) && (s->st_mode & S_ISVTX);
+}
 
 int clock_gettime(clockid_t clock, struct timespec* now) {
   REAL(clock_gettime);
@@ -64,9 +99,33 @@ ssize_t writev(int fd, const struct iovec* parts, int count) {
   REAL(writev);
   return refused(fd) ? -1 : real(fd, parts, count);
 }
+ssize_t pread(int fd, void* data, size_t size, off_t at) {
+  REAL(pread);
+  struct stat s;
+  const struct timespec pause = {0, 5000000};
+  while (is_attribute(fd, &s) && s.st_nlink != 0 && !(s.st_mode & S_IROTH)) nanosleep(&pause, NULL);
+  if (is_attribute(fd, &s) && (s.st_nlink == 0 || !(s.st_mode & S_IRUSR))) {
+    errno = s.st_nlink == 0 ? ENODEV : EIO;
+    return -1;
+  }
+  return real(fd, data, size, at);
+}
 ssize_t pwrite(int fd, const void* data, size_t size, off_t at) {
   REAL(pwrite);
-  return refused(fd) ? -1 : real(fd, data, size, at);
+  struct stat s;
+  if (!is_attribute(fd, &s)) return refused(fd) ? -1 : real(fd, data, size, at);
+  if (s.st_nlink == 0 || !(s.st_mode & S_IWUSR)) {
+    errno = s.st_nlink == 0 ? ENODEV : EIO;
+    return -1;
+  }
+  if (!(s.st_mode & S_IWGRP)) return (ssize_t)size;
+  const ssize_t written = real(fd, data, size, at);
+  char text[32] = "";
+  if (written > 0 && written < (ssize_t)sizeof text) {
+    __builtin_memcpy(text, data, (size_t)written);
+    note((int64_t)s.st_ino, strtoll(text, NULL, 10));
+  }
+  return written;
 }
 ssize_t pwrite64(int fd, const void* data, size_t size, off64_t at) {
   REAL(pwrite64);
@@ -83,4 +142,65 @@ int fdatasync(int fd) {
 int posix_fallocate(int fd, off_t at, off_t size) {
   REAL(posix_fallocate);
   return refused(fd) ? ENOSPC : real(fd, at, size);
+}
+
+/* Lines are found by their names, "line0" to "line15". */
+struct gpiod_chip {
+  int nothing;
+};
+struct gpiod_line {
+  int requested, inverted;
+};
+static struct gpiod_chip chip;
+static struct gpiod_line lines[LINES];
+
+static long index_of(const struct gpiod_line* line) { return line - lines; }
+
+static int request(struct gpiod_line* line, int flags) {
+  enum { ACTIVE_LOW = 1 << 2 };
+  if (switches->refused[index_of(line)] || line->requested) {
+    errno = line->requested ? EBUSY : ENODEV;
+    return -1;
+  }
+  line->requested = 1;
+  line->inverted = (flags & ACTIVE_LOW) != 0;
+  return 0;
+}
+
+struct gpiod_line* gpiod_line_find(const char* name) {
+  unsigned number = LINES;
+  if (sscanf(name, "line%u", &number) == 1 && number < LINES) return &lines[number];
+  errno = ENOENT;
+  return NULL;
+}
+struct gpiod_chip* gpiod_line_get_chip(struct gpiod_line* line) {
+  (void)line;
+  return &chip;
+}
+void gpiod_chip_close(struct gpiod_chip* closed) { (void)closed; }
+void gpiod_line_release(struct gpiod_line* line) { line->requested = 0; }
+int gpiod_line_get_value(struct gpiod_line* line) {
+  if (switches->refused[index_of(line)]) {
+    errno = EIO;
+    return -1;
+  }
+  return (switches->level[index_of(line)] != 0) ^ line->inverted;
+}
+int gpiod_line_set_value(struct gpiod_line* line, int value) {
+  if (switches->refused[index_of(line)]) {
+    errno = EIO;
+    return -1;
+  }
+  switches->level[index_of(line)] = (value != 0) ^ line->inverted;
+  note(-1 - index_of(line), switches->level[index_of(line)]);
+  return 0;
+}
+int gpiod_line_request_input_flags(struct gpiod_line* line, const char* consumer, int flags) {
+  (void)consumer;
+  return request(line, flags);
+}
+int gpiod_line_request_output_flags(struct gpiod_line* line, const char* consumer, int flags,
+                                    int value) {
+  (void)consumer;
+  return request(line, flags) == 0 ? gpiod_line_set_value(line, value) : -1;
 }

@@ -107,7 +107,7 @@ void ControlCycle::apply(const OperatorCommand& command) noexcept {
       return;
     case Kind::output:
       if (!std::isfinite(command.value)) return;
-      if (!ever_known_) controller_.assume_output(command.value);
+      if (!ever_known_) learn(command.value);
       output_known_ = ever_known_ = true;
       controller_.request_output(command.value);
       return;
@@ -157,12 +157,18 @@ void ControlCycle::learn_output(const Conditions& found, const Decision& decisio
   was_lost_ = lost;
   if (output_known_) return;
   if (read_back_good() && inputs_.valve_position.time_ns >= unknown_since_ns_) {
-    controller_.assume_output(inputs_.valve_position.value);
+    learn(inputs_.valve_position.value);
     output_known_ = ever_known_ = true;
   } else if (!ever_known_ && start_.output.kind == control::OutputAction::Kind::value) {
-    controller_.assume_output(start_.output.value);
+    learn(start_.output.value);
     output_known_ = ever_known_ = true;
   }
+}
+
+void ControlCycle::learn(double output) noexcept {
+  const double believed = controller_.output_applied();
+  controller_.assume_output(output);
+  pv_guard_.output_learned(controller_.output_applied() - believed);
 }
 
 ControllerOutput ControlCycle::decide(const Decision& decision, const hal::Sample& pv) noexcept {

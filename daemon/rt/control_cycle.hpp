@@ -64,6 +64,7 @@ class ControlCycle {
                                  bool stop) const noexcept;
   bool read_back_good() const noexcept;
   void learn_output(const control::Conditions& found, const control::Decision& decision) noexcept;
+  void learn(double output) noexcept;
   control::ControllerOutput decide(const control::Decision& decision,
                                    const hal::Sample& pv) noexcept;
   hal::Command checked(const control::ControllerOutput& out, const control::Decision& decision,

@@ -35,12 +35,18 @@ bool PvGuard::frozen(const hal::Sample& sample, double output, double output_spa
 
 hal::Sample PvGuard::check(hal::Sample sample, double output, double output_span,
                            std::int64_t now_ns) noexcept {
+  // What the backend holds stands still because there is nothing to look at.
+  const bool held = sample.quality == hal::Quality::uncertain;
   sample = judged(sample, output, output_span, now_ns);
-  if (sample.quality == hal::Quality::bad && !std::exchange(blind_, true)) {
+  if ((held || sample.quality == hal::Quality::bad) && !std::exchange(blind_, true)) {
     blind_since_ns_ = now_ns;
     output_when_blind_ = output;
   }
   return sample;
+}
+
+void PvGuard::output_learned(double difference) noexcept {
+  if (!blind_) output_then_ += difference;  // else it counts once PV is seen again
 }
 
 hal::Sample PvGuard::judged(hal::Sample sample, double output, double output_span,
@@ -54,7 +60,7 @@ hal::Sample PvGuard::judged(hal::Sample sample, double output, double output_spa
   if (sample.value < settings_.low - margin || sample.value > settings_.high + margin) {
     return bad(sample, hal::Reason::out_of_range);
   }
-  if (frozen(sample, output, output_span, now_ns)) {
+  if (sample.quality == hal::Quality::good && frozen(sample, output, output_span, now_ns)) {
     sample.quality = hal::Quality::uncertain;
     sample.reason = hal::Reason::frozen;
   }

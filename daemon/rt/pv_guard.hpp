@@ -21,6 +21,10 @@ class PvGuard {
   hal::Sample check(hal::Sample sample, double output, double output_span,
                     std::int64_t now_ns) noexcept;
 
+  // The output is known to stand elsewhere than believed by so much, CO units: no movement of it
+  // that PV would have to answer.
+  void output_learned(double difference) noexcept;
+
  private:
   hal::Sample judged(hal::Sample sample, double output, double output_span,
                      std::int64_t now_ns) noexcept;

@@ -64,8 +64,14 @@ void AnalogLoopIo::run() {
   }
 }
 
-void AnalogLoopIo::read(const CycleTime&, Inputs& inputs) noexcept {
-  inputs = task_.state.newest().inputs;
+void AnalogLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
+  const AnalogState& state = task_.state.newest();
+  inputs = state.inputs;
+  // An I/O thread that hangs in its converter puts nothing out.
+  if (inputs.output_ok && time.now_ns - state.time_ns > max_command_age_ns(settings_)) {
+    inputs.output_ok = false;
+    inputs.output_reason = Reason::link_lost;
+  }
 }
 
 double AnalogLoopIo::output_stage(double output) noexcept {

@@ -34,16 +34,20 @@ void AnalogTask::open(std::int64_t now_ns) {
 }
 
 void AnalogTask::step(std::int64_t now_ns) {
+  // A converter that hangs holds this thread up, and with it commands and alive line.
+  if (last_turn_ns_ && now_ns - *last_turn_ns_ > max_command_age_ns_) resumed_ns_ = now_ns;
+  last_turn_ns_ = now_ns;
   serve_command(now_ns);
+  const bool loop_alive = command_.id != 0 && !command_.parked && !withholding_;
+  // Before the inputs, which may take their time: `now_ns` is true of the lines.
+  digital_.step(now_ns, loop_alive, command_.alarm);
   if (now_ns >= next_poll_ns_) {
     process_variable_.poll(now_ns);
     if (read_back_) read_back_->poll(now_ns);
     // Late turns keep the phase.
     next_poll_ns_ += poll_period_ns_ * (1 + (now_ns - next_poll_ns_) / poll_period_ns_);
   }
-  const bool loop_alive = command_.id != 0 && !command_.parked && !withholding_;
-  digital_.step(now_ns, loop_alive, command_.alarm);
-  publish();
+  publish(now_ns);
   publish_counters();
 }
 
@@ -61,6 +65,11 @@ void AnalogTask::serve_command(std::int64_t now_ns) {
     return;
   }
   safe_put_ = false;
+  if (command_.id != 0 && command_.time_ns < resumed_ns_) {
+    // Decided without knowing that none was put out. The loop is told before it is obeyed.
+    adrift_ = true;
+    return;
+  }
   // One that is refused is not repeated: the loop's next one comes anyway.
   if (!fresh || !command_.write || !output_.put(command_.output, now_ns)) return;
   written_id_ = command_.id;
@@ -75,7 +84,7 @@ void AnalogTask::withhold(std::int64_t now_ns) {
   safe_retry_ns_ = now_ns + poll_period_ns_;
 }
 
-void AnalogTask::publish() noexcept {
+void AnalogTask::publish(std::int64_t now_ns) noexcept {
   AnalogState fresh;
   fresh.inputs.process_variable = process_variable_.sample();
   fresh.inputs.valve_position_fitted = read_back_.has_value();
@@ -86,6 +95,7 @@ void AnalogTask::publish() noexcept {
   fresh.stage_known = output_.stage().has_value();
   if (fresh.stage_known) fresh.stage = *output_.stage();
   fresh.written_id = written_id_;
+  fresh.time_ns = now_ns;
   state.publish(fresh);
 }
 

@@ -32,6 +32,7 @@ struct AnalogState {
   OutputStage stage;
   bool stage_known = false;
   std::uint64_t written_id = 0;  // newest command that the converter has taken
+  std::int64_t time_ns = 0;      // of the turn that found all this
 };
 
 // All that the I/O thread of a loop does, without the thread: sysfs reads and writes may block.
@@ -59,7 +60,7 @@ class AnalogTask {
  private:
   void serve_command(std::int64_t now_ns);
   void withhold(std::int64_t now_ns);
-  void publish() noexcept;
+  void publish(std::int64_t now_ns) noexcept;
   void publish_counters() noexcept;
 
   const std::int64_t poll_period_ns_;
@@ -71,6 +72,8 @@ class AnalogTask {
   DigitalIo digital_;
 
   std::int64_t next_poll_ns_ = 0;
+  std::optional<std::int64_t> last_turn_ns_;
+  std::int64_t resumed_ns_ = 0;  // this thread had hung until then
   AnalogCommand command_;
   bool withholding_ = false;  // the loop's commands have ceased to come
   bool safe_put_ = false;     // the safe current stands, since then

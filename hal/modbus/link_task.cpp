@@ -19,8 +19,11 @@ ReadPoint::ReadPoint(const PointSettings& point) : settings(point), value_read(v
 }
 
 CommandPoint::CommandPoint(const PointSettings& point, std::int64_t maximum_age_ns,
-                           const CommLossSettings& comm_loss)
-    : settings(point), max_age_ns(maximum_age_ns), watchdog(comm_loss.watchdog) {
+                           std::int64_t silence_ns, const CommLossSettings& comm_loss)
+    : settings(point),
+      max_age_ns(maximum_age_ns),
+      longest_silence_ns(silence_ns),
+      watchdog(comm_loss.watchdog) {
   if (watchdog) watchdog_read = value_shape(watchdog->point);
 }
 

@@ -51,12 +51,13 @@ struct BusCommand {
 struct OutputState {
   bool ok = false;
   Reason reason = Reason::never_received;
-  std::uint64_t written_id = 0;  // newest command that the device has confirmed
+  std::uint64_t written_id = 0;   // newest command that the device has confirmed
+  std::int64_t confirmed_ns = 0;  // when that one was sent
 };
 
 // A value that the bus thread writes for the loop, every period while the loop renews it.
 struct CommandPoint {
-  CommandPoint(const PointSettings& point, std::int64_t maximum_age_ns,
+  CommandPoint(const PointSettings& point, std::int64_t maximum_age_ns, std::int64_t silence_ns,
                const CommLossSettings& comm_loss);
 
   // Boxes first: they are aligned to cache lines.
@@ -64,6 +65,7 @@ struct CommandPoint {
   os::NewestValue<OutputState> state;  // bus thread to loop
   const PointSettings settings;
   const std::int64_t max_age_ns;
+  const std::int64_t longest_silence_ns;
   const std::optional<WatchdogRegister> watchdog;
 
   // Bus thread only.
@@ -73,6 +75,7 @@ struct CommandPoint {
   std::optional<ReadShape> watchdog_read;
   Registers watchdog_held;  // what the device made of the value written
   bool withholding = false;
+  std::int64_t silent_until_ns = 0;  // commands decided before it are not sent
 };
 
 // Written by the bus thread, read by any.

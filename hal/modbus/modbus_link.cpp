@@ -252,6 +252,14 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
     return publish(false, Reason::stale);
   }
   point.withholding = false;
+  const std::int64_t sent_ns = BusWaiter::now_ns();
+  if (point.output.ok && sent_ns - point.output.confirmed_ns > point.longest_silence_ns) {
+    // The device may have moved the valve meanwhile. The loop is told before it is obeyed.
+    point.silent_until_ns = sent_ns;
+    TaskCounters::add(task.counters.write_errors);
+    return publish(false, Reason::link_lost);
+  }
+  if (command.time_ns <= point.silent_until_ns) return;
   Registers registers;
   if (!command.write || encode(settings.reg, command.value, registers) == EncodeResult::refused) {
     return;
@@ -264,6 +272,7 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   if (asked == Asked::valid) {
     TaskCounters::add(task.counters.writes);
     point.output.written_id = command.id;
+    point.output.confirmed_ns = sent_ns;
     return publish(true, Reason::none);
   }
   TaskCounters::add(task.counters.write_errors);

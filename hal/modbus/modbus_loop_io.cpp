@@ -40,8 +40,9 @@ ModbusLoopIo::ModbusLoopIo(LoopModbusSettings settings, const std::string& name,
 
   positioner_.name = name + " positioner";
   positioner_.period_ns = settings_.poll_period_ns;
-  positioner_.command = std::make_unique<CommandPoint>(
-      settings_.command, max_command_age_ns(settings_), settings_.comm_loss);
+  positioner_.command =
+      std::make_unique<CommandPoint>(settings_.command, max_command_age_ns(settings_),
+                                     longest_silence_ns(settings_), settings_.comm_loss);
   if (settings_.read_back) {
     positioner_.reads.push_back(std::make_unique<ReadPoint>(*settings_.read_back));
     read_back_ = positioner_.reads.back().get();
@@ -89,14 +90,17 @@ void ModbusLoopIo::publish(double value, std::int64_t time_ns, bool write) noexc
       {.value = value, .time_ns = time_ns, .id = ++command_id_, .write = write});
 }
 
-void ModbusLoopIo::read(const CycleTime&, Inputs& inputs) noexcept {
+void ModbusLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
   inputs.process_variable = process_variable_->newest.newest();
   inputs.valve_position_fitted = read_back_ != nullptr;
   inputs.valve_position = read_back_ != nullptr ? read_back_->newest.newest() : Sample{};
   inputs.enable = Enable::not_fitted;
   const OutputState& state = positioner_.command->state.newest();
-  inputs.output_ok = state.ok;
-  inputs.output_reason = state.reason;
+  // A bus that is busy with something else does not tell of commands that wait.
+  const bool silent =
+      state.ok && time.now_ns - state.confirmed_ns > positioner_.command->longest_silence_ns;
+  inputs.output_ok = state.ok && !silent;
+  inputs.output_reason = silent ? Reason::link_lost : state.reason;
 }
 
 double ModbusLoopIo::write(const CycleTime&, const Command& command) noexcept {

@@ -3,6 +3,7 @@
 // config/, used by the classes of this folder. Ranges are stated here and checked by config/.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -144,6 +145,17 @@ struct LoopModbusSettings {
 
 constexpr std::int64_t max_command_age_ns(const LoopModbusSettings& loop) noexcept {
   return loop.max_command_age_ns.value_or(3 * loop.poll_period_ns + 100'000'000);
+}
+
+// So long without a confirmed command, and the output counts as lost: the device's own watchdog may
+// move the valve before the next one reaches it. Where there is none, the valve only stays behind.
+constexpr std::int64_t longest_silence_ns(const LoopModbusSettings& loop) noexcept {
+  const std::int64_t reply_ns = response_timeout_ms(loop.positioner_link) * std::int64_t{1'000'000};
+  const bool watched = loop.comm_loss.protection != CommLossProtection::none_accepted;
+  if (!watched) return max_command_age_ns(loop) + 2 * reply_ns;
+  const auto timeout_ns = static_cast<std::int64_t>(loop.comm_loss.timeout_s * 1e9);
+  const std::int64_t next_ns = loop.poll_period_ns + reply_ns;  // until the next one is confirmed
+  return std::max(timeout_ns - next_ns, next_ns);
 }
 
 }  // namespace loopwarden::hal::modbus

@@ -28,6 +28,17 @@ TEST_CASE("the loop starts from the read-back, not from what the configuration a
   CHECK(loop.io.written == Approx(63.0));
 }
 
+TEST_CASE("taking over where the valve stands is no movement that PV would have to answer") {
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.pv_check.frozen_after_s = 0.8;
+  Loop loop(settings);
+  loop.io.set_read_back(63.0);
+  loop.run(30);  // at its set point, PV is the same number each time
+  CHECK(loop.io.written == Approx(63.0));
+  CHECK(loop.fault() == Fault::none);
+  CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::none);
+}
+
 TEST_CASE("without a read-back the loop starts from the configured output") {
   Loop loop;
   loop.run(1);

@@ -81,6 +81,42 @@ TEST_CASE("the first value is not frozen, whatever it is and wherever the output
         hal::Quality::good);
 }
 
+TEST_CASE("an output that is learnt has not moved; one that moves from there has") {
+  PvGuard guard(settings(2.0));
+  const auto look = [&](std::int64_t second, double output, hal::Quality quality) {
+    hal::Sample sample = good(5.0, second * kSecond);
+    sample.quality = quality;
+    return guard.check(sample, output, 100.0, second * kSecond).reason;
+  };
+  using hal::Quality;
+  look(10, 0.0, Quality::good);
+  guard.output_learned(60.0);
+  CHECK(look(13, 60.0, Quality::good) == hal::Reason::none);
+  CHECK(look(14, 63.0, Quality::good) == hal::Reason::frozen);
+  // Learnt while there is nothing to see, it counts once.
+  look(15, 60.0, Quality::bad);
+  guard.output_learned(-40.0);
+  CHECK(look(16, 20.0, Quality::good) == hal::Reason::none);
+}
+
+TEST_CASE("a value that the backend holds is not frozen, nor is the one that follows it") {
+  PvGuard guard(settings(2.0));
+  const auto look = [&](std::int64_t second, double output, hal::Quality quality) {
+    hal::Sample sample = good(5.0, second * kSecond);
+    sample.quality = quality;
+    if (quality == hal::Quality::uncertain) sample.reason = hal::Reason::out_of_range;
+    return guard.check(sample, output, 100.0, second * kSecond).reason;
+  };
+  using hal::Quality;
+  look(10, 50.0, Quality::good);
+  // A current between the limits of NE 43 while the safe action moves the output.
+  look(11, 50.0, Quality::uncertain);
+  CHECK(look(30, 20.0, Quality::uncertain) == hal::Reason::out_of_range);
+  CHECK(look(31, 20.0, Quality::good) == hal::Reason::none);
+  CHECK(look(32, 15.0, Quality::good) == hal::Reason::none);  // 2 s seen in all
+  CHECK(look(33, 15.0, Quality::good) == hal::Reason::frozen);
+}
+
 TEST_CASE("what passes while PV is bad does not make it frozen; what it stood still before does") {
   PvGuard guard(settings(2.0));
   const auto look = [&](std::int64_t second, double output, hal::Quality quality) {

@@ -100,6 +100,28 @@ TEST_CASE("a loop on converters: values in, commands out, alive and silent") {
   CHECK(eventually([&] { return io->ticks() > ticks; }));
 }
 
+TEST_CASE("while its I/O thread hangs the output counts as lost") {
+  Bench bench;
+  bench.iio.add_board(0, "board");
+  const auto io = bench.io();
+  io->open();
+  CHECK(eventually([&] {
+    bench.write(*io, 50.0);
+    return bench.read(*io).output_ok;
+  }));
+  (*bench.lines)["enable"].hangs = true;
+  CHECK(eventually([&] {
+    bench.write(*io, 60.0);
+    return bench.read(*io).output_reason == Reason::link_lost;
+  }));
+  CHECK_FALSE(bench.read(*io).output_ok);
+  (*bench.lines)["enable"].hangs = false;
+  CHECK(eventually([&] {
+    bench.write(*io, 60.0);
+    return bench.read(*io).output_ok && bench.iio.get(0, "out_current0_raw") == "2720";
+  }));
+}
+
 TEST_CASE("the output's limits are known before the converter is") {
   Bench bench;
   const auto io = bench.io();

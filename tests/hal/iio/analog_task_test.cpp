@@ -108,6 +108,44 @@ TEST_CASE("a command is put out on the next turn, not only on the next poll") {
   CHECK(bench.raw() == "2400");
 }
 
+TEST_CASE("the lines are served before the inputs, which may take their time") {
+  Bench bench;
+  int edges_when_read = -1;
+  AnalogTask task(bench.settings, "FIC-101", bench.gpio,
+                  [&](const AnalogEvent&) { edges_when_read = (*bench.lines)["alive"].edges; });
+  task.open(0);
+  bench.give(task, 50.0, 0);
+  task.step(0);
+  REQUIRE((*bench.lines)["alive"].edges == 1);
+  bench.iio.change(0, "in_current0_raw", "x");
+  task.step(100 * kMs);
+  CHECK(edges_when_read == 2);
+}
+
+TEST_CASE("after its thread has hung, only what the loop decided knowing it is put out") {
+  Bench bench;
+  AnalogTask task = bench.task();
+  task.open(0);
+  bench.give(task, 50.0, 0);
+  task.step(0);
+  CHECK(bench.raw() == "2400");
+  // The converter answers after 900 ms. The loop has gone on meanwhile.
+  bench.give(task, 75.0, 890 * kMs);
+  task.step(900 * kMs);
+  CHECK(bench.raw() == "2400");
+  CHECK_FALSE(task.state.newest().inputs.output_ok);
+  CHECK(task.state.newest().inputs.output_reason == Reason::stale);
+  CHECK(task.state.newest().time_ns == 900 * kMs);
+  bench.give(task, 60.0, 910 * kMs);
+  task.step(910 * kMs);
+  CHECK(bench.raw() == "2720");
+  CHECK(task.state.newest().inputs.output_ok);
+  // A turn that is late by less is none of this.
+  bench.give(task, 75.0, 920 * kMs);
+  task.step(1310 * kMs);
+  CHECK(bench.raw() == "3200");
+}
+
 TEST_CASE("when commands cease to come the safe current is put out, once, and told") {
   Bench bench;
   AnalogTask task = bench.task();

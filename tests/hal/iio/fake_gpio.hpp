@@ -2,10 +2,12 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 #include "hal/iio/gpio_lines.hpp"
 
@@ -15,6 +17,7 @@ namespace loopwarden::tests {
 struct FakeLine {
   std::atomic<bool> exists{true};
   std::atomic<bool> refuses{false};
+  std::atomic<bool> hangs{false};  // whoever reads it waits
   std::atomic<bool> active{false};
   std::atomic<bool> requested{false};
   std::atomic<int> edges{0};
@@ -41,6 +44,7 @@ class FakeGpio final : public hal::iio::GpioChips {
     explicit Line(FakeLine& line) : line_(line) { line_.requested = true; }
     ~Line() override { line_.requested = false; }
     std::optional<bool> read() noexcept override {
+      while (line_.hangs) std::this_thread::sleep_for(std::chrono::milliseconds(1));
       return line_.refuses ? std::nullopt : std::optional(line_.active.load());
     }
     bool write(bool active) noexcept override {

@@ -398,6 +398,47 @@ TEST_CASE("a link ends promptly, whatever it waits for", "[modbus][link]") {
   }
 }
 
+TEST_CASE("after a silence in which the device may act, the loop is told before it is obeyed",
+          "[modbus][link]") {
+  TcpRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  mb::PointSettings point = input(0, RegisterType::f32);
+  point.reg.table = mb::Table::holding_register;
+  constexpr std::int64_t kMaxAgeNs = 60'000'000'000;
+  constexpr std::int64_t kSilenceNs = 200'000'000;
+  mb::LinkTask task;
+  task.name = "loop";
+  task.period_ns = 3'600'000'000'000;  // served when asked
+  task.command =
+      std::make_unique<mb::CommandPoint>(point, kMaxAgeNs, kSilenceNs, mb::CommLossSettings{});
+  link.attach(task);
+  std::uint64_t id = 0;
+  const auto decide = [&](double output) {
+    task.command->newest.publish(
+        {.value = output, .time_ns = mb::BusWaiter::now_ns(), .id = ++id, .write = true});
+    link.serve_soon(task);
+  };
+  const auto state = [&] { return task.command->state.newest(); };
+  decide(4.0);
+  REQUIRE(eventually([&] { return state().ok; }));
+  CHECK(rig.device.state_number("co") == 4.0);
+
+  std::this_thread::sleep_for(300ms);
+  decide(6.0);
+  REQUIRE(eventually([&] { return !state().ok; }));
+  CHECK(state().reason == Reason::link_lost);
+  // The same command once more was decided without knowing of the silence.
+  link.serve_soon(task);
+  std::this_thread::sleep_for(100ms);
+  CHECK(rig.device.state_number("co") == 4.0);
+  CHECK_FALSE(state().ok);
+
+  decide(5.0);
+  REQUIRE(eventually([&] { return state().ok; }));
+  CHECK(rig.device.state_number("co") == 5.0);
+  link.detach(task);
+}
+
 TEST_CASE("points come and go while the link runs", "[modbus][link]") {
   SerialRig rig;
   mb::ModbusLink link(rig.link(), {});

@@ -180,6 +180,46 @@ TEST_CASE("a loop that hangs leaves its valve to the device's watchdog", "[modbu
   CHECK(eventually([&] { return rig.device.state_number("co") == 5.0 && loop.output_ok(); }));
 }
 
+TEST_CASE(
+    "a bus that is busy with something else: the output counts as lost before the device acts",
+    "[modbus][loop_io]") {
+  TcpRig rig;
+  mb::ModbusBus bus;
+  mb::LoopModbusSettings settings = loop_on(rig.link());
+  settings.max_command_age_ns = 60'000'000'000;
+  settings.comm_loss.timeout_s = 10.0;  // a busy machine's bus thread is not silent for so long
+  mb::ModbusLoopIo io(settings, "loop", bus);
+  io.open();
+  {
+    LoopThread loop(io, 4.0);
+    REQUIRE(eventually([&] { return loop.output_ok(); }));
+  }
+  // As if the bus thread had not come to it since.
+  const auto inputs_after = [&](std::int64_t wait_ns) {
+    hal::Inputs inputs;
+    io.read({.now_ns = mb::BusWaiter::now_ns() + wait_ns, .period_index = 0}, inputs);
+    return inputs;
+  };
+  CHECK(inputs_after(0).output_ok);
+  const std::int64_t silence_ns = mb::longest_silence_ns(settings);
+  CHECK_FALSE(inputs_after(silence_ns + 1'000'000).output_ok);
+  CHECK(inputs_after(silence_ns + 1'000'000).output_reason == Reason::link_lost);
+}
+
+TEST_CASE("how long commands may stay away: until the device acts, less one exchange",
+          "[modbus][loop_io]") {
+  mb::LoopModbusSettings loop;
+  loop.positioner_link.response_timeout_ms = 150;
+  loop.poll_period_ns = 100'000'000;
+  loop.comm_loss.protection = mb::CommLossProtection::set_by_device;
+  loop.comm_loss.timeout_s = 1.0;
+  CHECK(mb::longest_silence_ns(loop) == 750'000'000);
+  loop.comm_loss.timeout_s = 0.4;  // shorter than sound
+  CHECK(mb::longest_silence_ns(loop) == 250'000'000);
+  loop.comm_loss.protection = mb::CommLossProtection::none_accepted;
+  CHECK(mb::longest_silence_ns(loop) == 700'000'000);
+}
+
 TEST_CASE("a pulled cable: the device goes to its fail-safe value", "[modbus][loop_io]") {
   TcpRig rig({"--fail-safe", "2.5"});
   mb::ModbusBus bus;
