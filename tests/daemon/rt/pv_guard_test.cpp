@@ -81,14 +81,21 @@ TEST_CASE("the first value is not frozen, whatever it is and wherever the output
         hal::Quality::good);
 }
 
-TEST_CASE("an output that is learnt has not moved; one that moves from there has") {
-  PvGuard guard(settings(2.0));
-  const auto look = [&](std::int64_t second, double output, hal::Quality quality) {
+// What the guard says of a PV that stands still at 5, of whatever quality.
+struct Look {
+  PvGuard& guard;
+  hal::Reason operator()(std::int64_t second, double output, hal::Quality quality) const {
     hal::Sample sample = good(5.0, second * kSecond);
     sample.quality = quality;
+    if (quality == hal::Quality::uncertain) sample.reason = hal::Reason::out_of_range;
     return guard.check(sample, output, 100.0, second * kSecond).reason;
-  };
-  using hal::Quality;
+  }
+};
+using hal::Quality;
+
+TEST_CASE("an output that is learnt has not moved; one that moves from there has") {
+  PvGuard guard(settings(2.0));
+  const Look look{guard};
   look(10, 0.0, Quality::good);
   guard.output_learned(60.0);
   CHECK(look(13, 60.0, Quality::good) == hal::Reason::none);
@@ -101,13 +108,7 @@ TEST_CASE("an output that is learnt has not moved; one that moves from there has
 
 TEST_CASE("a value that the backend holds is not frozen, nor is the one that follows it") {
   PvGuard guard(settings(2.0));
-  const auto look = [&](std::int64_t second, double output, hal::Quality quality) {
-    hal::Sample sample = good(5.0, second * kSecond);
-    sample.quality = quality;
-    if (quality == hal::Quality::uncertain) sample.reason = hal::Reason::out_of_range;
-    return guard.check(sample, output, 100.0, second * kSecond).reason;
-  };
-  using hal::Quality;
+  const Look look{guard};
   look(10, 50.0, Quality::good);
   // A current between the limits of NE 43 while the safe action moves the output.
   look(11, 50.0, Quality::uncertain);
@@ -119,12 +120,7 @@ TEST_CASE("a value that the backend holds is not frozen, nor is the one that fol
 
 TEST_CASE("what passes while PV is bad does not make it frozen; what it stood still before does") {
   PvGuard guard(settings(2.0));
-  const auto look = [&](std::int64_t second, double output, hal::Quality quality) {
-    hal::Sample sample = good(5.0, second * kSecond);
-    sample.quality = quality;
-    return guard.check(sample, output, 100.0, second * kSecond).reason;
-  };
-  using hal::Quality;
+  const Look look{guard};
   look(10, 50.0, Quality::good);
   look(11, 50.0, Quality::bad);
   look(60, 20.0, Quality::bad);  // the safe action has moved the output
