@@ -15,22 +15,45 @@ using hal::iio::AnalogSettings;
 
 constexpr double kLowestMa = 0.0;
 constexpr double kHighestMa = 22.0;
+constexpr double kLiveZeroMa = 4.0;
+constexpr double kSpanMa = 16.0;
 
-void read_channel(MapReader& in, hal::iio::ChannelSettings& channel) {
+// Returns the converter's numbers at 4 mA and at 20 mA, where they are stated.
+Value<std::pair<double, double>> read_channel(MapReader& in, hal::iio::ChannelSettings& channel) {
   channel.device = in.need_text("device", "name or label of the IIO device");
   channel.channel = in.need_text("channel", "as in the file names: voltage0, current1");
-  channel.units_per_ma = in.number("units_per_ma",
-                                   {"", above(0.0),
-                                    "of (raw + offset) * scale for 1 mA: 1 for a current channel "
-                                    "(mA), the shunt in ohm for a voltage channel (mV)"},
-                                   channel.units_per_ma);
+  const Value<double> units_per_ma =
+      in.number("units_per_ma",
+                {"", above(0.0),
+                 "of (raw + offset) * scale for 1 mA: 1 for a current channel "
+                 "(mA), the shunt in ohm for a voltage channel (mV)"},
+                channel.units_per_ma);
+  channel.units_per_ma = units_per_ma;
   const Value<double> scale = in.maybe_number(
       "scale", {"", any_number(), "instead of the driver's; not 0", "the driver's"});
   const Value<double> offset = in.maybe_number(
       "offset", {"raw units", any_number(), "instead of the driver's", "the driver's"});
   if (scale.given && scale.valid && scale == 0.0) in.error("scale", "must not be 0");
+  const Value<std::pair<double, double>> raw = in.maybe_range(
+      "raw", {"", any_number(), "the converter's numbers at 4 mA and at 20 mA, such as [0, 27648]",
+              "instead of units_per_ma, scale and offset"});
+  for (const Value<double>* other : {&units_per_ma, &scale, &offset}) {
+    if (!raw.given || !other->given) continue;
+    in.report().error(
+        other->place, other->key,
+        fmt::format("stands beside raw (at {}); give raw alone, or units_per_ma, scale and offset",
+                    to_text(raw.place)));
+  }
   if (scale.given) channel.scale = scale;
   if (offset.given) channel.offset = offset;
+  if (raw.given && raw.valid) {
+    channel.scale = kSpanMa / (raw.value.second - raw.value.first);
+    channel.offset = kLiveZeroMa / *channel.scale - raw.value.first;
+    if (*channel.scale == 0.0 || !std::isfinite(*channel.offset)) {
+      in.error("raw", fmt::format("has a span that no number can scale to {} mA", kSpanMa));
+    }
+  }
+  return raw;
 }
 
 // range: [at 4 mA, at 20 mA].
@@ -85,7 +108,7 @@ hal::iio::LineSettings read_line(MapReader& in) {
 void read_output(MapReader& in, const IoContext& context, IoSection& section,
                  hal::iio::AnalogOutputSettings& output) {
   section.command = in.place();
-  read_channel(in, output.channel);
+  const Value<std::pair<double, double>> raw = read_channel(in, output.channel);
   std::tie(output.low, output.high) =
       read_scale(in, "CO units", context.output_range, "the output's range");
   const Value<std::pair<double, double>> limits = in.maybe_range(
@@ -103,6 +126,15 @@ void read_output(MapReader& in, const IoContext& context, IoSection& section,
     in.error("highest_raw",
              fmt::format("must be above lowest_raw = {} (got {})", lowest.value, highest.value));
   }
+  if (raw.given && raw.valid && lowest.valid && highest.valid &&
+      (raw.value.first < static_cast<double>(lowest.value) ||
+       raw.value.second > static_cast<double>(highest.value))) {
+    in.error(
+        "raw",
+        fmt::format("must lie within lowest_raw = {} and highest_raw = {}, beyond which "
+                    "the converter takes nothing (got [{}, {}])",
+                    lowest.value, highest.value, brief(raw.value.first), brief(raw.value.second)));
+  }
   const Value<double> safe =
       in.maybe_number("safe_current", {"mA", between(kLowestMa, kHighestMa),
                                        "put out by the I/O thread when commands cease to come",
@@ -110,9 +142,10 @@ void read_output(MapReader& in, const IoContext& context, IoSection& section,
   if (safe.given) output.safe_ma = safe;
   // A watchdog relay on the alive line, or one in the output module: both are set up outside.
   read_comm_loss(in, "{timeout, set_by: device} or none_accepted", nullptr);
-  section.output_resolution =
-      std::abs(output.high - output.low) /
-      static_cast<double>(std::max<std::int64_t>(1, output.highest_raw - output.lowest_raw));
+  const double steps = raw.given && raw.valid
+                           ? raw.value.second - raw.value.first
+                           : static_cast<double>(output.highest_raw - output.lowest_raw);
+  section.output_resolution = std::abs(output.high - output.low) / std::max(1.0, steps);
 }
 
 void read_lines(MapReader& in, AnalogSettings& settings) {

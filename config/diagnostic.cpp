@@ -85,13 +85,22 @@ std::vector<Diagnostic> Report::take() {
   return std::exchange(diagnostics_, {});
 }
 
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
 std::string suggestion(std::string_view word, std::span<const std::string> known) {
   constexpr std::size_t kLongestWord = 40;
   if (word.size() < 2 || word.size() > kLongestWord) return {};
+  const std::string lower = lower_case(word);
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   std::string_view best;
   for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(word, candidate);
+    const std::size_t distance = edit_distance(lower, lower_case(candidate));
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;

@@ -25,11 +25,16 @@ DIR/loops.d/*.yaml       one control loop each
 
 `loopwardend --config DIR --check` reads it as a start would and names every error with file, line
 and column; `loopwarden check FILE...` does so for single files. `config/examples/` holds complete
-examples.
+examples, which the package has in `/usr/share/doc/loopwarden/examples/`.
 
 Rules for all files:
 
-- Keys that are unknown, double or missing are errors. So are anchors, tags, tabs in the
+)";
+
+// From here on Markdown of headings, paragraphs, lists, code and `words`: manual_page() takes it
+// over.
+constexpr const char* kRules =
+    R"(- Keys that are unknown, double or missing are errors. So are anchors, tags, tabs in the
   indentation, more than one document, and files above 1 MiB.
 - Numbers are decimal, finite and stand alone: the unit belongs to the key. Modbus addresses and
   masks may be hexadecimal (`0x10`).
@@ -45,6 +50,83 @@ The gains come in one of two forms, never mixed: the parallel form `kp`, `ki`, `
 The enable contact is no safety function: an emergency stop must act in hardware.
 )";
 
+constexpr const char* kWiringNotes = R"(
+What the manual of a device says about its registers goes into the loop's file like this:
+
+```
+register: {table: input, address: 10, type: f32, order: cdab}       # PV as a float
+register: {table: input, address: 20, type: i16, raw: [0, 27648], eu: [0, 40]}
+command: {address: 200, type: i16, raw: [0, 27648], eu: [0, 100]}   # CO in counts
+```
+
+- `raw` and `eu`: two values of the register, and what they mean in engineering units. The straight
+  line through both goes on beyond them. `eu` may fall: with `raw: [0, 27648], eu: [100, 0]` the
+  number falls as CO rises. `check` warns where `eu` does not cover the range of PV or of the output.
+  `scale` and `offset` state the same line in another way (engineering value = raw * scale + offset);
+  a register has one of the two.
+- 27648 (hexadecimal 6C00) is what analog modules of Siemens SIMATIC S7 controllers count at the end of
+  their nominal range: 0 to 27648 stand for 4 to 20 mA, 0 to 20 mA or 0 to 10 V, and -27648 for
+  -10 V. Up to 32511 (117.6 %) is over-range, 32767 overflow; at 4 to 20 mA less than 4 mA counts
+  below 0, -32768 is underflow. Hence `type: i16`: as `u16` the numbers below 0 would be large ones.
+  Others count to 4095, 10000, 32767 or 65535: the device's manual says which.
+- `address` counts from 0, as on the wire. Many manuals count from 1 and put the table in front: 40201,
+  400201 and 4x0201 are holding register 200 (`table: holding`, `address: 200`), 30011 is input
+  register 10 (`table: input`, `address: 10`). Where such a number can't be an address it is
+  refused, and the message says what to write. 30001 to 39999 and 40001 to 49999 can be addresses, and
+  some devices have registers there: they are taken as they stand, with a warning. In hexadecimal
+  (`0x9D09` for 40201) it is an address that was meant, and there is no warning.
+- `type`: `u16` (elsewhere UINT16, UINT, WORD), `i16` (INT16, INT), `u32` (UINT32, UDINT, DWORD), `i32`
+  (INT32, DINT), `f32` (FLOAT32, FLOAT, REAL), `f64` (FLOAT64, DOUBLE, LREAL). Only the short words are
+  taken; to the others the message answers with the right one.
+- `order`: CDAB is `cdab`. A float that reads like 1e-40 or 1e+30 most often wants `cdab` or `abcd`
+  instead of the other.
+- 4-20 mA through a converter (`backend: analog`): `raw` are its numbers at 4 mA and at 20 mA, in place of
+  `units_per_ma`, `scale` and `offset`; `range` says what these two currents mean.
+)";
+
+constexpr const char* kManualHead = R"(loopwardend.yaml(5)
+
+; Generated from the readers in config/; tests_config "[reference]" says how to renew it.
+
+# NAME
+
+loopwardend.yaml - configuration of loopwardend
+
+# DESCRIPTION
+
+A configuration is a folder:
+
+*loopwardend.yaml*
+	The box: real-time rights, folders, acceleration of simulated loops, Modbus links, the Modbus server,
+	alarms. Optional.
+
+*loops.d/\*.yaml*
+	One file a loop: process variable, controller, safe actions, devices.
+
+Unknown, duplicate and missing keys, wrong kinds, numbers out of range or not finite, and values that
+don't fit together are errors, all reported at once:
+
+	loops.d/FIC-101.yaml:17:3: error: unknown key 'gian'; did you mean 'gain'?
+
+*loopwarden check* _DIR_ or _FILE_ says so beforehand. Complete commented examples are in
+/usr/share/doc/loopwarden/examples/.
+
+Two keys have no default, on purpose: *controller.action*, because a wrong guess is unsafe, and
+*comm_loss* of the positioner or output, because only the device's own watchdog can act when the cable is cut.
+
+)";
+
+constexpr const char* kManualTail = R"(
+# EFFECTS
+
+The effects of a model's valve, process, transmitter, disturbances and faults, and of a jacket's model of the valve, with
+their parameters: *loopwarden effects*.
+
+# SEE ALSO
+
+*loopwardend*(8), *loopwarden*(1)
+)";
+
 std::string section_of(const std::string& path) {
   const std::size_t dot = path.rfind('.');
   return dot == std::string::npos ? std::string() : path.substr(0, dot);
@@ -54,6 +136,58 @@ std::string cell(const std::string& text) {
   std::string escaped;
   for (const char c : text) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
   return escaped;
+}
+
+// The mappings of a reference, each once, in the order of its keys.
+std::vector<std::string> sections_of(const KeyReference& reference) {
+  std::vector<std::string> sections;
+  for (const KeyDescription& key : reference.keys()) {
+    const std::string section = section_of(key.path);
+    if (std::find(sections.begin(), sections.end(), section) == sections.end()) {
+      sections.push_back(section);
+    }
+  }
+  return sections;
+}
+
+std::string name_in(const std::string& section, const KeyDescription& key) {
+  return section.empty() ? key.path : key.path.substr(section.size() + 1);
+}
+
+// Markdown of paragraphs, lists, code and `words` as scdoc has it.
+std::string to_scdoc(std::string_view markdown) {
+  std::string text;
+  bool code = false;
+  for (std::size_t i = 0; i < markdown.size(); ++i) {
+    if (markdown.substr(i).starts_with("```")) {
+      code = !code;
+      text += "```";
+      i += 2;
+    } else if (!code && markdown[i] == '`') {
+      text += '*';
+    } else {
+      const bool marks = !code && std::string_view("*_\\").find(markdown[i]) != std::string::npos;
+      if (marks) text += '\\';
+      text += markdown[i];
+    }
+  }
+  return text;
+}
+
+std::string manual_of(const KeyReference& reference) {
+  std::string text;
+  for (const std::string& section : sections_of(reference)) {
+    if (!section.empty()) text += fmt::format("\n## {}\n", section);
+    for (const KeyDescription& key : reference.keys()) {
+      if (section_of(key.path) != section) continue;
+      const std::string fallback = key.fallback.empty()         ? ""
+                                   : key.fallback == "required" ? "; required"
+                                                                : "; default: " + key.fallback;
+      text += fmt::format("\n*{}*: {}\n\t{}\n", to_scdoc(name_in(section, key)),
+                          to_scdoc(key.value + fallback), to_scdoc(key.meaning));
+    }
+  }
+  return text;
 }
 
 }  // namespace
@@ -66,35 +200,37 @@ void KeyReference::add(KeyDescription description) {
 }
 
 std::string to_markdown(const KeyReference& reference) {
-  std::vector<std::string> sections;
-  for (const KeyDescription& key : reference.keys()) {
-    const std::string section = section_of(key.path);
-    if (std::find(sections.begin(), sections.end(), section) == sections.end()) {
-      sections.push_back(section);
-    }
-  }
   std::string text;
-  for (const std::string& section : sections) {
+  for (const std::string& section : sections_of(reference)) {
     if (!section.empty()) text += fmt::format("\n### `{}`\n", section);
     text += "\n| key | value | default | meaning |\n|---|---|---|---|\n";
     for (const KeyDescription& key : reference.keys()) {
       if (section_of(key.path) != section) continue;
-      const std::string name = section.empty() ? key.path : key.path.substr(section.size() + 1);
-      text += fmt::format("| `{}` | {} | {} | {} |\n", name, cell(key.value), cell(key.fallback),
-                          cell(key.meaning));
+      text += fmt::format("| `{}` | {} | {} | {} |\n", name_in(section, key), cell(key.value),
+                          cell(key.fallback), cell(key.meaning));
     }
   }
   return text;
 }
 
 std::string describe_configuration() {
-  std::string text = kIntroduction;
+  std::string text = std::string(kIntroduction) + kRules;
   text += "\n## The daemon: `loopwardend.yaml`\n" + to_markdown(describe_daemon());
   text += "\n## A loop: `loops.d/*.yaml`\n";
   text += kLoopNotes + to_markdown(describe_loop());
+  text += std::string("\n## Wiring by registers and counts\n") + kWiringNotes;
   text += "\n## A loop model\n" + to_markdown(describe_model());
   text += "\n## Effects\n\nOf a model's valve, process, transmitter, disturbances and faults.\n\n";
   return text + describe_effects();
+}
+
+std::string manual_page() {
+  std::string text = kManualHead + to_scdoc(kRules);
+  text += "\n# THE DAEMON: loopwardend.yaml\n" + manual_of(describe_daemon());
+  text += "\n# A LOOP: loops.d\n" + to_scdoc(kLoopNotes) + manual_of(describe_loop());
+  text += "\n# WIRING BY REGISTERS AND COUNTS\n" + to_scdoc(kWiringNotes);
+  text += "\n# A LOOP MODEL\n" + manual_of(describe_model());
+  return text + kManualTail;
 }
 
 }  // namespace loopwarden::config

@@ -15,14 +15,6 @@ namespace {
 constexpr std::size_t kMostListItems = 10'000;
 constexpr std::size_t kLongestText = 200;  // bytes
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
-
 // Without its sign.
 std::string_view magnitude(std::string_view text) {
   if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
@@ -111,8 +103,9 @@ std::string integer_text(const IntegerRule& rule) {
   return text;
 }
 
-std::string range_text(const NumberRule& rule) {
-  return *rule.unit != '\0' ? fmt::format("[low, high], {}", rule.unit) : "[low, high]";
+std::string range_text(const NumberRule& rule, MapReader::Ends ends) {
+  const char* const text = ends == MapReader::Ends::rise ? "[low, high]" : "[first, last]";
+  return *rule.unit != '\0' ? fmt::format("{}, {}", text, rule.unit) : text;
 }
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -293,6 +286,10 @@ Value<std::int64_t> MapReader::read_integer(std::string_view key, YamlNode* node
     fault = fmt::format("must be a whole number from {} to {}{}{} (got {})", rule.low, rule.high,
                         *rule.unit != '\0' ? " " : "", rule.unit, quotable(node->text));
   }
+  if (rule.advice != nullptr && node->kind == YamlNode::Kind::scalar) {
+    const std::string advice = rule.advice(node->text);
+    if (!advice.empty()) fault += fmt::format(". {}", advice);
+  }
   report_->error(node->place, result.key, std::move(fault));
   return result;
 }
@@ -321,37 +318,41 @@ Value<std::int64_t> MapReader::maybe_integer(std::string_view key, const Integer
 }
 
 Value<std::pair<double, double>> MapReader::read_range(std::string_view key, YamlNode* node,
-                                                       const NumberRule& rule) {
+                                                       const NumberRule& rule, Ends ends) {
   Value<std::pair<double, double>> result = start(key, node, std::pair{0.0, 0.0});
   if (node == nullptr) return result;
   if (node->kind != YamlNode::Kind::list || node->values.size() != 2) {
-    report_->error(node->place, result.key, fmt::format("must be {}", range_text(rule)));
+    report_->error(node->place, result.key, fmt::format("must be {}", range_text(rule, ends)));
     return result;
   }
   const Value<double> low = read_number(key, &node->values[0], rule, 0.0);
   const Value<double> high = read_number(key, &node->values[1], rule, 0.0);
   result.value = {low.value, high.value};
-  result.valid = low.valid && high.valid && low < high;
-  if (low.valid && high.valid && !result.valid) {
+  const bool fits = ends == Ends::rise ? low.value < high.value : low.value != high.value;
+  result.valid = low.valid && high.valid && fits;
+  if (low.valid && high.valid && !fits) {
     report_->error(node->place, result.key,
-                   fmt::format("must be [low, high] with low below high (got [{}, {}])", brief(low),
-                               brief(high)));
+                   fmt::format("must be {} (got [{}, {}])",
+                               ends == Ends::rise ? "[low, high] with low below high"
+                                                  : "[first, last], two different numbers",
+                               brief(low), brief(high)));
   }
   return result;
 }
 
 Value<std::pair<double, double>> MapReader::need_range(std::string_view key,
                                                        const NumberRule& rule) {
-  YamlNode* node = find(key, range_text(rule), Presence::required, "", rule.meaning);
-  Value<std::pair<double, double>> value = read_range(key, node, rule);
+  YamlNode* node = find(key, range_text(rule, Ends::rise), Presence::required, "", rule.meaning);
+  Value<std::pair<double, double>> value = read_range(key, node, rule, Ends::rise);
   value.valid = value.valid && value.given;
   return value;
 }
 
 Value<std::pair<double, double>> MapReader::maybe_range(std::string_view key,
-                                                        const NumberRule& rule) {
+                                                        const NumberRule& rule, Ends ends) {
   return read_range(
-      key, find(key, range_text(rule), Presence::optional, rule.fallback, rule.meaning), rule);
+      key, find(key, range_text(rule, ends), Presence::optional, rule.fallback, rule.meaning), rule,
+      ends);
 }
 
 Value<std::vector<std::pair<double, double>>> MapReader::maybe_points(std::string_view key,
@@ -427,13 +428,15 @@ Value<bool> MapReader::flag(std::string_view key, const char* meaning, bool fall
 }
 
 Value<std::size_t> MapReader::choose(std::string_view key, const std::vector<std::string>& names,
-                                     Presence presence, std::size_t fallback, const char* meaning) {
+                                     Presence presence, std::size_t fallback, const char* meaning,
+                                     const WordRule& rule) {
   const std::string expected = list_of(names);
   YamlNode* node = find(key, expected, presence, names[fallback], meaning);
   Value<std::size_t> result = start(key, node, fallback);
   result.valid = node == nullptr && (presence == Presence::optional || describing());
   if (node == nullptr) return result;
-  const auto found = std::find(names.begin(), names.end(), node->text);
+  const std::string lower = lower_case(node->text);
+  const auto found = std::find(names.begin(), names.end(), rule.any_case ? lower : node->text);
   if (node->kind == YamlNode::Kind::scalar && found != names.end()) {
     result.value = static_cast<std::size_t>(found - names.begin());
     result.valid = true;
@@ -442,21 +445,25 @@ Value<std::size_t> MapReader::choose(std::string_view key, const std::vector<std
   const std::string got = node->kind == YamlNode::Kind::scalar
                               ? fmt::format("'{}'", quotable(node->text))
                               : std::string(to_text(node->kind));
-  report_->error(
-      node->place, result.key,
-      fmt::format("must be {} (got {}){}", expected, got, suggestion(node->text, names)));
+  const auto other = std::find_if(rule.others.begin(), rule.others.end(),
+                                  [&](const OtherWord& word) { return lower == word.written; });
+  const std::string meant = other != rule.others.end()
+                                ? fmt::format("; did you mean '{}'?", other->meant)
+                                : suggestion(node->text, names);
+  report_->error(node->place, result.key,
+                 fmt::format("must be {} (got {}){}", expected, got, meant));
   return result;
 }
 
 Value<std::string> MapReader::need_word(std::string_view key, const std::vector<std::string>& words,
                                         const char* meaning) {
-  const Value<std::size_t> chosen = choose(key, words, Presence::required, 0, meaning);
+  const Value<std::size_t> chosen = choose(key, words, Presence::required, 0, meaning, {});
   return {words[chosen.value], chosen.place, chosen.key, chosen.given, chosen.valid};
 }
 
 Value<std::string> MapReader::word_of(std::string_view key, const std::vector<std::string>& words,
                                       const char* meaning) {
-  const Value<std::size_t> chosen = choose(key, words, Presence::optional, 0, meaning);
+  const Value<std::size_t> chosen = choose(key, words, Presence::optional, 0, meaning, {});
   return {words[chosen.value], chosen.place, chosen.key, chosen.given, chosen.valid};
 }
 

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -70,12 +71,25 @@ struct IntegerRule {
   const char* meaning = "";
   bool hexadecimal = false;  // 0x... is accepted as well
   const char* fallback = "";
+  // A sentence to add where the text is refused; empty: none.
+  std::string (*advice)(std::string_view text) = nullptr;
 };
 
 template <class E>
 struct Choice {
   const char* name;
   E value;
+};
+
+// A word that people know from elsewhere for one of the words that may stand at a key.
+struct OtherWord {
+  const char* written;  // in lower case
+  const char* meant;
+};
+
+struct WordRule {
+  bool any_case = false;                   // ABCD is abcd
+  std::span<const OtherWord> others = {};  // are refused, with the right word in the message
 };
 
 enum class Presence { required, optional };
@@ -95,9 +109,11 @@ class MapReader {
   Value<std::int64_t> integer(std::string_view key, const IntegerRule& rule, std::int64_t fallback);
   Value<std::int64_t> maybe_integer(std::string_view key, const IntegerRule& rule);
 
-  // [low, high], low below high.
+  // [low, high], low below high; where the ends only differ, the first may be the higher one.
+  enum class Ends { rise, differ };
   Value<std::pair<double, double>> need_range(std::string_view key, const NumberRule& rule);
-  Value<std::pair<double, double>> maybe_range(std::string_view key, const NumberRule& rule);
+  Value<std::pair<double, double>> maybe_range(std::string_view key, const NumberRule& rule,
+                                               Ends ends = Ends::rise);
   // [[x, y], ...]
   Value<std::vector<std::pair<double, double>>> maybe_points(std::string_view key,
                                                              const char* value_text,
@@ -109,10 +125,10 @@ class MapReader {
   Value<bool> flag(std::string_view key, const char* meaning, bool fallback);
   template <class E, std::size_t N>
   Value<E> need_one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
-                       const char* meaning);
+                       const char* meaning, const WordRule& rule = {});
   template <class E, std::size_t N>
   Value<E> one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
-                  const char* meaning, E fallback);
+                  const char* meaning, E fallback, const WordRule& rule = {});
 
   // The same with the words as text, for words that are listed elsewhere.
   Value<std::string> need_word(std::string_view key, const std::vector<std::string>& words,
@@ -170,9 +186,10 @@ class MapReader {
                                    std::int64_t fallback);
   Value<std::string> read_text(std::string_view key, YamlNode* node, std::string fallback);
   Value<std::pair<double, double>> read_range(std::string_view key, YamlNode* node,
-                                              const NumberRule& rule);
+                                              const NumberRule& rule, Ends ends);
   Value<std::size_t> choose(std::string_view key, const std::vector<std::string>& names,
-                            Presence presence, std::size_t fallback, const char* meaning);
+                            Presence presence, std::size_t fallback, const char* meaning,
+                            const WordRule& rule);
   std::optional<MapReader> section(std::string_view key, Presence presence, const char* meaning);
   bool is_of_kind(std::string_view key, const YamlNode& node, YamlNode::Kind wanted);
 
@@ -184,17 +201,17 @@ class MapReader {
 
 template <class E, std::size_t N>
 Value<E> MapReader::need_one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
-                                const char* meaning) {
+                                const char* meaning, const WordRule& rule) {
   std::vector<std::string> names;
   names.reserve(N);
   for (const Choice<E>& choice : choices) names.emplace_back(choice.name);
-  const Value<std::size_t> chosen = choose(key, names, Presence::required, 0, meaning);
+  const Value<std::size_t> chosen = choose(key, names, Presence::required, 0, meaning, rule);
   return {choices[chosen.value].value, chosen.place, chosen.key, chosen.given, chosen.valid};
 }
 
 template <class E, std::size_t N>
 Value<E> MapReader::one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
-                           const char* meaning, E fallback) {
+                           const char* meaning, E fallback, const WordRule& rule) {
   std::vector<std::string> names;
   names.reserve(N);
   std::size_t fallback_index = 0;
@@ -202,7 +219,8 @@ Value<E> MapReader::one_of(std::string_view key, const std::array<Choice<E>, N>&
     if (choice.value == fallback) fallback_index = names.size();
     names.emplace_back(choice.name);
   }
-  const Value<std::size_t> chosen = choose(key, names, Presence::optional, fallback_index, meaning);
+  const Value<std::size_t> chosen =
+      choose(key, names, Presence::optional, fallback_index, meaning, rule);
   return {choices[chosen.value].value, chosen.place, chosen.key, chosen.given, chosen.valid};
 }
 

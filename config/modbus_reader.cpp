@@ -5,8 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
 
 #include "config/byte_orders.hpp"
 
@@ -60,26 +65,135 @@ std::pair<double, double> raw_range(RegisterType type) {
 
 enum class Use { read, write };
 
-RegisterSpec read_register(MapReader& in, Use use) {
+// Words of other systems. None is taken in place of ours: an int or a word is not the same
+// everywhere.
+constexpr std::array kOtherTypes{
+    OtherWord{"uint16", "u16"}, OtherWord{"uint", "u16"},    OtherWord{"word", "u16"},
+    OtherWord{"ushort", "u16"}, OtherWord{"int16", "i16"},   OtherWord{"int", "i16"},
+    OtherWord{"short", "i16"},  OtherWord{"uint32", "u32"},  OtherWord{"udint", "u32"},
+    OtherWord{"dword", "u32"},  OtherWord{"ulong", "u32"},   OtherWord{"int32", "i32"},
+    OtherWord{"dint", "i32"},   OtherWord{"long", "i32"},    OtherWord{"float32", "f32"},
+    OtherWord{"float", "f32"},  OtherWord{"real", "f32"},    OtherWord{"single", "f32"},
+    OtherWord{"real32", "f32"}, OtherWord{"float64", "f64"}, OtherWord{"double", "f64"},
+    OtherWord{"lreal", "f64"},  OtherWord{"real64", "f64"}};
+
+// What a register's number in a device's manual means: 40201, 400201 and 4x0201 are holding
+// register 200 counted from 0, 30011 is input register 10.
+struct ManualNumber {
+  bool holding = false;
+  std::int64_t address = 0;
+};
+
+std::optional<ManualNumber> manual_number(std::string_view text) {
+  if (text.empty() || (text.front() != '3' && text.front() != '4')) return std::nullopt;
+  const bool holding = text.front() == '4';
+  const bool marked = text.size() > 2 && (text[1] == 'x' || text[1] == 'X');
+  const std::string_view digits = text.substr(marked ? 2 : 1);
+  if (!marked && digits.size() != 4 && digits.size() != 5) return std::nullopt;
+  std::int64_t number = 0;
+  const auto parsed = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (parsed.ec != std::errc() || parsed.ptr != digits.data() + digits.size()) return std::nullopt;
+  if (number < 1 || number > kLastAddress + 1) return std::nullopt;
+  return ManualNumber{holding, number - 1};
+}
+
+template <Use use>
+std::string advice_on_address(std::string_view text) {
+  const std::optional<ManualNumber> number = manual_number(text);
+  if (!number) return {};
+  const char* const table = number->holding ? "holding" : "input";
+  const std::string is =
+      fmt::format("{} is {} register {} counted from 0", text, table, number->address);
+  if (use == Use::write && !number->holding) return is + ", which can't be written";
+  return fmt::format("{}: write `table: {}`, `address: {}`", is, table, number->address);
+}
+
+template <Use use>
+Value<std::int64_t> read_address(MapReader& in) {
+  Value<std::int64_t> address = in.need_integer("address", {.high = kLastAddress,
+                                                            .meaning = kAddress,
+                                                            .hexadecimal = true,
+                                                            .advice = advice_on_address<use>});
+  // Devices with registers up there exist, and a decimal number that was meant works as ever. In
+  // hexadecimal no manual's number is written.
+  if (!address.given || !address.valid) return address;
+  const std::string advice = advice_on_address<use>(in.word("address"));
+  if (!advice.empty()) {
+    in.warning("address", fmt::format("is taken as it stands, but reads like a number out of a "
+                                      "manual. {}. If {} counted from 0 is meant, write 0x{:04X}",
+                                      advice, address.value, address.value));
+  }
+  return address;
+}
+
+struct Register {
   RegisterSpec spec;
+  Value<std::pair<double, double>> eu;  // engineering values that the device states, if given
+};
+
+// scale and offset, or raw and eu.
+void read_scaling(MapReader& in, const char* unit, const Value<RegisterType>& type, Register& reg) {
+  RegisterSpec& spec = reg.spec;
+  const Value<double> scale = in.number(
+      "scale", {"", any_number(), "engineering value = raw * scale + offset; not 0"}, spec.scale);
+  const Value<double> offset = in.number("offset", {"", any_number(), "see scale"}, spec.offset);
+  const Value<std::pair<double, double>> raw =
+      in.maybe_range("raw", {"", any_number(), "two values of the register, such as [0, 27648]",
+                             "with eu, instead of scale and offset"});
+  reg.eu = in.maybe_range(
+      "eu", {unit, any_number(), "engineering values at the two of raw; may fall", "with raw"},
+      MapReader::Ends::differ);
+  const Value<std::pair<double, double>>& eu = reg.eu;
+  spec.scale = scale;
+  spec.offset = offset;
+  if (scale.valid && scale == 0.0) in.error("scale", "must not be 0");
+  if (!raw.given && !eu.given) return;
+  for (const Value<double>* other : {&scale, &offset}) {
+    if (!other->given) continue;
+    in.report().error(other->place, other->key,
+                      fmt::format("stands beside {} (at {}); give raw and eu, or scale and offset",
+                                  raw.given ? "raw" : "eu", to_text((raw.given ? raw : eu).place)));
+  }
+  if (!raw.given) in.error("eu", "needs raw beside it: the register's values at these two");
+  if (!eu.given) in.error("raw", "needs eu beside it: the engineering values at these two");
+  if (!raw.given || !eu.given || !raw.valid || !eu.valid) return;
+  const auto [raw_low, raw_high] = raw.value;
+  if (type.valid) {
+    const auto [lowest, highest] = raw_range(type);
+    if (raw_low < lowest || raw_high > highest) {
+      in.error("raw",
+               fmt::format("must lie within {:.9g} to {:.9g}, which the type (at {}) holds "
+                           "(got [{}, {}])",
+                           lowest, highest, to_text(type.place), brief(raw_low), brief(raw_high)));
+    }
+  }
+  spec.scale = (eu.value.second - eu.value.first) / (raw_high - raw_low);
+  spec.offset = eu.value.first - raw_low * spec.scale;
+  if (spec.scale == 0.0 || !std::isfinite(spec.scale) || !std::isfinite(spec.offset)) {
+    in.error("eu", "and raw are of sizes between which no number can scale");
+    spec.scale = 1.0;
+  }
+}
+
+template <Use use>
+Register read_register(MapReader& in, const char* unit) {
+  Register reg;
+  RegisterSpec& spec = reg.spec;
   spec.table = use == Use::read ? in.need_one_of("table", kTables, "which registers").value
                                 : in.one_of("table", kHoldingOnly, "only these can be written",
                                             Table::holding_register)
                                       .value;
-  const Value<std::int64_t> address =
-      in.need_integer("address", {0, kLastAddress, "", kAddress, true});
+  const Value<std::int64_t> address = read_address<use>(in);
   spec.address = static_cast<std::uint16_t>(address);
-  const Value<RegisterType> type = in.need_one_of("type", kTypes, "what the registers hold");
+  const Value<RegisterType> type =
+      in.need_one_of("type", kTypes, "what the registers hold", {.others = kOtherTypes});
   spec.type = type;
   const Value<ByteOrder> order =
       in.one_of("order", kByteOrders,
-                "bytes as they appear on the wire; abcd: most significant first", spec.order);
+                "bytes as they appear on the wire, in either case; abcd: most significant first",
+                spec.order, {.any_case = true});
   spec.order = order;
-  const Value<double> scale = in.number(
-      "scale", {"", any_number(), "engineering value = raw * scale + offset; not 0"}, spec.scale);
-  spec.scale = scale;
-  if (scale.valid && scale == 0.0) in.error("scale", "must not be 0");
-  spec.offset = in.number("offset", {"", any_number(), "see scale"}, spec.offset);
+  read_scaling(in, unit, type, reg);
   const int count = register_count(spec.type);
   if (use == Use::write) {
     const Value<WriteFunction> function = in.one_of(
@@ -102,7 +216,20 @@ RegisterSpec read_register(MapReader& in, Use use) {
                                   "(type at {})",
                                   to_text(type.place)));
   }
-  return spec;
+  return reg;
+}
+
+// What the device states for its register should reach as far as the loop does.
+void check_eu(MapReader& in, const Register& reg, const char* what,
+              const Value<std::pair<double, double>>& needed) {
+  if (!reg.eu.given || !reg.eu.valid || !needed.valid) return;
+  const auto [low, high] = std::minmax(reg.eu.value.first, reg.eu.value.second);
+  if (low <= needed.value.first && high >= needed.value.second) return;
+  in.report().warning(reg.eu.place, reg.eu.key,
+                      fmt::format("does not cover the {} [{}, {}] (at {}), for which the register "
+                                  "would have to go beyond raw",
+                                  what, brief(needed.value.first), brief(needed.value.second),
+                                  to_text(needed.place)));
 }
 
 std::optional<StatusRegister> read_status(MapReader& point, std::string_view key) {
@@ -115,8 +242,7 @@ std::optional<StatusRegister> read_status(MapReader& point, std::string_view key
     return static_cast<std::uint16_t>(
         in->integer(name, {0, 0xFFFF, "", meaning, true}, fallback).value);
   };
-  status.address = static_cast<std::uint16_t>(
-      in->need_integer("address", {0, kLastAddress, "", kAddress, true}));
+  status.address = static_cast<std::uint16_t>(read_address<Use::read>(*in));
   status.mask = read("mask", "bits that count", status.mask);
   status.value = read("value", "of these bits while the value is good", status.value);
   if ((status.value & ~status.mask) != 0) {
@@ -156,7 +282,9 @@ void read_transmitter(MapReader& in, const IoContext& context, LoopModbusSetting
   const LinkSettings* link = read_device(in, context, point.unit);
   if (link != nullptr) settings.transmitter_link = *link;
   if (std::optional<MapReader> reg = in.need_section("register", "holds PV, in PV units")) {
-    point.reg = read_register(*reg, Use::read);
+    const Register read = read_register<Use::read>(*reg, "PV units");
+    point.reg = read.spec;
+    check_eu(*reg, read, "range of PV", context.pv_range);
   }
   point.status = read_status(in, "status");
 }
@@ -206,7 +334,7 @@ hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings
     reg.point.unit = command.unit;
     if (std::optional<MapReader> spec =
             section.need_section("register", "watchdog of the device, written at every connect")) {
-      reg.point.reg = read_register(*spec, Use::write);
+      reg.point.reg = read_register<Use::write>(*spec, "").spec;
     }
     reg.value = section.need_number("value", {"", any_number(), "that is written to it"});
     watchdog = reg;
@@ -229,14 +357,20 @@ void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings
   if (std::optional<MapReader> reg =
           in.need_section("command", "register that takes CO, in CO units")) {
     section.command = reg->place();
-    command.reg = read_register(*reg, Use::write);
-    if (in.report().error_count() == errors_before) check_command(in, context, command.reg);
+    const Register written = read_register<Use::write>(*reg, "CO units");
+    command.reg = written.spec;
+    if (in.report().error_count() == errors_before) {
+      check_command(in, context, command.reg);
+      check_eu(*reg, written, "output range", context.output_range);
+    }
   }
   if (std::optional<MapReader> reg =
           in.maybe_section("read_back", "register that holds the valve position, in CO units")) {
     PointSettings point;
     point.unit = command.unit;
-    point.reg = read_register(*reg, Use::read);
+    const Register read = read_register<Use::read>(*reg, "CO units");
+    point.reg = read.spec;
+    check_eu(*reg, read, "output range", context.output_range);
     point.status = read_status(*reg, "status");
     settings.read_back = point;
     section.has_read_back = true;

@@ -72,9 +72,9 @@ ModbusServer read_modbus_server(MapReader& in) {
       "port", {1, 65535, "", "TCP port; below 1024 needs CAP_NET_BIND_SERVICE"}, server.port));
   server.unit = static_cast<std::uint8_t>(in.integer(
       "unit", {1, 247, "", "unit identifier; 0 and 255 are answered as well"}, server.unit));
-  server.word_order =
-      in.one_of("word_order", kByteOrders, "of 32-bit values; abcd: most significant first",
-                server.word_order);
+  server.word_order = in.one_of("word_order", kByteOrders,
+                                "of 32-bit values, in either case; abcd: most significant first",
+                                server.word_order, {.any_case = true});
   server.most_clients = static_cast<std::size_t>(
       in.integer("max_clients",
                  {1, 500, "",

@@ -55,6 +55,32 @@ TEST_CASE("An analog loop knows its channels and lines", "[config][analog]") {
   CHECK(io.poll_period_ns == 50'000'000);
 }
 
+TEST_CASE("raw states a converter's numbers at 4 and at 20 mA", "[config][analog]") {
+  const hal::iio::AnalogSettings io =
+      read(with(with(kAnalogLoop, "units_per_ma: 250", "raw: [5530, 27648]"), "channel: current1",
+                "channel: current1\n    highest_raw: 32767\n    raw: [0, 27648]"));
+  const auto ma = [](const hal::iio::ChannelSettings& channel, double raw) {
+    return (raw + *channel.offset) * *channel.scale / channel.units_per_ma;
+  };
+  CHECK(ma(io.process_variable.channel, 5530.0) == Approx(4.0));
+  CHECK(ma(io.process_variable.channel, 27648.0) == Approx(20.0));
+  CHECK(ma(io.output.channel, 0.0) == Approx(4.0));
+  CHECK(ma(io.output.channel, 27648.0) == Approx(20.0));
+
+  CHECK(
+      said_of_loop(with(kAnalogLoop, "units_per_ma: 250", "units_per_ma: 250, raw: [0, 27648]")) ==
+      "loop.yaml:18:57: error: io.input.units_per_ma: stands beside raw (at 18:67); give raw "
+      "alone, or units_per_ma, scale and offset\n");
+  CHECK(
+      said_of_loop(with(kAnalogLoop, "units_per_ma: 250", "raw: [27648, 5530]")) ==
+      "loop.yaml:18:48: error: io.input.raw: must be [low, high] with low below high (got [27648, "
+      "5530])\n");
+  CHECK(said_of_loop(
+            with(kAnalogLoop, "channel: current1", "channel: current1\n    raw: [0, 27648]")) ==
+        "loop.yaml:22:10: error: io.output.raw: must lie within lowest_raw = 0 and highest_raw = "
+        "4095, beyond which the converter takes nothing (got [0, 27648])\n");
+}
+
 TEST_CASE("The limits of NE 43 rise", "[config][analog]") {
   const hal::iio::AnalogSettings io =
       read(with(kAnalogLoop, "units_per_ma: 250}",

@@ -55,6 +55,7 @@ TEST_CASE("A misspelt word brings the nearest known one", "[config]") {
   const std::vector<std::string> known{"gain", "range", "time_constant", "unit"};
   CHECK(suggestion("gian", known) == "; did you mean 'gain'?");  // neighbours swapped
   CHECK(suggestion("gai", known) == "; did you mean 'gain'?");   // one left out
+  CHECK(suggestion("GAIN", known) == "; did you mean 'gain'?");  // in the other case
   CHECK(suggestion("rnage", known) == "; did you mean 'range'?");
   CHECK(suggestion("timeconstant", known) == "; did you mean 'time_constant'?");
   CHECK(suggestion("colour", known).empty());

@@ -9,14 +9,41 @@ namespace key_reference_test {
 
 using namespace loopwarden::config;
 
-TEST_CASE("docs/configuration.md says what the readers say", "[config][reference]") {
-  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/configuration.md";
-  const std::string described = describe_configuration();
+namespace {
+
+// The file in docs/ is what the readers describe; brought up to date where that is asked for.
+void check_document(const std::string& name, const std::string& described) {
+  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/" + name;
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     std::ofstream(path, std::ios::binary) << described;
   }
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_config '[reference]'");
   CHECK((test::file_text(path) == described));
+}
+
+}  // namespace
+
+TEST_CASE("docs/configuration.md says what the readers say", "[config][reference]") {
+  check_document("configuration.md", describe_configuration());
+}
+
+TEST_CASE("loopwardend.yaml(5) says what the readers say", "[config][reference]") {
+  check_document("man/loopwardend.yaml.5.scd", manual_page());
+}
+
+TEST_CASE("loopwardend.yaml(5) names every key", "[config][reference]") {
+  const std::string page = manual_page();
+  for (const KeyReference& reference : {describe_daemon(), describe_loop(), describe_model()}) {
+    CHECK(reference.keys().size() > 20);
+    for (const KeyDescription& key : reference.keys()) {
+      std::string name;
+      for (const char c : key.path.substr(key.path.rfind('.') + 1)) {
+        name += c == '_' ? std::string("\\_") : std::string(1, c);
+      }
+      INFO(key.path);
+      CHECK(page.find("\n*" + name + "*: ") != std::string::npos);
+    }
+  }
 }
 
 TEST_CASE("A table for each mapping, with what may stand in it", "[config][reference]") {

@@ -146,6 +146,161 @@ TEST_CASE("The command's register must hold what the loop may ask for", "[config
   CHECK(said_of_loop(with(kModbusLoop, "type: u16, scale: 0.001", "type: f32")).empty());
 }
 
+TEST_CASE("raw and eu state the line that scale and offset would", "[config][modbus]") {
+  const LoopModbusSettings io =
+      read(with(with(kModbusLoop, "type: f32}", "type: i16, raw: [0, 27648], eu: [-2, 10]}"),
+                "type: u16, scale: 0.001", "type: i16, raw: [-27648, 27648], eu: [10, 0]"));
+  const auto at = [](const RegisterSpec& spec, double raw) {
+    return raw * spec.scale + spec.offset;
+  };
+  CHECK(at(io.process_variable.reg, 0) == Approx(-2.0));
+  CHECK(at(io.process_variable.reg, 27648) == Approx(10.0));
+  CHECK(at(io.process_variable.reg, 13824) == Approx(4.0));
+  CHECK(at(io.process_variable.reg, 32511) == Approx(-2.0 + 12.0 * 32511.0 / 27648.0));
+  // A falling eu: the counts fall as CO rises.
+  CHECK(at(io.command.reg, -27648) == Approx(10.0));
+  CHECK(at(io.command.reg, 27648) == Approx(0.0).margin(1e-12));
+}
+
+TEST_CASE("raw and eu are checked like any other scale", "[config][modbus]") {
+  const auto command = [](const std::string& keys) {
+    return said_of_loop(with(kModbusLoop, "type: u16, scale: 0.001", keys));
+  };
+  CHECK(command("type: u16, raw: [0, 27648], eu: [0, 10]").empty());
+  CHECK(command("type: u16, raw: [0, 27648]") ==
+        "loop.yaml:25:45: error: io.positioner.command.raw: needs eu beside it: the engineering "
+        "values at these two\n");
+  CHECK(command("type: u16, eu: [0, 10]") ==
+        "loop.yaml:25:44: error: io.positioner.command.eu: needs raw beside it: the register's "
+        "values at these two\n");
+  CHECK(
+      command("type: u16, raw: [0, 27648], eu: [0, 10], scale: 0.001, offset: 0") ==
+      "loop.yaml:25:77: error: io.positioner.command.scale: stands beside raw (at 25:45); give raw "
+      "and eu, or scale and offset\n"
+      "loop.yaml:25:92: error: io.positioner.command.offset: stands beside raw (at 25:45); give "
+      "raw "
+      "and eu, or scale and offset\n");
+  CHECK(
+      command("type: u16, raw: [27648, 0], eu: [0, 10]") ==
+      "loop.yaml:25:45: error: io.positioner.command.raw: must be [low, high] with low below high "
+      "(got [27648, 0])\n");
+  CHECK(
+      command("type: u16, raw: [5, 5], eu: [0, 10]") ==
+      "loop.yaml:25:45: error: io.positioner.command.raw: must be [low, high] with low below high "
+      "(got [5, 5])\n");
+  CHECK(command("type: u16, raw: [0, 27648], eu: [10, 10]") ==
+        "loop.yaml:25:61: error: io.positioner.command.eu: must be [first, last], two different "
+        "numbers (got [10, 10])\n");
+  CHECK(command("type: i16, raw: [0, 65535], eu: [0, 10]") ==
+        "loop.yaml:25:45: error: io.positioner.command.raw: must lie within -32768 to 32767, which "
+        "the type (at 25:35) holds (got [0, 65535])\n");
+  CHECK(command("type: f64, raw: [0, 1e-300], eu: [0, 1e300]") ==
+        "loop.yaml:25:62: error: io.positioner.command.eu: and raw are of sizes between which no "
+        "number can scale\n");
+  CHECK(command("type: u16, raw: [0, 27648], eu: 10") ==
+        "loop.yaml:25:61: error: io.positioner.command.eu: must be [first, last], CO units\n");
+}
+
+TEST_CASE("What eu does not cover is said", "[config][modbus]") {
+  // The type reaches to 18.96 V, the device to 8 V.
+  CHECK(
+      said_of_loop(
+          with(kModbusLoop, "type: u16, scale: 0.001", "type: u16, raw: [0, 27648], eu: [0, 8]")) ==
+      "loop.yaml:25:61: warning: io.positioner.command.eu: does not cover the output range [0, 10] "
+      "(at 9:28), for which the register would have to go beyond raw\n");
+  // Nor does the type.
+  CHECK(
+      said_of_loop(
+          with(kModbusLoop, "type: u16, scale: 0.001", "type: u16, raw: [0, 27648], eu: [0, 4]")) ==
+      "loop.yaml:25:14: error: io.positioner.command: holds 0 to 9.48134 CO units by its type and "
+      "scale, which does not cover the output range [0, 10] (at 9:28)\n"
+      "loop.yaml:25:61: warning: io.positioner.command.eu: does not cover the output range [0, 10] "
+      "(at 9:28), for which the register would have to go beyond raw\n");
+  CHECK(said_of_loop(with(kModbusLoop, "type: f32}", "type: u16, raw: [0, 27648], eu: [0, 4]}")) ==
+        "loop.yaml:21:74: warning: io.transmitter.register.eu: does not cover the range of PV [0, "
+        "10] "
+        "(at 3:40), for which the register would have to go beyond raw\n");
+  CHECK(said_of_loop(with(kModbusLoop, "type: f32}", "type: u16, raw: [0, 27648], eu: [12, 0]}"))
+            .empty());
+}
+
+TEST_CASE("Byte orders are taken in either case, other words for types are answered",
+          "[config][modbus]") {
+  CHECK(read(with(kModbusLoop, "type: f32", "type: f32, order: CDAB")).process_variable.reg.order ==
+        ByteOrder::cdab);
+  CHECK(read(with(kModbusLoop, "type: f32", "type: f32, order: Badc")).process_variable.reg.order ==
+        ByteOrder::badc);
+  CHECK(said_of_loop(with(kModbusLoop, "type: f32", "type: f32, order: CDBA")) ==
+        "loop.yaml:21:60: error: io.transmitter.register.order: must be abcd, cdab, badc or dcba "
+        "(got 'CDBA'); did you mean 'cdab'?\n");
+  const auto [written, meant] = GENERATE(table<std::string, std::string>({{"float32", "f32"},
+                                                                          {"Float32", "f32"},
+                                                                          {"REAL", "f32"},
+                                                                          {"float", "f32"},
+                                                                          {"double", "f64"},
+                                                                          {"LREAL", "f64"},
+                                                                          {"uint16", "u16"},
+                                                                          {"WORD", "u16"},
+                                                                          {"INT", "i16"},
+                                                                          {"int16", "i16"},
+                                                                          {"UDINT", "u32"},
+                                                                          {"DINT", "i32"},
+                                                                          {"F32", "f32"}}));
+  CHECK(said_of_loop(with(kModbusLoop, "type: f32", "type: " + written)) ==
+        "loop.yaml:21:48: error: io.transmitter.register.type: must be u16, i16, u32, i32, f32 or "
+        "f64 (got '" +
+            written + "'); did you mean '" + meant + "'?\n");
+}
+
+TEST_CASE("A register's number out of a manual is answered with its address", "[config][modbus]") {
+  const auto pv = [](const std::string& address) {
+    return said_of_loop(with(kModbusLoop, "address: 0", "address: " + address));
+  };
+  const std::string at = "loop.yaml:21:39: error: io.transmitter.register.address: ";
+  const std::string holding =
+      " is holding register 200 counted from 0: write `table: holding`, "
+      "`address: 200`\n";
+  CHECK(pv("400201") ==
+        at + "must be a whole number from 0 to 65535 (got 400201). 400201" + holding);
+  CHECK(pv("465536") ==
+        at + "must be a whole number from 0 to 65535 (got 465536). 465536 is holding "
+             "register 65535 counted from 0: write `table: holding`, `address: "
+             "65535`\n");
+  CHECK(pv("300011") == at + "must be a whole number from 0 to 65535 (got 300011). 300011 is input "
+                             "register 10 counted from 0: write `table: input`, `address: 10`\n");
+  CHECK(pv("'40201'") == at + "must be a number (got text in quotes, '40201'). 40201" + holding);
+  CHECK(pv("4x0201") == at + "must be a number (got '4x0201'). 4x0201" + holding);
+  CHECK(pv("4X00201") == at + "must be a number (got '4X00201'). 4X00201" + holding);
+  // No number of a manual: the table would end before it, or it has no register 0.
+  CHECK(pv("465537") == at + "must be a whole number from 0 to 65535 (got 465537)\n");
+  CHECK(pv("400000") == at + "must be a whole number from 0 to 65535 (got 400000)\n");
+  CHECK(pv("999999") == at + "must be a whole number from 0 to 65535 (got 999999)\n");
+  CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: '30011'")) ==
+        "loop.yaml:25:24: error: io.positioner.command.address: must be a number (got text in "
+        "quotes, '30011'). 30011 is input register 10 counted from 0, which can't be written\n");
+  CHECK(said_of_loop(with(kModbusLoop, "type: f32}",
+                          "type: f32}\n    status: {table: input, address: 400005, mask: 1}"))
+            .find("400005 is holding register 4 counted from 0") != std::string::npos);
+}
+
+TEST_CASE("An address that may be meant as it stands is taken, with a warning",
+          "[config][modbus]") {
+  const std::string decimal = with(kModbusLoop, "address: 100", "address: 40201");
+  CHECK(read(decimal).command.reg.address == 40201);
+  CHECK(
+      said_of_loop(decimal) ==
+      "loop.yaml:25:24: warning: io.positioner.command.address: is taken as it stands, but reads "
+      "like a number out of a manual. 40201 is holding register 200 counted from 0: write `table: "
+      "holding`, `address: 200`. If 40201 counted from 0 is meant, write 0x9D09\n");
+  const std::string hexadecimal = with(kModbusLoop, "address: 100", "address: 0x9D09");
+  CHECK(read(hexadecimal).command.reg.address == 40201);
+  CHECK(said_of_loop(hexadecimal).empty());
+  // SunSpec's maps begin here, and no manual counts a register 0.
+  CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 40000")).empty());
+  CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 50201")).empty());
+  CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 4020")).empty());
+}
+
 TEST_CASE("PV is asked for at least once in its greatest age", "[config][modbus]") {
   CHECK(said_of_loop(
             with(kModbusLoop, "backend: modbus\n", "backend: modbus\n  poll_period: 0.4\n")) ==
