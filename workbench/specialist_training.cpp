@@ -33,6 +33,7 @@ std::string key_of(const TrainingJob& job) {
   text += fmt::format("{} {} {} {} {} {} {} {} {}", t.seed, t.windows, t.hidden, t.restarts,
                       t.most_epochs, t.patience, g.seed, g.components, g.learning.most_epochs);
   for (const std::size_t size : g.sizes) text += fmt::format(" {}", size);
+  for (const std::string_view name : specialist::kEvidenceNames) text += fmt::format(" {}", name);
   return config::sha256_of(text);
 }
 

@@ -20,6 +20,7 @@ using specialist::NetworkShape;
 
 constexpr std::size_t kMostBytesOfNumber = 24;
 constexpr std::size_t kMostSpecialists = 64;
+constexpr std::size_t kInputsOfVersion1 = 53;
 
 enum class Form { explaining, signature };
 constexpr std::array kForms{Choice<Form>{"explaining", Form::explaining},
@@ -57,7 +58,9 @@ class ManifestReader {
 
   SpecialistFolder read() {
     root_.need_word("format", {"loopwarden-specialists"}, "what this file is");
-    root_.need_integer("version", {kSpecialistVersion, kSpecialistVersion, "", "of the format"});
+    const Value<std::int64_t> version =
+        root_.need_integer("version", {1, kSpecialistVersion, "", "of the format"});
+    if (version.valid && version.value == 1) inputs_ = kInputsOfVersion1;
     result_.plant = root_.need_text("plant", "what the specialists' names begin with");
     read_training();
     read_figures();
@@ -119,10 +122,15 @@ class ManifestReader {
     team.temperature = root_.need_number("temperature", {"", above(0.0), "of the softmax"});
     const auto evidence = root_.maybe_points("evidence", "[[centre, scale], ...]",
                                              "of each kind of evidence, in order");
-    if (evidence.value.size() != specialist::kEvidence) {
-      root_.error("evidence", fmt::format("must have {} points (got {})", specialist::kEvidence,
-                                          evidence.value.size()));
+    if (evidence.value.size() != inputs_) {
+      root_.error("evidence",
+                  fmt::format("must have {} points (got {})", inputs_, evidence.value.size()));
       return;
+    }
+    if (inputs_ > specialist::kEvidence && evidence.value.back().first != 0.0) {
+      root_.error("evidence", fmt::format("point {} must be centred on 0: version 1 has no value "
+                                          "for it; train these specialists again",
+                                          inputs_));
     }
     for (std::size_t i = 0; i < specialist::kEvidence; ++i) {
       team.centre[i] = evidence.value[i].first;
@@ -175,9 +183,8 @@ class ManifestReader {
       return;
     }
     const bool explains = form == Form::explaining;
-    const NetworkShape wanted{explains ? specialist::kEvidence : specialist::kSide,
-                              shape->first_hidden, shape->second_hidden,
-                              explains ? 1 : specialist::kSide};
+    const NetworkShape wanted{explains ? inputs_ : specialist::kSide, shape->first_hidden,
+                              shape->second_hidden, explains ? 1 : specialist::kSide};
     if (*shape != wanted) {
       in.error("layers", fmt::format("must begin with {} and end with {} for this form (got '{}')",
                                      wanted.inputs, wanted.outputs, layers.value));
@@ -194,6 +201,8 @@ class ManifestReader {
         in.error("class", fmt::format("a second explaining specialist of class {}", word.value));
         return;
       }
+      Eigen::MatrixXd& first = weights->network.layers[0].weights;
+      first.conservativeResize(Eigen::NoChange, specialist::kEvidence);
       if (!result_.team) result_.team.emplace();
       result_.team->members[static_cast<std::size_t>(place)] = {
           name.value, condition, std::move(weights->network), most_misfit};
@@ -238,6 +247,7 @@ class ManifestReader {
   std::filesystem::path folder_;
   std::vector<Diagnostic>& of_weights_;
   SpecialistFolder result_;
+  std::size_t inputs_ = specialist::kEvidence;  // of the explaining networks on the disk
   bool explaining_ = false;
   std::set<Condition> seen_;
 };

@@ -77,8 +77,8 @@ std::string loop_text(const specialist::Team& team) {
       f.period_s, f.gain, f.time_constant_s, f.dead_time_s, f.co_low, f.co_high, f.pv_low,
       f.pv_high, team.temperature);
   for (std::size_t i = 0; i < specialist::kEvidence; ++i) {
-    text += fmt::format("  - [{}, {}]\n", static_cast<float>(team.centre[i]),
-                        static_cast<float>(team.scale[i]));
+    text += fmt::format("  - [{}, {}]  # {}\n", static_cast<float>(team.centre[i]),
+                        static_cast<float>(team.scale[i]), specialist::kEvidenceNames[i]);
   }
   return text;
 }

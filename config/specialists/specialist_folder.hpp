@@ -4,6 +4,9 @@
 // The loader refuses what it can't trust: another format or version, files larger than their layers can
 // need, a checksum that differs, layers that don't fit, numbers that are not finite, a class that is
 // missing or there twice.
+//
+// Version 1 is read as well: its explaining networks have one input more, the last, that was always 0. It is left
+// out, and what is left answers as before.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +22,7 @@
 
 namespace loopwarden::config {
 
-inline constexpr int kSpecialistVersion = 1;
+inline constexpr int kSpecialistVersion = 2;
 
 struct SpecialistTraining {
   std::string source;  // what they were trained on, in words

@@ -3,17 +3,65 @@
 //
 // Misfits as logarithms over the noise and over each other, sizes as logarithms, offsets of the belief in
 // standard deviations, movement over noise: nothing depends on units, and all of it is bounded.
+//
+// The order of the names is that of the inputs of every network on users' disks: a name that is added, taken
+// away or moved needs a new version of the manifest (config/specialists).
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <string_view>
 
 #include "model/specialist/explainer.hpp"
 
 namespace loopwarden::specialist {
 
-inline constexpr std::size_t kEvidence = 53;
+inline constexpr std::array kEvidenceNames{
+    // misfit of each explanation over the noise
+    std::string_view("healthy_misfit"), std::string_view("healthy_innovation"),
+    std::string_view("other_process_misfit"), std::string_view("other_process_innovation"),
+    std::string_view("backlash_misfit"), std::string_view("backlash_innovation"),
+    std::string_view("stiction_misfit"), std::string_view("stiction_innovation"),
+    std::string_view("width_misfit"), std::string_view("width_innovation"),
+    std::string_view("offset_misfit"), std::string_view("offset_innovation"),
+    std::string_view("low_air_misfit"), std::string_view("low_air_innovation"),
+    // over the healthy valve's
+    std::string_view("other_process_over_healthy"),
+    std::string_view("other_process_innovation_over_healthy"),
+    std::string_view("backlash_over_healthy"), std::string_view("backlash_innovation_over_healthy"),
+    std::string_view("stiction_over_healthy"), std::string_view("stiction_innovation_over_healthy"),
+    std::string_view("width_over_healthy"), std::string_view("width_innovation_over_healthy"),
+    std::string_view("offset_over_healthy"), std::string_view("offset_innovation_over_healthy"),
+    std::string_view("low_air_over_healthy"), std::string_view("low_air_innovation_over_healthy"),
+    // of faults over each other, and their sizes
+    std::string_view("backlash_size"), std::string_view("stiction_over_backlash"),
+    std::string_view("stiction_size"), std::string_view("width_over_backlash"),
+    std::string_view("width_over_stiction"), std::string_view("width_size"),
+    std::string_view("low_air_over_backlash"), std::string_view("low_air_over_stiction"),
+    std::string_view("low_air_over_width"), std::string_view("low_air_size"),
+    std::string_view("offset_size"),
+    // forms
+    std::string_view("stiction_jump"), std::string_view("width_knee"),
+    std::string_view("low_air_rate"), std::string_view("low_air_limit"),
+    // what the belief is off by
+    std::string_view("healthy_gain_off"), std::string_view("healthy_dead_time_off"),
+    std::string_view("healthy_lag_off"), std::string_view("other_process_gain_off"),
+    std::string_view("other_process_dead_time_off"), std::string_view("other_process_lag_off"),
+    // movement
+    std::string_view("co_range_over_noise"), std::string_view("pv_range_over_noise"),
+    std::string_view("co_travel_over_range"), std::string_view("co_fastest"),
+    std::string_view("co_reversals")};
+
+inline constexpr std::size_t kEvidence = kEvidenceNames.size();
 using Evidence = std::array<double, kEvidence>;
+
+// Place of a name in the list; a name that isn't there does not compile.
+consteval std::size_t evidence_index(std::string_view name) {
+  for (std::size_t i = 0; i < kEvidence; ++i) {
+    if (kEvidenceNames[i] == name) return i;
+  }
+  throw "no evidence of this name";
+}
 
 // `findings` must be usable.
 Evidence evidence_of(const Findings& findings) noexcept;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/specialists/specialist_folder.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -68,6 +69,37 @@ void put_weights(const std::filesystem::path& folder, const std::string& text) {
   replace(folder / "manifest.yaml", before, config::sha256_of(text));
 }
 
+// The specialists as version 1 wrote them, in a folder of their own.
+void copy_version_1(const std::filesystem::path& to) {
+  std::filesystem::copy(LOOPWARDEN_SOURCE_DIR "/tests/golden/specialists-1", to,
+                        std::filesystem::copy_options::recursive);
+}
+
+// Findings with another value in every place.
+specialist::Findings varied_findings() {
+  specialist::Findings f;
+  f.usable = true;
+  f.noise = 0.1;
+  f.co_range = 10.0;
+  f.pv_range = 8.0;
+  f.co_travel = 30.0;
+  f.co_fastest = 1.5;
+  f.reversals = 6.0;
+  double k = 0.0;
+  for (specialist::Fit& fit : f.fits) {
+    k += 1.0;
+    fit.mse = 0.01 + 0.004 * k * k;
+    fit.innovation = 0.009 + 0.001 * k;
+    fit.size = 1.0 + 0.7 * k;
+    fit.shape = 0.1 * k;
+    fit.limit = 0.2 * k;
+    fit.gain_off = 0.3 * k - 1.0;
+    fit.dead_time_off = 0.2 * k - 0.5;
+    fit.lag_off = 0.5 - 0.1 * k;
+  }
+  return f;
+}
+
 using Catch::Matchers::Contains;
 
 }  // namespace
@@ -109,11 +141,65 @@ TEST_CASE("specialists read back as they were written", "[specialists]") {
   CHECK(read->signatures[0].target == written.signatures[0].target);
 }
 
+TEST_CASE("specialists of version 1 answer as they did, and are written as version 2",
+          "[specialists]") {
+  const auto read = config::read_specialists(LOOPWARDEN_SOURCE_DIR "/tests/golden/specialists-1");
+  INFO(config::to_text(read.diagnostics));
+  REQUIRE(read);
+  // As the program that wrote them answered. Another order of the evidence would be seen.
+  const std::array expected{0.10330062980232402, 0.15376073103388316, 0.31549336509361009,
+                            0.16513702899959684, 0.1625196844388796,  0.099788560631706325};
+  const auto answers_so = [&](const specialist::Team& team) {
+    const auto verdict = specialist::TeamJudge(team).judge(varied_findings());
+    for (std::size_t c = 0; c < specialist::kConditions; ++c) {
+      CHECK(verdict.probabilities[c] == Approx(expected[c]).epsilon(1e-9));
+    }
+  };
+  answers_so(*read->team);
+  // Alarm evidence keeps a copy of what judged.
+  const TemporaryFolder folder;
+  REQUIRE(config::write_specialists(*read.value, folder.path()).empty());
+  CHECK_THAT(read_file(folder / "manifest.yaml"), Contains("version: 2"));
+  const auto again = config::read_specialists(folder.path());
+  INFO(config::to_text(again.diagnostics));
+  REQUIRE(again);
+  answers_so(*again->team);
+}
+
+TEST_CASE("a manifest with evidence of the other version is refused with what to do",
+          "[specialists]") {
+  const auto refusal_of_version_1 = [](const std::string& from, const std::string& to) {
+    const TemporaryFolder folder;
+    copy_version_1(folder.path());
+    replace(folder / "manifest.yaml", from, to);
+    const auto read = config::read_specialists(folder.path());
+    CHECK_FALSE(read);
+    return config::to_text(read.diagnostics);
+  };
+  CHECK_THAT(refusal_of_version_1("version: 1", "version: 2"),
+             Contains("must begin with 52") && Contains("53-3-2-1"));
+  CHECK_THAT(
+      refusal_of_version_1("- [0, 0.001]", "- [0.5, 0.001]"),
+      Contains("point 53 must be centred on 0") && Contains("train these specialists again"));
+  CHECK_THAT(refusal([](const std::filesystem::path& f) {
+               replace(f / "manifest.yaml", "version: 2", "version: 1");
+             }),
+             Contains("must begin with 53"));
+}
+
+TEST_CASE("every input of a written manifest has its name", "[specialists]") {
+  const TemporaryFolder folder;
+  REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());
+  const std::string text = read_file(folder / "manifest.yaml");
+  CHECK_THAT(text, Contains("- [0, 1]  # healthy_misfit\n"));
+  CHECK_THAT(text, Contains("- [25.5, 52]  # co_reversals\nspecialists:"));
+}
+
 TEST_CASE("a folder that can't be trusted is refused with the reason", "[specialists]") {
   using Path = std::filesystem::path;
   CHECK_THAT(
-      refusal([](const Path& f) { replace(f / "manifest.yaml", "version: 1", "version: 2"); }),
-      Contains("version"));
+      refusal([](const Path& f) { replace(f / "manifest.yaml", "version: 2", "version: 3"); }),
+      Contains("from 1 to 2"));
   CHECK_THAT(refusal([](const Path& f) {
                replace(f / "manifest.yaml", "loopwarden-specialists", "loopwarden-loops");
              }),
