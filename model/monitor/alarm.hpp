@@ -77,7 +77,7 @@ struct AlarmMemory {
   std::int64_t raised_ms = 0;         // when the condition last came; 0: never
   std::int64_t changed_ms = 0;        // when `raised` or the shelf last changed
   std::uint32_t times_raised = 0;
-  double severity_percent = 0.0;  // % of the CO span, of the newest window with the condition on
+  double severity_percent = 0.0;        // % of the CO span, as the condition last had it
   double worst_severity_percent = 0.0;  // since it was raised
 
   friend bool operator==(const AlarmMemory&, const AlarmMemory&) = default;

@@ -18,31 +18,43 @@ VerdictRule::VerdictRule(const VerdictRuleSettings& settings) noexcept : setting
 const AlarmConditions& VerdictRule::add(const WindowJudgement& judgement) noexcept {
   using Result = WindowJudgement::Result;
   if (judgement.result == Result::not_enough_movement) return conditions_;
-  Vote& vote = history_[next_];
+  Vote& newest = history_[next_];
   next_ = (next_ + 1) % kMostVotes;
   votes_ = std::min(votes_ + 1, kMostVotes);
   for (std::size_t k = 0; k < kAlarmKindCount; ++k) {
     const bool named = judgement.result == Result::fault && index_of(judgement.fault) == k;
-    vote.names[k] = named && judgement.probability[k] >= settings_.probability_on;
-    vote.keeps[k] = judgement.probability[k] >= settings_.probability_off;
-    if (vote.names[k]) conditions_[k].severity_percent = judgement.severity_percent;
+    newest.names[k] = named && judgement.probability[k] >= settings_.probability_on;
+    newest.keeps[k] = judgement.probability[k] >= settings_.probability_off;
   }
+  newest.severity_percent = judgement.severity_percent;
   for (std::size_t k = 0; k < kAlarmKindCount; ++k) {
     std::size_t names = 0;
     std::size_t keeps = 0;
     for (std::size_t i = 0; i < std::min(votes_, settings_.windows_to_go); ++i) {
-      const Vote& v = history_[(next_ + kMostVotes - 1 - i) % kMostVotes];  // the newest first
-      names += v.names[k] && i < settings_.windows ? 1U : 0U;
-      keeps += v.keeps[k] ? 1U : 0U;
+      names += vote(i).names[k] && i < settings_.windows ? 1U : 0U;
+      keeps += vote(i).keeps[k] ? 1U : 0U;
     }
     AlarmCondition& condition = conditions_[k];
     if (!condition.on) {
       condition.on = names >= settings_.windows_on;
     } else if (votes_ >= settings_.windows_to_go && keeps <= settings_.windows_off) {
       condition = {};
+      continue;
     }
+    if (condition.on) settle_severity(k);
   }
   return conditions_;
+}
+
+void VerdictRule::settle_severity(std::size_t kind) noexcept {
+  std::array<double, kMostVotes> sizes{};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < std::min(votes_, settings_.windows_to_go); ++i) {
+    if (vote(i).names[kind]) sizes[count++] = vote(i).severity_percent;
+  }
+  if (count < settings_.windows_on) return;
+  std::sort(sizes.begin(), sizes.begin() + count);
+  conditions_[kind].severity_percent = 0.5 * (sizes[(count - 1) / 2] + sizes[count / 2]);
 }
 
 void VerdictRule::restore(AlarmKind kind, bool on, double severity_percent) noexcept {

@@ -6,6 +6,10 @@
 //   off -> on   at least `windows_on` of the last `windows` judged named k with p_k >= probability_on
 //   on  -> off  at most `windows_off` of the last `windows_to_go` judged have p_k >= probability_off
 //
+// The severity of a condition is the median over the windows that named it, of the last `windows_to_go` judged:
+// one window's size is off by half at times, and an alarm's limits shall not follow it. With fewer than `windows_on`
+// of them it stays.
+//
 // A window that can't tell (not_enough_movement) is no evidence: it changes nothing, and the windows before
 // it keep their place. One odd window raises no alarm, and one quiet window ends none.
 //
@@ -48,7 +52,7 @@ class VerdictRule {
  public:
   explicit VerdictRule(const VerdictRuleSettings& settings = {}) noexcept;
 
-  // The conditions after this window. Severity is that of the newest window that named the fault.
+  // The conditions after this window.
   const AlarmConditions& add(const WindowJudgement& judgement) noexcept;
 
   // Forgets the windows, not the conditions: after an interruption, or with other specialists.
@@ -63,7 +67,13 @@ class VerdictRule {
   struct Vote {
     std::array<bool, kAlarmKindCount> names{};
     std::array<bool, kAlarmKindCount> keeps{};
+    double severity_percent = 0.0;  // % of the CO span, of the fault that it names
   };
+  // The place of the newest but `age` in the history.
+  const Vote& vote(std::size_t age) const noexcept {
+    return history_[(next_ + kMostVotes - 1 - age) % kMostVotes];
+  }
+  void settle_severity(std::size_t kind) noexcept;
 
   VerdictRuleSettings settings_;
   std::array<Vote, kMostVotes> history_{};

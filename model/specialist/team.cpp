@@ -9,10 +9,13 @@ namespace {
 
 constexpr std::size_t index_of(Condition c) noexcept { return static_cast<std::size_t>(c); }
 
+bool offset_explains_better(const Findings& f) noexcept {
+  return f.of(Explanation::hysteresis_offset).mse < f.of(Explanation::hysteresis_width).mse;
+}
+
 const Fit& hysteresis_of(const Findings& f) noexcept {
-  const Fit& width = f.of(Explanation::hysteresis_width);
-  const Fit& offset = f.of(Explanation::hysteresis_offset);
-  return width.mse <= offset.mse ? width : offset;
+  return f.of(offset_explains_better(f) ? Explanation::hysteresis_offset
+                                        : Explanation::hysteresis_width);
 }
 
 }  // namespace
@@ -30,11 +33,18 @@ double misfit_of(const Findings& f, Condition condition) noexcept {
 }
 
 double severity_of(const Findings& f, Condition condition) noexcept {
+  // A stem that CO never took out of its play or friction would have left no trace.
+  const double crossed = f.co_range;
+  // An offset, or a stem still on its way, shows in PV as well.
+  const double seen = std::max(f.co_range, f.pv_range);
   switch (condition) {
-    case Condition::stiction: return f.of(Explanation::stiction).size;
-    case Condition::backlash: return f.of(Explanation::backlash).size;
-    case Condition::hysteresis: return std::abs(hysteresis_of(f).size);
-    case Condition::low_air_supply: return f.of(Explanation::low_air_supply).size;
+    case Condition::stiction: return std::min(f.of(Explanation::stiction).size, crossed);
+    case Condition::backlash: return std::min(f.of(Explanation::backlash).size, crossed);
+    case Condition::hysteresis: {
+      const double size = std::abs(hysteresis_of(f).size);
+      return std::min(size, offset_explains_better(f) ? seen : crossed);
+    }
+    case Condition::low_air_supply: return std::min(f.of(Explanation::low_air_supply).size, seen);
     case Condition::no_fault:
     case Condition::other: break;
   }

@@ -89,6 +89,8 @@ class TeamJudge {
 
 // Mean square that the explanation of this condition leaves, (% of CO span)^2. Of hysteresis the better form.
 double misfit_of(const Findings& findings, Condition condition) noexcept;
+// Size of the fault, % of CO span, as its explanation has it but no more than the window can show: the range that
+// CO moved in it; of an offset or of low air, that of PV over the gain where it is larger. 0 of what is no fault.
 double severity_of(const Findings& findings, Condition condition) noexcept;
 
 }  // namespace loopwarden::specialist

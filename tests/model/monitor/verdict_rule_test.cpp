@@ -41,7 +41,7 @@ TEST_CASE("three of five windows raise, and quiet ones in between do not count",
   CHECK_FALSE(on(rule, AlarmKind::stiction));
   rule.add(fault(AlarmKind::stiction, 0.9, 6.0));
   CHECK(on(rule, AlarmKind::stiction));
-  CHECK(rule.conditions()[index_of(AlarmKind::stiction)].severity_percent == 6.0);
+  CHECK(rule.conditions()[index_of(AlarmKind::stiction)].severity_percent == 5.0);
   CHECK_FALSE(on(rule, AlarmKind::backlash));
 }
 
@@ -117,6 +117,33 @@ TEST_CASE("a restart forgets windows and keeps conditions; one can be restored",
   CHECK(on(rule, AlarmKind::backlash));
   rule.add(healthy());
   CHECK_FALSE(on(rule, AlarmKind::backlash));
+}
+
+TEST_CASE("the size of an alarm is the median of the windows that name it", "[monitor]") {
+  VerdictRule rule(kAlarmRule);
+  const auto severity = [&] {
+    return rule.conditions()[index_of(AlarmKind::stiction)].severity_percent;
+  };
+  // Windows of a valve with a stick band of 6.5 %.
+  const std::array sizes{6.7, 3.3, 5.9, 6.1, 20.2, 3.6, 79.3, 8.6, 6.1};
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    rule.add(fault(AlarmKind::stiction, 0.9, sizes[i]));
+    rule.add(quiet());
+    INFO(i << ": " << severity());
+    if (i >= 2) CHECK(severity() == Approx(6.1).margin(0.4));
+  }
+  // What another fault's windows say is not of this one, nor what a doubtful window does.
+  rule.add(fault(AlarmKind::backlash, 0.9, 50.0));
+  rule.add(fault(AlarmKind::stiction, 0.4, 50.0));
+  CHECK(severity() == Approx(6.1));
+  // A fault that grows is followed once most windows agree.
+  for (int i = 0; i < 8; ++i) rule.add(fault(AlarmKind::stiction, 0.9, 12.0));
+  CHECK(severity() == Approx(12.0));
+  // Few windows, as after a restart, change nothing.
+  rule.restart();
+  rule.add(fault(AlarmKind::stiction, 0.9, 90.0));
+  rule.add(fault(AlarmKind::stiction, 0.9, 90.0));
+  CHECK(severity() == Approx(12.0));
 }
 
 TEST_CASE("settings are brought within their ranges", "[monitor]") {
