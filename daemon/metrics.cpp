@@ -99,8 +99,9 @@ constexpr LoopValue kLoopValues[] = {
      "mean_error_percent"},
     {"oscillation_index", "gauge", "above 1: PV oscillates", "monitor", "oscillation_index"},
     {"valve_stick_percent", "gauge",
-     "travel of CO after a turn before the valve follows, of the CO span", "monitor",
-     "stick_percent"},
+     "travel of CO after a turn before the valve follows, of the CO span; left out where it is not "
+     "measured",
+     "monitor", "stick_percent"},
     {"valve_travel_percent_per_hour", "gauge",
      "path of the stem, or of CO without a read-back, of the CO span", "monitor",
      "travel_percent_per_hour"},

@@ -157,12 +157,14 @@ int run_explain(const Options& options) {
   fmt::print(
       "\noscillation index {:.2f}, period {:.1f} s; variability {:.2f} % of PV span; {:.1f} % of "
       "the "
-      "time saturated\ntravel {:.0f} % of CO span/h, {:.0f} reversals/h; stick {:.2f} % of CO span "
-      "(from {})\n\n",
+      "time saturated\ntravel {:.0f} % of CO span/h, {:.0f} reversals/h; stick {}\n\n",
       m.value("oscillation_index", 0.0), m.value("oscillation_period_s", 0.0),
       m.value("variability_percent", 0.0), m.value("saturated_percent", 0.0),
       m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
-      m.value("stick_percent", 0.0), m.value("stick_source", ""));
+      m.at("stick_percent").is_number()
+          ? fmt::format("{:.2f} % of CO span (from {})", m.at("stick_percent").get<double>(),
+                        m.value("stick_source", ""))
+          : std::string("not measured"));
   if (answer.at("evidence").is_string()) {
     const auto folder = answer.at("evidence").get<std::string>();
     fmt::print(

@@ -54,13 +54,16 @@ std::string valve_line(const nlohmann::json& loop) {
   const double index = m.value("oscillation_index", 0.0);
   return fmt::format(
       "valve: {}   window {}: {}   variability {:.2f} %   {}   travel {:.0f} %/h   {:.0f} "
-      "reversals/h   stick {:.1f} % ({})",
+      "reversals/h   stick {}",
       loop.value("ne107", "-"), m.at("windows").get<std::uint64_t>(), m.value("window_state", ""),
       m.value("variability_percent", 0.0),
       index > 1.0 ? fmt::format("oscillates at {:.1f} s", m.value("oscillation_period_s", 0.0))
                   : std::string("does not oscillate"),
       m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
-      m.value("stick_percent", 0.0), m.value("stick_source", ""));
+      m.at("stick_percent").is_number()
+          ? fmt::format("{:.1f} % ({})", m.at("stick_percent").get<double>(),
+                        m.value("stick_source", ""))
+          : std::string("-"));
 }
 
 // The condition indices, 100 good and 0 bad.

@@ -54,7 +54,7 @@ constexpr Register loop_coil(Field field, std::uint16_t offset, const char* name
 
 constexpr const char* kScaled = "0.01 % of the span from its low end; -32768: not there";
 constexpr const char* kProbability = "probability in the newest window that was judged";
-constexpr const char* kSeverity = "size at the alarm's newest window, 0.01 % of the CO span";
+constexpr const char* kSeverity = "size, median of the windows that name the alarm; 0: off";
 constexpr const char* kState =
     "0 normal, 1 unacknowledged, 2 acknowledged, 3 returned unacknowledged, 4 latched "
     "unacknowledged, 5 latched acknowledged, 6 shelved, 7 suppressed";
@@ -159,7 +159,8 @@ constexpr std::array kRegisters{
     loop_in(Field::travel, 28, f32, "travel", "% of CO span/h", "path of the valve"),
     loop_in(Field::reversals, 30, f32, "reversals", "1/h", "of the valve's direction"),
     loop_in(Field::stick, 32, u16, "stick", "% of CO span",
-            "CO's travel after a reversal before the valve follows", kHundredth),
+            "CO's travel after a reversal before the valve follows; 0 where not measured",
+            kHundredth),
     loop_in(Field::stick_source, 33, u16, "stick_source", "",
             "of stick: 0 not measured, 1 from the read-back, 2 from PV and CO: an upper bound"),
     loop_in(Field::saturated, 34, u16, "saturated", "%", "share of the window with CO at an end",
@@ -171,7 +172,8 @@ constexpr std::array kRegisters{
     loop_in(Field::window_number, 36, u32, "window_number", "",
             "windows looked at since the start"),
     loop_in(Field::window_severity, 38, u16, "window_severity", "% of CO span",
-            "size of the fault that the newest window shows", kHundredth),
+            "size of the fault that the newest window shows, at most the range that CO moved",
+            kHundredth),
     loop_in(Field::probability, 39, u16, "p_stiction", "%", kProbability, kHundredth, 0),
     loop_in(Field::probability, 40, u16, "p_backlash", "%", kProbability, kHundredth, 1),
     loop_in(Field::probability, 41, u16, "p_hysteresis", "%", kProbability, kHundredth, 2),
@@ -206,8 +208,10 @@ constexpr std::array kRegisters{
     condition_in(
         0, "condition_control_performance",
         "100 good, 0 bad, -32768 not known: RMS of SP - PV; tuning or valve, it can't tell"),
-    condition_in(1, "condition_valve", "the same: stick band"),
-    condition_in(2, "condition_actuator", "the same: lag of the stem, low air"),
+    condition_in(1, "condition_valve",
+                 "the same: stick band, from the read-back or an alarm; else not known"),
+    condition_in(2, "condition_actuator",
+                 "the same: lag of the stem, low air; not known while neither shows"),
     condition_in(3, "condition_positioner", "the same: stem off CO, read-back bad"),
     condition_in(4, "condition_environment", "the same: PV bad, cycles late or not delivered"),
 

@@ -31,7 +31,7 @@ struct ConditionInputs {
   double stick_percent = kUnknown;      // of the CO range
   double travel_share = kUnknown;       // travel since overhaul over the packing's rated travel
   double stem_lag_s = kUnknown;         // s, time constant of the stem behind CO
-  double actuator_alarm = kUnknown;     // 0 none, 1 low air supply or positioner overshoot
+  double actuator_alarm = kUnknown;     // 1: low air supply or positioner overshoot
   double stem_deviation_percent = kUnknown;  // mean |CO - stem|, of the CO range
   double read_back_bad_share = kUnknown;     // 0 to 1
   double pv_bad_share = kUnknown;            // 0 to 1

@@ -93,17 +93,14 @@ void ConditionWatch::window(const WindowMeasures& measures,
   inputs_.stick_percent = measures.stick_source == StickSource::read_back
                               ? measures.stick_percent
                               : analysis::ConditionInputs::kUnknown;
-  const bool judged = conditions != nullptr;
-  if (judged) conditions_ = *conditions;
+  if (conditions != nullptr) conditions_ = *conditions;
   double& stick = inputs_.stick_percent;
   for (const AlarmKind kind : {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::hysteresis}) {
     const AlarmCondition& condition = conditions_[index_of(kind)];
     if (condition.on) stick = std::fmax(stick, condition.severity_percent);
   }
-  if (judged && !std::isfinite(stick)) stick = 0.0;
   const bool low_air = conditions_[index_of(AlarmKind::low_air_supply)].on;
-  inputs_.actuator_alarm =
-      low_air || judged ? (low_air ? 1.0 : 0.0) : analysis::ConditionInputs::kUnknown;
+  inputs_.actuator_alarm = low_air ? 1.0 : analysis::ConditionInputs::kUnknown;
 }
 
 }  // namespace loopwarden::monitor

@@ -10,11 +10,12 @@
 //                   block, over the blocks of a 24th of a window in which the stem moves by more
 //                   than `resolution`. Exact for a first-order lag with CO at any course.
 // Windows add the RMS of SP - PV, and the stick band: from the read-back, or the severity of the stiction,
-// backlash or hysteresis that is raised. Judged windows without such an alarm count as a stick of 0.
+// backlash or hysteresis that is raised, whichever is larger. That no alarm is raised measures nothing: a fault
+// that the movement does not touch leaves no trace, so the index is not known then.
 //
 // The stick from the ellipse of PV and CO does not count: it holds the lag of the process as well, and would
 // blame the valve of every loop that is tuned too sharply. Travel since overhaul is not known here. An alarm
-// counts for as long as it is raised; that there is none is known only of the newest window, if it was judged.
+// counts for as long as it is raised.
 //
 // Stepped by the caller; no clock, no allocation. Errors: none; what is not known stays NaN.
 // What it can't do: tell play from lag (a stem that follows with a play at constant speed looks late by

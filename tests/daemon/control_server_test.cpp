@@ -120,6 +120,19 @@ TEST_CASE("the status has the condition indices, null where one is not known") {
                             {"environment", 100.0}});
 }
 
+TEST_CASE("a stick that no window measured is null in the status, and a measured one is not") {
+  Bench bench;
+  const auto stick = [&] {
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("monitor").at("stick_percent");
+  };
+  CHECK(stick().is_null());
+  loopwarden::monitor::WindowMeasures measures;
+  measures.stick_percent = 4.5;
+  measures.stick_source = loopwarden::monitor::StickSource::read_back;
+  bench.board.window_not_fit(0, measures, loopwarden::monitor::WindowState::no_judge);
+  CHECK(stick() == 4.5);
+}
+
 TEST_CASE("an order reaches the loop's mailbox as it was given") {
   Bench bench;
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")

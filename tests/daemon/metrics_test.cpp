@@ -37,6 +37,7 @@ json status() {
              {"alarms", {{"stiction", {{"active", true}}}, {"backlash", {{"active", false}}}}},
              {"monitor",
               {{"oscillation_index", 1.5},
+               {"stick_percent", nullptr},
                {"windows", 12},
                {"condition", {{"valve", 37.5}, {"environment", nullptr}}}}},
              {"io", {{"connected", false}, {"timeouts", 7}}},
@@ -76,6 +77,7 @@ TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
   CHECK(text.find("loopwarden_process_variable{") == std::string::npos);
   CHECK(text.find("input=\"valve_position\"") == std::string::npos);
   CHECK(text.find("of=\"environment\"") == std::string::npos);
+  CHECK(text.find("loopwarden_valve_stick_percent{") == std::string::npos);
   CHECK(text.find("nan") == std::string::npos);
 }
 

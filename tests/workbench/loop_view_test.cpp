@@ -60,6 +60,14 @@ TEST_CASE("the details of a loop are the numbers of its status", "[workbench][to
   has(2, "900 transactions, 1 timeouts, 2 exceptions, 3 invalid, 4 reconnects");
 }
 
+TEST_CASE("a stick that was not measured is a dash", "[workbench][top]") {
+  json still = loop("FIC-101");
+  still["monitor"]["stick_percent"] = nullptr;
+  still["monitor"]["stick_source"] = "none";
+  const std::string line = loop_details(still)[0];
+  CHECK(line.substr(line.size() - 7) == "stick -");
+}
+
 TEST_CASE("a loop whose oscillation index is below 1 does not oscillate", "[workbench][top]") {
   json quiet = loop("FIC-101");
   quiet["monitor"]["oscillation_index"] = 0.9;

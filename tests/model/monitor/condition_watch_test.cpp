@@ -117,14 +117,11 @@ TEST_CASE(
   ConditionWatch watch(kSettings);
   WindowMeasures measures;
   const AlarmConditions none{};
-  watch.window(measures, &none);
-  CHECK(watch.indices().valve == 100.0);
-  CHECK(watch.indices().actuator == 100.0);
   for (const AlarmKind kind : {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::hysteresis}) {
     const AlarmConditions conditions = raised(kind, 4.0);
     watch.window(measures, &conditions);
     CHECK(watch.indices().valve == Approx(60.0));
-    CHECK(watch.indices().actuator == 100.0);
+    CHECK(std::isnan(watch.indices().actuator));
   }
   measures.stick_percent = 7.0;
   measures.stick_source = StickSource::read_back;
@@ -133,11 +130,36 @@ TEST_CASE(
   const AlarmConditions low_air = raised(AlarmKind::low_air_supply, 1.0);
   watch.window({}, &low_air);
   CHECK(watch.indices().actuator == 0.0);
-  CHECK(watch.indices().valve == 100.0);
+  CHECK(std::isnan(watch.indices().valve));
   // A window that can't be judged ends no alarm, and shows no health.
   watch.window({}, nullptr);
   CHECK(watch.indices().actuator == 0.0);
   CHECK(std::isnan(watch.indices().valve));
+}
+
+TEST_CASE("that no alarm is raised is no measurement of valve or actuator",
+          "[monitor][condition]") {
+  ConditionWatch watch(kSettings);
+  // Judged, with a read-back whose stem never turned: nothing was measured of its stick.
+  for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.0), false, false);
+  AlarmConditions conditions{};
+  WindowMeasures measures;
+  watch.window(measures, &conditions);
+  CHECK(std::isnan(watch.indices().valve));
+  CHECK(std::isnan(watch.indices().actuator));
+  CHECK(std::isfinite(watch.indices().positioner));
+  // One window names stiction: too few to say, and no sign of health.
+  conditions[index_of(AlarmKind::stiction)] = {false, 6.8};
+  watch.window(measures, &conditions);
+  CHECK(std::isnan(watch.indices().valve));
+  conditions[index_of(AlarmKind::stiction)].on = true;
+  watch.window(measures, &conditions);
+  CHECK(watch.indices().valve == Approx(32.0));
+  // A stick band that was measured to be nothing is as good as can be.
+  measures.stick_source = StickSource::read_back;
+  conditions = {};
+  watch.window(measures, &conditions);
+  CHECK(watch.indices().valve == 100.0);
 }
 
 }  // namespace condition_watch_test
