@@ -17,7 +17,7 @@ import time
 
 from converter import (CO_RANGE, HALF_PERIOD_S, NOT_TAKEN, OUT_MA, READ_FAILS, READ_HANGS, SOUND,
                        WRITE_FAILS, current_ma)
-from daemon import WATCHDOG_S, Daemon
+from daemon import HANGING, WATCHDOG_S, Daemon
 from device import STEP_S
 from loops import (BAD_PV, CURRENT, ENABLE_OPEN, HIGH, KINDS, LOOP, LOW, RATE, RESPONSE_S, SENSOR,
                    SET_POINT, SPOILED, STOP, VALVE, make_loop)
@@ -31,6 +31,11 @@ CELL_KINDS = {
     "disk slow": 2, "descriptors exhausted": 3, "memory short": 3, "mailbox overflow": 3,
     "wall clock jumps": 3, "control socket abused": 3, "main thread hangs": 1, "loop thread hangs": 1,
     "helper thread hangs": 1}
+# They take a minute each, so there are few of them.
+HANG_S = 60.0
+for what in [*HANGING, "all"]:
+    CELL_KINDS[f"disk hangs 60 s, {what}"] = 0.2
+CELL_KINDS["disk hangs, SIGTERM"] = 0.5
 
 
 def loop_kinds():
@@ -492,6 +497,11 @@ class Cell:
             daemon.disk_full(0)
             daemon.disk_slow(0)
             failures += await self.journal_works_again()
+        elif kind == "disk hangs, SIGTERM":
+            failures += await self.end_on_hung_disk()
+        elif kind.startswith("disk hangs"):
+            what = kind.split(", ")[1]
+            failures += await self.hang_disk(list(HANGING) if what == "all" else [what])
         elif kind == "descriptors exhausted":
             failures += await self.exhaust(resource.RLIMIT_NOFILE, 3)
         elif kind == "memory short":
@@ -511,7 +521,7 @@ class Cell:
             daemon.clock_offset(0)
         elif kind == "control socket abused":
             failures += await self.abuse_socket()
-        elif kind.endswith("hangs"):
+        elif kind.endswith("thread hangs"):
             failures += await self.hang(kind)
         return kind, failures
 
@@ -641,6 +651,96 @@ class Cell:
         for _, writer in strangers:
             writer.close()
         await daemon.hang_up()
+        return failures
+
+    async def hang_disk(self, what):
+        """Loops, watchdog, status and operator must not notice; afterwards all is written that found room."""
+        daemon, failures, life = self.daemon, [], self.daemon.pid
+        loop = self.random.choice(self.loops)
+        rows = sum(s["recording"]["rows"] for s in (await self.status()).values())
+        csv = "CSV record" in what
+        if csv:
+            name = f"trial{daemon.log_size()}"
+            answer = await daemon.ask({"request": "record", "loop": loop.name, "start": name})
+            failures += [] if answer and answer["ok"] else [f"no CSV record: {answer}"]
+            await self.wait(1.0)
+        daemon.disk_hangs(what)
+        if csv:  # its rows are buffered: what waits for the disk is its end
+            answer = await daemon.ask({"request": "record", "loop": loop.name, "stop": True})
+            if answer is None or answer["ok"] or "completed once it does" not in answer["error"]:
+                failures.append(f"CSV record ended on a hung disk: {answer}")
+        end, slowest, hung_calls = time.monotonic() + HANG_S, 0.0, 0
+        while time.monotonic() < end and daemon.alive() and not failures:
+            # The journal's lines go on; reading it and explaining an alarm need the disk.
+            await self.operate()
+            await daemon.ask({"request": "journal", "most": 5})
+            await daemon.ask({"request": "explain", "loop": loop.name, "alarm": "stiction"})
+            await self.operator_moves(loop, SET_POINT)
+            begin = time.monotonic()
+            states = await self.status()
+            slowest = max(slowest, time.monotonic() - begin)
+            hung_calls = max(hung_calls, daemon.hung_calls())
+            if not states:
+                failures.append("no answer to the status")
+            for each in self.loops:
+                fault = states.get(each.name, {}).get("fault", "none")
+                if fault not in ("none", "late cycle") and self.judged_by_time():
+                    failures.append(f"{each.name}: {fault} by a hung disk")
+            failures += self.feeding()
+            await self.wait(self.random.uniform(0.2, 2.0))
+        if slowest > 1.0 and self.judged_by_time():
+            failures.append(f"the status took {slowest:.1f} s")
+        if not hung_calls:
+            failures.append("nothing hung")
+        daemon.disk_hangs([])
+        if not daemon.alive() or daemon.pid != life:
+            return failures + ["the daemon did not outlive it"]
+        if failures:
+            return failures
+        return await self.journal_works_again() + await self.recording_works_again(rows, csv)
+
+    async def recording_works_again(self, rows, csv):
+        end = time.monotonic() + 15.0
+        while time.monotonic() < end:
+            states = await self.status()
+            recordings = {name: state["recording"] for name, state in states.items()}
+            waits = [f"{name}: {r['waiting']} rows wait for the disk" for name, r in recordings.items()
+                     if r["waiting"] > 100]
+            waits += [f"{name}: the CSV record is not completed" for name, r in recordings.items()
+                      if r["csv_file"]]
+            if recordings and not waits:
+                break
+            await asyncio.sleep(0.2)
+        if not recordings or waits:
+            return waits or ["no answer to the status"]
+        failures = [f"{name}: {key} {r[key]}" for name, r in recordings.items()
+                    for key in ("csv_error", "last_disk_error") if r[key] and csv]
+        if sum(r["rows"] for r in recordings.values()) <= rows:
+            failures.append("no row was recorded meanwhile")
+        return failures
+
+    async def end_on_hung_disk(self):
+        """The stop actions come first, and the end in a stated time, with the loss as its exit code."""
+        self.daemon.disk_hangs(list(HANGING))
+        await self.operate()
+        await self.wait(self.random.uniform(0.2, 3.0))
+        self.daemon.signal(signal.SIGTERM)
+        begin = time.monotonic()
+        # Afterwards commands cease, and a Modbus device's own watchdog moves its valve on.
+        missing = set(self.loops)
+        while missing and time.monotonic() - begin < 6.0:
+            self.take_deeds()
+            missing = {loop for loop in missing if abs(loop.device.command - STOP) > 0.01}
+            await asyncio.sleep(0.02)
+        code = await self.daemon.ended()
+        took = time.monotonic() - begin
+        self.daemon.disk_hangs([])
+        failures = [] if code == 74 else [f"SIGTERM on a hung disk: ended with {code}"]
+        if took > 16.0 and self.judged_by_time():
+            failures.append(f"SIGTERM on a hung disk: ended after {took:.1f} s")
+        failures += [f"{loop.name}: SIGTERM on a hung disk: not at the stop action within 6 s"
+                     for loop in missing]
+        await self.begin_life()
         return failures
 
     async def overflow_mailbox(self):
@@ -780,11 +880,17 @@ class Cell:
             return [] if not self.judged_by_time() else ["the watchdog was not fed"]
         return []
 
-    async def round(self, quota):
+    def cell_kinds(self, until):
+        """Those that end before the campaign does."""
+        return {kind: weight for kind, weight in CELL_KINDS.items()
+                if "60 s" not in kind or time.monotonic() + HANG_S + 30.0 < until}
+
+    async def round(self, quota, until):
         rng = self.random
         open_to_faults = [loop for loop in self.loops if loop.kinds()]
-        if CELL_KINDS and (not open_to_faults or rng.random() < 0.35):
-            kind = rng.choices(list(CELL_KINDS), CELL_KINDS.values())[0]
+        kinds = self.cell_kinds(until)
+        if kinds and (not open_to_faults or rng.random() < 0.35):
+            kind = rng.choices(list(kinds), kinds.values())[0]
             injected = [await self.spoil_cell(kind)]
         else:
             injected = await asyncio.gather(*(self.spoil_loop(loop, rng.choice(loop.kinds()))
@@ -825,7 +931,7 @@ class Cell:
             done = 0
             while done < injections and time.monotonic() < until:
                 known = len(self.results)
-                done += await self.round(injections - done)
+                done += await self.round(injections - done, until)
                 report(self.index, self.results[known:])
             final = self.permissions()
             final += await self.end_well() + self.journal_complete()

@@ -21,12 +21,16 @@ libc = ctypes.CDLL(None, use_errno=True)
 libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
 
 
-# As in shim.c: three switches, the count of deeds, levels and refusals of the lines, the deeds.
+# As in shim.c: three switches, the count of deeds, levels and refusals of the lines, the deeds, which
+# files hang and how many calls do.
 LINES, DEEDS, DEED = 16, 1024, struct.Struct("4q")
 COUNT_AT, LEVELS_AT = 24, 32
 REFUSALS_AT = LEVELS_AT + 8 * LINES
 DEEDS_AT = REFUSALS_AT + 8 * LINES
-SWITCHES_BYTES = DEEDS_AT + DEED.size * DEEDS
+HANGS_AT = DEEDS_AT + DEED.size * DEEDS
+SWITCHES_BYTES = HANGS_AT + 16
+# Files whose disk can hang, by the bit of the switch.
+HANGING = {"recorder": 1, "CSV record": 2, "journal": 4, "evidence": 8, "metrics": 16, "log": 32}
 
 
 class Board:
@@ -200,6 +204,13 @@ class Daemon:
 
     def disk_slow(self, milliseconds):
         self.switches[16:24] = struct.pack("q", milliseconds)
+
+    def disk_hangs(self, what):
+        """Opening, writing and syncing of these files waits; of none with an empty list."""
+        struct.pack_into("q", self.switches, HANGS_AT, sum(HANGING[name] for name in what))
+
+    def hung_calls(self):
+        return struct.unpack_from("q", self.switches, HANGS_AT + 8)[0]
 
     def limit(self, what, soft):
         _, hard = resource.prlimit(self.pid, what)

@@ -3,6 +3,7 @@
  * well:
  *
  * - a disk that is full or slow and a wall clock that jumps. Only regular files are affected.
+ * - a disk that hangs: opening, writing, syncing and renaming of some of the daemon's files wait.
  * - attributes of IIO devices. A plain file with the sticky bit stands for one: without its name (the
  *   device is gone) it answers ENODEV as sysfs does, without its owner's right to read or write EIO;
  *   without its group's right to write it swallows what is written, without the others' right to
@@ -10,6 +11,7 @@
  * - the lines of a GPIO chip, in the place of libgpiod 1. A line given back keeps its level.
  */
 #define _GNU_SOURCE
+#include <dirent.h>
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -17,6 +19,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
@@ -39,6 +42,8 @@ struct Switches {
   volatile int64_t level[LINES];
   volatile int64_t refused[LINES];
   struct Deed deeds[DEEDS];
+  volatile int64_t disk_hangs; /* for which files, bits as in kHanging */
+  volatile int64_t hung_calls; /* that wait now */
 };
 static struct Switches none;
 static struct Switches* switches = &none;
@@ -67,8 +72,39 @@ static void note(int64_t source, int64_t value) {
   __atomic_store_n(&deed->number, number, __ATOMIC_RELEASE);
 }
 
+static const char* const kHanging[] = {"/segments", "/records",       "/journal.sqlite", "/alarm-state",
+                                       "/evidence", "/metrics.prom", "/log"};
+static const int kBit[] = {0, 1, 2, 2, 3, 4, 5};
+
+static void wait_for(const char* path) {
+  int64_t mask = 0;
+  for (unsigned i = 0; i < sizeof kBit / sizeof kBit[0]; ++i) {
+    if (strstr(path, kHanging[i])) mask |= (int64_t)1 << kBit[i];
+  }
+  if (!(switches->disk_hangs & mask)) return;
+  const struct timespec pause = {0, 5000000};
+  __atomic_add_fetch(&switches->hung_calls, 1, __ATOMIC_RELAXED);
+  while (switches->disk_hangs & mask) nanosleep(&pause, NULL);
+  __atomic_add_fetch(&switches->hung_calls, -1, __ATOMIC_RELAXED);
+}
+
+static void wait_for_name(const char* path) {
+  if (switches->disk_hangs) wait_for(path);
+}
+
+static void wait_for_file(int fd) {
+  if (!switches->disk_hangs) return;
+  char link[64], path[4096];
+  snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+  const ssize_t length = readlink(link, path, sizeof path - 1);
+  if (length <= 0) return;
+  path[length] = '\0';
+  wait_for(path);
+}
+
 static int refused(int fd) {
   struct stat s;
+  wait_for_file(fd);
   if (!switches->disk_full && !switches->disk_slow_ms) return 0;
   if (fstat(fd, &s) != 0 || !S_ISREG(s.st_mode)) return 0;
   if (switches->disk_slow_ms) {
@@ -90,6 +126,48 @@ int clock_gettime(clockid_t clock, struct timespec* now) {
   const int result = real(clock, now);
   if (result == 0 && clock == CLOCK_REALTIME) now->tv_sec += switches->clock_offset_s;
   return result;
+}
+int open(const char* path, int flags, ...) {
+  REAL(open);
+  va_list more;
+  va_start(more, flags);
+  const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) ? va_arg(more, mode_t) : 0;
+  va_end(more);
+  wait_for_name(path);
+  return real(path, flags, mode);
+}
+int open64(const char* path, int flags, ...) {
+  REAL(open64);
+  va_list more;
+  va_start(more, flags);
+  const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) ? va_arg(more, mode_t) : 0;
+  va_end(more);
+  wait_for_name(path);
+  return real(path, flags, mode);
+}
+int openat(int folder, const char* path, int flags, ...) {
+  REAL(openat);
+  va_list more;
+  va_start(more, flags);
+  const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) ? va_arg(more, mode_t) : 0;
+  va_end(more);
+  wait_for_name(path);
+  return real(folder, path, flags, mode);
+}
+DIR* opendir(const char* path) {
+  REAL(opendir);
+  wait_for_name(path);
+  return real(path);
+}
+int rename(const char* from, const char* to) {
+  REAL(rename);
+  wait_for_name(to);
+  return real(from, to);
+}
+int mkdir(const char* path, mode_t mode) {
+  REAL(mkdir);
+  wait_for_name(path);
+  return real(path, mode);
 }
 ssize_t write(int fd, const void* data, size_t size) {
   REAL(write);
