@@ -41,12 +41,14 @@ void append(std::vector<Diagnostic>& all, std::vector<Diagnostic> more) {
   std::move(more.begin(), more.end(), std::back_inserter(all));
 }
 
-DaemonFile read_daemon_file(const fs::path& path, Report& report) {
+// `kept` gets the file's text behind what it holds.
+DaemonFile read_daemon_file(const fs::path& path, Report& report, std::string& kept) {
   DaemonFile daemon;
   daemon.config.file = path.string();
   std::error_code error;
   if (!fs::exists(path, error) && !error) return daemon;  // defaults
   if (const std::optional<std::string> text = read_source_file(path, report)) {
+    kept += *text;
     read_document(*text, report, [&](MapReader& in) { daemon = read_daemon(in, path.string()); });
   }
   return daemon;
@@ -168,9 +170,11 @@ void check_bus_loads(const DaemonFile& daemon, const std::vector<LoopConfig>& lo
   }
 }
 
-LoopFile read_loop_source(const fs::path& path, const Links& links, Report& report) {
+LoopFile read_loop_source(const fs::path& path, const Links& links, Report& report,
+                          std::string& kept) {
   LoopFile loop;
   if (const std::optional<std::string> text = read_source_file(path, report)) {
+    kept += *text;
     read_document(*text, report,
                   [&](MapReader& in) { loop = read_loop(in, path.string(), links); });
   }
@@ -183,17 +187,18 @@ Loaded<Configuration> read_configuration(const fs::path& directory) {
   Loaded<Configuration> result;
   Report daemon_report((directory / kDaemonFile).string());
   Report folder_report((directory / kLoopFolder).string());
-  const DaemonFile daemon = read_daemon_file(directory / kDaemonFile, daemon_report);
+  std::string text;
+  const DaemonFile daemon = read_daemon_file(directory / kDaemonFile, daemon_report, text);
   std::vector<ReadFile> files;
   for (const fs::path& path : find_loop_files(directory / kLoopFolder, folder_report)) {
     Report report(path.string());
-    LoopFile loop = read_loop_source(path, daemon.config.links, report);
+    LoopFile loop = read_loop_source(path, daemon.config.links, report, text);
     files.push_back({std::move(loop), std::move(report)});
   }
   check_pairs(files);
   check_acceleration(daemon, files, daemon_report);
 
-  Configuration configuration{daemon.config, {}};
+  Configuration configuration{daemon.config, {}, std::move(text)};
   bool failed = folder_report.has_errors();
   std::vector<Diagnostic> from_files;
   for (ReadFile& file : files) {
@@ -216,10 +221,11 @@ Loaded<Configuration> read_configuration(const fs::path& directory) {
 Loaded<LoopConfig> read_loop_file(const fs::path& path) {
   const fs::path daemon_path = resolve(path.string(), "..") / kDaemonFile;
   Report daemon_report(daemon_path.string());
-  const DaemonFile daemon = read_daemon_file(daemon_path, daemon_report);
+  std::string unused;
+  const DaemonFile daemon = read_daemon_file(daemon_path, daemon_report, unused);
   const bool failed = daemon_report.has_errors();
   Report report(path.string());
-  LoopFile loop = read_loop_source(path, daemon.config.links, report);
+  LoopFile loop = read_loop_source(path, daemon.config.links, report, unused);
   Loaded<LoopConfig> result = loaded(std::move(loop.config), report);
   if (failed) result.value.reset();
   std::vector<Diagnostic> all = daemon_report.take();

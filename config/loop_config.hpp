@@ -103,6 +103,7 @@ struct ModbusServer {
     hal::modbus::LinkSettings line;
     std::uint8_t unit = 1;
     bool writes = false;
+    friend bool operator==(const Serial&, const Serial&) = default;
   };
   std::optional<Serial> serial;
 };
@@ -129,12 +130,7 @@ struct DaemonConfig {
 struct Configuration {
   DaemonConfig daemon;
   std::vector<LoopConfig> loops;  // in the order of their file names
+  std::string text;  // loopwardend.yaml and the loop files, one after the other, as they were read
 };
-
-// Whether what differs between two states of a loop's file can't be taken over while it runs.
-inline bool needs_restart(const LoopConfig& running, const LoopConfig& wanted) {
-  return running.sample_time_s != wanted.sample_time_s || running.io != wanted.io ||
-         running.valve_position != wanted.valve_position || running.monitor != wanted.monitor;
-}
 
 }  // namespace loopwarden::config

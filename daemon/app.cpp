@@ -7,10 +7,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <numeric>
 #include <span>
 #include <stdexcept>
@@ -85,17 +84,30 @@ std::map<std::string, config::SpecialistFolder> contents_of(const Specialists& s
   return contents;
 }
 
-// CRC-32 over the files in their order; a file that can't be read counts as empty.
-std::uint32_t hash_of(const config::Configuration& configuration) {
-  std::vector<std::string> files{configuration.daemon.file};
-  for (const config::LoopConfig& loop : configuration.loops) files.push_back(loop.file);
-  std::uint32_t hash = 0;
-  for (const std::string& file : files) {
-    std::ifstream stream(file, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(stream), {}};
-    hash = hal::record::crc32(std::span(text.data(), text.size()), hash);
+// CRC-32 over the files in their order.
+std::uint32_t hash_of(const std::string& text) {
+  return hal::record::crc32(std::span(text.data(), text.size()));
+}
+
+// What is in force after a reload that could not take over everything is no set of files: its hash
+// is of both those of the start and those of now, and equal to neither.
+std::uint32_t hash_of_both(std::uint32_t start, std::uint32_t now) {
+  std::array<char, 4> bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    bytes[i] = static_cast<char>((start >> (8 * i)) & 0xFFU);
   }
-  return hash;
+  return hal::record::crc32(std::span(bytes.data(), bytes.size()), now);
+}
+
+// The control socket's path; its folder is made where it is missing.
+std::string socket_in(const std::string& runtime_directory) {
+  std::error_code error;
+  std::filesystem::create_directories(runtime_directory, error);
+  if (error) {
+    throw std::runtime_error(
+        fmt::format("runtime_directory {}: {}", runtime_directory, error.message()));
+  }
+  return (std::filesystem::path(runtime_directory) / "control.sock").string();
 }
 
 gateway::MasterLossAction action_of(config::ModbusServer::LossAction action) {
@@ -163,7 +175,7 @@ rt::LoopSettings settings_of(const config::LoopConfig& config) {
 }
 
 App::App(config::Configuration configuration, std::filesystem::path config_path,
-         const Specialists& specialists)
+         const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost)
     : configuration_(std::move(configuration)),
       config_path_(std::move(config_path)),
       rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : ""),
@@ -179,11 +191,13 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
           contents_of(specialists),
           [this](const evidence::Evidence& e, const std::filesystem::path& folder,
                  const std::string& why) { report_evidence(e, folder, why); }),
-      config_hash_(hash_of(configuration_)),
-      control_((std::filesystem::path(configuration_.daemon.runtime_directory) / "control.sock")
-                   .string(),
-               loops_, historian_, board_, journal_, evidence_,
-               configuration_.daemon.alarms.severe_percent, [this] { return status(); }) {
+      start_hash_(hash_of(configuration_.text)),
+      config_hash_(start_hash_),
+      control_(socket_in(configuration_.daemon.runtime_directory), loops_, historian_, board_,
+               journal_, evidence_, configuration_.daemon.alarms.severe_percent,
+               [this] { return status(); }),
+      log_lines_lost_(std::move(log_lines_lost)),
+      configuration_state_{.files_hash = start_hash_, .waiting = {}, .refused = {}} {
   const double accelerate = configuration_.daemon.accelerate;
   std::int64_t tick_ns = 0;
   for (const config::LoopConfig& loop : configuration_.loops) {
@@ -293,6 +307,7 @@ App::~App() {
   quit_ = true;
   real_time_thread_.join();
   if (gateway_) gateway_->stop();
+  reader_.stop();
   control_.stop();
   monitor_->stop();
   evidence_.stop();
@@ -302,14 +317,18 @@ App::~App() {
 }
 
 int App::run() {
+  constexpr int kExitOk = 0;
+  constexpr int kExitIo = 74;
   start();
   supervise();
   stop();
-  return 0;
+  end_threads();
+  return ended_ ? kExitOk : kExitIo;
 }
 
 void App::start() {
   for (LoopRuntime& loop : loops_) loop.io->open();
+  reader_.start();
   journal_.start();
   evidence_.start();
   historian_.start();
@@ -378,7 +397,8 @@ void App::supervise() {
                    signal == SIGTERM ? "SIGTERM" : "SIGINT");
       return;
     }
-    if (signal == SIGHUP && !attempt("reload refused", [this] { reload(); })) service_.ready();
+    reload_wanted_ = reload_wanted_ || signal == SIGHUP;
+    if (!attempt("reload refused", [this] { step_reload(); })) service_.ready();
     attempt("events", [this] { log_events(); });
     attempt("status", [this] { publish_runner_status(); });
     attempt("watchdog", [this] { feed_watchdog(); });
@@ -433,42 +453,126 @@ void App::log_events() {
   if (suppressed > 0) spdlog::warn("{} more events not shown", suppressed);
 }
 
-void App::reload() {
-  service_.reloading();
-  auto fresh = config::read_configuration(config_path_);
-  for (const config::Diagnostic& d : fresh.diagnostics) spdlog::error("{}", config::to_text(d));
-  if (!fresh) {
-    spdlog::error("reload refused: the configuration has errors; the loops run on as before");
-    service_.ready();
+void App::step_reload() {
+  if (reload_wanted_ && !reading_) {
+    service_.reloading();
+    auto reading = std::make_shared<ReadFiles>();
+    const bool begun = reader_.begin([reading, path = config_path_] {
+      try {
+        reading->files = config::read_configuration(path);
+      } catch (const std::exception& e) {
+        reading->error = e.what();
+      }
+      reading->there.store(true, std::memory_order_release);
+    });
+    if (!begun) return;  // the thread is about to finish the last one
+    reading_ = std::move(reading);
+    reload_wanted_ = false;
+    slow_reload_reported_ = false;
+  }
+  if (!reading_) return;
+  if (!reading_->there.load(std::memory_order_acquire)) {
+    constexpr double kSlow = 10.0;  // s
+    if (reader_.seconds() > kSlow && !slow_reload_reported_) {
+      slow_reload_reported_ = true;
+      spdlog::error("reload: the disk has not answered for {:.0f} s; the loops run on as before",
+                    reader_.seconds());
+    }
     return;
   }
-  for (const LoopRuntime& loop : loops_) {
-    const auto& loops = fresh->loops;
-    if (std::none_of(loops.begin(), loops.end(),
-                     [&](const auto& other) { return other.name == loop.config.name; })) {
-      spdlog::warn("reload: loop {} is gone from the files; it runs on until a restart",
-                   loop.config.name);
-    }
+  const std::shared_ptr<ReadFiles> read = std::move(reading_);
+  reading_ = nullptr;
+  take_files(*read);
+  service_.ready();
+}
+
+void App::refuse_reload(const std::string& why) {
+  const std::lock_guard lock(status_mutex_);
+  configuration_state_.refused = why;
+}
+
+void App::take_files(ReadFiles& read) {
+  auto& fresh = read.files;
+  if (!fresh) {
+    for (const config::Diagnostic& d : fresh.diagnostics) spdlog::error("{}", config::to_text(d));
+    spdlog::error("reload refused: {}; the loops run on as before",
+                  read.error.empty() ? "the configuration has errors" : read.error);
+    const auto first = std::find_if(
+        fresh.diagnostics.begin(), fresh.diagnostics.end(),
+        [](const config::Diagnostic& d) { return d.level == config::Diagnostic::Level::error; });
+    refuse_reload(first == fresh.diagnostics.end() ? read.error : config::to_text(*first));
+    return;
   }
+  for (const config::Diagnostic& d : fresh.diagnostics) spdlog::warn("{}", config::to_text(d));
   for (const config::LoopConfig& config : fresh->loops) {
     const auto it = std::find_if(loops_.begin(), loops_.end(), [&](const LoopRuntime& loop) {
       return loop.config.name == config.name;
     });
-    if (it == loops_.end()) {
-      spdlog::warn("reload: loop {} is new; it needs a restart", config.name);
-      continue;
-    }
-    if (config::needs_restart(it->config, config)) {
-      spdlog::warn(
-          "reload: loop {}: sample_time, io or the jacket's valve model changed; that part "
-          "needs a restart, the rest is applied",
-          config.name);
-    }
+    if (it == loops_.end()) continue;
     it->settings->set(settings_of(config));
     it->channels->settings.publish(settings_of(config));
     spdlog::info("reload: loop {} has its new settings", config.name);
   }
-  service_.ready();
+  configuration_.daemon.stop_timeout_s = fresh->daemon.stop_timeout_s;
+  spdlog::set_level(spdlog::level::from_str(fresh->daemon.log_level));
+
+  ConfigurationState state{.files_hash = hash_of(fresh->text),
+                           .waiting = config::waiting_for_restart(configuration_, *fresh),
+                           .refused = {}};
+  for (const config::Waiting& waiting : state.waiting) {
+    spdlog::warn("reload: {}", config::to_text(waiting));
+  }
+  config_hash_ =
+      state.waiting.empty() ? state.files_hash : hash_of_both(start_hash_, state.files_hash);
+  const std::lock_guard lock(status_mutex_);
+  configuration_state_ = std::move(state);
+}
+
+nlohmann::json App::configuration_status() const {
+  ConfigurationState state;
+  {
+    const std::lock_guard lock(status_mutex_);
+    state = configuration_state_;
+  }
+  nlohmann::json waiting = nlohmann::json::array();
+  for (const config::Waiting& w : state.waiting) {
+    waiting.push_back({{"file", w.file}, {"key", w.key}, {"why", w.why}});
+  }
+  return {{"files_hash", state.files_hash},
+          {"files_in_force", state.waiting.empty() && state.refused.empty()},
+          {"waiting_for_restart", std::move(waiting)},
+          {"refused", state.refused}};
+}
+
+// Outputs have had their stop action. What is left is the disk, and a disk may hang for ever.
+void App::end_threads() {
+  constexpr std::int64_t kEndPatience = 5 * kSecond;
+  constexpr std::chrono::milliseconds kLook{50};
+  if (gateway_) gateway_->stop();
+  monitor_->stop();
+  const std::int64_t deadline_ns = clock_.now_ns() + kEndPatience;
+  std::vector<const char*> hung;
+  const auto end = [&](const char* what, auto& part) {
+    bool ended = part.stop_for(kLook);
+    while (!ended && clock_.now_ns() < deadline_ns) {
+      attempt("watchdog", [this] { service_.keep_alive(true, clock_.now_ns()); });
+      ended = part.stop_for(kLook);
+    }
+    if (!ended) hung.push_back(what);
+  };
+  end("reload", reader_);
+  end("control socket", control_);
+  end("recorder", historian_);
+  end("evidence", evidence_);
+  end("journal", journal_);  // the last: evidence has a line for it
+  ended_ = hung.empty();
+  if (ended_) return;
+  std::uint64_t rows = 0;
+  for (std::size_t i = 0; i < loops_.size(); ++i) rows += historian_.status(i).waiting;
+  spdlog::error(
+      "the disk does not answer: {}; lost: {} waiting rows of recordings, {} lines of the "
+      "journal, {} pieces of evidence",
+      fmt::join(hung, ", "), rows, journal_.status().waiting, evidence_.status().waiting);
 }
 
 void App::stop() {
@@ -537,7 +641,10 @@ nlohmann::json App::status() const {
   }
   const std::int64_t now_ns = monotonic_ns();
   return {{"version", LOOPWARDEN_VERSION},
-          {"config_hash", config_hash_},
+          {"config_hash", config_hash_.load()},
+          {"configuration", configuration_status()},
+          {"recorder", {{"disk_wait_s", historian_.recorder().disk_wait_s()}}},
+          {"log_lines_lost", log_lines_lost_ ? log_lines_lost_() : 0},
           {"model_hash", model_hash_},
           {"journal",
            {{"file", journal_.path().string()},

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -13,9 +14,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
+#include "config/reload.hpp"
 #include "daemon/backend_factory.hpp"
 #include "daemon/control_server.hpp"
+#include "daemon/disk_errand.hpp"
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/gateway_plant.hpp"
@@ -35,8 +39,9 @@ namespace loopwarden::daemon {
 class App {
  public:
   // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error.
+  // `log_lines_lost` counts what the log had no room for; may be empty.
   App(config::Configuration configuration, std::filesystem::path config_path,
-      const Specialists& specialists);
+      const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost = {});
   App(const App&) = delete;
   App& operator=(const App&) = delete;
   ~App();
@@ -44,6 +49,9 @@ class App {
   // Runs until SIGTERM or SIGINT; returns the exit code. The signals must be blocked in the calling
   // thread before the App is made.
   int run();
+  // After run(): false if a thread hangs on the disk. Then the App must not be destroyed: the process
+  // ends without.
+  bool ended() const noexcept { return ended_; }
 
  private:
   void start();
@@ -51,7 +59,24 @@ class App {
   void stop();
   void feed_watchdog();
   void drive_to_stop(LoopRuntime& loop);
-  void reload();
+  // The files are read by a thread that may hang on the disk; step_reload() takes them when they are
+  // there.
+  struct ReadFiles {
+    config::Loaded<config::Configuration> files;
+    std::string error;  // why they could not be read at all
+    std::atomic<bool> there{false};
+  };
+  // Which files are in force, for the status.
+  struct ConfigurationState {
+    std::uint32_t files_hash = 0;          // of the files as they were last read without errors
+    std::vector<config::Waiting> waiting;  // not in force before a restart
+    std::string refused;                   // the first error of the last reload; empty: it was good
+  };
+  void step_reload();
+  void take_files(ReadFiles& read);
+  void refuse_reload(const std::string& why);
+  void end_threads();
+  nlohmann::json configuration_status() const;
   void log_events();
   void watch_threads();
   void make_gateway();
@@ -81,7 +106,8 @@ class App {
   std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
   evidence::EvidenceStore evidence_;
   std::unique_ptr<monitor::Monitor> monitor_;
-  std::uint32_t config_hash_ = 0;  // of the files as they were read
+  std::uint32_t start_hash_;                // of the files as they were at the start
+  std::atomic<std::uint32_t> config_hash_;  // of the configuration in force
   ControlServer control_;
   std::unique_ptr<GatewayPlant> plant_;
   std::unique_ptr<gateway::Gateway> gateway_;  // null: no Modbus server is configured
@@ -91,8 +117,15 @@ class App {
   std::atomic<bool> quit_{false};  // the real-time thread ends
   hal::os::Thread real_time_thread_;
   bool stuck_reported_ = false;
+  bool ended_ = false;
+  bool reload_wanted_ = false;
+  bool slow_reload_reported_ = false;
+  std::shared_ptr<ReadFiles> reading_;  // null: no files are being read
+  DiskErrand reader_{"lw-reload"};
+  std::function<std::uint64_t()> log_lines_lost_;
   mutable std::mutex status_mutex_;
   rt::RunnerStatus runner_status_;  // copy for the control thread
+  ConfigurationState configuration_state_;
 };
 
 // Drives every output to its stop action once, without starting the loops: `loopwardend --safe`.

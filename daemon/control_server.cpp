@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -20,6 +21,9 @@ using nlohmann::json;
 namespace model = loopwarden::monitor;
 
 constexpr std::size_t kMostTrendRows = 512;
+// For requests that need the disk. Other peers wait as long, once: behind a disk that hangs already
+// nobody waits.
+constexpr std::chrono::milliseconds kReaderPatience{1000};
 
 // A request that can't be served; its text goes to the peer.
 class RequestError : public std::runtime_error {
@@ -201,6 +205,8 @@ ControlServer::ControlServer(std::string socket_path, std::vector<LoopRuntime>& 
               [this](std::string_view line, unsigned uid) { return answer(line, uid); }) {}
 
 void ControlServer::start() {
+  reader_.start();
+  metrics_.start();
   thread_.start({.name = "lw-control"}, [this] {
     while (!quit_.load(std::memory_order_relaxed)) {
       try {
@@ -219,16 +225,29 @@ void ControlServer::publish_metrics() {
   if (metrics_file_.empty() || std::chrono::steady_clock::now() < metrics_due_) return;
   metrics_due_ = std::chrono::steady_clock::now() + kInterval;
   try {
-    // A disk that refuses shows by the file's age.
-    (void)write_metrics(metrics_file_, metrics_text(status()));
+    // A disk that refuses or hangs shows by the file's age.
+    metrics_.begin(
+        [file = metrics_file_, text = metrics_text(status())] { (void)write_metrics(file, text); });
   } catch (const std::exception& e) {
     spdlog::error("metrics: {}", e.what());
   }
 }
 
-void ControlServer::stop() {
+void ControlServer::end_thread() noexcept {
   quit_ = true;
   thread_.join();
+}
+
+void ControlServer::stop() {
+  end_thread();
+  reader_.stop();
+  metrics_.stop();
+}
+
+bool ControlServer::stop_for(std::chrono::milliseconds patience) {
+  end_thread();
+  const bool read = reader_.stop_for(patience);
+  return metrics_.stop_for(patience) && read;
 }
 
 std::string ControlServer::answer(std::string_view line, unsigned peer_uid) {
@@ -273,17 +292,21 @@ json ControlServer::status() const {
 
 json ControlServer::loop_status(std::size_t index) const {
   const config::LoopConfig& config = loops_[index].config;
-  json loop = {{"name", config.name},
-               {"description", config.description},
-               {"pv_unit", config.pv_unit},
-               {"co_unit", config.co_unit},
-               {"pv_range", {config.pv.low, config.pv.high}},
-               {"co_range", {config.controller.pid.output_low, config.controller.pid.output_high}},
-               {"sample_time_s", config.sample_time_s},
-               {"io", io_status(loops_[index].io->counters())}};
+  const rt::LoopSettings settings = loops_[index].settings->get();
+  json loop = {
+      {"name", config.name},
+      {"description", config.description},
+      {"pv_unit", config.pv_unit},
+      {"co_unit", config.co_unit},
+      {"pv_range", {settings.pv_check.low, settings.pv_check.high}},
+      {"co_range", {settings.controller.pid.output_low, settings.controller.pid.output_high}},
+      {"sample_time_s", config.sample_time_s},
+      {"io", io_status(loops_[index].io->counters())}};
   const RecordingStatus recording = historian_.status(index);
   loop["recording"] = {{"rows", recording.rows},
                        {"dropped", recording.dropped},
+                       {"waiting", recording.waiting},
+                       {"queue_dropped", recording.queue_dropped},
                        {"bytes", recording.segments.bytes},
                        {"rows_lost", recording.segments.rows_lost},
                        {"disk_errors", recording.segments.disk_errors},
@@ -414,8 +437,11 @@ json ControlServer::set(const json& request, unsigned peer_uid) {
 
 json ControlServer::record(const json& request) {
   const std::size_t index = loop_index(request);
-  if (request.contains("stop")) return {{"file", historian_.stop_csv(index)}};
-  return {{"file", historian_.start_csv(index, wanted_text(request, "start"))}};
+  if (request.contains("stop")) {
+    return {{"file", historian_.recorder().stop_csv(index, kReaderPatience)}};
+  }
+  const std::string name = wanted_text(request, "start");
+  return {{"file", historian_.recorder().start_csv(index, name, kReaderPatience)}};
 }
 
 json ControlServer::alarms() const {
@@ -464,15 +490,25 @@ json ControlServer::veto(const json& request, unsigned peer_uid) {
   return {{"on_disk", result.on_disk}};
 }
 
-json ControlServer::explain(const json& request) const {
+json ControlServer::explain(const json& request) {
   constexpr std::size_t kMostLines = 200;
   const std::size_t index = loop_index(request);
   const model::AlarmKind kind = wanted_alarm(request);
   const monitor::LoopWatch watch = board_.watch(index);
   const model::AlarmGuide guide = model::guide_of(kind);
-  const std::optional<std::filesystem::path> folder = evidence_.newest(board_.name(index), kind);
+  struct OnDisk {
+    std::optional<std::filesystem::path> folder;
+    std::vector<journal::JournalRow> rows;
+  };
+  const std::string name = board_.name(index);
+  const std::optional<OnDisk> disk = reader_.ask<OnDisk>(
+      [this, name, kind] {
+        return OnDisk{evidence_.newest(name, kind), journal_.newest(kMostLines, name)};
+      },
+      kReaderPatience);
+  const auto folder = disk ? disk->folder : std::nullopt;
   json history = json::array();
-  for (const journal::JournalRow& row : journal_.newest(kMostLines, board_.name(index))) {
+  for (const journal::JournalRow& row : disk ? disk->rows : std::vector<journal::JournalRow>()) {
     if (row.entry.alarm == model::to_text(kind)) history.push_back(journal_json(row));
   }
   return {{"alarm", alarm_json(board_.name(index), kind, watch.alarms.alarm(kind))},
@@ -480,17 +516,21 @@ json ControlServer::explain(const json& request) const {
           {"consequence", guide.consequence},
           {"action", guide.action},
           {"monitor", watch_json(watch)},
+          {"disk_answers", disk.has_value()},
           {"evidence", folder ? json(folder->string()) : json(nullptr)},
           {"history", std::move(history)}};
 }
 
-json ControlServer::journal(const json& request) const {
+json ControlServer::journal(const json& request) {
   constexpr std::uint64_t kMostLines = 200;
   const std::uint64_t most = std::min(optional_count(request, "most", 50), kMostLines);
   const std::string loop =
       request.contains("loop") ? board_.name(loop_index(request)) : std::string();
+  const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
+      [this, most, loop] { return journal_.newest(most, loop); }, kReaderPatience);
+  if (!rows) throw RequestError("the disk does not answer; the journal can't be read");
   json lines = json::array();
-  for (const journal::JournalRow& row : journal_.newest(most, loop)) {
+  for (const journal::JournalRow& row : *rows) {
     lines.push_back(journal_json(row));
   }
   return {{"lines", std::move(lines)}};

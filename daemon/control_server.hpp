@@ -27,6 +27,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/disk_errand.hpp"
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/historian.hpp"
 #include "daemon/journal/journal.hpp"
@@ -52,6 +53,8 @@ class ControlServer {
   void keep_metrics(std::filesystem::path file) { metrics_file_ = std::move(file); }
   void start();
   void stop();
+  // As stop(), but waits for the disk for at most `patience`; false if it hangs.
+  bool stop_for(std::chrono::milliseconds patience);
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
   // The answer to one request line; public for tests.
@@ -67,8 +70,8 @@ class ControlServer {
   nlohmann::json alarms() const;
   nlohmann::json alarm(const nlohmann::json& request, unsigned peer_uid);
   nlohmann::json veto(const nlohmann::json& request, unsigned peer_uid);
-  nlohmann::json explain(const nlohmann::json& request) const;
-  nlohmann::json journal(const nlohmann::json& request) const;
+  nlohmann::json explain(const nlohmann::json& request);
+  nlohmann::json journal(const nlohmann::json& request);
   std::size_t loop_index(const nlohmann::json& request) const;
 
   std::vector<LoopRuntime>& loops_;
@@ -80,9 +83,13 @@ class ControlServer {
   std::function<nlohmann::json()> daemon_status_;
   hal::os::LocalServer server_;
   void publish_metrics();
+  void end_thread() noexcept;
 
   std::filesystem::path metrics_file_;
   std::chrono::steady_clock::time_point metrics_due_{};
+  // The disk is theirs: a request that needs it waits for a second at most, all others not at all.
+  DiskErrand reader_{"lw-reader"};
+  DiskErrand metrics_{"lw-metrics"};
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
   hal::os::Thread thread_;

@@ -2,14 +2,18 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <exception>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "config/config_reader.hpp"
 #include "daemon/app.hpp"
+#include "daemon/log_queue.hpp"
 #include "daemon/specialists.hpp"
 
 namespace {
@@ -35,10 +39,28 @@ void block_signals() {
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit is a full disk, not an end
 }
 
-void open_log(const std::string& level) {
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("loopwardend"));
+std::shared_ptr<loopwarden::daemon::LogQueue> open_log(const std::string& level) {
+  auto queue = std::make_shared<loopwarden::daemon::LogQueue>(STDERR_FILENO);
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("loopwardend", queue));
+  // What spdlog itself runs into, such as memory that can't be had, would go past the queue.
+  spdlog::set_error_handler([](const std::string&) {});
   spdlog::set_level(spdlog::level::from_str(level));
   spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
+  return queue;
+}
+
+// Runs the loops until a signal. Whatever hangs then, a disk or who reads the log, the program ends.
+int run_loops(loopwarden::config::Configuration configuration, const std::string& directory,
+              const loopwarden::daemon::Specialists& specialists) {
+  const auto log = open_log(configuration.daemon.log_level);
+  auto app = std::make_unique<loopwarden::daemon::App>(std::move(configuration), directory,
+                                                       specialists, [log] { return log->lost(); });
+  const int exit_code = app->run();
+  const bool ended = app->ended();
+  if (ended) app.reset();
+  // Threads that hang still work on what the destructors would take away.
+  if (!log->stop_for(std::chrono::seconds(2)) || !ended) ::_exit(exit_code);
+  return exit_code;
 }
 
 int run(const std::string& directory, bool check, bool safe) {
@@ -47,7 +69,7 @@ int run(const std::string& directory, bool check, bool safe) {
   fmt::print(stderr, "{}", config::to_text(configuration.diagnostics));
   if (!configuration) return kExitConfiguration;
   if (safe) {
-    open_log(configuration->daemon.log_level);
+    const auto log = open_log(configuration->daemon.log_level);
     return loopwarden::daemon::drive_to_stop_actions(*configuration);
   }
   auto specialists = loopwarden::daemon::load_specialists(*configuration);
@@ -58,8 +80,7 @@ int run(const std::string& directory, bool check, bool safe) {
                configuration->loops.size() == 1 ? "" : "s");
     return kExitOk;
   }
-  open_log(configuration->daemon.log_level);
-  return loopwarden::daemon::App(std::move(*configuration), directory, *specialists).run();
+  return run_loops(std::move(*configuration), directory, *specialists);
 }
 
 }  // namespace

@@ -108,6 +108,9 @@ constexpr LoopValue kLoopValues[] = {
     {"valve_reversals_per_hour", "gauge", "turns of that path", "monitor", "reversals_per_hour"},
     {"windows_total", "counter", "windows that the monitor judged", "monitor", "windows"},
     {"recording_dropped_total", "counter", "rows that found the ring full", "recording", "dropped"},
+    {"recording_waiting", "gauge", "rows that wait for the disk", "recording", "waiting"},
+    {"recording_queue_dropped_total", "counter",
+     "rows that found the recorder's queue full: the disk hangs", "recording", "queue_dropped"},
     {"recording_lost_total", "counter", "rows that the disk refused", "recording", "rows_lost"}};
 
 }  // namespace
@@ -130,6 +133,11 @@ std::string metrics_text(const json& status) {
   page.histogram("work_seconds", "all loops of a tick", d.at("work_us"));
   page.single("events_dropped_total", "counter", "events that found the ring full",
               d.at("events_dropped"));
+  page.single("recorder_disk_wait_seconds", "gauge",
+              "for how long the recorder's disk has not answered",
+              d.at("recorder").at("disk_wait_s"));
+  page.single("log_lines_lost_total", "counter", "lines that the log had no room for",
+              d.at("log_lines_lost"));
   page.single("journal_lost_total", "counter", "lines of the journal that found no room",
               d.at("journal").at("lost"));
   page.single("journal_waiting", "gauge", "lines of the journal that wait for the disk",

@@ -171,7 +171,9 @@ int run_explain(const Options& options) {
         "evidence: {}\nthe window that raised it, judged once more: loopwarden replay {}\n\n",
         folder, folder);
   } else {
-    fmt::print("evidence: none on the disk\n\n");
+    fmt::print("{}\n\n", answer.value("disk_answers", true)
+                             ? "evidence: none on the disk"
+                             : "the disk does not answer: evidence and history can't be read");
   }
   for (const json& line : answer.at("history")) fmt::print("{}\n", journal_line(line));
   return kExitOk;

@@ -42,7 +42,9 @@ std::string record_and_bus_line(const nlohmann::json& loop) {
       "{} exceptions, {} invalid, {} reconnects",
       loop.value("name", ""), loop.value("description", ""), age("pv_age_ms"),
       age("position_age_ms"), recording.at("rows").get<std::uint64_t>(),
-      recording.at("dropped").get<std::uint64_t>() + recording.at("rows_lost").get<std::uint64_t>(),
+      recording.at("dropped").get<std::uint64_t>() +
+          recording.value("queue_dropped", std::uint64_t{0}) +
+          recording.at("rows_lost").get<std::uint64_t>(),
       recording.at("bytes").get<double>() / 1e6, io.at("transactions").get<std::uint64_t>(),
       io.at("timeouts").get<std::uint64_t>(), io.at("device_exceptions").get<std::uint64_t>(),
       io.at("invalid_replies").get<std::uint64_t>(), io.at("reconnects").get<std::uint64_t>());

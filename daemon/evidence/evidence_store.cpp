@@ -52,13 +52,22 @@ void EvidenceStore::start() {
   thread_.start({.name = "lw-evidence"}, [this] { run(); });
 }
 
-void EvidenceStore::stop() {
+void EvidenceStore::ask_to_end() {
   {
     const std::lock_guard lock(mutex_);
     quit_ = true;
   }
   changed_.notify_all();
+}
+
+void EvidenceStore::stop() {
+  ask_to_end();
   thread_.join();
+}
+
+bool EvidenceStore::stop_for(std::chrono::milliseconds patience) {
+  ask_to_end();
+  return thread_.join_for(patience);
 }
 
 void EvidenceStore::post(Evidence evidence) {
@@ -78,7 +87,11 @@ void EvidenceStore::post(Evidence evidence) {
 
 EvidenceStatus EvidenceStore::status() const {
   const std::lock_guard lock(mutex_);
-  return status_;
+  EvidenceStatus status = status_;
+  if (status.error.empty() && wait_.hung()) {
+    status.error = fmt::format("the disk has not answered for {:.0f} s", wait_.seconds());
+  }
+  return status;
 }
 
 std::optional<fs::path> EvidenceStore::newest(const std::string& loop,
@@ -122,6 +135,7 @@ void EvidenceStore::write_first() {
   const fs::path folder = settings_.folder / folder_name(*first);
   std::string why;
   try {
+    const hal::os::DiskWait::Section waiting(wait_);
     const auto specialists = specialists_.find(first->specialists_folder);
     if (specialists == specialists_.end()) throw EvidenceError("its specialists are not there");
     fs::create_directories(settings_.folder);

@@ -20,6 +20,7 @@
 #include <string>
 
 #include "daemon/evidence/evidence_file.hpp"
+#include "hal/os/disk_wait.hpp"
 #include "hal/os/thread.hpp"
 
 namespace loopwarden::daemon::evidence {
@@ -53,15 +54,18 @@ class EvidenceStore {
   void start();
   // Writes what is waiting, if the disk takes it, and ends the thread.
   void stop();
+  // As stop(), for at most `patience`; false if the disk hangs.
+  bool stop_for(std::chrono::milliseconds patience);
 
   // Any thread but the real-time one.
   void post(Evidence evidence);
   EvidenceStatus status() const;
-  // The newest folder of this alarm on the disk.
+  // The newest folder of this alarm on the disk; waits for it.
   std::optional<std::filesystem::path> newest(const std::string& loop,
                                               loopwarden::monitor::AlarmKind alarm) const;
 
  private:
+  void ask_to_end();
   void run();
   void write_first();
   void remove_old() const;
@@ -74,6 +78,7 @@ class EvidenceStore {
   std::list<Evidence> queue_;  // its items stay where they are
   EvidenceStatus status_;
   bool quit_ = false;
+  hal::os::DiskWait wait_;
   hal::os::Thread thread_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/journal/journal.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <iterator>
@@ -56,13 +57,22 @@ void Journal::start() {
   thread_.start({.name = "lw-journal"}, [this] { run(); });
 }
 
-void Journal::stop() {
+void Journal::ask_to_end() {
   {
     const std::lock_guard lock(mutex_);
     quit_ = true;
   }
   changed_.notify_all();
+}
+
+void Journal::stop() {
+  ask_to_end();
   thread_.join();
+}
+
+bool Journal::stop_for(std::chrono::milliseconds patience) {
+  ask_to_end();
+  return thread_.join_for(patience);
 }
 
 std::uint64_t Journal::post(JournalEntry entry) {
@@ -71,13 +81,29 @@ std::uint64_t Journal::post(JournalEntry entry) {
     const std::lock_guard lock(mutex_);
     ticket = ++posted_;
     queue_.push_back(std::move(entry));
-    ++status_.waiting;
+    make_room();
+    status_.waiting = in_hand_ + queue_.size();
   }
   changed_.notify_all();
   return ticket;
 }
 
+// While the disk hangs nobody fetches from the queue.
+void Journal::make_room() {
+  while (queue_.size() > settings_.most_waiting) {
+    const JournalEntry& oldest = queue_.front();
+    // What an alarm must remember is kept even if its line finds no room.
+    if (oldest.memory) {
+      crowded_out_.memories[{oldest.loop, oldest.alarm}] = *oldest.memory;
+      ++crowded_out_.revision;
+    }
+    queue_.pop_front();
+    ++status_.lost;
+  }
+}
+
 bool Journal::wait_written(std::uint64_t ticket, std::chrono::milliseconds patience) {
+  if (wait_.hung()) return false;
   std::unique_lock lock(mutex_);
   changed_.wait_for(lock, patience,
                     [&] { return settled_ >= ticket || !status_.error.empty() || quit_; });
@@ -86,7 +112,11 @@ bool Journal::wait_written(std::uint64_t ticket, std::chrono::milliseconds patie
 
 JournalStatus Journal::status() const {
   const std::lock_guard lock(mutex_);
-  return status_;
+  JournalStatus status = status_;
+  if (status.error.empty() && wait_.hung()) {
+    status.error = fmt::format("the disk has not answered for {:.0f} s", wait_.seconds());
+  }
+  return status;
 }
 
 std::vector<JournalRow> Journal::newest(std::size_t most, const std::string& loop) const {
@@ -104,6 +134,7 @@ void Journal::run() {
     try {
       last_round = take_waiting();
       if (!waiting_.empty() && (last_round || std::chrono::steady_clock::now() >= retry_at_)) {
+        const hal::os::DiskWait::Section waiting(wait_);
         // A second time if the file had to be replaced.
         if (!write_waiting()) write_waiting();
       }
@@ -125,13 +156,18 @@ bool Journal::take_waiting() {
   std::move(queue_.begin(), queue_.end(), std::back_inserter(waiting_));
   queue_.clear();
   taken_ = posted_;
-  // What an alarm must remember is kept even if its line finds no room.
+  const auto remember = [&](const AlarmKey& key, const monitor::AlarmMemory& memory) {
+    states_.memories[key] = memory;
+    changed_states_.memories[key] = memory;
+    changed_states_.revision = states_.revision;
+  };
+  states_.revision += crowded_out_.revision;
+  for (const auto& [key, memory] : crowded_out_.memories) remember(key, memory);
+  crowded_out_ = {};
   for (JournalEntry& entry : waiting_) {
     if (!entry.memory) continue;
     ++states_.revision;
-    states_.memories[{entry.loop, entry.alarm}] = *entry.memory;
-    changed_states_.memories[{entry.loop, entry.alarm}] = *entry.memory;
-    changed_states_.revision = states_.revision;
+    remember({entry.loop, entry.alarm}, *entry.memory);
     entry.memory.reset();
   }
   if (waiting_.size() > settings_.most_waiting) {
@@ -139,7 +175,8 @@ bool Journal::take_waiting() {
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(excess));
     status_.lost += excess;
   }
-  status_.waiting = waiting_.size();
+  in_hand_ = waiting_.size();
+  status_.waiting = in_hand_;
   return quit_;
 }
 
@@ -167,6 +204,7 @@ bool Journal::write_waiting() {
     const std::lock_guard lock(mutex_);
     status_.written += waiting_.size();
     settled_ = taken_;
+    in_hand_ = 0;
     status_.waiting = queue_.size();
     status_.error.clear();
   }

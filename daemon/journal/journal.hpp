@@ -21,6 +21,7 @@
 #include "daemon/journal/alarm_state_file.hpp"
 #include "daemon/journal/journal_entry.hpp"
 #include "daemon/journal/journal_file.hpp"
+#include "hal/os/disk_wait.hpp"
 #include "hal/os/thread.hpp"
 
 namespace loopwarden::daemon::journal {
@@ -28,7 +29,8 @@ namespace loopwarden::daemon::journal {
 struct JournalSettings {
   std::filesystem::path folder;           // holds journal.sqlite and alarm-state.json
   std::int64_t most_rows = 200'000;       // lines kept on the disk
-  std::size_t most_waiting = 10'000;      // lines kept in memory while the disk refuses
+  std::size_t most_waiting = 10'000;      // lines kept in memory while the disk refuses; while it
+                                          // hangs, as many that nobody has fetched yet
   std::chrono::milliseconds retry{5000};  // between attempts at a disk that refuses
 };
 
@@ -37,7 +39,7 @@ struct JournalStatus {
   std::uint64_t waiting = 0;  // lines in memory
   std::uint64_t lost = 0;     // lines that found no room in memory either
   std::uint64_t damaged = 0;  // files moved aside
-  std::string error;          // why lines are waiting; empty: they are not
+  std::string error;          // why lines are waiting; empty: they are not, or for a moment only
 };
 
 class Journal {
@@ -53,11 +55,13 @@ class Journal {
   void start();
   // Writes what is waiting, if the disk takes it, and ends the thread.
   void stop();
+  // As stop(), for at most `patience`; false if the disk hangs.
+  bool stop_for(std::chrono::milliseconds patience);
 
   // Any thread but the real-time one. Returns a number to wait for.
   std::uint64_t post(JournalEntry entry);
-  // True once all up to `ticket` is on the disk; false at once while the disk refuses, or when
-  // `patience` has run out.
+  // True once all up to `ticket` is on the disk; false at once while the disk refuses or hangs, or
+  // when `patience` has run out.
   bool wait_written(std::uint64_t ticket, std::chrono::milliseconds patience);
 
   JournalStatus status() const;
@@ -66,8 +70,10 @@ class Journal {
   std::filesystem::path path() const { return settings_.folder / "journal.sqlite"; }
 
  private:
+  void ask_to_end();
   void run();
   bool take_waiting();
+  void make_room();
   bool write_waiting();
   void open_file();
   bool replace_damaged(const std::string& why);
@@ -83,7 +89,9 @@ class Journal {
   std::uint64_t posted_ = 0;   // tickets given
   std::uint64_t taken_ = 0;    // tickets up to this one left the queue
   std::uint64_t settled_ = 0;  // tickets up to this one are on the disk, or were lost
+  AlarmStates crowded_out_;    // memories of lines that the full queue has lost
   JournalStatus status_;
+  std::size_t in_hand_ = 0;  // lines that the journal's thread has taken, and not written
   bool quit_ = false;
 
   // The journal's thread only (and open(), before it).
@@ -93,6 +101,7 @@ class Journal {
   AlarmStates changed_states_;  // of the lines that wait
   std::chrono::steady_clock::time_point retry_at_{};
   std::string reported_;
+  hal::os::DiskWait wait_;
 
   hal::os::Thread thread_;
 };

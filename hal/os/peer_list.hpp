@@ -22,6 +22,7 @@ struct Network {
   Address base{};
   unsigned bits = 128;  // of the mapped address
   bool contains(const Address& address) const noexcept;
+  friend bool operator==(const Network&, const Network&) = default;
 };
 // Nothing if that is no address, or a prefix with bits set behind its length.
 std::optional<Network> parse_network(const std::string& text);
@@ -29,6 +30,7 @@ std::optional<Network> parse_network(const std::string& text);
 struct PeerRule {
   Network network;
   bool may_write = false;
+  friend bool operator==(const PeerRule&, const PeerRule&) = default;
 };
 
 class PeerList {

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <memory>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 namespace loopwarden::hal::os {
@@ -63,6 +64,19 @@ void Thread::join() noexcept {
   if (!started_) return;
   pthread_join(handle_, nullptr);
   started_ = false;
+}
+
+bool Thread::join_for(std::chrono::milliseconds patience) noexcept {
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (started_) {
+    if (pthread_tryjoin_np(handle_, nullptr) == 0) {
+      started_ = false;
+      return true;
+    }
+    if (std::chrono::steady_clock::now() >= deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
 }
 
 }  // namespace loopwarden::hal::os

@@ -3,6 +3,7 @@
 
 #include <pthread.h>
 
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -30,6 +31,8 @@ class Thread {
   // thread can be had at all.
   std::string start(const ThreadOptions& options, std::function<void()> body);
   void join() noexcept;
+  // As join(), but for at most `patience`. False if the thread still runs.
+  bool join_for(std::chrono::milliseconds patience) noexcept;
   bool running() const noexcept { return started_; }
 
  private:

@@ -34,7 +34,7 @@ std::int64_t clock_ns(clockid_t clock) noexcept {
 // When a row was taken. Rows wait a moment before they are written; those of an accelerated
 // simulation carry a clock of their own, for which the present has to do.
 std::int64_t utc_of(const RecordRow& row) noexcept {
-  constexpr std::int64_t kLongestWait = 60'000'000'000;
+  constexpr std::int64_t kLongestWait = 300'000'000'000;  // longer than a queue bridges
   const std::int64_t waited = clock_ns(CLOCK_MONOTONIC) - row.time_ns;
   return clock_ns(CLOCK_REALTIME) - (waited >= 0 && waited < kLongestWait ? waited : 0);
 }

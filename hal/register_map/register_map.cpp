@@ -91,7 +91,9 @@ constexpr std::array kRegisters{
            "always 123456.0: 0x47F1 0x2000 in word order abcd"),
     box_in(Field::integer_test, 16, u32, "integer_test", "", "always 0x01020304 = 16909060"),
     box_in(Field::config_hash, 18, u32, "config_hash", "",
-           "of the configuration files as they were read; 0: unknown"),
+           "of the configuration files in force; while something of them waits for a restart, of "
+           "no set "
+           "of files; 0: unknown"),
     box_in(Field::model_hash, 20, u32, "model_hash", "", "of the specialists; 0: none"),
     box_in(Field::utc_seconds, 22, u32, "utc_seconds", "s", "Unix time of this answer"),
     box_in(Field::utc_milliseconds, 24, u16, "utc_milliseconds", "ms", "of that second"),

@@ -256,12 +256,4 @@ TEST_CASE("A derivative without a filter is remarked on", "[config][loop]") {
             .empty());
 }
 
-TEST_CASE("What needs a restart and what does not", "[config][loop]") {
-  const LoopConfig running = read(kModbusLoop);
-  CHECK_FALSE(needs_restart(running, read(with(kModbusLoop, "kp: 0.35", "kp: 0.5"))));
-  CHECK_FALSE(needs_restart(running, read(with(kModbusLoop, "stop: 1", "stop: hold"))));
-  CHECK(needs_restart(running, read(with(kModbusLoop, "sample_time: 0.1", "sample_time: 0.2"))));
-  CHECK(needs_restart(running, read(with(kModbusLoop, "address: 100", "address: 101"))));
-}
-
 }  // namespace loop_reader_test

@@ -25,6 +25,8 @@ json status() {
             {"wake_up_us", histogram},
             {"work_us", histogram},
             {"events_dropped", 0},
+            {"recorder", {{"disk_wait_s", 61.5}}},
+            {"log_lines_lost", 3},
             {"journal", {{"lost", 0}, {"waiting", 4}}}}},
           {"loops",
            {{{"name", "FIC\"101\\"},
@@ -41,7 +43,7 @@ json status() {
                {"windows", 12},
                {"condition", {{"valve", 37.5}, {"environment", nullptr}}}}},
              {"io", {{"connected", false}, {"timeouts", 7}}},
-             {"recording", {{"dropped", 3}}}}}}};
+             {"recording", {{"dropped", 3}, {"queue_dropped", 7}}}}}}};
 }
 
 TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
@@ -55,6 +57,9 @@ TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
   has("loopwarden_overruns_total 1");
   has("loopwarden_real_time_rights 0");
   has("loopwarden_journal_waiting 4");
+  has("loopwarden_recorder_disk_wait_seconds 61.5");
+  has("loopwarden_log_lines_lost_total 3");
+  has("loopwarden_recording_queue_dropped_total{" + loop + "} 7");
   has("loopwarden_input_age_seconds{" + loop + ",input=\"process_variable\"} 0.25");
   has("loopwarden_fault{" + loop + ",fault=\"bad PV\"} 1");
   has("loopwarden_automatic{" + loop + "} 0");

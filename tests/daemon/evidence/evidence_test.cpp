@@ -10,6 +10,7 @@
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/file_size_limit.hpp"
+#include "tests/support/hung_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::daemon::evidence::evidence_test {
@@ -171,6 +172,27 @@ TEST_CASE("a full disk: told once, nothing half written, and written when there 
   CHECK_FALSE(told[0].empty());
   CHECK(told[1].empty());
   for (const std::string& name : names(folder / "evidence")) CHECK(name.front() != '.');
+}
+
+TEST_CASE("a disk that hangs: who posts goes on, the status says so, and it is written in the end",
+          "[evidence][disk]") {
+  const tests::TemporaryFolder folder;
+  EvidenceStore store({.folder = folder / "evidence", .most_waiting = 3},
+                      {{"plant", specialists()}},
+                      [](const Evidence&, const fs::path&, const std::string&) {});
+  store.start();
+  tests::HungDisk disk(folder.path());
+  for (int i = 0; i < 6; ++i) store.post(example(1'700'000'000'000 + i));
+  REQUIRE(test::eventually([&] { return disk.waiting() > 0; }));
+  CHECK(store.status().waiting == 3);
+  CHECK(store.status().lost == 3);
+  CHECK_FALSE(store.stop_for(std::chrono::milliseconds(20)));
+  REQUIRE(test::eventually([&] { return !store.status().error.empty(); }));
+  CHECK_THAT(store.status().error, Catch::Contains("has not answered"));
+  disk.release();
+  CHECK(store.stop_for(std::chrono::milliseconds(10'000)));
+  CHECK(store.status().written == 3);
+  CHECK(store.status().error.empty());
 }
 
 TEST_CASE("evidence that nobody wants is not written", "[evidence]") {

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// A thread that does one thing at a time with the disk for threads that may not wait for it: a disk
+// that hangs keeps the errand, and nobody else.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "hal/os/disk_wait.hpp"
+#include "hal/os/thread.hpp"
+
+namespace loopwarden::daemon {
+
+class DiskErrand {
+ public:
+  explicit DiskErrand(std::string thread_name);
+  DiskErrand(const DiskErrand&) = delete;
+  DiskErrand& operator=(const DiskErrand&) = delete;
+  ~DiskErrand() { stop(); }
+
+  // Else the first errand starts the thread.
+  void start();
+  void stop();
+  // Tells the thread to end and waits for at most `patience`; false if its disk hangs.
+  bool stop_for(std::chrono::milliseconds patience);
+
+  // Hands the errand over; false, and nothing is done, while the last one is not finished. The errand
+  // owns all that it works on: nobody may be there any more when it ends.
+  bool begin(std::function<void()> errand) {
+    return begin_until(std::move(errand), std::chrono::steady_clock::now());
+  }
+  // What `errand` returns or throws; nothing if it is not there after `patience`, the time for the
+  // one before it included. Behind an errand that hangs already nobody waits.
+  template <class Result>
+  std::optional<Result> ask(std::function<Result()> errand, std::chrono::milliseconds patience);
+
+  // Since when the errand of now lasts, s; 0: there is none.
+  double seconds() const noexcept { return wait_.seconds(); }
+
+ private:
+  using Time = std::chrono::steady_clock::time_point;
+  bool begin_until(std::function<void()> errand, Time deadline);
+  void run();
+
+  std::string thread_name_;
+  hal::os::DiskWait wait_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::function<void()> errand_;
+  bool busy_ = false;
+  bool quit_ = false;
+  hal::os::Thread thread_;
+};
+
+template <class Result>
+std::optional<Result> DiskErrand::ask(std::function<Result()> errand,
+                                      std::chrono::milliseconds patience) {
+  struct Answer {
+    std::mutex mutex;
+    std::condition_variable there;
+    std::optional<Result> result;
+    std::exception_ptr error;
+  };
+  const auto answer = std::make_shared<Answer>();
+  const Time deadline = std::chrono::steady_clock::now() + patience;
+  const auto work = [answer, errand = std::move(errand)] {
+    std::optional<Result> result;
+    std::exception_ptr error;
+    try {
+      result = errand();
+    } catch (...) {
+      error = std::current_exception();
+    }
+    const std::lock_guard lock(answer->mutex);
+    answer->result = std::move(result);
+    answer->error = error;
+    answer->there.notify_all();
+  };
+  if (!begin_until(work, deadline)) return std::nullopt;
+  std::unique_lock lock(answer->mutex);
+  answer->there.wait_until(lock, deadline, [&] { return answer->result || answer->error; });
+  if (answer->error) std::rethrow_exception(answer->error);
+  return std::move(answer->result);
+}
+
+}  // namespace loopwarden::daemon
