@@ -237,7 +237,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
                        .judge = judge == judges_.end() ? nullptr : judge->second.get(),
                        .rule = loopwarden::monitor::kAlarmRule,
                        .corrective = loop.config.monitor.corrective,
-                       .orders = &loop.channels->monitor_commands});
+                       .orders = &loop.channels->monitor_orders});
   }
   monitor_ = std::make_unique<monitor::Monitor>(
       std::move(watched), board_,

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -12,7 +13,9 @@
 #include <utility>
 
 #include "daemon/loop_health.hpp"
+#include "daemon/loop_orders.hpp"
 #include "daemon/metrics.hpp"
+#include "daemon/orders/order_text.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -214,6 +217,7 @@ void ControlServer::start() {
       } catch (const std::exception& e) {
         spdlog::error("control socket: {}", e.what());
       }
+      collect_answers();
       publish_metrics();
       ticks_.fetch_add(1, std::memory_order_relaxed);
     }
@@ -236,6 +240,19 @@ void ControlServer::publish_metrics() {
 void ControlServer::end_thread() noexcept {
   quit_ = true;
   thread_.join();
+  try {
+    for (orders::OrderDesk& desk : desks_) desk.close();
+  } catch (const std::exception& e) {
+    spdlog::error("orders: {}", e.what());
+  }
+}
+
+void ControlServer::collect_answers() {
+  try {
+    for (orders::OrderDesk& desk : desks_) desk.collect();
+  } catch (const std::exception& e) {
+    spdlog::error("orders: {}", e.what());
+  }
 }
 
 void ControlServer::stop() {
@@ -267,7 +284,8 @@ json ControlServer::handle(const json& request, unsigned peer_uid) {
   if (what == "status") return status();
   if (what == "trend") return trend(request);
   if (what == "set") return set(request, peer_uid);
-  if (what == "record") return record(request);
+  if (what == "order") return order(request);
+  if (what == "record") return record(request, peer_uid);
   if (what == "alarms") return alarms();
   if (what == "alarm") return alarm(request, peer_uid);
   if (what == "veto") return veto(request, peer_uid);
@@ -320,6 +338,7 @@ json ControlServer::loop_status(std::size_t index) const {
     alarm_states[model::to_text(kind)] = alarm_json(config.name, kind, watch.alarms.alarm(kind));
   }
   loop["alarms"] = std::move(alarm_states);
+  loop["orders_refused"] = loops_[index].channels->orders_refused.load(std::memory_order_relaxed);
   const float position_age_ms =
       loops_[index].channels->position_age_ms.load(std::memory_order_relaxed);
   loop["position_age_ms"] =
@@ -346,8 +365,13 @@ json ControlServer::loop_status(std::size_t index) const {
                {"jacket",
                 {{"form", form_text(row.jacket_form)},
                  {"acting", (row.flags & hal::record::kJacketActs) != 0},
-                 {"rate", number(static_cast<double>(row.jacket))},
-                 {"shadow_rate", number(static_cast<double>(row.jacket_shadow))}}}});
+                 {"rate", number(static_cast<double>(row.jacket_rate))},
+                 {"shadow_rate", number(static_cast<double>(row.jacket_rate_shadow))}}},
+               {"compensator",
+                {{"kind", control::to_text(settings.controller.compensator.kind)},
+                 {"acting", (row.flags & hal::record::kCompensatorActs) != 0},
+                 {"added", number(static_cast<double>(row.compensator))},
+                 {"shadow_added", number(static_cast<double>(row.compensator_shadow))}}}});
   return loop;
 }
 
@@ -358,7 +382,7 @@ json ControlServer::trend(const json& request) const {
   const auto rows = historian_.rows(index, optional_count(request, "from", 0), most);
   json period = json::array();
   std::map<std::string, json> columns;
-  for (const char* name : {"sp", "pv", "co", "stem", "jacket", "mode"})
+  for (const char* name : {"sp", "pv", "co", "stem", "jacket", "compensator", "mode"})
     columns[name] = json::array();
   for (const auto& row : rows) {
     period.push_back(row.period_index);
@@ -366,7 +390,8 @@ json ControlServer::trend(const json& request) const {
     columns["pv"].push_back(number(row.pv));
     columns["co"].push_back(number(row.co));
     columns["stem"].push_back(number(row.stem));
-    columns["jacket"].push_back(number(static_cast<double>(row.jacket)));
+    columns["jacket"].push_back(number(static_cast<double>(row.jacket_rate)));
+    columns["compensator"].push_back(number(static_cast<double>(row.compensator)));
     columns["mode"].push_back(control::to_text(static_cast<control::Mode>(row.mode)));
   }
   json reply = {{"sample_time_s", loops_[index].config.sample_time_s},
@@ -375,73 +400,140 @@ json ControlServer::trend(const json& request) const {
   return reply;
 }
 
-json ControlServer::set(const json& request, unsigned peer_uid) {
-  using Kind = rt::OperatorCommand::Kind;
-  LoopRuntime& loop = loops_[loop_index(request)];
-  const rt::LoopSettings settings = loop.settings->get();
-  const control::ControllerSettings& limits = settings.controller;
-  const auto inside = [](double value, double low, double high, const char* what) {
-    if (!(value >= low && value <= high)) {
-      throw RequestError(
-          fmt::format("{} must be within {} to {} (got {})", what, low, high, value));
-    }
+orders::OrderDesk& ControlServer::desk(std::size_t loop) {
+  // The loops come after the server.
+  while (desks_.size() < loops_.size()) {
+    LoopRuntime& next = loops_[desks_.size()];
+    desks_.push_back(desk_of(next, next.channels->operator_orders, journal_));
+  }
+  return desks_[loop];
+}
+
+journal::JournalEntry ControlServer::line_of(std::size_t loop, unsigned peer_uid) const {
+  journal::JournalEntry line;
+  line.kind = journal::JournalEntry::Kind::operator_action;
+  line.utc_ms = board_.now_ms();
+  line.loop = board_.name(loop);
+  line.peer = fmt::format("uid {}", peer_uid);
+  return line;
+}
+
+std::vector<journal::JournalEntry> ControlServer::lines_of(const rt::Order& order, std::size_t loop,
+                                                           unsigned peer_uid) const {
+  const rt::LoopChannels& channels = *loops_[loop].channels;
+  hal::record::RecordRow row;
+  const bool known = historian_.latest(loop, row);
+  std::vector<journal::JournalEntry> lines;
+  const auto add = [&](const char* what, const std::string& before, const std::string& after) {
+    journal::JournalEntry& line = lines.emplace_back(line_of(loop, peer_uid));
+    line.what = what;
+    if (known) line.old_value = before;
+    line.new_value = after;
   };
-  std::vector<rt::OperatorCommand> commands;
-  bool hand_on_jacket = false;
-  if (request.contains("set_point")) {
-    const double value = wanted_number(request, "set_point");
-    inside(value, limits.set_point.low, limits.set_point.high, "set point");
-    commands.push_back({Kind::set_point, value});
+  const auto text = [](double value) { return fmt::format("{:.9g}", value); };
+  if (order.jacket) {
+    constexpr std::array kWishes{"off", "shadow", "on"};
+    add("jacket", form_text(row.jacket_form), kWishes[static_cast<std::size_t>(*order.jacket)]);
   }
-  if (request.contains("output")) {
-    const double value = wanted_number(request, "output");
-    inside(value, limits.output.low, limits.output.high, "output");
-    commands.push_back({Kind::output, value});
+  if (order.mode) {
+    add("mode", control::to_text(static_cast<control::Mode>(row.requested_mode)),
+        control::to_text(*order.mode));
   }
+  if (order.set_point) {
+    add("set point", text(channels.set_point_wanted.load(std::memory_order_relaxed)),
+        text(*order.set_point));
+  }
+  if (order.output) add("output", text(row.co), text(*order.output));
+  return lines;
+}
+
+json ControlServer::set(const json& request, unsigned peer_uid) {
+  const std::size_t index = loop_index(request);
+  LoopRuntime& loop = loops_[index];
+  const rt::LoopSettings settings = loop.settings->get();
+  rt::Order order;
+  if (request.contains("set_point")) order.set_point = wanted_number(request, "set_point");
+  if (request.contains("output")) order.output = wanted_number(request, "output");
   if (request.contains("mode")) {
-    static const std::map<std::string, Kind> kModes{{"auto", Kind::automatic},
-                                                    {"man", Kind::manual}};
+    static const std::map<std::string, control::Mode> kModes{{"auto", control::Mode::automatic},
+                                                             {"man", control::Mode::manual}};
     const auto mode = kModes.find(wanted_text(request, "mode"));
     if (mode == kModes.end()) throw RequestError("mode is auto or man");
-    commands.push_back({mode->second, 0.0});
+    order.mode = mode->second;
   }
   if (request.contains("jacket")) {
-    static const std::map<std::string, Kind> kJacket{
-        {"off", Kind::jacket_off}, {"shadow", Kind::jacket_shadow}, {"on", Kind::jacket_on}};
+    static const std::map<std::string, rt::JacketWish> kJacket{{"off", rt::JacketWish::off},
+                                                               {"shadow", rt::JacketWish::shadow},
+                                                               {"on", rt::JacketWish::on}};
     const auto wish = kJacket.find(wanted_text(request, "jacket"));
     if (wish == kJacket.end()) throw RequestError("jacket is off, shadow or on");
-    if (limits.jacket.form == control::JacketForm::off) {
-      throw RequestError("loop '" + loop.config.name + "' has no jacket configured");
-    }
-    if (wish->second == Kind::jacket_on && !settings.jacket_may_act) {
-      throw RequestError("the paper form of the jacket may act only in simulation");
-    }
-    commands.push_back({wish->second, 0.0});
-    hand_on_jacket = true;
+    order.jacket = wish->second;
   }
-  if (commands.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  // All of the order or nothing of it.
-  if (loop.channels->commands.room() < commands.size()) {
-    throw RequestError("too many commands at once; nothing of this order was taken");
+  std::vector<journal::JournalEntry> lines = lines_of(order, index, peer_uid);
+  if (lines.empty()) throw RequestError("set needs set_point, output, mode or jacket");
+  orders::OrderDesk& desk = this->desk(index);
+  const rt::Refusal refusal =
+      rt::judge(order, desk.standing(), settings, settings.controller.jacket.form);
+  std::string why;
+  if (refusal != rt::Refusal::none) {
+    why = orders::why_refused(refusal, order, settings);
+  } else if (!desk.has_room()) {
+    why = "too many commands at once; nothing of this order was taken";
   }
-  for (const rt::OperatorCommand& command : commands) loop.channels->commands.try_push(command);
+  spdlog::info("loop {}: operator (uid {}) {}{}{}", loop.config.name, peer_uid, request.dump(),
+               why.empty() ? "" : " refused: ", why);
+  if (!why.empty()) {
+    for (journal::JournalEntry& line : lines) {
+      line.result = "refused: " + why;
+      journal_.post(std::move(line));
+    }
+    throw RequestError(why);
+  }
+  const std::uint64_t number = desk.send(order, std::move(lines));
   // What the operator does with the jacket is not undone behind his back.
-  const std::size_t index = loop_index(request);
-  if (hand_on_jacket && board_.watch(index).corrective != model::CorrectiveState::off) {
+  if (order.jacket && board_.watch(index).corrective != model::CorrectiveState::off) {
     board_.set_veto(index, model::Veto::hands_off, fmt::format("uid {}", peer_uid),
                     "jacket set by hand", std::chrono::milliseconds(0));
   }
-  spdlog::info("loop {}: operator (uid {}) {}", loop.config.name, peer_uid, request.dump());
-  return json::object();
+  return {{"order", number}, {"sample_time_s", loop.config.sample_time_s}};
 }
 
-json ControlServer::record(const json& request) {
-  const std::size_t index = loop_index(request);
-  if (request.contains("stop")) {
-    return {{"file", historian_.recorder().stop_csv(index, kReaderPatience)}};
+json ControlServer::order(const json& request) {
+  orders::OrderDesk& desk = this->desk(loop_index(request));
+  const std::uint64_t number = optional_count(request, "order", 0);
+  if (number < 1 || number > desk.newest()) throw RequestError("there is no such order");
+  if (const std::optional<orders::Outcome> outcome = desk.outcome(number)) {
+    return {
+        {"state", outcome->why.empty() ? "done" : "refused"},
+        {"why", outcome->why},
+        {"on_disk", journal_.wait_written(outcome->journal_ticket, std::chrono::milliseconds(0))}};
   }
-  const std::string name = wanted_text(request, "start");
-  return {{"file", historian_.recorder().start_csv(index, name, kReaderPatience)}};
+  bool waits = false;
+  desk.for_each_waiting([&](const rt::Order& one) { waits = waits || one.number == number; });
+  if (!waits) throw RequestError("what became of that order is in the journal");
+  return {{"state", "waiting"}};
+}
+
+json ControlServer::record(const json& request, unsigned peer_uid) {
+  const std::size_t index = loop_index(request);
+  Recorder& recorder = historian_.recorder();
+  const bool stop = request.contains("stop");
+  journal::JournalEntry line = line_of(index, peer_uid);
+  line.what = stop ? "record stopped" : "record started";
+  std::string file;
+  try {
+    line.new_value = stop ? std::string() : wanted_text(request, "start");
+    file = stop ? recorder.stop_csv(index, kReaderPatience)
+                : recorder.start_csv(index, line.new_value, kReaderPatience);
+  } catch (const std::exception& e) {
+    line.result = (stop ? "" : "refused: ") + std::string(e.what());
+    journal_.post(std::move(line));
+    throw;
+  }
+  line.new_value = file;
+  line.result = file.empty() ? "no record was being written" : "done";
+  journal_.post(std::move(line));
+  return {{"file", file}};
 }
 
 json ControlServer::alarms() const {

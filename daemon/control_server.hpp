@@ -4,7 +4,9 @@
 //   {"request": "status"}
 //   {"request": "trend", "loop": TAG, "from": PERIOD, "most": N}
 //   {"request": "set", "loop": TAG, "set_point": X | "mode": "auto"|"man" | "output": X |
-//                                  "jacket": "off"|"shadow"|"on"}
+//                                  "jacket": "off"|"shadow"|"on"}: several of them take effect in one cycle,
+//    mode first. Answers "order": N and "sample_time_s"; what can't act is refused (daemon/rt/order.hpp)
+//   {"request": "order", "loop": TAG, "order": N}: "state": "waiting"|"done"|"refused", then "why" and "on_disk"
 //   {"request": "record", "loop": TAG, "start": NAME | "stop": true}
 //   {"request": "alarms"}
 //   {"request": "alarm", "loop": TAG, "alarm": NAME, "action": "acknowledge"|"reset"|"shelve"|"unshelve",
@@ -18,6 +20,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -33,6 +36,7 @@
 #include "daemon/journal/journal.hpp"
 #include "daemon/loop_runtime.hpp"
 #include "daemon/monitor/watch_board.hpp"
+#include "daemon/orders/order_desk.hpp"
 #include "hal/os/local_socket.hpp"
 #include "hal/os/thread.hpp"
 
@@ -66,13 +70,20 @@ class ControlServer {
   nlohmann::json loop_status(std::size_t index) const;
   nlohmann::json trend(const nlohmann::json& request) const;
   nlohmann::json set(const nlohmann::json& request, unsigned peer_uid);
-  nlohmann::json record(const nlohmann::json& request);
+  nlohmann::json order(const nlohmann::json& request);
+  nlohmann::json record(const nlohmann::json& request, unsigned peer_uid);
   nlohmann::json alarms() const;
   nlohmann::json alarm(const nlohmann::json& request, unsigned peer_uid);
   nlohmann::json veto(const nlohmann::json& request, unsigned peer_uid);
   nlohmann::json explain(const nlohmann::json& request);
   nlohmann::json journal(const nlohmann::json& request);
   std::size_t loop_index(const nlohmann::json& request) const;
+  orders::OrderDesk& desk(std::size_t loop);
+  void collect_answers();
+  // Lines for the journal, without their results: of an operator's action, of each part of an order.
+  journal::JournalEntry line_of(std::size_t loop, unsigned peer_uid) const;
+  std::vector<journal::JournalEntry> lines_of(const rt::Order& order, std::size_t loop,
+                                              unsigned peer_uid) const;
 
   std::vector<LoopRuntime>& loops_;
   Historian& historian_;
@@ -81,6 +92,7 @@ class ControlServer {
   const evidence::EvidenceStore& evidence_;
   double severe_percent_;  // % of the CO span
   std::function<nlohmann::json()> daemon_status_;
+  std::deque<orders::OrderDesk> desks_;  // one for each loop, from the first order on
   hal::os::LocalServer server_;
   void publish_metrics();
   void end_thread() noexcept;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/loop_health.hpp"
+#include "daemon/loop_orders.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -22,7 +23,16 @@ GatewayPlant::GatewayPlant(std::vector<LoopRuntime>& loops, const Historian& his
       board_(board),
       journal_(journal),
       severe_percent_(severe_percent),
-      box_(std::move(box)) {}
+      box_(std::move(box)) {
+  for (LoopRuntime& loop : loops_) {
+    desks_.push_back(
+        desk_of(loop, loop.channels->master_orders, journal_, [&loop](const rt::Order& order) {
+          loop.settings->change([&](rt::LoopSettings& settings) {
+            rt::set_gains(order, settings.controller.pid.gains);
+          });
+        }));
+  }
+}
 
 gateway::LoopReading GatewayPlant::read(std::size_t loop) {
   const LoopRuntime& runtime = loops_[loop];
@@ -30,27 +40,34 @@ gateway::LoopReading GatewayPlant::read(std::size_t loop) {
   reading.running = historian_.latest(loop, reading.row);
   reading.last_good_pv = historian_.last_good_pv(loop);
   reading.set_point_wanted = runtime.channels->set_point_wanted.load(std::memory_order_relaxed);
+  reading.standing = desks_[loop].standing();
   reading.settings = runtime.settings->get();
+  // What was ordered reads back at once.
+  desks_[loop].for_each_waiting(
+      [&](const rt::Order& order) { rt::set_gains(order, reading.settings.controller.pid.gains); });
+  reading.orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed);
   reading.ne107 = health_of(runtime.config, reading.row, reading.watch, severe_percent_);
   reading.simulated = is_simulated(runtime.config);
   reading.dropped = runtime.channels->records.dropped() + runtime.channels->watched.dropped();
   return reading;
 }
 
-std::size_t GatewayPlant::room_for_commands(std::size_t loop) {
-  return loops_[loop].channels->master_commands.room();
+void GatewayPlant::order(std::size_t loop, const rt::Order& order,
+                         std::vector<journal::JournalEntry> lines) {
+  desks_[loop].send(order, std::move(lines));
 }
 
-void GatewayPlant::order(std::size_t loop, const rt::OperatorCommand& command) {
-  using Kind = rt::OperatorCommand::Kind;
-  LoopRuntime& runtime = loops_[loop];
-  if (!runtime.channels->master_commands.try_push(command)) return;
-  runtime.settings->change([&](rt::LoopSettings& settings) {
-    control::PidGains& gains = settings.controller.pid.gains;
-    if (command.kind == Kind::kp) gains.kp = command.value;
-    if (command.kind == Kind::ki) gains.ki = command.value;
-    if (command.kind == Kind::kd) gains.kd = command.value;
-  });
+bool GatewayPlant::collect_answers() {
+  bool waiting = false;
+  for (orders::OrderDesk& desk : desks_) {
+    desk.collect();
+    waiting = waiting || desk.waiting();
+  }
+  return waiting;
+}
+
+void GatewayPlant::close_orders() {
+  for (orders::OrderDesk& desk : desks_) desk.close();
 }
 
 monitor::OrderResult GatewayPlant::act(std::size_t loop, const monitor::AlarmOrder& order) {

@@ -2,6 +2,7 @@
 // The daemon's loops as the Modbus server sees them. Used by the server's thread alone.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "daemon/journal/journal.hpp"
 #include "daemon/loop_runtime.hpp"
 #include "daemon/monitor/watch_board.hpp"
+#include "daemon/orders/order_desk.hpp"
 
 namespace loopwarden::daemon {
 
@@ -24,8 +26,11 @@ class GatewayPlant final : public gateway::Plant {
   const std::string& name(std::size_t loop) const override { return loops_[loop].config.name; }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return box_(); }
-  std::size_t room_for_commands(std::size_t loop) override;
-  void order(std::size_t loop, const rt::OperatorCommand& command) override;
+  bool has_room_for_order(std::size_t loop) override { return desks_[loop].has_room(); }
+  void order(std::size_t loop, const rt::Order& order,
+             std::vector<journal::JournalEntry> lines) override;
+  bool collect_answers() override;
+  void close_orders() override;
   monitor::OrderResult act(std::size_t loop, const monitor::AlarmOrder& order) override;
   void veto(std::size_t loop, bool vetoed, const std::string& peer) override;
   void write_down(journal::JournalEntry entry) override;
@@ -37,6 +42,7 @@ class GatewayPlant final : public gateway::Plant {
   journal::Journal& journal_;
   double severe_percent_;
   std::function<gateway::BoxReading()> box_;
+  std::deque<orders::OrderDesk> desks_;  // one for each loop
 };
 
 }  // namespace loopwarden::daemon

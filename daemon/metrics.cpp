@@ -84,6 +84,12 @@ constexpr LoopValue kLoopValues[] = {
     {"set_point", "gauge", "SP, in PV units", nullptr, "sp"},
     {"controller_output", "gauge", "CO, in the loop's units", nullptr, "co"},
     {"valve_position", "gauge", "as read back, CO units", nullptr, "stem"},
+    {"jacket_rate", "gauge", "what the jacket adds to the integral, CO units/s", "jacket", "rate"},
+    {"compensator_added", "gauge", "what the compensator adds to CO, CO units", "compensator",
+     "added"},
+    {"orders_refused_total", "counter",
+     "orders that were let in and could not act any more when the loop took them", nullptr,
+     "orders_refused"},
     {"bus_connected", "gauge", "1: every device of the loop answers", "io", "connected"},
     {"bus_transactions_total", "counter", "requests to devices", "io", "transactions"},
     {"bus_timeouts_total", "counter", "requests without a reply in time", "io", "timeouts"},
@@ -181,6 +187,7 @@ std::string metrics_text(const json& status) {
   for (const LoopValue& value : kLoopValues) {
     page.family(value.name, value.type, value.help);
     for (const json& loop : loops) {
+      if (value.section != nullptr && !loop.contains(value.section)) continue;
       const json& section = value.section == nullptr ? loop : loop.at(value.section);
       page.sample(value.name, label(loop), section.value(value.key, json()));
     }

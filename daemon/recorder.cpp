@@ -248,8 +248,9 @@ void Recorder::add_rows(std::size_t loop, std::span<const RecordRow> rows) {
     for (; disk.next_period < row.period_index; ++disk.next_period) {
       disk.csv->add({.time_s = time_s(disk.next_period)});
     }
-    const std::array<double, 3> more{static_cast<double>(row.mode), static_cast<double>(row.fault),
-                                     static_cast<double>(row.jacket)};
+    const std::array<double, 4> more{static_cast<double>(row.mode), static_cast<double>(row.fault),
+                                     static_cast<double>(row.jacket_rate),
+                                     static_cast<double>(row.compensator)};
     disk.csv->add({.time_s = time_s(row.period_index),
                    .pv = row.pv,
                    .sp = row.sp,
@@ -281,7 +282,7 @@ void Recorder::begin_csv(std::size_t loop) {
   }
   std::filesystem::create_directories(file.parent_path());
   auto writer = std::make_unique<hal::record::RecordCsvWriter>(
-      file, hal::record::RecordColumns{.more = {"mode", "fault", "jacket"}});
+      file, hal::record::RecordColumns{.more = {"mode", "fault", "jacket", "compensator"}});
   bool cancelled = false;
   {
     const std::lock_guard lock(mutex_);

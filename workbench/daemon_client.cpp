@@ -4,6 +4,7 @@
 #include <chrono>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 namespace loopwarden::workbench {
@@ -24,8 +25,7 @@ nlohmann::json DaemonClient::ask(const nlohmann::json& request) {
   nlohmann::json answer =
       nlohmann::json::parse(client_.request(request.dump(), std::chrono::milliseconds(3000)));
   if (!answer.value("ok", false)) {
-    throw std::runtime_error("the daemon refused: " +
-                             answer.value("error", std::string("no reason")));
+    throw DaemonRefused("the daemon refused: " + answer.value("error", std::string("no reason")));
   }
   return answer;
 }
@@ -42,10 +42,31 @@ Trend DaemonClient::trend(const std::string& loop, std::uint64_t from) {
           .stem = numbers(answer.at("stem"))};
 }
 
-void DaemonClient::set(const std::string& loop, nlohmann::json request) {
+bool DaemonClient::set(const std::string& loop, nlohmann::json request,
+                       std::chrono::milliseconds for_disk) {
+  using Clock = std::chrono::steady_clock;
+  using Seconds = std::chrono::duration<double>;
+  constexpr std::chrono::milliseconds kBetweenLooks{5};
   request["request"] = "set";
   request["loop"] = loop;
-  ask(request);
+  const nlohmann::json sent = ask(request);
+  if (!sent.contains("order")) return true;  // an older daemon does not tell
+  const Clock::time_point start = Clock::now();
+  const Seconds patience(5.0 + 3.0 * sent.at("sample_time_s").get<double>());
+  for (;;) {
+    const nlohmann::json now =
+        ask({{"request", "order"}, {"loop", loop}, {"order", sent.at("order")}});
+    const std::string state = now.at("state");
+    if (state == "refused") {
+      throw DaemonRefused("the loop refused: " + now.at("why").get<std::string>());
+    }
+    const bool done = state == "done";
+    if (done && (now.at("on_disk") || Clock::now() - start > for_disk)) return now.at("on_disk");
+    if (!done && Clock::now() - start > patience) {
+      throw OrderNotTaken("loop '" + loop + "' has not taken the order yet");
+    }
+    std::this_thread::sleep_for(kBetweenLooks);
+  }
 }
 
 std::string DaemonClient::start_record(const std::string& loop, const std::string& name) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,17 @@ struct Trend {
   std::vector<double> sp, pv, co, stem;
 };
 
+// What was asked for is refused: the daemon's own words.
+class DaemonRefused : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class OrderNotTaken : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 // The daemon on this box. Every call throws std::runtime_error with the daemon's own words if it
 // refuses, or if it can't be reached.
 class DaemonClient {
@@ -29,8 +42,11 @@ class DaemonClient {
   nlohmann::json status();
   // Rows from period `from` on, as many as the daemon keeps.
   Trend trend(const std::string& loop, std::uint64_t from);
-  // `request` without "request" and "loop", e.g. {"set_point", 5.0}.
-  void set(const std::string& loop, nlohmann::json request);
+  // `request` without "request" and "loop", e.g. {"set_point", 5.0}. Comes back when the loop's cycle has taken
+  // the order and it is in the journal on the disk, for which it waits no longer than `for_disk`; false: it is
+  // not there yet. Throws DaemonRefused where the order can't act, OrderNotTaken where no cycle took it.
+  bool set(const std::string& loop, nlohmann::json request,
+           std::chrono::milliseconds for_disk = std::chrono::milliseconds(0));
   std::string start_record(const std::string& loop, const std::string& name);
   std::string stop_record(const std::string& loop);
   // {"now_ms": ..., "alarms": [...]}

@@ -169,6 +169,13 @@ std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t se
       state += fmt::format(", jacket {}{}", loop["jacket"].value("form", ""),
                            loop["jacket"].value("acting", false) ? " acting" : " idle");
     }
+    if (loop.contains("compensator") && loop["compensator"].value("kind", "none") != "none") {
+      const auto& compensator = loop["compensator"];
+      state += compensator.value("acting", false)
+                   ? fmt::format(", {} adds {:.3g} {}", compensator.value("kind", ""),
+                                 compensator.value("added", 0.0), co_unit)
+                   : fmt::format(", {} idle", compensator.value("kind", ""));
+    }
     const std::string alarms = alarm_summary(loop);
     std::string shown = coloured(state, fault == "none" ? Colour::plain : Colour::red);
     if (!alarms.empty()) shown += ", " + coloured("ALARM " + alarms, Colour::red);

@@ -109,6 +109,15 @@ void table_rows(std::string& text, Table table, Area area) {
   }
 }
 
+void reserved_rows(std::string& text, Table table) {
+  text +=
+      "\nKept for what comes, and 0 until then:\n\n| offset | addresses | what |\n|---|---|---|\n";
+  for (const map::Reserved& place : map::reserved()) {
+    if (place.table != table) continue;
+    text += fmt::format("| {} | {} | {} |\n", place.offset, place.words, place.meaning);
+  }
+}
+
 constexpr const char* kIntroduction = R"(# Modbus register map
 
 <!-- Generated: loopwarden register-map --format markdown > docs/modbus-map.md -->
@@ -129,16 +138,44 @@ Offered by `loopwardend` where `loopwardend.yaml` has a section `modbus_server`
 - Reserved registers read 0. Outside the map: exception 02.
 - Functions 1, 2, 3, 4, 5, 6, 15, 16, and 43/14 (device identification).
 
-Writing: exception 01 if writes are off or the client may not write, 02 for a reserved register, 03 for a
-value outside its limits or half of a 32-bit value, 06 if the loop has too many commands waiting. A request that
-writes several registers is done as a whole or not at all. An order is taken over by the loop at its next cycle;
-gains hold until the next reload of the configuration. Each write but the heartbeat goes to the journal with
-peer, old and new value.
+Writing: exception 01 if writes are off or the client may not write, 02 for a reserved or read-only register,
+03 for a value outside its limits or half of a 32-bit value, 06 if the value is right and the loop can't take it
+now. A request that writes several registers is done as a whole or not at all; a reserved register between two
+fields takes the 0 that it reads. Gains hold until the next reload of the configuration.
+
+**Write mode first, then output.** Exception 06 comes where the order would do nothing:
+
+| written | while | instead |
+|---|---|---|
+| `output` | the loop is in automatic | write `mode` 0 first, or in the same request |
+| `output` | a fault's action has the output | wait until `fault` is 0 |
+| `sp` | the loop is in manual and its set point follows PV | write `mode` 1 first, or in the same request |
+| `mode` 1 | where the output stands is not known, or a fault that ends in manual is there | write `output` in manual; wait |
+| anything | 32 orders to the loop are waiting | a cycle later |
+
+The same value that a register reads can always be written, and then does nothing. Of all that one request writes
+the gains take effect first, then the mode, then the set point, then the output, in one cycle of the loop; set point
+and output are judged by the mode that the request itself asks for. A mode written a moment ago counts, though the
+loop may not have taken it yet. Where several order in one cycle, an operator on the box has the last word, then the
+master, then the corrective action.
+
+Each write but the heartbeat goes to the journal with peer, old and new value, and with what the loop's cycle made
+of it. What was let in and could not act any more when the cycle took it, since an operator or a fault came first, is
+refused there, and counted in `orders_refused`.
 
 Loops have the order of their files' names. Loop k, from 0, begins at:
 
 | table | box | loop k |
 |---|---|---|
+)";
+
+constexpr const char* kThirdRegisters = R"(
+Read-only: exception 02 for a write. What the jacket does, in CO/s, and what a compensator does, in CO, have
+registers of their own; `jacket_rate` of the first block stays the jacket's.
+)";
+
+constexpr const char* kThirdCoils = R"(
+None is in use yet.
 )";
 
 constexpr const char* kConditions = R"(
@@ -160,9 +197,14 @@ std::string map_markdown() {
     const map::Layout l = map::layout(table);
     text +=
         fmt::format("| {}s | 0 | {} + {} k |\n", map::to_text(table), l.first_loop, l.loop_stride);
-    if (l.condition_stride == 0) continue;
-    text += fmt::format("| {}s, second block | | {} + {} k |\n", map::to_text(table),
-                        l.first_condition, l.condition_stride);
+    if (l.condition_stride > 0) {
+      text += fmt::format("| {}s, second block | | {} + {} k |\n", map::to_text(table),
+                          l.first_condition, l.condition_stride);
+    }
+    if (l.third_stride > 0) {
+      text += fmt::format("| {}s, third block | | {} + {} k |\n", map::to_text(table),
+                          l.first_third, l.third_stride);
+    }
   }
   for (const Table table : kTableOrder) {
     std::string name = map::to_text(table);
@@ -171,10 +213,17 @@ std::string map_markdown() {
     table_rows(text, table, Area::box);
     text += fmt::format("\n## {}s of a loop\n", name);
     table_rows(text, table, Area::loop);
-    if (map::layout(table).condition_stride == 0) continue;
-    text += fmt::format("\n## {}s of a loop, second block: condition indices\n", name);
-    text += kConditions;
-    table_rows(text, table, Area::condition);
+    if (map::layout(table).condition_stride > 0) {
+      text += fmt::format("\n## {}s of a loop, second block: condition indices\n", name);
+      text += kConditions;
+      table_rows(text, table, Area::condition);
+    }
+    if (map::layout(table).third_stride > 0) {
+      text += fmt::format("\n## {}s of a loop, third block\n", name);
+      text += table == Table::coil ? kThirdCoils : kThirdRegisters;
+      if (table == Table::holding_register) table_rows(text, table, Area::third);
+      reserved_rows(text, table);
+    }
   }
   return text;
 }
@@ -182,10 +231,10 @@ std::string map_markdown() {
 std::string map_csv(const MapOptions& options) {
   std::string text = "table,address,plc,loop,name,type,words,scale,unit,access,meaning\n";
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    const bool writable = reg.table == Table::holding_register || reg.table == Table::coil;
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},\"{}\"\n", map::to_text(reg.table), address,
-                        plc_number(reg.table, address), tag, reg.name, type_text(reg),
-                        map::width(reg), reg.scale, reg.unit, writable ? "rw" : "r", reg.meaning);
+    text +=
+        fmt::format("{},{},{},{},{},{},{},{},{},{},\"{}\"\n", map::to_text(reg.table), address,
+                    plc_number(reg.table, address), tag, reg.name, type_text(reg), map::width(reg),
+                    reg.scale, reg.unit, map::writable(reg) ? "rw" : "r", reg.meaning);
   });
   return text;
 }
@@ -395,41 +444,46 @@ return msg;
                   {"func", code},
                   {"outputs", 1}});
   const map::Layout l = map::layout(Table::input_register);
+  const map::Layout holding = map::layout(Table::holding_register);
   struct Block {
     std::string name;
+    Table table;
     std::size_t first;
     int quantity;
   };
-  std::vector<Block> blocks{{"box", 0, l.box_size}};
+  constexpr Table kInput = Table::input_register;
+  std::vector<Block> blocks{{"box", kInput, 0, l.box_size}};
   for (std::size_t loop = 0; loop < options.loops.size(); ++loop) {
     const std::string& name = options.loops[loop];
-    blocks.push_back({name, l.first_loop + loop * l.loop_stride, l.loop_stride});
-    blocks.push_back(
-        {name + " condition", l.first_condition + loop * l.condition_stride, l.condition_stride});
+    blocks.push_back({name, kInput, l.first_loop + loop * l.loop_stride, l.loop_stride});
+    blocks.push_back({name + " condition", kInput, l.first_condition + loop * l.condition_stride,
+                      l.condition_stride});
+    blocks.push_back({name + " third", Table::holding_register,
+                      holding.first_third + loop * holding.third_stride, holding.third_stride});
   }
   for (std::size_t block = 0; block < blocks.size(); ++block) {
     const std::size_t first = blocks[block].first;
     const std::string id = fmt::format("lw-read-{}", block);
     const std::string mark = fmt::format("lw-mark-{}", block);
-    flow.push_back({{"id", id},
-                    {"type", "modbus-read"},
-                    {"name", blocks[block].name},
-                    {"unitid", options.unit},
-                    {"dataType", "InputRegister"},
-                    {"adr", first},
-                    {"quantity", blocks[block].quantity},
-                    {"rate", 1},
-                    {"rateUnit", "s"},
-                    {"server", "lw-client"},
-                    {"wires", {{mark}, json::array()}}});
     flow.push_back(
-        {{"id", mark},
-         {"type", "function"},
-         {"name", "block"},
-         {"func",
-          fmt::format("msg.first = {}; msg.table = \"input register\"; return msg;", first)},
-         {"outputs", 1},
-         {"wires", json::array({json::array({"lw-decode"})})}});
+        {{"id", id},
+         {"type", "modbus-read"},
+         {"name", blocks[block].name},
+         {"unitid", options.unit},
+         {"dataType", blocks[block].table == kInput ? "InputRegister" : "HoldingRegister"},
+         {"adr", first},
+         {"quantity", blocks[block].quantity},
+         {"rate", 1},
+         {"rateUnit", "s"},
+         {"server", "lw-client"},
+         {"wires", {{mark}, json::array()}}});
+    flow.push_back({{"id", mark},
+                    {"type", "function"},
+                    {"name", "block"},
+                    {"func", fmt::format("msg.first = {}; msg.table = {}; return msg;", first,
+                                         quoted(map::to_text(blocks[block].table)))},
+                    {"outputs", 1},
+                    {"wires", json::array({json::array({"lw-decode"})})}});
   }
   return flow.dump(1) + "\n";
 }

@@ -2,6 +2,7 @@
 // loopwarden set: an operator's hand on a running loop. loopwarden record: a CSV record on demand.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,9 +49,19 @@ int run_set(const SetOptions& options) {
   if (options.output) request["output"] = *options.output;
   if (options.mode) request["mode"] = *options.mode;
   if (options.jacket) request["jacket"] = *options.jacket;
+  constexpr std::chrono::milliseconds kForDisk{1000};
   DaemonClient daemon(options.socket);
   const nlohmann::json before = loop_of(daemon, options.loop);
-  daemon.set(options.loop, request);
+  bool on_disk = true;
+  try {
+    on_disk = daemon.set(options.loop, request, kForDisk);
+  } catch (const DaemonRefused& e) {
+    fmt::print(stderr, "loopwarden: {}: {}\n", options.loop, e.what());
+    return kExitData;
+  } catch (const OrderNotTaken& e) {
+    fmt::print(stderr, "loopwarden: {}\n", e.what());
+    return kExitTryAgain;
+  }
   // The loop takes it over at its next cycle; the state printed must be from after that.
   const double sample_time_s = before.at("sample_time_s").get<double>();
   nlohmann::json after = before;
@@ -60,6 +71,7 @@ int run_set(const SetOptions& options) {
   }
   fmt::print("{}: before: {}\n{:{}}  after:  {}\n", options.loop, summary(before), "",
              options.loop.size(), summary(after));
+  if (!on_disk) fmt::print(stderr, "loopwarden: done, but the journal does not have it yet\n");
   return kExitOk;
 }
 
@@ -95,7 +107,11 @@ void add_set(CLI::App& app, int& exit_code) {
                    ->check(CLI::IsMember({"auto", "man"}));
   auto* jacket = sub->add_option("--jacket", options->jacket, "off, shadow or on")
                      ->check(CLI::IsMember({"off", "shadow", "on"}));
-  sub->footer("Example: loopwarden set FIC-101 --sp 5 --mode auto");
+  sub->footer(
+      "What is ordered together takes effect in one cycle, mode first. An order that can't act is\n"
+      "refused with exit code 65: an output in automatic, a set point that follows PV in manual,\n"
+      "a value beyond its limits.\n"
+      "Example: loopwarden set FIC-101 --mode man --output 30");
   sub->callback([=, &exit_code] {
     if (sp->empty() && out->empty() && mode->empty() && jacket->empty()) {
       throw CLI::RequiredError("one of --sp, --output, --mode, --jacket");

@@ -104,7 +104,7 @@ nlohmann::json LiveBench::status() {
 std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
   const double wanted = std::clamp(co, limits_.co_low, limits_.co_high);
   if (!sent_ || wanted != last_sent_) {
-    daemon_.set(loop_, {{"output", wanted}});
+    order_output(wanted);
     last_sent_ = wanted;
     sent_ = true;
   }
@@ -144,15 +144,28 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
   return rows;
 }
 
+void LiveBench::order_output(double co) {
+  try {
+    daemon_.set(loop_, {{"output", co}});
+  } catch (const DaemonRefused& e) {
+    given_up_ = status().value("requested_mode", "") != "MAN";
+    throw TestAborted(given_up_ ? "somebody took the loop out of manual" : e.what());
+  }
+}
+
 bool LiveBench::restore() {
   // An order still on its way would take the loop to manual behind our back.
   if (!in_manual_ && !order_taken()) return false;
   if (status().value("requested_mode", "") != "MAN") return false;
-  daemon_.set(loop_, {{"output", start_}});
-  if (!was_automatic_) return true;
-  daemon_.set(loop_, {{"mode", "auto"}});
+  std::string refused;
+  try {
+    daemon_.set(loop_, {{"output", start_}});
+  } catch (const DaemonRefused& e) {
+    refused = e.what();  // a fault's action has the output; the mode is put back all the same
+  }
   // In manual the set point may have followed PV.
-  daemon_.set(loop_, {{"set_point", start_sp_}});
+  if (was_automatic_) daemon_.set(loop_, {{"mode", "auto"}, {"set_point", start_sp_}});
+  if (!refused.empty()) throw DaemonRefused(refused);
   return true;
 }
 

@@ -10,6 +10,7 @@ namespace loopwarden::daemon::gateway {
 namespace {
 
 constexpr std::chrono::milliseconds kRound{100};
+constexpr std::chrono::milliseconds kRoundWithOrders{10};  // while a loop has one to answer
 
 hal::os::PeerList peers_of(const GatewaySettings& settings) {
   std::vector<hal::os::PeerRule> rules = settings.peers;
@@ -50,10 +51,12 @@ void Gateway::start() {
 void Gateway::stop() {
   quit_ = true;
   thread_.join();
+  plant_.close_orders();
 }
 
 void Gateway::serve(std::chrono::milliseconds timeout) {
   try {
+    if (plant_.collect_answers()) timeout = std::min(timeout, kRoundWithOrders);
     if (serial_) {
       server_.serve(std::min(timeout, serial_->patience()), serial_->fd());
       serial_->serve();
@@ -97,10 +100,23 @@ void Gateway::watch_master() {
   spdlog::warn("Modbus master: no heartbeat for {:.3g} s", master_.timeout_s);
   write_down_loss("master lost");
   if (master_.action == MasterLossAction::report) return;
-  using Kind = rt::OperatorCommand::Kind;
-  const Kind kind = master_.action == MasterLossAction::manual ? Kind::manual : Kind::automatic;
+  const rt::Order order{.mode = master_.action == MasterLossAction::manual
+                                    ? control::Mode::manual
+                                    : control::Mode::automatic};
   for (std::size_t i = 0; i < plant_.loops(); ++i) {
-    if (plant_.room_for_commands(i) > 0) plant_.order(i, {kind, 0.0});
+    journal::JournalEntry line;
+    line.kind = journal::JournalEntry::Kind::system;
+    line.utc_ms = plant_.box().utc_ms;
+    line.loop = plant_.name(i);
+    line.what = "mode";
+    line.new_value = order.mode == control::Mode::manual ? "0" : "1";
+    line.reason = "master lost";
+    if (plant_.has_room_for_order(i)) {
+      plant_.order(i, order, {std::move(line)});
+    } else {
+      line.result = "refused: too many commands at once";
+      plant_.write_down(std::move(line));
+    }
   }
 }
 

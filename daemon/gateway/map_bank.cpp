@@ -9,7 +9,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
+#include "daemon/orders/order_text.hpp"
 #include "hal/contract/sample.hpp"
 #include "hal/modbus/register_codec.hpp"
 #include "hal/register_map/register_map.hpp"
@@ -28,7 +30,6 @@ using map::Place;
 using map::Register;
 using map::Table;
 using model::AlarmKind;
-using rt::OperatorCommand;
 
 namespace {
 
@@ -82,6 +83,7 @@ unsigned loop_bits(const LoopReading& loop) {
   if (is(loop, hal::record::kOutputLost)) bits |= 8U;
   if (is(loop, hal::record::kJacketActs)) bits |= 16U;
   if (std::isfinite(loop.row.stem)) bits |= 32U;
+  if (is(loop, hal::record::kCompensatorActs)) bits |= 64U;
   return bits;
 }
 
@@ -197,6 +199,8 @@ double MapBank::Snapshot::box_value(Field field) {
     case Field::clients: return server_.clients;
     case Field::first_condition: return map::layout(Table::input_register).first_condition;
     case Field::condition_stride: return map::layout(Table::input_register).condition_stride;
+    case Field::first_third: return map::layout(Table::holding_register).first_third;
+    case Field::third_stride: return map::layout(Table::holding_register).third_stride;
     case Field::running: return 1.0;
     case Field::any_alarm_active: return flag(totals().active > 0);
     case Field::any_alarm_unacknowledged: return flag(totals().unacknowledged > 0);
@@ -232,7 +236,11 @@ double MapBank::Snapshot::loop_value(const Register& reg, const LoopReading& loo
     case Field::co:
     case Field::wanted_output: return row.co;
     case Field::stem: return row.stem;
-    case Field::jacket_rate: return static_cast<double>(row.jacket);
+    case Field::jacket_rate: return static_cast<double>(row.jacket_rate);
+    case Field::jacket_rate_shadow: return static_cast<double>(row.jacket_rate_shadow);
+    case Field::compensator: return static_cast<double>(row.compensator);
+    case Field::compensator_shadow: return static_cast<double>(row.compensator_shadow);
+    case Field::orders_refused: return loop.orders_refused;
     case Field::sp_scaled: return of_pv(row.sp);
     case Field::pv_scaled: return of_pv(row.pv);
     case Field::co_scaled:
@@ -312,77 +320,152 @@ Exception MapBank::read(Table table, std::uint16_t address, std::span<std::uint1
 struct MapBank::Wish {
   const Register* reg = nullptr;
   std::size_t loop = 0;
+  std::vector<std::uint16_t> words{};
   double value = 0.0;      // as it will be ordered
-  double old_value = 0.0;  // for the journal
+  double old_value = 0.0;  // as it reads
+  bool in_force = false;   // it writes what it would read
+};
+
+// All that a request asks of one loop's cycle.
+struct MapBank::LoopOrder {
+  std::size_t loop = 0;
+  rt::Order order{};
+  std::vector<const Wish*> wishes{};  // that the order is made of
+  std::vector<const Wish*>
+      already{};  // that ask for what is so, where the mode would forbid to ask
 };
 
 Exception MapBank::collect(Table table, std::uint16_t address,
                            std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const {
   for (std::size_t i = 0; i < values.size();) {
     const Place place = map::find(table, static_cast<std::uint32_t>(address + i), plant_.loops());
-    if (!place.in_map || place.reg == nullptr) return Exception::illegal_address;
+    if (!place.in_map) return Exception::illegal_address;
+    if (place.reg == nullptr) {
+      // A gap between two fields takes the 0 that it reads, so that one request can write both.
+      if (wishes.empty() || i + 1 == values.size() || values[i] != 0) {
+        return Exception::illegal_address;
+      }
+      ++i;
+      continue;
+    }
+    if (!map::writable(*place.reg)) return Exception::illegal_address;
     const std::size_t words = map::width(*place.reg);
     // Half of a number is no number.
     if (place.word != 0 || i + words > values.size()) return Exception::illegal_value;
-    const double value = hal::modbus::decode(spec_of(*place.reg, order_), values.subspan(i, words));
-    if (!std::isfinite(value)) return Exception::illegal_value;
-    wishes.push_back({place.reg, place.loop, value, 0.0});
+    const auto some = values.subspan(i, words);
+    wishes.push_back({.reg = place.reg,
+                      .loop = place.loop,
+                      .words = {some.begin(), some.end()},
+                      .value = hal::modbus::decode(spec_of(*place.reg, order_), some)});
     i += words;
   }
   return Exception::none;
 }
 
+// What can be judged of a value by itself.
 Exception MapBank::check(std::vector<Wish>& wishes, Snapshot& snapshot) {
   for (Wish& wish : wishes) {
     wish.old_value = snapshot.value(*wish.reg, wish.loop);
+    hal::modbus::Registers reads;
+    hal::modbus::encode(spec_of(*wish.reg, order_), wish.old_value, reads);
+    wish.in_force = std::equal(wish.words.begin(), wish.words.end(), reads.words.begin());
     if (wish.reg->area == map::Area::box) continue;
-    const control::ControllerSettings& limits = snapshot.loop(wish.loop).settings.controller;
+    const control::PidSettings& pid = snapshot.loop(wish.loop).settings.controller.pid;
     const hal::PvCheckSettings& pv_range = snapshot.loop(wish.loop).settings.pv_check;
-    const auto inside = [&](double low, double high) {
-      return wish.value >= low && wish.value <= high;
-    };
     bool sound = true;
     switch (wish.reg->field) {
       case Field::wanted_mode: sound = wish.value == 0.0 || wish.value == 1.0; break;
       case Field::wanted_sp_scaled:
         wish.value = from_scaled(wish.value, pv_range.low, pv_range.high);
         wish.old_value = from_scaled(wish.old_value, pv_range.low, pv_range.high);
-        sound = inside(limits.set_point.low, limits.set_point.high);
         break;
-      case Field::wanted_sp: sound = inside(limits.set_point.low, limits.set_point.high); break;
       case Field::wanted_output_scaled:
-        wish.value = from_scaled(wish.value, limits.pid.output_low, limits.pid.output_high);
-        wish.old_value = from_scaled(wish.old_value, limits.pid.output_low, limits.pid.output_high);
-        sound = inside(limits.output.low, limits.output.high);
+        wish.value = from_scaled(wish.value, pid.output_low, pid.output_high);
+        wish.old_value = from_scaled(wish.old_value, pid.output_low, pid.output_high);
         break;
-      case Field::wanted_output: sound = inside(limits.output.low, limits.output.high); break;
-      case Field::kp:
-      case Field::ki:
-      case Field::kd: sound = wish.value >= 0.0; break;
-      case Field::shelve_minutes:
-        sound = inside(0.0, static_cast<double>(snapshot.loop(wish.loop)
-                                                    .watch.alarms.alarm(kind_of(*wish.reg))
-                                                    .settings()
-                                                    .shelve_limit_ms /
-                                                kMinute));
+      case Field::shelve_minutes: {
+        const model::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(kind_of(*wish.reg));
+        sound = wish.value >= 0.0 &&
+                wish.value <= static_cast<double>(alarm.settings().shelve_limit_ms / kMinute);
         break;
-      default: break;  // coils take 0 and 1, and nothing else gets here
+      }
+      default: break;  // coils take 0 and 1; the cycle's rule judges the rest
     }
     if (!sound) return Exception::illegal_value;
   }
   return Exception::none;
 }
 
-bool MapBank::mailboxes_have_room(const std::vector<Wish>& wishes) {
-  std::map<std::size_t, std::size_t> needed;
+std::vector<MapBank::LoopOrder> MapBank::orders_of(const std::vector<Wish>& wishes) {
+  std::vector<LoopOrder> orders;
   for (const Wish& wish : wishes) {
-    if (wish.reg->table == Table::holding_register && wish.reg->area == map::Area::loop) {
-      ++needed[wish.loop];
+    if (wish.reg->table != Table::holding_register || wish.reg->area != map::Area::loop) continue;
+    if (wish.reg->field == Field::shelve_minutes) continue;
+    if (orders.empty() || orders.back().loop != wish.loop) orders.push_back({.loop = wish.loop});
+    LoopOrder& of_loop = orders.back();
+    of_loop.wishes.push_back(&wish);
+    switch (wish.reg->field) {
+      case Field::wanted_mode:
+        of_loop.order.mode = wish.value == 0.0 ? Mode::manual : Mode::automatic;
+        break;
+      case Field::wanted_sp:
+      case Field::wanted_sp_scaled: of_loop.order.set_point = wish.value; break;
+      case Field::wanted_output:
+      case Field::wanted_output_scaled: of_loop.order.output = wish.value; break;
+      case Field::kp: of_loop.order.kp = wish.value; break;
+      case Field::ki: of_loop.order.ki = wish.value; break;
+      case Field::kd: of_loop.order.kd = wish.value; break;
+      default: break;  // nothing else of a loop can be written there
     }
   }
-  return std::all_of(needed.begin(), needed.end(), [&](const auto& loop) {
-    return plant_.room_for_commands(loop.first) >= loop.second;
-  });
+  return orders;
+}
+
+// By the rule of the cycle. Where the mode forbids to order a value, one may write what is in force.
+rt::Refusal MapBank::judge(LoopOrder& asked, const LoopReading& loop) {
+  const auto refusal = [&] {
+    return rt::judge(asked.order, loop.standing, loop.settings,
+                     loop.settings.controller.jacket.form);
+  };
+  const auto leave_out = [&](Field field, Field scaled, std::optional<double>& part) {
+    const auto of_it = [&](const Wish* wish) {
+      return wish->reg->field == field || wish->reg->field == scaled;
+    };
+    const bool in_force =
+        std::all_of(asked.wishes.begin(), asked.wishes.end(),
+                    [&](const Wish* wish) { return !of_it(wish) || wish->in_force; });
+    if (!in_force) return false;
+    const auto kept = std::stable_partition(asked.wishes.begin(), asked.wishes.end(),
+                                            [&](const Wish* wish) { return !of_it(wish); });
+    asked.already.insert(asked.already.end(), kept, asked.wishes.end());
+    asked.wishes.erase(kept, asked.wishes.end());
+    part.reset();
+    return true;
+  };
+  rt::Refusal why = refusal();
+  if (why == rt::Refusal::output_in_automatic || why == rt::Refusal::output_in_fault) {
+    if (leave_out(Field::wanted_output, Field::wanted_output_scaled, asked.order.output)) {
+      why = refusal();
+    }
+  }
+  if (why == rt::Refusal::set_point_tracks) {
+    if (leave_out(Field::wanted_sp, Field::wanted_sp_scaled, asked.order.set_point)) {
+      why = refusal();
+    }
+  }
+  return why;
+}
+
+journal::JournalEntry MapBank::line_of(const Wish& wish, const Peer& peer, Snapshot& snapshot) {
+  journal::JournalEntry entry;
+  entry.kind = journal::JournalEntry::Kind::register_write;
+  entry.utc_ms = snapshot.box().utc_ms;
+  if (wish.reg->area == map::Area::loop) entry.loop = plant_.name(wish.loop);
+  entry.peer = peer.name;
+  entry.what = wish.reg->name;
+  entry.old_value = fmt::format("{:.9g}", wish.old_value);
+  entry.new_value = fmt::format("{:.9g}", wish.value);
+  return entry;
 }
 
 Exception MapBank::write(Table table, std::uint16_t address, std::span<const std::uint16_t> values,
@@ -390,80 +473,63 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
   std::vector<Wish> wishes;
   if (const Exception e = collect(table, address, values, wishes); e != Exception::none) return e;
   Snapshot snapshot(plant_, server_);
-  const Exception unsound = check(wishes, snapshot);
-  const bool busy = unsound == Exception::none && !mailboxes_have_room(wishes);
-  if (unsound != Exception::none || busy) {
-    for (const Wish& wish : wishes) {
-      journal::JournalEntry entry;
-      entry.kind = journal::JournalEntry::Kind::register_write;
-      entry.utc_ms = snapshot.box().utc_ms;
-      if (wish.reg->area == map::Area::loop) entry.loop = plant_.name(wish.loop);
-      entry.peer = peer.name;
-      entry.what = wish.reg->name;
-      entry.old_value = fmt::format("{:.9g}", wish.old_value);
-      entry.new_value = fmt::format("{:.9g}", wish.value);
-      entry.result = busy ? "refused: too many commands at once" : "refused: outside its limits";
-      plant_.write_down(std::move(entry));
+  const auto write_down = [&](const Wish& wish, const std::string& result) {
+    journal::JournalEntry line = line_of(wish, peer, snapshot);
+    line.result = result;
+    plant_.write_down(std::move(line));
+  };
+  const auto refuse = [&](Exception exception, const std::string& why) {
+    for (const Wish& wish : wishes) write_down(wish, "refused: " + why);
+    return exception;
+  };
+  if (const Exception unsound = check(wishes, snapshot); unsound != Exception::none) {
+    return refuse(unsound, "outside its limits");
+  }
+  std::vector<LoopOrder> orders = orders_of(wishes);
+  for (LoopOrder& asked : orders) {
+    const LoopReading& loop = snapshot.loop(asked.loop);
+    const rt::Refusal refusal = judge(asked, loop);
+    if (refusal != rt::Refusal::none) {
+      return refuse(rt::is_out_of_limits(refusal) ? Exception::illegal_value : Exception::busy,
+                    orders::why_refused(refusal, asked.order, loop.settings));
     }
-    return busy ? Exception::busy : unsound;
+    if (!plant_.has_room_for_order(asked.loop)) {
+      return refuse(Exception::busy, "too many commands at once");
+    }
+  }
+  for (const LoopOrder& asked : orders) {
+    for (const Wish* wish : asked.already) write_down(*wish, "in force already");
+    if (asked.wishes.empty()) continue;
+    std::vector<journal::JournalEntry> lines;
+    for (const Wish* wish : asked.wishes) lines.push_back(line_of(*wish, peer, snapshot));
+    plant_.order(asked.loop, asked.order, std::move(lines));
   }
   for (const Wish& wish : wishes) {
-    if (const Exception e = apply(wish, peer); e != Exception::none) return e;
+    if (wish.reg->field == Field::master_heartbeat) {
+      // Not for the journal: it comes each second.
+      server_.master_heartbeat = static_cast<std::uint16_t>(wish.value);
+      server_.master_beat = true;
+    } else if (wish.reg->table == Table::coil || wish.reg->field == Field::shelve_minutes) {
+      act(wish, peer);
+    }
   }
   return Exception::none;
 }
 
-Exception MapBank::apply(const Wish& wish, const Peer& peer) {
-  using Kind = OperatorCommand::Kind;
-  if (wish.reg->field == Field::master_heartbeat) {
-    // Not for the journal: it comes each second.
-    server_.master_heartbeat = static_cast<std::uint16_t>(wish.value);
-    server_.master_beat = true;
-    return Exception::none;
-  }
-  if (wish.reg->table == Table::coil || wish.reg->field == Field::shelve_minutes) {
-    return act(wish, peer);
-  }
-  OperatorCommand command{Kind::set_point, wish.value};
-  switch (wish.reg->field) {
-    case Field::wanted_mode:
-      command.kind = wish.value == 0.0 ? Kind::manual : Kind::automatic;
-      break;
-    case Field::wanted_output:
-    case Field::wanted_output_scaled: command.kind = Kind::output; break;
-    case Field::kp: command.kind = Kind::kp; break;
-    case Field::ki: command.kind = Kind::ki; break;
-    case Field::kd: command.kind = Kind::kd; break;
-    default: break;
-  }
-  plant_.order(wish.loop, command);
-  journal::JournalEntry entry;
-  entry.kind = journal::JournalEntry::Kind::register_write;
-  entry.utc_ms = plant_.box().utc_ms;
-  entry.loop = plant_.name(wish.loop);
-  entry.peer = peer.name;
-  entry.what = wish.reg->name;
-  entry.old_value = fmt::format("{:.9g}", wish.old_value);
-  entry.new_value = fmt::format("{:.9g}", wish.value);
-  entry.result = "done";
-  plant_.write_down(std::move(entry));
-  return Exception::none;
-}
-
-Exception MapBank::act(const Wish& wish, const Peer& peer) {
+void MapBank::act(const Wish& wish, const Peer& peer) {
   using model::AlarmAction;
   if (wish.reg->field == Field::veto_corrective_action) {
     plant_.veto(wish.loop, wish.value != 0.0, peer.name);
-    return Exception::none;
+    return;
   }
   monitor::AlarmOrder order{kind_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.reg->field == Field::shelve_minutes) {
     order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;
     order.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
   } else {
-    if (wish.value == 0.0) return Exception::none;  // a momentary coil rests at 0
+    if (wish.value == 0.0) return;  // a momentary coil rests at 0
     switch (wish.reg->field) {
-      case Field::acknowledge_all: acknowledge_all(peer); return Exception::none;
+      case Field::acknowledge_all: acknowledge_all(peer); return;
       case Field::reset: order.action = AlarmAction::reset; break;
       case Field::unshelve: order.action = AlarmAction::unshelve; break;
       default: break;
@@ -471,7 +537,6 @@ Exception MapBank::act(const Wish& wish, const Peer& peer) {
   }
   // An order for which there is nothing to do is no error: masters repeat themselves.
   plant_.act(wish.loop, order);
-  return Exception::none;
 }
 
 void MapBank::acknowledge_all(const Peer& peer) {

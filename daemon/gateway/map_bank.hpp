@@ -3,7 +3,7 @@
 //
 // All values of a request come from one reading of each loop it touches. Floats are always finite. A
 // value of two registers is written in one request or not at all (exception 3); so is everything else
-// that a request writes.
+// that a request writes. Of what it asks of a loop, the mode takes effect first (daemon/rt/order.hpp).
 #pragma once
 
 #include <cstdint>
@@ -37,13 +37,15 @@ class MapBank final : public RegisterBank {
 
  private:
   struct Wish;
+  struct LoopOrder;
   class Snapshot;
   Exception collect(hal::register_map::Table table, std::uint16_t address,
                     std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const;
   Exception check(std::vector<Wish>& wishes, Snapshot& snapshot);
-  bool mailboxes_have_room(const std::vector<Wish>& wishes);
-  Exception apply(const Wish& wish, const Peer& peer);
-  Exception act(const Wish& wish, const Peer& peer);
+  static std::vector<LoopOrder> orders_of(const std::vector<Wish>& wishes);
+  static rt::Refusal judge(LoopOrder& asked, const LoopReading& loop);
+  journal::JournalEntry line_of(const Wish& wish, const Peer& peer, Snapshot& snapshot);
+  void act(const Wish& wish, const Peer& peer);
   void acknowledge_all(const Peer& peer);
 
   Plant& plant_;

@@ -5,10 +5,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "daemon/journal/journal_entry.hpp"
 #include "daemon/monitor/watch_board.hpp"
-#include "daemon/rt/loop_settings.hpp"
+#include "daemon/rt/order.hpp"
 #include "hal/record/record_row.hpp"
 #include "model/monitor/ne107.hpp"
 
@@ -23,6 +24,8 @@ struct LoopReading {
   double last_good_pv = 0.0;      // PV units; 0 before the first
   double set_point_wanted = 0.0;  // PV units, where a ramp goes
   rt::LoopSettings settings;      // in force, ranges and limits included
+  rt::Standing standing;          // what the next order will find
+  std::uint32_t orders_refused = 0;
   monitor::LoopWatch watch;
   loopwarden::monitor::Ne107 ne107 = loopwarden::monitor::Ne107::normal;
   bool simulated = false;
@@ -59,10 +62,15 @@ class Plant {
   virtual LoopReading read(std::size_t loop) = 0;
   virtual BoxReading box() = 0;
 
-  // Commands that the loop's mailbox has room for; only the gateway's thread fills it.
-  virtual std::size_t room_for_commands(std::size_t loop) = 0;
-  // Applied at the start of the loop's next cycle.
-  virtual void order(std::size_t loop, const rt::OperatorCommand& command) = 0;
+  // Only the gateway's thread fills the loop's mailbox.
+  virtual bool has_room_for_order(std::size_t loop) = 0;
+  // Taken by the loop's next cycle. The lines go to the journal with what the cycle made of the order.
+  virtual void order(std::size_t loop, const rt::Order& order,
+                     std::vector<journal::JournalEntry> lines) = 0;
+  // Takes the answers to orders that are there; true while some are still to come.
+  virtual bool collect_answers() = 0;
+  // The loops have ended: orders without an answer are written down as not taken.
+  virtual void close_orders() = 0;
   virtual monitor::OrderResult act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
   virtual void veto(std::size_t loop, bool vetoed, const std::string& peer) = 0;
   virtual void write_down(journal::JournalEntry entry) = 0;

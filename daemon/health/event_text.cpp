@@ -33,9 +33,9 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
                                           control::to_text(static_cast<control::Mode>(event.a)),
                                           event.value, loop.co_unit)};
     case rt::EventCode::settings_applied: return {Severity::info, "new settings applied"};
-    case rt::EventCode::command_refused:
+    case rt::EventCode::order_refused:
       return {Severity::warning,
-              "automatic refused: where the output stands is not known; set an output first"};
+              fmt::format("order refused: {}", rt::to_text(static_cast<rt::Refusal>(event.a)))};
     case rt::EventCode::result_not_finite:
       return {Severity::error, "the controller's result was no valid output; not written"};
     case rt::EventCode::jacket_stands_back:

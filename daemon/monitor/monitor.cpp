@@ -144,12 +144,12 @@ void Monitor::correct(std::size_t index, const model::MonitorStep& step, bool ca
 
 void Monitor::follow(std::size_t index, const model::CorrectiveStep& step) {
   using Order = model::CorrectiveStep::Order;
-  using Kind = rt::OperatorCommand::Kind;
   if (!step.changed()) return;
   bool accepted = true;
   if (step.order != Order::none) {
-    const Kind kind = step.order == Order::on ? Kind::jacket_on : Kind::jacket_shadow;
-    accepted = tracks_[index].orders != nullptr && tracks_[index].orders->try_push({kind, 0.0});
+    const rt::Order order{.jacket = step.order == Order::on ? rt::JacketWish::on
+                                                            : rt::JacketWish::shadow};
+    accepted = tracks_[index].orders != nullptr && tracks_[index].orders->try_push(order);
   }
   board_.corrective_step(index, step, accepted);
 }

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "daemon/monitor/watch_board.hpp"
-#include "daemon/rt/loop_settings.hpp"
+#include "daemon/rt/order.hpp"
 #include "hal/os/spsc_ring.hpp"
 #include "hal/os/thread.hpp"
 #include "hal/record/record_row.hpp"
@@ -33,7 +33,7 @@ struct WatchedLoop {
   loopwarden::monitor::VerdictRuleSettings rule;
   loopwarden::monitor::CorrectiveSettings corrective{};
   // Where orders for the jacket go; may be null where there is no corrective action.
-  hal::os::SpscRing<rt::OperatorCommand>* orders = nullptr;
+  hal::os::SpscRing<rt::Order>* orders = nullptr;
 };
 
 struct MonitorStatus {
@@ -78,7 +78,7 @@ class Monitor {
           condition(watched.window),
           times(watched.window.sample_time_s) {}
     hal::os::SpscRing<hal::record::RecordRow>* cycles;
-    hal::os::SpscRing<rt::OperatorCommand>* orders;
+    hal::os::SpscRing<rt::Order>* orders;
     loopwarden::monitor::LoopMonitor monitor;
     loopwarden::monitor::CorrectiveAction corrective;
     loopwarden::monitor::ConditionWatch condition;

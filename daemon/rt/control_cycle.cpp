@@ -17,7 +17,7 @@ using control::Mode;
 void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool stop) noexcept {
   now_ns_ = time.now_ns;
   take_settings();
-  take_commands();
+  take_orders();
 
   // Newest sample, its age and quality.
   io_.read(time, inputs_);
@@ -64,6 +64,7 @@ ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettin
       controller_(settings.controller, period_s, start.set_point, settings.controller.output.low),
       configured_jacket_(settings.controller.jacket.form) {
   controller_.request_mode(start.mode);
+  publish_standing();
 }
 
 void ControlCycle::take_settings() noexcept {
@@ -75,49 +76,71 @@ void ControlCycle::take_settings() noexcept {
   event(EventCode::settings_applied, 0, 0, 0.0);
 }
 
-void ControlCycle::take_commands() noexcept {
-  OperatorCommand command;
-  // The operator has the last word.
-  while (channels_.monitor_commands.try_pop(command)) apply(command);
-  while (channels_.commands.try_pop(command)) apply(command);
-  while (channels_.master_commands.try_pop(command)) apply(command);
+// Who is taken later has the last word: the monitor gives way to the Modbus master, the master to the operator.
+void ControlCycle::take_orders() noexcept {
+  Order order;
+  while (channels_.monitor_orders.try_pop(order)) take(order);
+  answer(channels_.master_orders);
+  answer(channels_.operator_orders);
 }
 
-void ControlCycle::apply(const OperatorCommand& command) noexcept {
-  using Kind = OperatorCommand::Kind;
-  const auto set_jacket = [&](control::JacketForm form, bool shadow) {
-    settings_.controller.jacket.form = form;
-    settings_.controller.jacket.shadow = shadow || !settings_.jacket_may_act;
-    controller_.configure(settings_.controller);
-  };
-  const auto set_gain = [&](double& gain) {
-    if (!(command.value >= 0.0) || !std::isfinite(command.value)) return;
-    gain = command.value;
-    controller_.configure(settings_.controller);
-  };
-  switch (command.kind) {
-    case Kind::set_point: controller_.request_set_point(command.value); return;
-    case Kind::manual: controller_.request_mode(Mode::manual); return;
-    case Kind::automatic:
-      if (output_known_) {
-        controller_.request_mode(Mode::automatic);
-      } else {
-        event(EventCode::command_refused, static_cast<std::uint8_t>(command.kind), 0, 0.0);
-      }
-      return;
-    case Kind::output:
-      if (!std::isfinite(command.value)) return;
-      if (!ever_known_) learn(command.value);
-      output_known_ = ever_known_ = true;
-      controller_.request_output(command.value);
-      return;
-    case Kind::jacket_off: set_jacket(control::JacketForm::off, true); return;
-    case Kind::jacket_shadow: set_jacket(configured_jacket_, true); return;
-    case Kind::jacket_on: set_jacket(configured_jacket_, false); return;
-    case Kind::kp: set_gain(settings_.controller.pid.gains.kp); return;
-    case Kind::ki: set_gain(settings_.controller.pid.gains.ki); return;
-    case Kind::kd: set_gain(settings_.controller.pid.gains.kd); return;
+void ControlCycle::answer(OrderBox& box) noexcept {
+  Order order;
+  while (box.orders.try_pop(order)) {
+    const Refusal refusal = take(order);
+    publish_standing();  // before the answer: who has it judges his next order by this one
+    box.answers.try_push({order.number, refusal});
   }
+}
+
+// Judged when it was let in, and once more: what went before it in this cycle, a fault or a reload may
+// have changed what it finds.
+Refusal ControlCycle::take(const Order& order) noexcept {
+  const Refusal refusal = judge(order, standing(), settings_, configured_jacket_);
+  if (refusal == Refusal::none) {
+    apply(order);
+  } else {
+    channels_.orders_refused.fetch_add(1, std::memory_order_relaxed);
+    event(EventCode::order_refused, static_cast<std::uint8_t>(refusal), 0, 0.0);
+  }
+  return refusal;
+}
+
+void ControlCycle::apply(const Order& order) noexcept {
+  if (order.jacket) apply(*order.jacket);
+  if (order.kp || order.ki || order.kd) {
+    set_gains(order, settings_.controller.pid.gains);
+    controller_.configure(settings_.controller);
+  }
+  if (order.mode) controller_.request_mode(*order.mode);
+  if (order.set_point) controller_.request_set_point(*order.set_point);
+  if (order.output) {
+    if (!ever_known_) learn(*order.output);
+    output_known_ = ever_known_ = true;
+    controller_.request_output(*order.output);
+  }
+}
+
+void ControlCycle::apply(JacketWish wish) noexcept {
+  control::JacketSettings& jacket = settings_.controller.jacket;
+  jacket.form = wish == JacketWish::off ? control::JacketForm::off : configured_jacket_;
+  jacket.shadow = wish != JacketWish::on;
+  controller_.configure(settings_.controller);
+}
+
+Standing ControlCycle::standing() const noexcept {
+  // Until something is known of the output, an order for it tells where it stands.
+  const Fault fault = supervisor_.fault();
+  const bool tells = fault == Fault::starting && !ever_known_;
+  return {.mode = controller_.requested_mode(),
+          .output_known = output_known_,
+          .output_in_fault = fault != Fault::none && !tells,
+          .manual_after_fault = fault != Fault::none && fault != Fault::starting &&
+                                settings_.safety.recovery == control::Recovery::manual};
+}
+
+void ControlCycle::publish_standing() noexcept {
+  channels_.standing.store(packed(standing()), std::memory_order_release);
 }
 
 control::Conditions ControlCycle::conditions(const hal::Sample& pv, std::uint64_t missed,
@@ -215,8 +238,6 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
   const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
   const bool stem_known =
       inputs_.valve_position_fitted && inputs_.valve_position.quality != hal::Quality::bad;
-  const bool adds = settings_.controller.compensator.kind != control::CompensatorKind::none;
-  const bool acts = out.jacket_rate != 0.0 || out.correction != 0.0;
   const hal::record::RecordRow row{
       .time_ns = time.now_ns,
       .period_index = time.period_index,
@@ -225,8 +246,10 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .co = controller_.output_applied(),
       .stem = stem_known ? inputs_.valve_position.value : kNone,
       .calculated = static_cast<float>(out.calculated),
-      .jacket = static_cast<float>(adds ? out.correction : out.jacket_rate),
-      .jacket_shadow = static_cast<float>(adds ? out.correction_shadow : out.jacket_shadow_rate),
+      .jacket_rate = static_cast<float>(out.jacket_rate),
+      .jacket_rate_shadow = static_cast<float>(out.jacket_shadow_rate),
+      .compensator = static_cast<float>(out.correction),
+      .compensator_shadow = static_cast<float>(out.correction_shadow),
       .mode = static_cast<std::uint8_t>(out.mode),
       .fault = static_cast<std::uint8_t>(supervisor_.fault()),
       .pv_quality = static_cast<std::uint8_t>(pv.quality),
@@ -234,7 +257,9 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .flags = static_cast<std::uint8_t>(
           flag(out.at_low, hal::record::kAtLow) | flag(out.at_high, hal::record::kAtHigh) |
           flag(out.rate_limited, hal::record::kRateLimited) |
-          flag(missed > 0, hal::record::kLateCycle) | flag(acts, hal::record::kJacketActs) |
+          flag(missed > 0, hal::record::kLateCycle) |
+          flag(out.jacket_rate != 0.0, hal::record::kJacketActs) |
+          flag(out.correction != 0.0, hal::record::kCompensatorActs) |
           flag(!inputs_.output_ok, hal::record::kOutputLost)),
       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
@@ -248,6 +273,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
           : -1.0F,
       std::memory_order_relaxed);
   channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
+  publish_standing();
 }
 
 void ControlCycle::report(const hal::Sample& pv, std::uint64_t missed) noexcept {

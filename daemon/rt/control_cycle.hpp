@@ -7,6 +7,7 @@
 
 #include "daemon/rt/event.hpp"
 #include "daemon/rt/loop_settings.hpp"
+#include "daemon/rt/order.hpp"
 #include "daemon/rt/pv_guard.hpp"
 #include "hal/contract/loop_io.hpp"
 #include "hal/os/newest_value.hpp"
@@ -24,15 +25,19 @@ struct LoopChannels {
   explicit LoopChannels(std::size_t record_capacity)
       : records(record_capacity), watched(record_capacity) {}
 
-  hal::os::NewestValue<LoopSettings> settings;             // reload -> cycle
-  hal::os::SpscRing<OperatorCommand> commands{32};         // operator -> cycle
-  hal::os::SpscRing<OperatorCommand> master_commands{32};  // Modbus master -> cycle
-  hal::os::SpscRing<OperatorCommand> monitor_commands{8};  // monitor -> cycle
-  hal::os::SpscRing<hal::record::RecordRow> records;       // cycle -> historian
-  hal::os::SpscRing<hal::record::RecordRow> watched;       // cycle -> monitor
-  std::atomic<double> set_point_wanted{0.0};               // cycle -> Modbus server, PV units
-  std::atomic<float> position_age_ms{-1.0F};               // cycle -> status; below 0: none
-  std::atomic<bool> stop_reached{false};                   // cycle -> main: output is where it ends
+  hal::os::NewestValue<LoopSettings> settings;        // reload -> cycle
+  OrderBox operator_orders;                           // operator <-> cycle
+  OrderBox master_orders;                             // Modbus master <-> cycle
+  hal::os::SpscRing<Order> monitor_orders{8};         // monitor -> cycle
+  hal::os::SpscRing<hal::record::RecordRow> records;  // cycle -> historian
+  hal::os::SpscRing<hal::record::RecordRow> watched;  // cycle -> monitor
+  // What the next order will find: packed(Standing); cycle -> operator, Modbus server
+  std::atomic<std::uint8_t> standing{0};
+  // Orders that had been let in and could not act any more when they were taken; cycle -> status
+  std::atomic<std::uint32_t> orders_refused{0};
+  std::atomic<double> set_point_wanted{0.0};  // cycle -> operator, Modbus server; PV units
+  std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
+  std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
 };
 
 // How the loop begins.
@@ -58,8 +63,13 @@ class ControlCycle {
 
  private:
   void take_settings() noexcept;
-  void take_commands() noexcept;
-  void apply(const OperatorCommand& command) noexcept;
+  void take_orders() noexcept;
+  void answer(OrderBox& box) noexcept;
+  Refusal take(const Order& order) noexcept;
+  void apply(const Order& order) noexcept;
+  void apply(JacketWish wish) noexcept;
+  Standing standing() const noexcept;
+  void publish_standing() noexcept;
   control::Conditions conditions(const hal::Sample& pv, std::uint64_t missed,
                                  bool stop) const noexcept;
   bool read_back_good() const noexcept;

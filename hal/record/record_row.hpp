@@ -15,6 +15,7 @@ enum RecordFlag : std::uint8_t {
   kLateCycle = 0x08,
   kJacketActs = 0x10,
   kOutputLost = 0x20,
+  kCompensatorActs = 0x40,
 };
 
 struct RecordRow {
@@ -25,10 +26,11 @@ struct RecordRow {
   double co = 0.0;                 // CO units, what really went out
   double stem = 0.0;               // CO units, read-back; NaN if there is none
   float calculated = 0.0F;         // CO units, the controller's result before limits
-  // What acted and what was asked for: CO units/s on the integral by the jacket, or, in a loop with a
-  // `compensator`, the CO units that it adds.
-  float jacket = 0.0F;
-  float jacket_shadow = 0.0F;
+  // What acted, and what was asked for whether it acted or not.
+  float jacket_rate = 0.0F;         // CO units/s, on the integral
+  float jacket_rate_shadow = 0.0F;  // CO units/s
+  float compensator = 0.0F;         // CO units, added to the output
+  float compensator_shadow = 0.0F;  // CO units
   std::uint8_t mode = 0;            // control::Mode
   std::uint8_t fault = 0;           // control::Fault
   std::uint8_t pv_quality = 0;      // hal::Quality
@@ -41,6 +43,6 @@ struct RecordRow {
 };
 
 static_assert(std::is_trivially_copyable_v<RecordRow>);
-static_assert(sizeof(RecordRow) == 72, "the segment files store this layout");
+static_assert(sizeof(RecordRow) == 80, "the segment files store this layout");
 
 }  // namespace loopwarden::hal::record

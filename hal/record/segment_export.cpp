@@ -24,8 +24,9 @@ namespace fs = std::filesystem;
 
 const std::vector<std::string>& further_columns() {
   static const std::vector<std::string> names{
-      "calculated", "jacket",    "jacket_shadow", "mode",        "requested_mode", "fault",
-      "pv_quality", "pv_reason", "flags",         "jacket_form", "age_ms"};
+      "calculated", "jacket",      "jacket_shadow",     "mode",  "requested_mode",
+      "fault",      "pv_quality",  "pv_reason",         "flags", "jacket_form",
+      "age_ms",     "compensator", "compensator_shadow"};
   return names;
 }
 
@@ -127,9 +128,9 @@ class Exporter {
   }
 
   void write(const RecordRow& row) {
-    const std::array<double, 11> more{widened(row.calculated),
-                                      widened(row.jacket),
-                                      widened(row.jacket_shadow),
+    const std::array<double, 13> more{widened(row.calculated),
+                                      widened(row.jacket_rate),
+                                      widened(row.jacket_rate_shadow),
                                       static_cast<double>(row.mode),
                                       static_cast<double>(row.requested_mode),
                                       static_cast<double>(row.fault),
@@ -137,7 +138,9 @@ class Exporter {
                                       static_cast<double>(row.pv_reason),
                                       static_cast<double>(row.flags),
                                       static_cast<double>(row.jacket_form),
-                                      widened(row.age_ms)};
+                                      widened(row.age_ms),
+                                      widened(row.compensator),
+                                      widened(row.compensator_shadow)};
     writer_->add({.time_s = time_of(row.period_index),
                   .pv = row.pv,
                   .sp = row.sp,

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a segment looks on the disk: a header of 512 bytes, then rows of 80, little-endian, each with
+// How a segment looks on the disk: a header of 512 bytes, then rows of 88, little-endian, each with
 // a CRC-32 (IEEE 802.3). A row's CRC starts from its header's, so that a row of an older segment
 // that a power failure left in the same place of the disk is not taken for one of this segment.
+//
+// Version 2. Version 1 had rows of 80 bytes, with one pair of columns for jacket and compensator. It is
+// still read: the pair is the jacket's where the row has a form of it, else the compensator's. A loop that
+// had both, which was of use with one of them in shadow only, can't be told from one with a jacket.
 #pragma once
 
 #include <array>
@@ -48,14 +52,16 @@ EncodedHeader encode(const SegmentHeader& header) noexcept;
 struct DecodedHeader {
   SegmentHeader header;
   std::uint32_t crc = 0;
-  const char* problem = nullptr;  // null: the header is sound
+  std::size_t row_bytes = kSegmentRowBytes;  // of this segment's version
+  const char* problem = nullptr;             // null: the header is sound
 };
 DecodedHeader decode_header(std::span<const char> bytes);
 
 // `bytes` holds kSegmentRowBytes.
 void encode(const RecordRow& row, std::uint32_t index, std::uint32_t header_crc,
             std::span<char> bytes) noexcept;
-// Nothing if that is not the undamaged row `index` of the segment.
+// `bytes` holds a row of the size that the header told. Nothing if that is not the undamaged row `index` of
+// the segment.
 std::optional<RecordRow> decode_row(std::span<const char> bytes, std::uint32_t index,
                                     std::uint32_t header_crc) noexcept;
 

@@ -48,19 +48,20 @@ Segment parse_segment(std::span<const char> bytes, std::string_view name) {
   segment.header = std::move(decoded.header);
   bytes = bytes.subspan(kSegmentHeaderBytes);
 
-  const std::size_t places = std::min<std::size_t>(bytes.size() / kSegmentRowBytes,
-                                                   std::numeric_limits<std::uint32_t>::max());
+  const std::size_t row_bytes = decoded.row_bytes;
+  const std::size_t places =
+      std::min<std::size_t>(bytes.size() / row_bytes, std::numeric_limits<std::uint32_t>::max());
   segment.rows.reserve(places);
   std::size_t behind_last = 0;
   for (std::size_t i = 0; i < places; ++i) {
-    const auto row = decode_row(bytes.subspan(i * kSegmentRowBytes, kSegmentRowBytes),
+    const auto row = decode_row(bytes.subspan(i * row_bytes, row_bytes),
                                 static_cast<std::uint32_t>(i), decoded.crc);
     if (!row) continue;
     segment.rows.push_back(*row);
     behind_last = i + 1;
   }
   segment.damaged_rows = behind_last - segment.rows.size();
-  segment.torn_bytes = bytes.size() - behind_last * kSegmentRowBytes;
+  segment.torn_bytes = bytes.size() - behind_last * row_bytes;
   return segment;
 }
 

@@ -117,6 +117,10 @@ constexpr std::array kRegisters{
            "address of the first loop's second block"),
     box_in(Field::condition_stride, 40, u16, "condition_stride", "",
            "from one loop's second block to the next"),
+    box_in(Field::first_third, 41, u16, "first_third", "",
+           "address of the first loop's third block, of holding registers and of coils"),
+    box_in(Field::third_stride, 42, u16, "third_stride", "",
+           "from one loop's third block of holding registers to the next"),
 
     loop_in(Field::sequence_head, 0, u16, "sequence_head", "",
             "counts the loop's cycles; equal to sequence_tail if the block is of one cycle"),
@@ -139,7 +143,7 @@ constexpr std::array kRegisters{
     loop_in(Field::stem, 12, f32, "stem", "CO",
             "read-back of the valve; 0 and bit 32 of loop_bits clear where there is none"),
     loop_in(Field::jacket_rate, 14, f32, "jacket_rate", "CO/s",
-            "what the stickband jacket adds to the integral"),
+            "what the stickband jacket adds to the integral; 0 without one"),
     loop_in(Field::sp_scaled, 16, i16, "sp_scaled", "% of PV span", kScaled, kHundredth),
     loop_in(Field::pv_scaled, 17, i16, "pv_scaled", "% of PV span", kScaled, kHundredth),
     loop_in(Field::co_scaled, 18, i16, "co_scaled", "% of CO span", kScaled, kHundredth),
@@ -149,7 +153,7 @@ constexpr std::array kRegisters{
     loop_in(
         Field::loop_bits, 22, u16, "loop_bits", "",
         "1 output at its low end, 2 at its high end, 4 rate limited, 8 commands don't reach the "
-        "device, 16 jacket acts, 32 read-back is there"),
+        "device, 16 jacket acts, 32 read-back is there, 64 compensator acts"),
     loop_in(Field::variability, 23, u16, "variability", "% of PV span",
             "standard deviation of SP - PV in the newest window", kHundredth),
     loop_in(Field::mean_error, 24, i16, "mean_error", "% of PV span", "mean of SP - PV in it",
@@ -237,6 +241,18 @@ constexpr std::array kRegisters{
     holding(Field::shelve_minutes, Area::loop, 17, u16, "shelve_low_air_supply", "min", kShelve,
             1.0, 3),
     holding(Field::shelve_minutes, Area::loop, 18, u16, "shelve_unknown", "min", kShelve, 1.0, 4),
+    holding(Field::jacket_rate, Area::third, 0, f32, "jacket_rate", "CO/s",
+            "what the stickband jacket adds to the integral; 0 without one"),
+    holding(Field::jacket_rate_shadow, Area::third, 2, f32, "jacket_rate_shadow", "CO/s",
+            "what it asks for, whether it acts or not"),
+    holding(Field::compensator, Area::third, 4, f32, "compensator", "CO",
+            "what the compensator adds to the output; 0 without one"),
+    holding(Field::compensator_shadow, Area::third, 6, f32, "compensator_shadow", "CO",
+            "what it asks for, whether it acts or not"),
+    holding(
+        Field::orders_refused, Area::third, 8, u16, "orders_refused", "",
+        "orders that were let in, by whomever, and could not act any more when the loop took them; "
+        "65535: at least"),
 
     box_bit(Field::running, 0, "running", "the loops run"),
     box_bit(Field::any_alarm_active, 1, "any_alarm_active", "the condition of an alarm is on"),
@@ -292,6 +308,26 @@ constexpr std::array kRegisters{
               0),
 };
 
+constexpr std::array kReserved{
+    Reserved{Table::holding_register, 10, 1, "alarm_model_gap (u16): state of the alarm"},
+    Reserved{Table::holding_register, 11, 1,
+             "severity_model_gap (u16): its size, 0.01 % of the CO span"},
+    Reserved{Table::holding_register, 12, 1, "p_model_gap (u16): its probability, 0.01 %"},
+    Reserved{Table::holding_register, 13, 1, "shelve_model_gap (u16): minutes, to be written"},
+    Reserved{Table::holding_register, 16, 1,
+             "explanation_effect (u16): number of the effect that explains the alarm"},
+    Reserved{Table::holding_register, 17, 1,
+             "explanation_agrees (u16): whether it agrees with the alarm's name"},
+    Reserved{Table::holding_register, 18, 2, "explanation_size (f32)"},
+    Reserved{Table::holding_register, 20, 2, "explanation_low (f32): interval of the size"},
+    Reserved{Table::holding_register, 22, 2, "explanation_high (f32)"},
+    Reserved{Table::holding_register, 24, 1, "explanation_gap_closed (i16): 0.01 %"},
+    Reserved{Table::holding_register, 26, 2, "explanation_age (u32): s"},
+    Reserved{Table::coil, 0, 1, "acknowledge_model_gap"},
+    Reserved{Table::coil, 1, 1, "reset_model_gap"},
+    Reserved{Table::coil, 2, 1, "unshelve_model_gap"},
+};
+
 constexpr std::uint16_t width_of(RegisterType type) {
   return type == RegisterType::u32 || type == RegisterType::f32 ? 2 : 1;
 }
@@ -300,6 +336,7 @@ constexpr int size_of(const Layout& l, Area area) {
   switch (area) {
     case Area::loop: return l.loop_stride;
     case Area::condition: return l.condition_stride;
+    case Area::third: return l.third_stride;
     case Area::box: break;
   }
   return l.box_size;
@@ -323,7 +360,30 @@ constexpr bool sound() {
   return true;
 }
 static_assert(sound());
+
+// What is kept for later lies in its block and under no register.
+constexpr bool reservations_hold() {
+  for (const Reserved& place : kReserved) {
+    if (place.offset + place.words > layout(place.table).third_stride) return false;
+    for (const Register& reg : kRegisters) {
+      if (reg.table != place.table || reg.area != Area::third) continue;
+      if (reg.offset < place.offset + place.words &&
+          place.offset < reg.offset + width_of(reg.type)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+static_assert(reservations_hold());
 static_assert(layout(Table::input_register).first_condition + 8U * kMostLoops <= 0x10000);
+// The third blocks: behind the first ones of all loops, and within the addresses that there are.
+constexpr bool thirds_fit(Table table) {
+  const Layout l = layout(table);
+  return l.first_loop + l.loop_stride * kMostLoops <= l.first_third &&
+         l.first_third + l.third_stride * kMostLoops <= 0x10000;
+}
+static_assert(thirds_fit(Table::holding_register) && thirds_fit(Table::coil));
 
 // Index into kRegisters + 1 by table, area and offset, 0: reserved.
 constexpr std::size_t kLargestBlock = 64;
@@ -355,6 +415,7 @@ const char* to_text(Table table) noexcept {
 }
 
 std::span<const Register> registers() noexcept { return kRegisters; }
+std::span<const Reserved> reserved() noexcept { return kReserved; }
 
 std::uint16_t width(const Register& reg) noexcept { return width_of(reg.type); }
 
@@ -363,15 +424,17 @@ Place find(Table table, std::uint32_t address, std::size_t loops) noexcept {
   Place place;
   std::size_t offset = address;
   Area area = Area::box;
-  if (l.condition_stride > 0 && address >= l.first_condition) {
-    area = Area::condition;
-    place.loop = (address - l.first_condition) / l.condition_stride;
-    offset = (address - l.first_condition) % l.condition_stride;
-    if (place.loop >= loops || place.loop >= kMostLoops) return {};
-  } else if (address >= l.first_loop) {
-    area = Area::loop;
-    place.loop = (address - l.first_loop) / l.loop_stride;
-    offset = (address - l.first_loop) % l.loop_stride;
+  const auto in_block_of_loop = [&](Area of, std::uint16_t first, std::uint16_t stride) {
+    if (stride == 0 || address < first) return false;
+    area = of;
+    place.loop = (address - first) / stride;
+    offset = (address - first) % stride;
+    return true;
+  };
+  // From the highest block down; the first block of a loop is the lowest.
+  if (in_block_of_loop(Area::condition, l.first_condition, l.condition_stride) ||
+      in_block_of_loop(Area::third, l.first_third, l.third_stride) ||
+      in_block_of_loop(Area::loop, l.first_loop, l.loop_stride)) {
     if (place.loop >= loops || place.loop >= kMostLoops) return {};
   } else if (address >= l.box_size) {
     return {};

@@ -4,7 +4,8 @@
 //
 // Each of the four tables has one block for the box and, behind it, one of the same layout for each loop,
 // in the order of the loops' files. The input registers have a short second block of each loop behind the
-// room for all first ones, which are full. Addresses are those on the wire, from 0. A field of an f32 or
+// room for all first ones, which are full. Holding registers and coils have a third block of each loop, from
+// the middle of their addresses on; its registers are read-only where not said otherwise. Addresses are those on the wire, from 0. A field of an f32 or
 // u32 takes two registers. What lies between the fields of a block is reserved: it reads 0.
 //
 // The map is a promise: a field keeps its place and meaning for as long as the major version stays.
@@ -19,15 +20,16 @@
 namespace loopwarden::hal::register_map {
 
 inline constexpr std::uint16_t kMagic = 0x4C50;
-inline constexpr std::uint16_t kVersion = 0x0102;  // major, minor
+inline constexpr std::uint16_t kVersion = 0x0103;  // major, minor
 inline constexpr float kFloatTest = 123456.0F;     // 0x47F1 0x2000 in order abcd
 inline constexpr std::uint32_t kIntegerTest = 0x01020304;
 inline constexpr std::int16_t kScaledInvalid = -32768;  // a scaled copy of what is not there
 
 enum class Table : std::uint8_t { input_register, holding_register, discrete_input, coil };
 inline constexpr std::size_t kTables = 4;
-inline constexpr std::size_t kAreas = 3;
-enum class Area : std::uint8_t { box, loop, condition };  // condition: the second block of a loop
+inline constexpr std::size_t kAreas = 4;
+// condition: the second block of a loop
+enum class Area : std::uint8_t { box, loop, condition, third };
 
 const char* to_text(Table table) noexcept;
 
@@ -38,15 +40,17 @@ struct Layout {
   std::uint16_t loop_stride;           // also the size of a loop's block
   std::uint16_t first_condition = 0;   // where the first loop's second block begins; 0: none
   std::uint16_t condition_stride = 0;  // also the size of it
+  std::uint16_t first_third = 0;       // where the first loop's third block begins; 0: none
+  std::uint16_t third_stride = 0;      // also the size of it
 };
 constexpr Layout layout(Table table) noexcept {
   switch (table) {
     case Table::input_register: return {64, 64, 64, 0xE000, 8};
-    case Table::holding_register:
+    case Table::holding_register: return {32, 32, 32, 0, 0, 0x8000, 32};
     case Table::discrete_input: return {32, 32, 32};
     case Table::coil: break;
   }
-  return {16, 16, 16};
+  return {16, 16, 16, 0, 0, 0x8000, 4};
 }
 // The input registers are the first to run out of addresses, at the second blocks.
 inline constexpr std::size_t kMostLoops = (0xE000 - 64) / 64;
@@ -85,6 +89,8 @@ enum class Field : std::uint8_t {
   clients,
   first_condition,
   condition_stride,
+  first_third,
+  third_stride,
   // loop, input registers
   sequence_head,
   mode,
@@ -157,6 +163,10 @@ enum class Field : std::uint8_t {
   wanted_sp_scaled,
   wanted_output_scaled,
   shelve_minutes,
+  jacket_rate_shadow,
+  compensator,
+  compensator_shadow,
+  orders_refused,
   // coils
   acknowledge_all,
   acknowledge,
@@ -184,6 +194,22 @@ std::span<const Register> registers() noexcept;
 // Addresses that a register takes: 1, or 2 of an f32 or u32.
 std::uint16_t width(const Register& reg) noexcept;
 
+// Whether masters on the list may write it at all.
+constexpr bool writable(const Register& reg) noexcept {
+  if (reg.area == Area::third) return reg.table == Table::coil;
+  return reg.table == Table::holding_register || reg.table == Table::coil;
+}
+
+// Places of the third block that are kept for what comes: nothing else is ever put there, and until then
+// they read 0.
+struct Reserved {
+  Table table;
+  std::uint16_t offset;
+  std::uint16_t words;
+  const char* meaning;
+};
+std::span<const Reserved> reserved() noexcept;
+
 // Where a register lies for a loop; `loop` is of no account for the box's.
 constexpr std::uint32_t address(const Register& reg, std::size_t loop) noexcept {
   const Layout l = layout(reg.table);
@@ -192,6 +218,8 @@ constexpr std::uint32_t address(const Register& reg, std::size_t loop) noexcept 
       return static_cast<std::uint32_t>(l.first_loop + loop * l.loop_stride + reg.offset);
     case Area::condition:
       return static_cast<std::uint32_t>(l.first_condition + loop * l.condition_stride + reg.offset);
+    case Area::third:
+      return static_cast<std::uint32_t>(l.first_third + loop * l.third_stride + reg.offset);
     case Area::box: break;
   }
   return reg.offset;

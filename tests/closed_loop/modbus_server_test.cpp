@@ -250,6 +250,84 @@ TEST_CASE("writes are refused or accepted as configured, and end in the journal"
   }
 }
 
+TEST_CASE("an order that can't act is refused on every way in, and the journal has it as refused",
+          "[modbus_server]") {
+  Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n");
+  const auto loop = [&](const char* key) { return plant.daemon.loop("FIC-102").at(key); };
+  const auto set = [&](const std::string& arguments) {
+    return run(LOOPWARDEN_CLI " set FIC-102 --socket " +
+               (plant.daemon.folder() / "control.sock").string() + " " + arguments);
+  };
+  // mode, a reserved register, sp and output in one request; prints the exception, None if it was done.
+  const auto block = [&](int mode, double sp, double output) {
+    return run("/usr/bin/python3 -c \"import struct; from pymodbus.client import ModbusTcpClient "
+               "as C; "
+               "c = C('127.0.0.1', port=" +
+               std::to_string(plant.port) +
+               "); c.connect(); f = lambda v: list(struct.unpack('>HH', struct.pack('>f', v))); "
+               "r = c.write_registers(64, [" +
+               std::to_string(mode) + ", 0] + f(" + std::to_string(sp) + ") + f(" +
+               std::to_string(output) +
+               "), slave=1); print('exception', getattr(r, 'exception_code', None))\"")
+        .text;
+  };
+  const auto written = [&](double co) {
+    return test::eventually([&] { return std::abs(loop("co").get<double>() - co) < 1e-6; });
+  };
+  // Automatic: the controller has the output.
+  CHECK(set("--output 2.5").exit_code == 65);
+  CHECK_THAT(set("--output 2.5").text,
+             Catch::Contains("in automatic the controller has the output"));
+  CHECK_THAT(run(plant.mbpoll("-t 4:float -r 68 127.0.0.1 2.5")).text, Catch::Contains("busy"));
+  CHECK(loop("mode") == "AUTO");
+  // Mode and output together, mode first.
+  const Output both = set("--output 2.5 --mode man");
+  INFO(both.text);
+  CHECK(both.exit_code == 0);
+  CHECK_THAT(both.text, Catch::Contains("after:  mode MAN (wanted MAN)"));
+  CHECK_THAT(both.text, Catch::Contains("CO 2.5 V"));
+  CHECK(set("--sp 4").exit_code == 65);
+  CHECK(set("--sp 9.5").exit_code == 65);
+  CHECK_THAT(run(plant.mbpoll("-t 4:float -r 66 127.0.0.1 4")).text, Catch::Contains("busy"));
+  CHECK(set("--sp 4 --mode auto").exit_code == 0);
+  CHECK(loop("mode") == "AUTO");
+  CHECK(loop("sp") == 4.0);
+  // The same in one request of a master, with the set point that is in force.
+  CHECK_THAT(block(0, 6.0, 3.5), Catch::Contains("exception 6"));
+  CHECK_THAT(block(0, 4.0, 10.5), Catch::Contains("exception 3"));
+  CHECK(loop("mode") == "AUTO");
+  CHECK_THAT(block(0, 4.0, 3.5), Catch::Contains("exception None"));
+  CHECK(written(3.5));
+  CHECK_THAT(block(1, 5.5, 3.5), Catch::Contains("exception None"));
+  CHECK(test::eventually([&] { return loop("mode") == "AUTO" && loop("sp") == 5.5; }));
+
+  const auto in_journal = [&](const char* kind, const char* what, const char* after,
+                              const std::string& result) {
+    INFO(kind << " " << what << " " << after << " " << result);
+    CHECK(test::eventually([&] {
+      for (const json& line : plant.daemon.client().journal(200, "FIC-102")) {
+        if (line.at("kind") == kind && line.at("what") == what && line.at("new") == after &&
+            line.at("result").get<std::string>().rfind(result, 0) == 0 &&
+            !line.at("peer").get<std::string>().empty()) {
+          return true;
+        }
+      }
+      return false;
+    }));
+  };
+  in_journal("operator", "output", "2.5", "refused: in automatic");
+  in_journal("operator", "mode", "MAN", "done");
+  in_journal("operator", "output", "2.5", "done");
+  in_journal("operator", "set point", "4", "refused: in manual");
+  in_journal("operator", "set point", "9.5", "refused: set point must be within 0 to 9");
+  in_journal("operator", "set point", "4", "done");
+  in_journal("register", "output", "2.5", "refused: in automatic");
+  in_journal("register", "sp", "4", "refused: in manual");
+  in_journal("register", "output", "10.5", "refused: output must be within 0 to 10");
+  in_journal("register", "output", "3.5", "done");
+  in_journal("register", "sp", "5.5", "done");
+}
+
 TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an RTU slave",
           "[modbus_server]") {
   const TemporaryFolder line;
@@ -269,11 +347,13 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   INFO(write.text);
   if (writes) {
     CHECK(test::eventually([&] { return plant.daemon.loop("FIC-102").at("sp") == 4.5; }));
-    bool told = false;
-    for (const json& entry : plant.daemon.client().journal(20, "FIC-102")) {
-      told = told || (entry.at("what") == "sp" && entry.at("peer") == ours);
-    }
-    CHECK(told);
+    // Written down when the loop's answer is there.
+    CHECK(test::eventually([&] {
+      const json lines = plant.daemon.client().journal(20, "FIC-102");
+      return std::any_of(lines.begin(), lines.end(), [&](const json& entry) {
+        return entry.at("what") == "sp" && entry.at("peer") == ours;
+      });
+    }));
   } else {
     CHECK(write.text.find("Illegal function") != std::string::npos);
   }

@@ -23,7 +23,8 @@ namespace {
 
 using daemon::monitor::Monitor;
 using daemon::monitor::WatchBoard;
-using daemon::rt::OperatorCommand;
+using daemon::rt::JacketWish;
+using daemon::rt::Order;
 using hal::record::RecordRow;
 using monitor::AlarmAction;
 using monitor::AlarmKind;
@@ -125,10 +126,10 @@ class Plant {
     do {
       monitor_->round();
     } while (monitor_->status().backlog > 0);
-    OperatorCommand command;
-    while (orders_.try_pop(command)) {
+    Order order;
+    while (orders_.try_pop(order)) {
       control::ControllerSettings settings = model_.controller;
-      settings.jacket.shadow = command.kind != OperatorCommand::Kind::jacket_on;
+      settings.jacket.shadow = order.jacket != JacketWish::on;
       loop_.controller().configure(settings);
     }
   }
@@ -151,7 +152,7 @@ class Plant {
   plant::SimulatedLoop loop_;
   std::uint64_t period_ = 0;
   hal::os::SpscRing<RecordRow> cycles_{1024};
-  hal::os::SpscRing<OperatorCommand> orders_{8};
+  hal::os::SpscRing<Order> orders_{8};
   daemon::journal::Journal journal_{{.folder = folder_.path()}};
   daemon::evidence::EvidenceStore evidence_;
   WatchBoard board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {

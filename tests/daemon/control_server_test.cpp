@@ -18,7 +18,6 @@ namespace loopwarden::daemon::control_server_test {
 namespace {
 
 using nlohmann::json;
-using Kind = rt::OperatorCommand::Kind;
 
 // A loop, its historian and its control server, without a real-time thread.
 struct Bench {
@@ -32,8 +31,14 @@ struct Bench {
     loop.config.io = hal::modbus::LoopModbusSettings{};
     loop.config.recording.enabled = false;
     loop.settings = std::make_unique<CurrentSettings>(settings_of(loop.config));
-    loop.io = std::make_unique<tests::FakeLoopIo>();
     loop.channels = std::make_unique<rt::LoopChannels>(64);
+    auto io = std::make_unique<tests::FakeLoopIo>();
+    io->set_pv(50.0);
+    cycle = std::make_unique<rt::ControlCycle>(
+        0, tests::kPeriod, settings_of(loop.config),
+        rt::StartSettings{control::Mode::automatic, 50.0, control::OutputAction::go_to(40.0)},
+        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
+    loop.io = std::move(io);
     loops.push_back(std::move(loop));
     historian.start();
     journal.open();
@@ -45,11 +50,36 @@ struct Bench {
   }
 
   json ask(const std::string& line) { return json::parse(server->answer(line, 1000)); }
-  std::vector<rt::OperatorCommand> orders() {
-    std::vector<rt::OperatorCommand> taken;
-    rt::OperatorCommand command;
-    while (loops.front().channels->commands.try_pop(command)) taken.push_back(command);
+  std::vector<rt::Order> orders() {
+    std::vector<rt::Order> taken;
+    rt::Order order;
+    while (loops.front().channels->operator_orders.orders.try_pop(order)) taken.push_back(order);
     return taken;
+  }
+  // The loop's next cycles.
+  void run(int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      ++period;
+      cycle->run(
+          {.now_ns = static_cast<std::int64_t>(period) * tests::kPeriodNs, .period_index = period},
+          0, false);
+    }
+  }
+  // What became of the order that was answered so.
+  json outcome(const json& answer) {
+    return ask(
+        json{{"request", "order"}, {"loop", "FIC-101"}, {"order", answer.at("order")}}.dump());
+  }
+  // The journal's lines, oldest first, when there are as many.
+  std::vector<json> lines(std::size_t count) {
+    std::vector<json> found;
+    CHECK(test::eventually([&] {
+      const json answer = ask(R"({"request": "journal", "most": 50})");
+      found.assign(answer.at("lines").rbegin(), answer.at("lines").rend());
+      return found.size() >= count;
+    }));
+    CHECK(found.size() == count);
+    return found;
   }
   void record(std::uint64_t period, double pv) {
     loops.front().channels->records.try_push({.period_index = period, .sp = 5.0, .pv = pv});
@@ -62,6 +92,9 @@ struct Bench {
   evidence::EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
+  hal::os::SpscRing<rt::Event> events{64};
+  std::unique_ptr<rt::ControlCycle> cycle;
+  std::uint64_t period = 0;
   std::unique_ptr<ControlServer> server;
 };
 
@@ -138,10 +171,131 @@ TEST_CASE("an order reaches the loop's mailbox as it was given") {
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")
             .at("ok") == true);
   const auto orders = bench.orders();
-  REQUIRE(orders.size() == 2);
-  CHECK(orders[0].kind == Kind::set_point);
-  CHECK(orders[0].value == 42.5);
-  CHECK(orders[1].kind == Kind::automatic);
+  REQUIRE(orders.size() == 1);
+  CHECK(orders[0].set_point == 42.5);
+  CHECK(orders[0].mode == control::Mode::automatic);
+  CHECK_FALSE(orders[0].output);
+}
+
+TEST_CASE("manual and an output in one request: both, in one cycle, and both are in the journal") {
+  Bench bench;
+  bench.run(2);
+  const json sent =
+      bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 42, "mode": "man"})");
+  REQUIRE(sent.at("ok") == true);
+  CHECK(bench.outcome(sent).at("state") == "waiting");
+  bench.run(1);
+  CHECK(static_cast<tests::FakeLoopIo&>(*bench.loops.front().io).written == Approx(42.0));
+  CHECK(bench.outcome(sent).at("state") == "done");
+  const auto lines = bench.lines(2);
+  CHECK(lines[0].at("kind") == "operator");
+  CHECK(lines[0].at("peer") == "uid 1000");
+  CHECK(lines[0].at("loop") == "FIC-101");
+  CHECK(lines[0].at("what") == "mode");
+  CHECK(lines[0].at("old") == "AUTO");
+  CHECK(lines[0].at("new") == "MAN");
+  CHECK(lines[0].at("result") == "done");
+  CHECK(lines[1].at("what") == "output");
+  CHECK(lines[1].at("new") == "42");
+  CHECK(lines[1].at("result") == "done");
+  CHECK(test::eventually([&] { return bench.outcome(sent).at("on_disk") == true; }));
+}
+
+TEST_CASE(
+    "an order that can't act is refused with the reason, and stands in the journal as refused") {
+  Bench bench;
+  bench.run(2);
+  const auto refused = [&](const char* request, const char* reason) {
+    const json answer = bench.ask(request);
+    INFO(request << "\n" << answer.dump());
+    CHECK(answer.at("ok") == false);
+    CHECK_THAT(answer.at("error").get<std::string>(), Catch::Contains(reason));
+    CHECK(bench.orders().empty());
+  };
+  refused(R"({"request": "set", "loop": "FIC-101", "output": 60})",
+          "in automatic the controller has the output");
+  refused(R"({"request": "set", "loop": "FIC-101", "output": 60, "mode": "auto"})",
+          "in automatic the controller has the output");
+  refused(R"({"request": "set", "loop": "FIC-101", "set_point": 20, "mode": "man"})",
+          "in manual the set point follows PV");
+  refused(R"({"request": "set", "loop": "FIC-101", "set_point": 100.5})",
+          "set point must be within 0 to 100 (got 100.5)");
+  refused(R"({"request": "record", "loop": "FIC-101", "start": ".hidden"})", "a record's name");
+  const auto lines = bench.lines(7);
+  for (const json& line : lines) {
+    CHECK(line.at("kind") == "operator");
+    CHECK(line.at("peer") == "uid 1000");
+    CHECK_THAT(line.at("result").get<std::string>(), Catch::StartsWith("refused: "));
+  }
+  CHECK(lines[0].at("what") == "output");
+  CHECK(lines[6].at("what") == "record started");
+}
+
+TEST_CASE("the next order is judged by the mode that the one before asked for, taken or not") {
+  Bench bench;
+  bench.run(2);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "mode": "man"})").at("ok") == true);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})").at("ok") == true);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 45})").at("ok") == false);
+  bench.run(1);
+  CHECK(static_cast<tests::FakeLoopIo&>(*bench.loops.front().io).written == Approx(45.0));
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 46})").at("ok") == true);
+}
+
+TEST_CASE(
+    "an order that was let in and can't act when the loop takes it is not lost without a word") {
+  Bench bench;
+  bench.run(2);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "mode": "man"})").at("ok") == true);
+  bench.run(1);
+  const json sent = bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})");
+  CHECK(sent.at("ok") == true);
+  // A master is faster.
+  bench.loops.front().channels->master_orders.orders.try_push({.mode = control::Mode::automatic});
+  bench.run(1);
+  const json outcome = bench.outcome(sent);
+  CHECK(outcome.at("state") == "refused");
+  CHECK_THAT(outcome.at("why").get<std::string>(), Catch::Contains("in automatic"));
+  CHECK_THAT(bench.lines(2)[1].at("result").get<std::string>(), Catch::StartsWith("refused: "));
+  CHECK(bench.ask(R"({"request": "status"})").at("loops")[0].at("orders_refused") == 1);
+}
+
+TEST_CASE("an order that no cycle takes is in the journal when the daemon ends") {
+  Bench bench;
+  bench.run(2);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 45})").at("ok") == true);
+  bench.server->stop();
+  CHECK_THAT(bench.lines(1)[0].at("result").get<std::string>(), Catch::StartsWith("not taken"));
+}
+
+TEST_CASE("a record that is started and stopped is in the journal with its file") {
+  Bench bench;
+  const json file =
+      bench.ask(R"({"request": "record", "loop": "FIC-101", "start": "trial"})").at("file");
+  bench.ask(R"({"request": "record", "loop": "FIC-101", "stop": true})");
+  const auto lines = bench.lines(2);
+  CHECK(lines[0].at("what") == "record started");
+  CHECK(lines[0].at("new") == file);
+  CHECK(lines[0].at("peer") == "uid 1000");
+  CHECK(lines[1].at("what") == "record stopped");
+}
+
+TEST_CASE("what jacket and compensator do stands in two places of the status, with a unit each") {
+  Bench bench;
+  bench.loops.front().channels->records.try_push({.period_index = 1,
+                                                  .jacket_rate = 0.5F,
+                                                  .compensator = 2.0F,
+                                                  .flags = hal::record::kCompensatorActs});
+  hal::record::RecordRow row;
+  REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
+  const json loop = bench.ask(R"({"request": "status"})").at("loops")[0];
+  CHECK(loop.at("jacket").at("rate") == 0.5);
+  CHECK(loop.at("jacket").at("acting") == false);
+  CHECK(loop.at("compensator").at("added") == 2.0);
+  CHECK(loop.at("compensator").at("acting") == true);
+  const json trend = bench.ask(R"({"request": "trend", "loop": "FIC-101"})");
+  CHECK(trend.at("jacket")[0] == 0.5);
+  CHECK(trend.at("compensator")[0] == 2.0);
 }
 
 TEST_CASE("on hardware the paper form of the jacket can't be switched on") {
@@ -240,15 +394,15 @@ TEST_CASE(
       Catch::Contains("another daemon"));
 }
 
-TEST_CASE("an order of several parts is taken whole or not at all") {
+TEST_CASE("orders beyond the room of the mailbox are refused, and taken again after a cycle") {
   Bench bench;
-  auto& mailbox = bench.loops.front().channels->commands;
-  while (mailbox.room() > 1) mailbox.try_push({Kind::set_point, 1.0});
-  const json reply =
-      bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5, "mode": "auto"})");
-  CHECK(reply["ok"] == false);
-  CHECK(mailbox.room() == 1);
-  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5})")["ok"] == true);
+  const auto set = [&] {
+    return bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5, "mode": "auto"})");
+  };
+  for (std::size_t i = 0; i < rt::OrderBox::kRoom; ++i) CHECK(set().at("ok") == true);
+  CHECK_THAT(set().at("error").get<std::string>(), Catch::Contains("too many commands"));
+  bench.run(1);
+  CHECK(set().at("ok") == true);
 }
 
 TEST_CASE(

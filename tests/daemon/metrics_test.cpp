@@ -42,6 +42,9 @@ json status() {
                {"stick_percent", nullptr},
                {"windows", 12},
                {"condition", {{"valve", 37.5}, {"environment", nullptr}}}}},
+             {"jacket", {{"form", "bounded"}, {"rate", 0.25}}},
+             {"compensator", {{"kind", "knocker"}, {"added", -0.5}}},
+             {"orders_refused", 2},
              {"io", {{"connected", false}, {"timeouts", 7}}},
              {"recording", {{"dropped", 3}, {"queue_dropped", 7}}}}}}};
 }
@@ -64,6 +67,9 @@ TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
   has("loopwarden_fault{" + loop + ",fault=\"bad PV\"} 1");
   has("loopwarden_automatic{" + loop + "} 0");
   has("loopwarden_set_point{" + loop + "} 5.5");
+  has("loopwarden_jacket_rate{" + loop + "} 0.25");
+  has("loopwarden_compensator_added{" + loop + "} -0.5");
+  has("loopwarden_orders_refused_total{" + loop + "} 2");
   has("loopwarden_bus_timeouts_total{" + loop + "} 7");
   has("loopwarden_bus_connected{" + loop + "} 0");
   has("loopwarden_alarm_active{" + loop + ",alarm=\"stiction\"} 1");

@@ -17,6 +17,7 @@
 
 #include "hal/record/record_csv.hpp"
 #include "hal/record/segment_export.hpp"
+#include "hal/record/segment_format.hpp"
 #include "hal/record/segment_reader.hpp"
 
 namespace {
@@ -34,7 +35,7 @@ void check_parse(std::span<const char> bytes) {
   try {
     const Segment segment = parse_segment(bytes, "input");
     require(kSegmentHeaderBytes + segment.torn_bytes +
-                    (segment.rows.size() + segment.damaged_rows) * kSegmentRowBytes ==
+                    (segment.rows.size() + segment.damaged_rows) * decode_header(bytes).row_bytes ==
                 bytes.size(),
             "every byte is accounted for");
   } catch (const RecordError& error) {

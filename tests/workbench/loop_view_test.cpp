@@ -74,6 +74,21 @@ TEST_CASE("a loop whose oscillation index is below 1 does not oscillate", "[work
   CHECK(loop_details(quiet)[0].find("does not oscillate") != std::string::npos);
 }
 
+TEST_CASE("a compensator is shown with what it adds, apart from the jacket", "[workbench][top]") {
+  json one = loop("FIC-101");
+  one["fault"] = "none";
+  one["co_unit"] = "V";
+  one["jacket"] = {{"form", "off"}, {"acting", false}, {"rate", 0.0}};
+  one["compensator"] = {{"kind", "knocker"}, {"acting", true}, {"added", -0.25}};
+  const auto shown = [&] { return loop_table({{"loops", {one}}}, 0).back(); };
+  CHECK(shown().find("knocker adds -0.25 V") != std::string::npos);
+  CHECK(shown().find("jacket") == std::string::npos);
+  one["compensator"]["acting"] = false;
+  CHECK(shown().find("knocker idle") != std::string::npos);
+  one["compensator"]["kind"] = "none";
+  CHECK(shown().find("idle") == std::string::npos);
+}
+
 TEST_CASE("a loop is found by its name, and only by that", "[workbench][top]") {
   const json status{{"loops", {loop("FIC-101"), loop("FIC-102")}}};
   CHECK(loop_index(status, "FIC-101") == 0);

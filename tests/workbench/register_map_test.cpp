@@ -72,6 +72,9 @@ TEST_CASE("an address is written as each master counts", "[register_map]") {
         std::string::npos);
   // Node-red fetches the second blocks as well.
   CHECK(map_node_red(options).find(R"("adr": 57352)") != std::string::npos);
+  CHECK(map_node_red(options).find(R"("adr": 32800)") != std::string::npos);
+  CHECK(map_csv(options).find("holding register,32804,432805,FIC-102,compensator,f32,2,1,CO,r,") !=
+        std::string::npos);
   CHECK(map_ignition(options).find("FIC-102.pv,[loopwarden]7.IRF137,1,PV") != std::string::npos);
   CHECK(map_telegraf(options).find(
             R"({ name = "FIC_102_pv", byte_order = "ABCD", )"

@@ -30,6 +30,7 @@ class FakePlant final : public daemon::gateway::Plant {
       reading.row.requested_mode = 1;
       reading.row.pv_quality = 0xC0;
       reading.set_point_wanted = 60.0;
+      reading.standing = {.mode = control::Mode::automatic, .output_known = true};
       readings.push_back(reading);
     }
     box_reading.utc_ms = 1'800'000'000'123;
@@ -43,10 +44,18 @@ class FakePlant final : public daemon::gateway::Plant {
     return readings[loop];
   }
   daemon::gateway::BoxReading box() override { return box_reading; }
-  std::size_t room_for_commands(std::size_t) override { return room; }
-  void order(std::size_t loop, const daemon::rt::OperatorCommand& command) override {
-    orders.emplace_back(loop, command);
+  bool has_room_for_order(std::size_t) override { return room; }
+  // Every cycle takes every order.
+  void order(std::size_t loop, const daemon::rt::Order& order,
+             std::vector<daemon::journal::JournalEntry> of_order) override {
+    orders.emplace_back(loop, order);
+    for (daemon::journal::JournalEntry& line : of_order) {
+      line.result = "done";
+      lines.push_back(std::move(line));
+    }
   }
+  bool collect_answers() override { return false; }
+  void close_orders() override {}
   daemon::monitor::OrderResult act(std::size_t loop,
                                    const daemon::monitor::AlarmOrder& order) override {
     actions.emplace_back(loop, order);
@@ -61,9 +70,9 @@ class FakePlant final : public daemon::gateway::Plant {
 
   std::vector<daemon::gateway::LoopReading> readings;
   daemon::gateway::BoxReading box_reading;
-  std::size_t room = 32;
+  bool room = true;
   std::size_t reads = 0;
-  std::vector<std::pair<std::size_t, daemon::rt::OperatorCommand>> orders;
+  std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
   std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;
   std::vector<std::pair<std::size_t, bool>> vetoes;
   std::vector<daemon::journal::JournalEntry> lines;

@@ -17,7 +17,6 @@ namespace {
 namespace map = hal::register_map;
 using hal::modbus::ByteOrder;
 using map::Table;
-using Kind = rt::OperatorCommand::Kind;
 using Words = std::vector<std::uint16_t>;
 using model_kind = loopwarden::monitor::AlarmKind;
 
@@ -194,7 +193,8 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
 
 TEST_CASE("reserved registers read 0, what is outside the map is refused", "[gateway][map]") {
   Bench bench(1);
-  CHECK(bench.read(Table::input_register, 41, 23) == Words(23, 0));
+  CHECK(bench.read(Table::input_register, 41, 2) == Words{32768, 32});
+  CHECK(bench.read(Table::input_register, 43, 21) == Words(21, 0));
   Words words(2);
   CHECK(bench.bank.read(Table::input_register, 128, words) == Exception::illegal_address);
   CHECK(bench.bank.read(Table::input_register, 127, words) == Exception::illegal_address);
@@ -211,8 +211,7 @@ TEST_CASE("orders reach the loop, and the journal names peer, old and new value"
   CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
   REQUIRE(bench.plant.orders.size() == 1);
   CHECK(bench.plant.orders[0].first == 1);
-  CHECK(bench.plant.orders[0].second.kind == Kind::set_point);
-  CHECK(bench.plant.orders[0].second.value == 55.5);
+  CHECK(bench.plant.orders[0].second.set_point == 55.5);
   REQUIRE(bench.plant.lines.size() == 1);
   CHECK(bench.plant.lines[0].peer == "10.0.0.7:1000");
   CHECK(bench.plant.lines[0].loop == "FIC-101");
@@ -222,26 +221,162 @@ TEST_CASE("orders reach the loop, and the journal names peer, old and new value"
   CHECK(bench.plant.lines[0].result == "done");
 
   const auto last = [&] { return bench.plant.orders.back().second; };
-  CHECK(bench.write("mode", {0}) == Exception::none);
-  CHECK(last().kind == Kind::manual);
-  CHECK(bench.write("mode", {1}) == Exception::none);
-  CHECK(last().kind == Kind::automatic);
-  CHECK(bench.write("output", Bench::words_of(12.5F)) == Exception::none);
-  CHECK(last().kind == Kind::output);
-  CHECK(last().value == 12.5);
   CHECK(bench.write("sp_scaled", {2000}) == Exception::none);
-  CHECK(last().kind == Kind::set_point);
-  CHECK(last().value == Approx(20.0));
+  CHECK(*last().set_point == Approx(20.0));
   CHECK(bench.plant.lines.back().old_value == "60");
+  CHECK(bench.write("mode", {0}) == Exception::none);
+  CHECK(last().mode == control::Mode::manual);
+  CHECK(bench.write("mode", {1}) == Exception::none);
+  CHECK(last().mode == control::Mode::automatic);
+  bench.plant.readings[0].standing.mode = control::Mode::manual;
+  CHECK(bench.write("output", Bench::words_of(12.5F)) == Exception::none);
+  CHECK(last().output == 12.5);
   CHECK(bench.write("output_scaled", {1000}) == Exception::none);
-  CHECK(last().kind == Kind::output);
-  CHECK(last().value == Approx(10.0));
+  CHECK(*last().output == Approx(10.0));
   CHECK(bench.write("kp", Bench::words_of(0.25F)) == Exception::none);
-  CHECK(last().kind == Kind::kp);
+  CHECK(last().kp == 0.25);
   CHECK(bench.write("ki", Bench::words_of(0.5F)) == Exception::none);
-  CHECK(last().kind == Kind::ki);
+  CHECK(last().ki == 0.5);
   CHECK(bench.write("kd", Bench::words_of(0.0F)) == Exception::none);
-  CHECK(last().kind == Kind::kd);
+  CHECK(last().kd == 0.0);
+}
+
+TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "[gateway][map]") {
+  Bench bench;
+  rt::Standing& standing = bench.plant.readings[0].standing;
+  const auto refused = [&](const char* reason) {
+    CHECK(bench.plant.orders.empty());
+    REQUIRE_FALSE(bench.plant.lines.empty());
+    CHECK_THAT(bench.plant.lines.back().result, Catch::StartsWith("refused: "));
+    CHECK_THAT(bench.plant.lines.back().result, Catch::Contains(reason));
+  };
+  SECTION("an output in automatic") {
+    CHECK(bench.write("output", Bench::words_of(12.5F)) == Exception::busy);
+    refused("in automatic the controller has the output");
+    CHECK(bench.write("output_scaled", {1250}) == Exception::busy);
+    refused("in automatic the controller has the output");
+    // What can't be is said before what can't be now.
+    CHECK(bench.write("output", Bench::words_of(100.5F)) == Exception::illegal_value);
+    refused("output must be within 0 to 100 (got 100.5)");
+  }
+  SECTION("an output while a fault's action has it") {
+    standing = {.mode = control::Mode::manual, .output_known = true, .output_in_fault = true};
+    CHECK(bench.write("output", Bench::words_of(12.5F)) == Exception::busy);
+    refused("fault");
+  }
+  SECTION("a set point that follows PV in manual") {
+    standing.mode = control::Mode::manual;
+    CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::busy);
+    refused("follows PV");
+    bench.plant.readings[0].settings.controller.set_point_tracks_in_manual = false;
+    CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::none);
+  }
+  SECTION("automatic while it is not known where the output stands") {
+    standing = {.mode = control::Mode::manual, .output_known = false};
+    CHECK(bench.write("mode", {1}) == Exception::busy);
+    refused("not known");
+  }
+  SECTION("too many orders at once") {
+    bench.plant.room = false;
+    CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::busy);
+    refused("too many commands at once");
+  }
+}
+
+TEST_CASE("the value in force can be written in any mode, and does nothing where it can't act",
+          "[gateway][map]") {
+  Bench bench;
+  CHECK(bench.write("output", Bench::words_of(25.0F)) == Exception::none);
+  CHECK(bench.write("output_scaled", {2500}) == Exception::none);
+  CHECK(bench.plant.orders.empty());
+  REQUIRE(bench.plant.lines.size() == 2);
+  CHECK(bench.plant.lines[0].result == "in force already");
+  bench.plant.readings[0].standing.mode = control::Mode::manual;
+  CHECK(bench.write("sp", Bench::words_of(60.0F)) == Exception::none);
+  CHECK(bench.plant.orders.empty());
+  CHECK(bench.write("sp", Bench::words_of(60.5F)) == Exception::busy);
+}
+
+TEST_CASE("one request that writes mode and output is judged by the mode that it asks for",
+          "[gateway][map]") {
+  Bench bench;
+  const auto block = [](std::uint16_t mode, std::uint16_t gap, float sp, float output) {
+    Words words{mode, gap};
+    for (const float value : {sp, output}) {
+      const Words two = Bench::words_of(value);
+      words.insert(words.end(), two.begin(), two.end());
+    }
+    return words;
+  };
+  SECTION("manual, with the set point that is in force, and an output") {
+    CHECK(bench.write("mode", block(0, 0, 60.0F, 30.0F)) == Exception::none);
+    REQUIRE(bench.plant.orders.size() == 1);
+    const rt::Order& order = bench.plant.orders[0].second;
+    CHECK(order.mode == control::Mode::manual);
+    CHECK(order.output == 30.0);
+    CHECK_FALSE(order.set_point);
+    REQUIRE(bench.plant.lines.size() == 3);
+    CHECK(bench.plant.lines[0].what == "sp");
+    CHECK(bench.plant.lines[0].result == "in force already");
+  }
+  SECTION("manual, with a set point that would follow PV: nothing of it") {
+    CHECK(bench.write("mode", block(0, 0, 55.0F, 30.0F)) == Exception::busy);
+    CHECK(bench.plant.orders.empty());
+    CHECK(bench.plant.lines.size() == 3);
+  }
+  SECTION("automatic from manual, with a set point and the output that stands") {
+    bench.plant.readings[0].standing.mode = control::Mode::manual;
+    CHECK(bench.write("mode", block(1, 0, 55.0F, 25.0F)) == Exception::none);
+    REQUIRE(bench.plant.orders.size() == 1);
+    CHECK(bench.plant.orders[0].second.mode == control::Mode::automatic);
+    CHECK(bench.plant.orders[0].second.set_point == 55.0);
+    CHECK_FALSE(bench.plant.orders[0].second.output);
+  }
+  SECTION("automatic, with another output: nothing of it") {
+    CHECK(bench.write("mode", block(1, 0, 55.0F, 30.0F)) == Exception::busy);
+    CHECK(bench.plant.orders.empty());
+  }
+  SECTION("the gap between two fields takes the 0 that it reads, nothing else, and not at an end") {
+    CHECK(bench.write("mode", block(0, 1, 60.0F, 30.0F)) == Exception::illegal_address);
+    CHECK(bench.write("mode", {0, 0}) == Exception::illegal_address);
+    CHECK(bench.bank.write(Table::holding_register, 33, Words{0, 0x4270, 0}, kMaster) ==
+          Exception::illegal_address);
+    CHECK(bench.plant.orders.empty());
+  }
+}
+
+TEST_CASE("jacket and compensator have registers of their own, in a block that can't be written",
+          "[gateway][map]") {
+  Bench bench;
+  hal::record::RecordRow& row = bench.plant.readings[1].row;
+  row.jacket_rate = -0.25F;
+  row.jacket_rate_shadow = -0.5F;
+  row.compensator = 1.5F;
+  row.compensator_shadow = 2.0F;
+  row.flags = hal::record::kCompensatorActs;
+  bench.plant.readings[1].orders_refused = 7;
+  const Words block = bench.read(Table::holding_register, 32768 + 32, 32);
+  const auto value = [&](std::size_t at) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(block[at]) << 16 | block[at + 1]);
+  };
+  CHECK(value(0) == -0.25F);
+  CHECK(value(2) == -0.5F);
+  CHECK(value(4) == 1.5F);
+  CHECK(value(6) == 2.0F);
+  CHECK(block[8] == 7);
+  CHECK(Words(block.begin() + 9, block.end()) == Words(23, 0));
+  // The old register is the jacket's alone.
+  CHECK(bench.number("jacket_rate", 1) == -0.25F);
+  CHECK((bench.word("loop_bits", 1) & (16U | 64U)) == 64U);
+  CHECK(bench.read(Table::coil, 32768, 8) == Words(8, 0));
+  for (const std::uint16_t address : {32768, 32768 + 10}) {
+    CHECK(bench.bank.write(Table::holding_register, address, Words{0, 0}, kMaster) ==
+          Exception::illegal_address);
+  }
+  CHECK(bench.bank.write(Table::coil, 32768, Words{1}, kMaster) == Exception::illegal_address);
+  Words beyond(1);
+  CHECK(bench.bank.read(Table::holding_register, 32768 + 64, beyond) == Exception::illegal_address);
+  CHECK(bench.bank.read(Table::coil, 32768 + 8, beyond) == Exception::illegal_address);
 }
 
 TEST_CASE("what is out of its limits, half, or no number is refused and changes nothing",
@@ -277,8 +412,9 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
   gains.insert(gains.end(), ki.begin(), ki.end());
   SECTION("all are in order") {
     CHECK(bench.write("kp", gains) == Exception::none);
-    REQUIRE(bench.plant.orders.size() == 2);
-    CHECK(bench.plant.orders[1].second.kind == Kind::ki);
+    REQUIRE(bench.plant.orders.size() == 1);
+    CHECK(bench.plant.orders[0].second.kp == 0.5);
+    CHECK(*bench.plant.orders[0].second.ki == Approx(0.1));
   }
   SECTION("one is not") {
     gains.insert(gains.end(), kd.begin(), kd.end());
@@ -286,7 +422,7 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
     CHECK(bench.plant.orders.empty());
   }
   SECTION("the mailbox has no room for all") {
-    bench.plant.room = 1;
+    bench.plant.room = false;
     CHECK(bench.write("kp", gains) == Exception::busy);
     CHECK(bench.plant.orders.empty());
     CHECK(bench.plant.lines.size() == 2);

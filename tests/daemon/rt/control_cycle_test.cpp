@@ -15,7 +15,9 @@ using control::Fault;
 using control::Mode;
 using control::OutputAction;
 using daemon::rt::EventCode;
-using Kind = daemon::rt::OperatorCommand::Kind;
+using daemon::rt::JacketWish;
+using daemon::rt::Order;
+using daemon::rt::Refusal;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -65,16 +67,16 @@ TEST_CASE(
   loop.run(10);
   CHECK(loop.mode() == Mode::manual);
   CHECK_FALSE(loop.io.last.write);
-  loop.order(Kind::automatic);
+  loop.order({.mode = Mode::automatic});
   loop.run(1);
   CHECK(loop.mode() == Mode::manual);
   const auto events = loop.take_events();
   CHECK(std::any_of(events.begin(), events.end(),
-                    [](const auto& e) { return e.code == EventCode::command_refused; }));
-  loop.order(Kind::output, 30.0);
+                    [](const auto& e) { return e.code == EventCode::order_refused; }));
+  loop.order({.output = 30.0});
   loop.run(1);
   CHECK(loop.io.written == Approx(30.0));
-  loop.order(Kind::automatic);
+  loop.order({.mode = Mode::automatic});
   loop.run(1);
   CHECK(loop.mode() == Mode::automatic);
 }
@@ -144,12 +146,12 @@ TEST_CASE("with recovery to manual the loop waits for the operator") {
 
 TEST_CASE("in manual a dead transmitter leaves the valve in the operator's hands") {
   Loop loop;
-  loop.order(Kind::manual);
+  loop.order({.mode = Mode::manual});
   loop.run(3);
   loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::sensor_failure);
   loop.run(30);
   CHECK(loop.fault() == Fault::none);
-  loop.order(Kind::output, 45.0);
+  loop.order({.output = 45.0});
   loop.run(1);
   CHECK(loop.io.written == Approx(45.0));
   CHECK(std::isfinite(loop.row.sp));
@@ -308,10 +310,10 @@ TEST_CASE("every output ever written lies inside the limits and within the rate"
     if (dice < 5) loop.io.set_pv(dice * 30.0 - 20.0);
     if (dice == 20) loop.io.set_pv(kNaN);
     if (dice == 30) loop.io.set_pv(40.0, hal::Quality::bad, hal::Reason::link_lost);
-    if (dice == 40) loop.order(Kind::set_point, (i % 11) * 10.0);
-    if (dice == 50) loop.order(Kind::manual);
-    if (dice == 51) loop.order(Kind::output, (i % 13) * 20.0 - 50.0);
-    if (dice == 60) loop.order(Kind::automatic);
+    if (dice == 40) loop.order({.set_point = (i % 11) * 10.0});
+    if (dice == 50) loop.order({.mode = Mode::manual});
+    if (dice == 51) loop.order({.output = (i % 13) * 20.0 - 50.0});
+    if (dice == 60) loop.order({.mode = Mode::automatic});
     loop.io.inputs.enable = dice > 90 ? hal::Enable::open : hal::Enable::closed;
     loop.run(1);
     REQUIRE(loop.io.last.output >= 0.0);
@@ -357,17 +359,17 @@ TEST_CASE("the jacket of the paper form acts only where that is allowed") {
   loop.run(5);
   loop.io.set_read_back(28.0);  // the stem does not follow
   loop.run(1);
-  CHECK(loop.row.jacket == 0.0F);
-  CHECK(loop.row.jacket_shadow != 0.0F);
-  loop.order(Kind::jacket_on);
+  CHECK(loop.row.jacket_rate == 0.0F);
+  CHECK(loop.row.jacket_rate_shadow != 0.0F);
+  loop.order({.jacket = JacketWish::on});
   loop.run(2);
-  CHECK(loop.row.jacket == 0.0F);
+  CHECK(loop.row.jacket_rate == 0.0F);
 
   settings.jacket_may_act = true;
   loop.channels.settings.publish(settings);
-  loop.order(Kind::jacket_on);
+  loop.order({.jacket = JacketWish::on});
   loop.run(2);
-  CHECK(loop.row.jacket != 0.0F);
+  CHECK(loop.row.jacket_rate != 0.0F);
 }
 
 TEST_CASE("an uncertain PV counts as bad unless the configuration says otherwise") {
@@ -390,6 +392,137 @@ TEST_CASE("a full ring of records costs records, never a cycle") {
   }
   CHECK(loop.io.commands == 5000);
   CHECK(loop.channels.records.dropped() == 5000 - loop.channels.records.capacity());
+}
+
+TEST_CASE("manual and an output of one order take effect together, from automatic") {
+  Loop loop;
+  loop.run(5);
+  loop.order({.mode = Mode::manual, .output = 42.0});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+  CHECK(loop.mode() == Mode::manual);
+  CHECK(loop.io.written == Approx(42.0));
+}
+
+TEST_CASE("automatic and a set point of one order take effect together, from manual") {
+  Loop loop;
+  loop.order({.mode = Mode::manual});
+  loop.run(5);
+  loop.order({.mode = Mode::automatic, .set_point = 60.0});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+  CHECK(loop.mode() == Mode::automatic);
+  CHECK(loop.row.sp == 60.0);
+}
+
+TEST_CASE("an order that can't act is refused as a whole, and reported") {
+  auto settings = plain_settings();
+  settings.safety.recovery = control::Recovery::manual;
+  Loop loop(settings);
+  loop.run(5);
+  loop.take_events();
+  const auto refused = [&](const Order& order, Refusal why) {
+    const double output = loop.io.written;
+    const std::uint32_t before = loop.channels.orders_refused.load();
+    loop.order(order);
+    loop.run(1);
+    CHECK(loop.answer() == why);
+    CHECK(loop.io.written == output);
+    CHECK(loop.channels.orders_refused.load() == before + 1);
+    const auto events = loop.take_events();
+    CHECK(std::any_of(events.begin(), events.end(), [&](const auto& e) {
+      return e.code == EventCode::order_refused && e.a == static_cast<std::uint8_t>(why);
+    }));
+  };
+  refused({.output = 60.0}, Refusal::output_in_automatic);
+  refused({.mode = Mode::automatic, .output = 60.0}, Refusal::output_in_automatic);
+  refused({.set_point = 100.5}, Refusal::set_point_out_of_limits);
+  refused({.kp = kNaN}, Refusal::gain_out_of_limits);
+  refused({.jacket = JacketWish::on}, Refusal::no_jacket);
+  CHECK(loop.row.sp == 50.0);
+  // Nothing of an order is done where a part of it can't be.
+  refused({.mode = Mode::manual, .output = 100.5}, Refusal::output_out_of_limits);
+  CHECK(loop.mode() == Mode::automatic);
+  refused({.mode = Mode::manual, .set_point = 20.0}, Refusal::set_point_tracks);
+  CHECK(loop.mode() == Mode::automatic);
+
+  loop.order({.mode = Mode::manual});
+  loop.run(1);
+  refused({.set_point = 20.0}, Refusal::set_point_tracks);
+  // While a fault's action has the output, an order for it would be forgotten when the fault is over.
+  loop.io.inputs.enable = hal::Enable::open;
+  loop.run(30);
+  REQUIRE(loop.fault() == Fault::enable_open);
+  refused({.output = 60.0}, Refusal::output_in_fault);
+  refused({.mode = Mode::automatic}, Refusal::manual_after_fault);
+}
+
+TEST_CASE("what is asked for and is so already is no offence") {
+  Loop loop;
+  loop.run(5);
+  loop.io.set_read_back(40.0);
+  loop.run(2);
+  loop.io.inputs.output_ok = false;  // where the output stands is not known any more
+  loop.run(3);
+  loop.order({.mode = Mode::automatic, .set_point = 55.0});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+  CHECK(loop.channels.set_point_wanted.load() == 55.0);
+}
+
+TEST_CASE("in one cycle the operator has the last word, then the master, then the monitor") {
+  auto settings = plain_settings();
+  settings.controller.jacket.form = control::JacketForm::bounded;
+  settings.controller.set_point_tracks_in_manual = false;
+  Loop loop(settings);
+  loop.run(5);
+  // As if all had come in another order.
+  loop.channels.operator_orders.orders.try_push({.jacket = JacketWish::off, .set_point = 61.0});
+  loop.channels.master_orders.orders.try_push({.mode = Mode::manual, .set_point = 62.0});
+  loop.channels.monitor_orders.try_push({.jacket = JacketWish::on});
+  loop.run(1);
+  CHECK(loop.mode() == Mode::manual);
+  CHECK(loop.channels.set_point_wanted.load() == 61.0);
+  CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
+  // The master has taken the output from the operator's order by then, or given it to him.
+  loop.channels.operator_orders.orders.try_push({.output = 45.0});
+  loop.channels.master_orders.orders.try_push({.mode = Mode::automatic});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::output_in_automatic);
+  CHECK(loop.mode() == Mode::automatic);
+  loop.channels.operator_orders.orders.try_push({.output = 45.0});
+  loop.channels.master_orders.orders.try_push({.mode = Mode::manual});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+  CHECK(loop.io.written == Approx(45.0));
+}
+
+TEST_CASE("what the next order will find is told before the answer to the one before") {
+  Loop loop;
+  loop.run(1);
+  const auto standing = [&] { return daemon::rt::unpacked(loop.channels.standing.load()); };
+  CHECK(standing() == daemon::rt::Standing{.mode = Mode::automatic, .output_known = true});
+  loop.order({.mode = Mode::manual});
+  loop.run(1);
+  CHECK(standing().mode == Mode::manual);
+  loop.io.inputs.enable = hal::Enable::open;
+  loop.run(1);
+  CHECK(standing().output_in_fault);
+}
+
+TEST_CASE("the jacket's rate and what a compensator adds are recorded apart") {
+  auto settings = plain_settings();
+  settings.controller.compensator = {
+      .kind = control::CompensatorKind::reinforcement, .limit = 5.0, .amplitude = 1.5};
+  Loop loop(settings);
+  loop.io.set_pv(45.0);  // CO moves
+  loop.run(20);
+  CHECK(std::abs(loop.row.compensator) == 1.5F);
+  CHECK(std::abs(loop.row.compensator_shadow) == 1.5F);
+  CHECK(loop.row.jacket_rate == 0.0F);
+  CHECK(loop.row.jacket_rate_shadow == 0.0F);
+  CHECK((loop.row.flags & hal::record::kCompensatorActs) != 0);
+  CHECK((loop.row.flags & hal::record::kJacketActs) == 0);
 }
 
 }  // namespace

@@ -59,8 +59,16 @@ class Loop {
   }
   control::Fault fault() const { return static_cast<control::Fault>(row.fault); }
   control::Mode mode() const { return static_cast<control::Mode>(row.mode); }
-  bool order(daemon::rt::OperatorCommand::Kind kind, double value = 0.0) {
-    return channels.commands.try_push({kind, value});
+  // As the operator; `answer()` tells what became of it.
+  bool order(const daemon::rt::Order& order) {
+    return channels.operator_orders.orders.try_push(order);
+  }
+  // The newest one that there is.
+  daemon::rt::Refusal answer() {
+    daemon::rt::OrderAnswer answer;
+    while (channels.operator_orders.answers.try_pop(answer)) {
+    }
+    return answer.refusal;
   }
   std::vector<daemon::rt::Event> take_events() {
     std::vector<daemon::rt::Event> taken;

@@ -83,7 +83,8 @@ TEST_CASE("cycles on the simulated backend, through faults and orders, neither a
     for (std::uint64_t k = 1; k <= 2000; ++k) {
       if (k % 300 == 0) channels.settings.publish(settings);
       if (k % 200 == 0)
-        channels.commands.try_push({daemon::rt::OperatorCommand::Kind::set_point, 4.0});
+        channels.operator_orders.orders.try_push(
+            {.mode = control::Mode::automatic, .set_point = 4.0});
       cycle.run({.now_ns = static_cast<std::int64_t>(k) * kPeriodNs, .period_index = k}, 0,
                 k > 1900);
     }

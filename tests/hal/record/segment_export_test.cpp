@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "hal/record/record_csv.hpp"
@@ -69,11 +71,11 @@ TEST_CASE("segments of one run become one record") {
   CHECK(record.co[0] == 40.0);
   CHECK(record.missing_pv == 1);
   CHECK(record.missing_stem == 5);
-  CHECK_THAT(
-      read_file(result.records[0].path),
-      Catch::StartsWith("time,pv,sp,co,stem,calculated,jacket,jacket_shadow,mode,"
-                        "requested_mode,fault,pv_quality,pv_reason,flags,jacket_form,age_ms\n"
-                        "0,0,5,40,,0.1,0,0,2,0,0,0,0,0,0,0\n"));
+  CHECK_THAT(read_file(result.records[0].path),
+             Catch::StartsWith(
+                 "time,pv,sp,co,stem,calculated,jacket,jacket_shadow,mode,"
+                 "requested_mode,fault,pv_quality,pv_reason,flags,jacket_form,age_ms,compensator,"
+                 "compensator_shadow\n0,0,5,40,,0.1,0,0,2,0,0,0,0,0,0,0,0,0\n"));
 }
 
 TEST_CASE("a short gap becomes rows with empty cells, a long one ends the file") {
@@ -148,6 +150,32 @@ TEST_CASE("no segments, no records; no place to write, an error") {
   CHECK(export_csv(folder / "absent", folder / "out").records.empty());
   write_file(folder / "file", "x");
   CHECK_THROWS_AS(export_csv(folder / "absent", folder / "file" / "out"), RecordError);
+}
+
+TEST_CASE(
+    "old and new segments of a folder become one record, in the columns that it had and two more") {
+  const fs::path data = LOOPWARDEN_SOURCE_DIR "/tests/hal/record/data/version-1/jacket";
+  const TemporaryFolder folder;
+  const ExportResult result = export_csv(data, folder / "out");
+  REQUIRE(result.records.size() == 1);
+  CHECK(result.unreadable.empty());
+  // What the program of that time made of it.
+  std::istringstream then(read_file(data / "exported.csv"));
+  std::istringstream now(read_file(result.records[0].path));
+  std::string old_line;
+  std::string line;
+  std::size_t rows = 0;
+  for (; std::getline(then, old_line); ++rows) {
+    REQUIRE(std::getline(now, line));
+    CHECK(line == old_line + (rows == 0 ? ",compensator,compensator_shadow" : ",0,0"));
+  }
+  CHECK(rows == 41);
+
+  // The daemon of today goes on in the same folder.
+  fs::create_directories(folder / "in");
+  fs::copy_file(data / "0000000001.lwseg", folder / "in" / "0000000001.lwseg");
+  add_segment(folder / "in", 2, 2, {0, 1});
+  CHECK(export_csv(folder / "in", folder / "both").records.size() == 2);
 }
 
 }  // namespace segment_export_test

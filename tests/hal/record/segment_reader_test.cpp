@@ -126,4 +126,37 @@ TEST_CASE("a segment that is gone when it is read is an error of the disk") {
   }
 }
 
+TEST_CASE(
+    "segments of version 1 are read: one pair of columns to the jacket or to the compensator") {
+  const fs::path folder = LOOPWARDEN_SOURCE_DIR "/tests/hal/record/data/version-1";
+  const Segment jacket = read_segment(folder / "jacket" / "0000000001.lwseg");
+  CHECK(jacket.header.loop == "FIC-101");
+  REQUIRE(jacket.rows.size() == 40);
+  CHECK(jacket.damaged_rows == 0);
+  CHECK(jacket.torn_bytes == 0);
+  CHECK(jacket.rows[39].sp == 5.0);
+  CHECK(jacket.rows[39].co == 3.6572265625);
+  CHECK(jacket.rows[39].jacket_rate == -0.020023234F);
+  CHECK(jacket.rows[39].jacket_rate_shadow == -0.020023234F);
+  CHECK((jacket.rows[39].flags & (kJacketActs | kCompensatorActs)) == kJacketActs);
+  const Segment compensator = read_segment(folder / "compensator" / "0000000001.lwseg");
+  REQUIRE(compensator.rows.size() == 40);
+  CHECK(compensator.rows[39].compensator == 0.2F);
+  CHECK(compensator.rows[39].compensator_shadow == 0.2F);
+  CHECK((compensator.rows[39].flags & (kJacketActs | kCompensatorActs)) == kCompensatorActs);
+  for (const RecordRow& row : jacket.rows) CHECK(row.compensator == 0.0F);
+  for (const RecordRow& row : compensator.rows) CHECK(row.jacket_rate == 0.0F);
+}
+
+TEST_CASE("one damaged row of a segment of version 1 costs that row") {
+  std::string text = loopwarden::tests::read_file(
+      LOOPWARDEN_SOURCE_DIR "/tests/hal/record/data/version-1/jacket/0000000001.lwseg");
+  text[kSegmentHeaderBytes + 3 * 80 + 5] ^= 1;
+  text.resize(text.size() - 1);
+  const Segment segment = parse_segment(text, "x.lwseg");
+  CHECK(segment.rows.size() == 38);
+  CHECK(segment.damaged_rows == 1);
+  CHECK(segment.torn_bytes == 79);
+}
+
 }  // namespace segment_reader_test

@@ -44,6 +44,16 @@ TEST_CASE("between fields a block is reserved, behind the last loop there is not
   CHECK_FALSE(find(Table::input_register, 0xE000 + 2 * 8, 2).in_map);
   CHECK(find(Table::input_register, 0xE000 + 895 * 8 - 1, 5000).loop == 894);
   CHECK_FALSE(find(Table::input_register, 0xE000 + 895 * 8, 5000).in_map);
+  // The third blocks begin in the middle of the addresses.
+  CHECK_FALSE(find(Table::holding_register, 32767, 5000).in_map);
+  CHECK(find(Table::holding_register, 32768 + 32 + 31, 2).in_map);
+  CHECK_FALSE(find(Table::holding_register, 32768 + 64, 2).in_map);
+  CHECK(find(Table::holding_register, 32768 + 895 * 32 - 1, 5000).loop == 894);
+  CHECK_FALSE(find(Table::holding_register, 32768 + 895 * 32, 5000).in_map);
+  CHECK(find(Table::coil, 32768 + 4 + 3, 2).loop == 1);
+  CHECK(find(Table::coil, 32768 + 4 + 3, 2).in_map);
+  CHECK_FALSE(find(Table::coil, 32768 + 8, 2).in_map);
+  CHECK_FALSE(find(Table::discrete_input, 32768, 2).in_map);
 }
 
 TEST_CASE("names tell the registers of a table apart; blocks are short enough for any master",
@@ -99,6 +109,12 @@ TEST_CASE("the places that are promised", "[register_map]") {
            Promise{Table::holding_register, 66, "sp", RegisterType::f32},
            Promise{Table::coil, 0, "acknowledge_all", RegisterType::u16},
            Promise{Table::coil, 16, "acknowledge_stiction", RegisterType::u16},
+           Promise{Table::input_register, 41, "first_third", RegisterType::u16},
+           Promise{Table::input_register, 78, "jacket_rate", RegisterType::f32},
+           Promise{Table::holding_register, 32768, "jacket_rate", RegisterType::f32},
+           Promise{Table::holding_register, 32772, "compensator", RegisterType::f32},
+           Promise{Table::holding_register, 32800, "jacket_rate", RegisterType::f32},
+           Promise{Table::holding_register, 32808, "orders_refused", RegisterType::u16},
        }) {
     const Place place = find(promise.table, promise.address, kLoops);
     INFO(promise.name);
@@ -106,6 +122,24 @@ TEST_CASE("the places that are promised", "[register_map]") {
     CHECK(std::string(place.reg->name) == promise.name);
     CHECK(place.reg->type == promise.type);
     CHECK(place.word == 0);
+  }
+}
+
+TEST_CASE("the third block is read-only, and what is kept for later can't be taken by anything",
+          "[register_map]") {
+  for (const Register& reg : registers()) {
+    if (reg.area == Area::third && reg.table == Table::holding_register) CHECK_FALSE(writable(reg));
+    if (reg.area == Area::loop && reg.table == Table::holding_register) CHECK(writable(reg));
+    if (reg.table == Table::input_register) CHECK_FALSE(writable(reg));
+  }
+  for (const Reserved& place : reserved()) {
+    INFO(place.meaning);
+    for (std::uint32_t word = 0; word < place.words; ++word) {
+      const Place found =
+          find(place.table, layout(place.table).first_third + place.offset + word, 1);
+      CHECK(found.in_map);
+      CHECK(found.reg == nullptr);
+    }
   }
 }
 

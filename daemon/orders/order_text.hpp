@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "daemon/rt/order.hpp"
+
+namespace loopwarden::daemon::orders {
+
+// Why an order is refused, with what was asked for and what would be allowed.
+std::string why_refused(rt::Refusal refusal, const rt::Order& order,
+                        const rt::LoopSettings& settings);
+
+}  // namespace loopwarden::daemon::orders

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rt/order.hpp"
+
+#include <cmath>
+
+namespace loopwarden::daemon::rt {
+namespace {
+
+bool outside(const std::optional<double>& value, double low, double high) noexcept {
+  return value && !(*value >= low && *value <= high);
+}
+
+Refusal judge_values(const Order& order, const control::ControllerSettings& limits) noexcept {
+  if (outside(order.set_point, limits.set_point.low, limits.set_point.high)) {
+    return Refusal::set_point_out_of_limits;
+  }
+  if (outside(order.output, limits.output.low, limits.output.high)) {
+    return Refusal::output_out_of_limits;
+  }
+  for (const std::optional<double>& gain : {order.kp, order.ki, order.kd}) {
+    if (gain && !(*gain >= 0.0 && std::isfinite(*gain))) return Refusal::gain_out_of_limits;
+  }
+  return Refusal::none;
+}
+
+}  // namespace
+
+Refusal judge(const Order& order, const Standing& standing, const LoopSettings& settings,
+              control::JacketForm jacket) noexcept {
+  using control::Mode;
+  const Refusal value = judge_values(order, settings.controller);
+  if (value != Refusal::none) return value;
+  if (order.jacket && jacket == control::JacketForm::off) return Refusal::no_jacket;
+  if (order.jacket == JacketWish::on && !settings.jacket_may_act) {
+    return Refusal::jacket_may_not_act;
+  }
+  const Mode mode = order.mode.value_or(standing.mode);
+  // To ask once more for what is so already changes nothing, and is no offence.
+  if (mode == Mode::automatic && standing.mode != Mode::automatic) {
+    if (!standing.output_known) return Refusal::output_unknown;
+    if (standing.manual_after_fault) return Refusal::manual_after_fault;
+  }
+  if (order.output && mode == Mode::automatic) return Refusal::output_in_automatic;
+  if (order.output && standing.output_in_fault) return Refusal::output_in_fault;
+  if (order.set_point && mode == Mode::manual && settings.controller.set_point_tracks_in_manual) {
+    return Refusal::set_point_tracks;
+  }
+  return Refusal::none;
+}
+
+}  // namespace loopwarden::daemon::rt

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be asked of a running loop, and whether it can act: one rule for the command line, the Modbus server and
+// the cycle that takes the order.
+//
+// All parts of an order take effect in one cycle, in the order in which they stand in it: jacket, gains, mode, set
+// point, output. Set point and output are judged by the mode that the order itself asks for. One part that can't act
+// refuses the whole order.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <type_traits>
+
+#include "daemon/rt/loop_settings.hpp"
+#include "hal/os/spsc_ring.hpp"
+
+namespace loopwarden::daemon::rt {
+
+enum class JacketWish : std::uint8_t { off, shadow, on };
+
+struct Order {
+  std::uint64_t number = 0;  // of its sender, from 1; for the answer
+  std::optional<JacketWish> jacket{};
+  std::optional<double> kp{};  // of the parallel form, as the two below; until the next reload
+  std::optional<double> ki{};
+  std::optional<double> kd{};
+  std::optional<control::Mode> mode{};  // manual or automatic
+  std::optional<double> set_point{};    // PV units
+  std::optional<double> output{};       // CO units, for manual
+};
+static_assert(std::is_trivially_copyable_v<Order>);
+
+enum class Refusal : std::uint8_t {
+  none,
+  set_point_out_of_limits,
+  output_out_of_limits,
+  gain_out_of_limits,
+  no_jacket,
+  jacket_may_not_act,
+  output_unknown,
+  output_in_automatic,
+  output_in_fault,
+  manual_after_fault,
+  set_point_tracks
+};
+
+constexpr const char* to_text(Refusal refusal) noexcept {
+  switch (refusal) {
+    case Refusal::none: return "not refused";
+    case Refusal::set_point_out_of_limits: return "the set point is outside its limits";
+    case Refusal::output_out_of_limits: return "the output is outside its limits";
+    case Refusal::gain_out_of_limits: return "a gain must be a number of at least 0";
+    case Refusal::no_jacket: return "the loop has no jacket configured";
+    case Refusal::jacket_may_not_act:
+      return "the paper form of the jacket may act only in simulation";
+    case Refusal::output_unknown:
+      return "where the output stands is not known; in manual, set an output first";
+    case Refusal::output_in_automatic:
+      return "in automatic the controller has the output; order manual first, or with it";
+    case Refusal::output_in_fault:
+      return "the loop has a fault, whose action has the output; order it when the fault is over";
+    case Refusal::manual_after_fault:
+      return "the loop has a fault and is to wait in manual after it; order automatic then";
+    case Refusal::set_point_tracks: break;
+  }
+  return "in manual the set point follows PV; order automatic first, or with it";
+}
+
+// No mode helps: the value itself can't be.
+constexpr bool is_out_of_limits(Refusal refusal) noexcept {
+  return refusal == Refusal::set_point_out_of_limits || refusal == Refusal::output_out_of_limits ||
+         refusal == Refusal::gain_out_of_limits;
+}
+
+// What an order finds when it is taken.
+struct Standing {
+  control::Mode mode = control::Mode::manual;  // asked for: manual or automatic
+  bool output_known = false;                   // where the valve stands
+  bool output_in_fault = false;                // a fault's action has the output
+  bool manual_after_fault = false;             // a fault is there that ends in manual
+
+  friend bool operator==(const Standing&, const Standing&) = default;
+};
+// As one number, for an atomic.
+constexpr std::uint8_t packed(const Standing& standing) noexcept {
+  return static_cast<std::uint8_t>(
+      (standing.mode == control::Mode::automatic ? 1U : 0U) | (standing.output_known ? 2U : 0U) |
+      (standing.output_in_fault ? 4U : 0U) | (standing.manual_after_fault ? 8U : 0U));
+}
+constexpr Standing unpacked(std::uint8_t bits) noexcept {
+  return {.mode = (bits & 1U) != 0 ? control::Mode::automatic : control::Mode::manual,
+          .output_known = (bits & 2U) != 0,
+          .output_in_fault = (bits & 4U) != 0,
+          .manual_after_fault = (bits & 8U) != 0};
+}
+
+// `jacket`: the form that is configured, whatever the operator has done with it.
+Refusal judge(const Order& order, const Standing& standing, const LoopSettings& settings,
+              control::JacketForm jacket) noexcept;
+
+// The gains that an order asks for, put into those in force.
+constexpr void set_gains(const Order& order, control::PidGains& gains) noexcept {
+  gains.kp = order.kp.value_or(gains.kp);
+  gains.ki = order.ki.value_or(gains.ki);
+  gains.kd = order.kd.value_or(gains.kd);
+}
+
+struct OrderAnswer {
+  std::uint64_t number = 0;
+  Refusal refusal = Refusal::none;
+};
+
+// One sender's way to a loop and back. No answer is ever lost: who sends keeps to `kRoom` orders that are not
+// answered yet.
+struct OrderBox {
+  static constexpr std::size_t kRoom = 32;
+  hal::os::SpscRing<Order> orders{kRoom};         // sender -> cycle
+  hal::os::SpscRing<OrderAnswer> answers{kRoom};  // cycle -> sender
+};
+
+}  // namespace loopwarden::daemon::rt
