@@ -59,10 +59,10 @@ struct Bench {
   // The loop's next cycles.
   void run(int cycles) {
     for (int i = 0; i < cycles; ++i) {
-      ++period;
-      cycle->run(
-          {.now_ns = static_cast<std::int64_t>(period) * tests::kPeriodNs, .period_index = period},
-          0, false);
+      ++cycles_run;
+      cycle->run({.now_ns = static_cast<std::int64_t>(cycles_run) * tests::kPeriodNs,
+                  .period_index = cycles_run},
+                 0, false);
     }
   }
   // What became of the order that was answered so.
@@ -94,7 +94,7 @@ struct Bench {
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
   hal::os::SpscRing<rt::Event> events{64};
   std::unique_ptr<rt::ControlCycle> cycle;
-  std::uint64_t period = 0;
+  std::uint64_t cycles_run = 0;
   std::unique_ptr<ControlServer> server;
 };
 
@@ -180,6 +180,8 @@ TEST_CASE("an order reaches the loop's mailbox as it was given") {
 TEST_CASE("manual and an output in one request: both, in one cycle, and both are in the journal") {
   Bench bench;
   bench.run(2);
+  hal::record::RecordRow row;
+  REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
   const json sent =
       bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 42, "mode": "man"})");
   REQUIRE(sent.at("ok") == true);

@@ -369,7 +369,7 @@ TEST_CASE("jacket and compensator have registers of their own, in a block that c
   CHECK(bench.number("jacket_rate", 1) == -0.25F);
   CHECK((bench.word("loop_bits", 1) & (16U | 64U)) == 64U);
   CHECK(bench.read(Table::coil, 32768, 8) == Words(8, 0));
-  for (const std::uint16_t address : {32768, 32768 + 10}) {
+  for (const std::uint16_t address : std::vector<std::uint16_t>{32768, 32778}) {
     CHECK(bench.bank.write(Table::holding_register, address, Words{0, 0}, kMaster) ==
           Exception::illegal_address);
   }

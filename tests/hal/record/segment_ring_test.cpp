@@ -26,8 +26,8 @@ using std::chrono::milliseconds;
 
 namespace {
 
-constexpr std::size_t kLimit = 64UL * 1024UL;  // 8 segments of 96 rows
-constexpr std::uint64_t kRowsPerSegment = 96;
+constexpr std::size_t kLimit = 64UL * 1024UL;  // 8 segments of 87 rows
+constexpr std::uint64_t kRowsPerSegment = 87;
 
 SegmentSettings settings_in(const fs::path& folder) {
   SegmentSettings settings;
@@ -124,10 +124,10 @@ TEST_CASE("the oldest segment goes when the limit is reached") {
     REQUIRE(bytes_in(folder.path()) <= kLimit);
     REQUIRE(writer.status().bytes <= kLimit);
   }
-  // 2000 rows fill 20 segments and begin the 21st.
+  // 2000 rows fill 22 segments and begin the 23rd.
   const auto kept = periods_in(folder.path());
-  CHECK(kept == range(13 * kRowsPerSegment, 2000 - 13 * kRowsPerSegment));
-  CHECK(writer.status().segments_dropped == 13);
+  CHECK(kept == range(15 * kRowsPerSegment, 2000 - 15 * kRowsPerSegment));
+  CHECK(writer.status().segments_dropped == 15);
   CHECK(writer.status().rows == 2000);
 }
 
