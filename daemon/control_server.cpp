@@ -64,6 +64,11 @@ const char* form_text(std::uint8_t form) {
   return "dwell";
 }
 
+hal::Limit pv_limit(const hal::record::RecordRow& row) {
+  if ((row.flags & hal::record::kPvAtLow) != 0) return hal::Limit::low;
+  return (row.flags & hal::record::kPvAtHigh) != 0 ? hal::Limit::high : hal::Limit::none;
+}
+
 json io_status(const hal::IoCounters& c) {
   return {{"connected", c.connected},
           {"transactions", c.transactions},
@@ -338,6 +343,7 @@ json ControlServer::loop_status(std::size_t index) const {
                {"fault", control::to_text(static_cast<control::Fault>(row.fault))},
                {"pv_quality", hal::to_text(static_cast<hal::Quality>(row.pv_quality))},
                {"pv_reason", hal::to_text(static_cast<hal::Reason>(row.pv_reason))},
+               {"pv_limit", hal::to_text(pv_limit(row))},
                {"pv_age_ms", number(static_cast<double>(row.age_ms))},
                {"at_low", (row.flags & hal::record::kAtLow) != 0},
                {"at_high", (row.flags & hal::record::kAtHigh) != 0},

@@ -216,6 +216,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
   const bool stem_known =
       inputs_.valve_position_fitted && inputs_.valve_position.quality != hal::Quality::bad;
   const bool adds = settings_.controller.compensator.kind != control::CompensatorKind::none;
+  const hal::Limit pv_limit = pv.quality == hal::Quality::bad ? hal::Limit::none : pv.limit;
   const bool acts = out.jacket_rate != 0.0 || out.correction != 0.0;
   const hal::record::RecordRow row{
       .time_ns = time.now_ns,
@@ -235,7 +236,9 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
           flag(out.at_low, hal::record::kAtLow) | flag(out.at_high, hal::record::kAtHigh) |
           flag(out.rate_limited, hal::record::kRateLimited) |
           flag(missed > 0, hal::record::kLateCycle) | flag(acts, hal::record::kJacketActs) |
-          flag(!inputs_.output_ok, hal::record::kOutputLost)),
+          flag(!inputs_.output_ok, hal::record::kOutputLost) |
+          flag(pv_limit == hal::Limit::low, hal::record::kPvAtLow) |
+          flag(pv_limit == hal::Limit::high, hal::record::kPvAtHigh)),
       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};

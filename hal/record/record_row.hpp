@@ -15,6 +15,8 @@ enum RecordFlag : std::uint8_t {
   kLateCycle = 0x08,
   kJacketActs = 0x10,
   kOutputLost = 0x20,
+  kPvAtLow = 0x40,  // PV stands at the end of what its transmitter can measure
+  kPvAtHigh = 0x80,
 };
 
 struct RecordRow {

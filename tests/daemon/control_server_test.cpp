@@ -167,6 +167,21 @@ TEST_CASE(
   CHECK(status.at("loops")[0].at("recording").at("rows") == 10);
 }
 
+TEST_CASE("the status says when PV stands at the end of what its transmitter can measure") {
+  Bench bench;
+  const auto limit = [&](std::uint64_t period, std::uint8_t flags) {
+    bench.loops.front().channels->records.try_push(
+        {.period_index = period, .sp = 5.0, .pv = 5.0, .flags = flags});
+    hal::record::RecordRow row;
+    REQUIRE(test::eventually(
+        [&] { return bench.historian.latest(0, row) && row.period_index == period; }));
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("pv_limit").get<std::string>();
+  };
+  CHECK(limit(1, hal::record::kAtHigh) == "none");  // CO's end is not PV's
+  CHECK(limit(2, hal::record::kPvAtLow) == "low");
+  CHECK(limit(3, hal::record::kPvAtHigh) == "high");
+}
+
 TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
   Bench bench;
   const std::string file =
