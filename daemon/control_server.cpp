@@ -357,6 +357,7 @@ json ControlServer::loop_status(std::size_t index) const {
                {"fault", control::to_text(static_cast<control::Fault>(row.fault))},
                {"pv_quality", hal::to_text(static_cast<hal::Quality>(row.pv_quality))},
                {"pv_reason", hal::to_text(static_cast<hal::Reason>(row.pv_reason))},
+               {"pv_limit", hal::to_text(static_cast<hal::Limit>(row.pv_limit))},
                {"pv_age_ms", number(static_cast<double>(row.age_ms))},
                {"at_low", (row.flags & hal::record::kAtLow) != 0},
                {"at_high", (row.flags & hal::record::kAtHigh) != 0},

@@ -146,7 +146,7 @@ gap::Record stretch_of(const hal::record::Record& file, const GapOptions& option
                  : std::vector<double>();
   };
   return {file.period_s, part(file.pv, true), part(file.sp, file.has_sp),
-          part(file.co, file.has_co)};
+          part(file.co, file.has_co), part(file.stem, file.has_stem)};
 }
 
 int run_gap(const GapOptions& options) {

@@ -44,6 +44,7 @@ json of(const gap::FoundEffect& effect) {
           {"block", plant::to_text(effect.block)},
           {"parameters", parameters_of(effect.spec)},
           {"confidence", finite_or_null(effect.confidence)},
+          {"lead_nats", finite_or_null(effect.lead_nats)},
           {"alternatives", effect.alternatives},
           {"interval", std::move(interval)},
           {"evidence", effect.evidence}};
@@ -55,6 +56,14 @@ json of(const gap::Misfit& misfit) {
           {"training_rmse", finite_or_null(misfit.training_rmse)},
           {"holdout_rmse", finite_or_null(misfit.holdout_rmse)},
           {"holdout_fit_percent", finite_or_null(misfit.holdout_fit_percent)}};
+}
+
+json of(const gap::Rest& rest) {
+  return {{"is_noise", rest.is_noise},
+          {"noise_ratio", finite_or_null(rest.noise_ratio)},
+          {"kurtosis", finite_or_null(rest.kurtosis)},
+          {"answer_to_co", finite_or_null(rest.answer_to_co)},
+          {"closed", finite_or_null(rest.closed)}};
 }
 
 json of(const gap::Step& step) {
@@ -119,6 +128,7 @@ json gap_json(const gap::Result& result) {
             {"load_intensity", finite_or_null(result.load_intensity)},
             {"before", of(result.before)},
             {"after", of(result.after)},
+            {"rest", of(result.rest)},
             {"controller_before_rmse", finite_or_null(result.controller_before_rmse)},
             {"controller_after_rmse", finite_or_null(result.controller_after_rmse)},
             {"steps", list_of(result.steps)}}},

@@ -265,8 +265,8 @@ std::string tools(const gap::Result& result, const TimeAxis& axis) {
 bool differ(const Column& a, const Column& b) { return !a.empty() && !b.empty() && a != b; }
 
 std::string phase_plot(const char* id, const char* title, const std::string& caption,
-                       const char* up_name, const Column& across_values, const TimeAxis& axis,
-                       const std::vector<Curve>& curves) {
+                       const char* up_name, const char* across_name, const Column& across_values,
+                       const TimeAxis& axis, const std::vector<Curve>& curves) {
   const std::span<const double> across_column(across_values);
   const PlotRange across = range_of(std::span(&across_column, 1), 0.04);
   const PlotRange up = range_of_curves(curves, 0.04);
@@ -286,9 +286,9 @@ std::string phase_plot(const char* id, const char* title, const std::string& cap
       "</ul><svg class=\"plot phase\" viewBox=\"0 0 500 390\" role=\"img\" "
       "aria-labelledby=\"{0}-t {0}-d\" data-lowx=\"{1:.9g}\" data-highx=\"{2:.9g}\" "
       "data-low=\"{3:.9g}\" data-high=\"{4:.9g}\"><title id=\"{0}-t\">{5}</title>"
-      "<desc id=\"{0}-d\">{6} against the controller output. The values stand in the tables of the "
-      "plots over time.</desc>",
-      id, across.low, across.high, up.low, up.high, title, up_name);
+      "<desc id=\"{0}-d\">{6} against {7}. What is plotted over time has its values in the tables "
+      "there.</desc>",
+      id, across.low, across.high, up.low, up.high, title, up_name, across_name);
   text += axes(frame, across, 6, up, 8);
   text += fmt::format(
       "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {:g} {:g}\" "
@@ -317,9 +317,9 @@ std::string phase_plot(const char* id, const char* title, const std::string& cap
          fmt::format(
              "</svg><rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>"
              "<text class=\"axis\" x=\"{}\" y=\"{}\">{}</text>"
-             "<text class=\"axis\" x=\"{}\" y=\"{}\" text-anchor=\"end\">CO</text></svg></figure>",
+             "<text class=\"axis\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text></svg></figure>",
              frame.left, frame.top, frame.width, frame.height, frame.left + 6.0, frame.top + 15.0,
-             up_name, frame.left + frame.width - 6.0, frame.top + frame.height - 8.0);
+             up_name, frame.left + frame.width - 6.0, frame.top + frame.height - 8.0, across_name);
 }
 
 }  // namespace
@@ -418,11 +418,16 @@ std::string gap_phase_plots_html(const gap::Result& result) {
   std::string text = "<div class=\"pair\">";
   if (!curves.empty()) {
     text += phase_plot("phase", "PV over CO", "of the span of time that is shown above.", "PV",
-                       s.co, axis, curves);
+                       "CO", s.co, axis, curves);
   }
-  if (has_values(s.stem_after, axis)) {
-    text += phase_plot("stem", "Stem over CO", "as the corrected model has it.", "stem", s.co, axis,
-                       {{"corrected model", "after", &s.stem_after}});
+  // The read-back parts the valve from what comes after it.
+  if (has_values(s.stem, axis)) {
+    text += phase_plot("stem", "Stem over CO", "the valve up to its stem, as measured.", "stem",
+                       "CO", s.co, axis, {{"measured", "measured", &s.stem}});
+    if (has_values(s.pv, axis)) {
+      text += phase_plot("pv-stem", "PV over stem", "the plug and the process, as measured.", "PV",
+                         "stem", s.stem, axis, {{"measured", "measured", &s.pv}});
+    }
   }
   return text + "</div>";
 }

@@ -163,6 +163,9 @@ std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t se
       state +=
           fmt::format(" (PV {}: {})", loop.value("pv_quality", ""), loop.value("pv_reason", ""));
     }
+    if (const std::string end = loop.value("pv_limit", "none"); end != "none") {
+      state += fmt::format(", PV at its {} limit", end);
+    }
     if (loop.value("at_low", false) || loop.value("at_high", false))
       state += ", output at its limit";
     if (loop.contains("jacket") && loop["jacket"].value("form", "off") != "off") {

@@ -35,8 +35,11 @@ const char* type_text(const Register& reg) {
     case RegisterType::i16: return "i16";
     case RegisterType::u32: return "u32";
     case RegisterType::f32: return "f32";
-    default: return "u16";
+    case RegisterType::i32: return "i32";
+    case RegisterType::f64: return "f64";
+    case RegisterType::u16: break;
   }
+  return "u16";
 }
 
 const char* order_text(ByteOrder order) {

@@ -133,6 +133,8 @@ std::vector<CaseFiles> find_cases(const fs::path& folder) {
 
 Answer run_gap(const GapProgram& program, const fs::path& one_case, const fs::path& out) {
   fs::create_directories(out);
+  if (program.resume && fs::exists(out / "gap.json"))
+    return parse_answer(read_text(out / "gap.json"));
   const auto begin = Clock::now();
   const int status = wait_for(start(program, one_case, out), program.time_limit_s);
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();

@@ -24,6 +24,7 @@ struct GapProgram {
   std::filesystem::path path;
   double time_limit_s = 120.0;
   std::vector<std::string> options{};  // passed on behind the others
+  bool resume = false;                 // a gap.json that is there already is taken, not made again
 };
 
 // PATH gap CASE/record.csv --model CASE/model.yaml --out OUT --json [options], timed, then

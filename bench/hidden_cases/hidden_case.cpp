@@ -36,6 +36,8 @@ const std::vector<std::string> kSingles{"stiction",
 const std::vector<std::string> kOnsets{"onset:stiction", "onset:backlash", "onset:hysteresis",
                                        "onset:low_air_supply", "onset:none"};
 
+const std::vector<std::string> kControllers{"controller_mismatch"};
+
 const std::vector<std::string> kNones{"none", "none:aggressive_tuning", "none:sluggish_tuning",
                                       "none:constant_set_point"};
 
@@ -230,6 +232,7 @@ std::size_t share_of(Kind kind) {
     case Kind::kPair: return 6;
     case Kind::kOutside: return 6;
     case Kind::kOnset: return 30;
+    case Kind::kController: return 6;
   }
   return 0;
 }
@@ -276,6 +279,7 @@ const std::vector<std::string>& effect_names(Kind kind) {
     case Kind::kPair: return kPairs;
     case Kind::kOutside: return kOutside;
     case Kind::kOnset: return kOnsets;
+    case Kind::kController: return kControllers;
   }
   throw std::invalid_argument("no such kind of hidden case");
 }

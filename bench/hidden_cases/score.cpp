@@ -51,6 +51,7 @@ bool is_right(const Truth& truth, const Answer& answer) {
     case Kind::kOutside: return answer.effects.empty() && answer.verdict == "unexplained";
     case Kind::kSingle:
     case Kind::kOnset:
+    case Kind::kController:
     case Kind::kPair: break;
   }
   std::set<std::string> found;
@@ -132,11 +133,19 @@ Answer parse_answer(std::string_view text) {
     for (const json& entry : root.at("effects")) {
       answer.effects.push_back({entry.at("name").get<std::string>(),
                                 entry.at("confidence").get<double>(),
-                                numbers_in(entry.at("parameters"))});
+                                numbers_in(entry.at("parameters")),
+                                number_at(entry, "lead_nats").value_or(std::nan(""))});
     }
     const json& gap = root.at("gap");
     answer.before = number_at(gap.at("before"), "holdout_rmse");
     answer.after = number_at(gap.at("after"), "holdout_rmse");
+    if (const auto rest = gap.find("rest"); rest != gap.end()) {
+      const auto number = [&](const char* key) {
+        return number_at(*rest, key).value_or(std::nan(""));
+      };
+      answer.rest = {rest->at("is_noise").get<bool>(), number("noise_ratio"), number("kurtosis"),
+                     number("answer_to_co"), number("closed")};
+    }
     for (const json& entry : root.value("candidates", json::array())) {
       answer.candidates.emplace_back(entry.at("name").get<std::string>(),
                                      number_at(entry, "rmse").value_or(std::nan("")));
@@ -196,6 +205,7 @@ Summary summarise(const std::vector<ScoredCase>& cases) {
     if (!one.answer.failure.empty()) ++summary.failures;
     switch (one.score.kind) {
       case Kind::kOnset:  // scored as what it ends as
+      case Kind::kController:
       case Kind::kSingle: summary.single_right.count(one.score.right); break;
       case Kind::kNone:
         summary.none_named.count(!one.score.right && one.answer.failure.empty());
@@ -208,7 +218,7 @@ Summary summarise(const std::vector<ScoredCase>& cases) {
     count_names(one, summary);
     if (one.score.closed) summary.closed.push_back(*one.score.closed);
     append(summary.parameter_errors, one.score.parameter_errors);
-    summary.seconds.push_back(one.answer.seconds);
+    if (one.answer.seconds) summary.seconds.push_back(*one.answer.seconds);
     ++summary.confusion[one.truth.effect][label_of(one.answer)];
   }
   return summary;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -28,6 +29,17 @@ struct NamedEffect {
   double confidence = 0.0;
   // Numbers only; curves are left out.
   std::map<std::string, double> parameters;
+  // By which the explanation leads over the best without this name; NaN for a controller's settings.
+  double lead_nats = std::nan("");
+};
+
+// What the chosen explanation leaves, as gap.json has it under gap.rest.
+struct Rest {
+  bool is_noise = true;
+  double noise_ratio = std::nan("");
+  double kurtosis = std::nan("");
+  double answer_to_co = std::nan("");
+  double closed = std::nan("");
 };
 
 struct Answer {
@@ -40,7 +52,9 @@ struct Answer {
   std::optional<double> after;
   // (name, RMSE) in the order of gap.json.
   std::vector<std::pair<std::string, double>> candidates;
-  double seconds = 0.0;
+  Rest rest;
+  // Not of an answer that was there already.
+  std::optional<double> seconds;
 };
 
 // truth.json. Throws std::runtime_error that says what is wrong.

@@ -4,14 +4,18 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "bench/hidden_cases/calibration.hpp"
 #include "bench/hidden_cases/gap_runner.hpp"
 #include "bench/hidden_cases/hidden_case.hpp"
 #include "bench/hidden_cases/kinds.hpp"
@@ -22,6 +26,7 @@ namespace {
 namespace cases = loopwarden::hidden_cases;
 namespace fs = std::filesystem;
 
+constexpr std::uint64_t kHeldOut = 100000;
 constexpr int kExitUsage = 64;
 constexpr int kExitBadData = 65;
 constexpr int kExitIo = 74;
@@ -36,10 +41,16 @@ struct Options {
   std::size_t generate = 0;
   std::uint64_t seed = 0;
   bool load = false;
+  bool load_only = false;
+  double time_limit_s = 120.0;
   std::string kinds = "single,none,pair,outside";
   std::size_t samples = 4200;
   std::string only;
   std::string keep;
+  bool resume = false;
+  std::string names;
+  std::vector<std::string> given;
+  std::string calibrate;
 };
 
 // Gone afterwards.
@@ -72,10 +83,13 @@ void generate(const Options& options, bool load, std::uint64_t seed, const fs::p
 std::vector<fs::path> folders_of(const Options& options, const fs::path& work) {
   std::vector<fs::path> folders(options.folders.begin(), options.folders.end());
   if (options.generate == 0) return folders;
-  generate(options, false, options.seed, work / "hidden");
-  folders.push_back(work / "hidden");
-  if (options.load) {
-    generate(options, true, options.seed + options.generate, work / "hidden-load");
+  if (!options.load_only) {
+    generate(options, false, options.seed, work / "hidden");
+    folders.push_back(work / "hidden");
+  }
+  if (options.load || options.load_only) {
+    generate(options, true, options.seed + (options.load_only ? 0 : options.generate),
+             work / "hidden-load");
     folders.push_back(work / "hidden-load");
   }
   return folders;
@@ -116,18 +130,113 @@ cases::StudyPart run_part(const Options& options, const std::vector<fs::path>& f
     };
     // Folders may use the same ids.
     const fs::path results = out / fmt::format("{}{}", load ? "load" : "no-load", place++);
+    const cases::GapProgram program{.path = options.gap,
+                                    .time_limit_s = options.time_limit_s,
+                                    .options = options.gap_options,
+                                    .resume = options.resume};
     for (cases::ScoredCase& one :
-         cases::run_cases({.path = options.gap, .options = options.gap_options}, found, results,
-                          options.jobs, progress)) {
+         cases::run_cases(program, found, results, options.jobs, progress)) {
       part.cases.push_back(std::move(one));
     }
   }
   return part;
 }
 
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
+    throw fs::filesystem_error("can't read", path,
+                               std::make_error_code(std::errc::no_such_file_or_directory));
+  }
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out << text;
+  if (!out.flush()) {
+    throw fs::filesystem_error("can't write", path, std::make_error_code(std::errc::io_error));
+  }
+}
+
+std::uint64_t last_seed(const Options& options) {
+  return options.seed + options.generate * (options.load ? 2U : 1U) - 1U;
+}
+
+// What has to be said to make these names again, and when they were made.
+std::vector<std::string> made_by(const Options& options, std::size_t cases) {
+  std::string command = "loopwarden_gap_study --gap " + options.gap;
+  for (const std::string& word : options.gap_options) command += " --gap-option=" + word;
+  for (const std::string& folder : options.folders) command += " --cases " + folder;
+  if (!options.only.empty()) command += " --only " + options.only;
+  std::string seeds;
+  if (options.generate > 0) {
+    command += fmt::format(" --generate {} --seed {}", options.generate, options.seed);
+    if (options.load) command += " --load";
+    if (options.load_only) command += " --load-only";
+    command += fmt::format(" --kinds {} --samples {}", options.kinds, options.samples);
+    if (!options.names.empty()) command += " --names " + options.names;
+    if (!options.calibrate.empty()) command += " --calibrate " + options.calibrate;
+    seeds = fmt::format(", seeds {} to {}", options.seed, last_seed(options));
+  }
+  const std::chrono::year_month_day today{
+      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now())};
+  return {command, fmt::format("{:04}-{:02}-{:02}, {} cases{}", static_cast<int>(today.year()),
+                               static_cast<unsigned>(today.month()),
+                               static_cast<unsigned>(today.day()), cases, seeds)};
+}
+
+int use_given(const Options& options) {
+  cases::NamesFile all;
+  for (const std::string& path : options.given) {
+    try {
+      cases::NamesFile one = cases::parse_names(text_of(path));
+      std::move(one.made_by.begin(), one.made_by.end(), std::back_inserter(all.made_by));
+      std::move(one.names.begin(), one.names.end(), std::back_inserter(all.names));
+    } catch (const std::system_error&) {
+      throw;
+    } catch (const std::runtime_error& e) {
+      throw std::runtime_error(path + ": " + e.what());
+    }
+  }
+  if (!options.calibrate.empty()) write_text(options.calibrate, cases::table_source(all));
+  fmt::print("{}", cases::calibration_text(cases::calibrate(all.names)));
+  return 0;
+}
+
+// Of all parts, to the files that were asked for.
+void write_names(const std::vector<cases::StudyPart>& parts, const Options& options) {
+  cases::NamesFile names;
+  std::size_t count = 0;
+  for (const cases::StudyPart& part : parts) {
+    std::vector<cases::GivenName> given = cases::names_given(part.cases);
+    std::move(given.begin(), given.end(), std::back_inserter(names.names));
+    count += part.cases.size();
+  }
+  names.made_by = made_by(options, count);
+  if (!options.names.empty()) {
+    write_text(options.names, cases::names_csv(names.made_by, names.names));
+  }
+  // From what stands in the file, rounded as there: the same table comes of it later.
+  if (!options.calibrate.empty()) {
+    write_text(
+        options.calibrate,
+        cases::table_source(cases::parse_names(cases::names_csv(names.made_by, names.names))));
+  }
+}
+
 int study(const Options& options) {
+  if (!options.given.empty()) return use_given(options);
   if (options.folders.empty() && options.generate == 0) {
     throw std::invalid_argument("nothing to score: give --cases or --generate");
+  }
+  if (options.gap.empty()) throw std::invalid_argument("--gap is missing: the loopwarden program");
+  if (options.resume && options.keep.empty()) {
+    throw std::invalid_argument("--resume needs --keep, the folder of the earlier answers");
+  }
+  if (!options.calibrate.empty() && options.generate > 0 && last_seed(options) >= kHeldOut) {
+    throw std::invalid_argument(
+        fmt::format("seeds from {} on are held out: no table is made from them", kHeldOut));
   }
   const WorkFolder work;
   const fs::path out = options.keep.empty() ? work.path() / "results" : fs::path(options.keep);
@@ -137,6 +246,7 @@ int study(const Options& options) {
     cases::StudyPart part = run_part(options, folders, load, out);
     if (!part.cases.empty()) parts.push_back(std::move(part));
   }
+  write_names(parts, options);
   if (options.json) {
     fmt::print("{}", cases::study_json(parts));
     return 0;
@@ -145,6 +255,7 @@ int study(const Options& options) {
     for (const cases::StudyPart& part : parts) fmt::print("{}\n", cases::list_text(part));
   }
   fmt::print("{}\n", cases::table_text(parts));
+  for (const cases::StudyPart& part : parts) fmt::print("{}\n", cases::confidence_text(part));
   for (const cases::StudyPart& part : parts) fmt::print("{}\n", cases::confusion_text(part));
   return 0;
 }
@@ -152,15 +263,16 @@ int study(const Options& options) {
 void add_options(CLI::App& app, Options& options) {
   app.add_option("--cases", options.folders,
                  "folders with truth.json and cases; 'load' in the name puts them in that column");
-  app.add_option("--gap", options.gap, "the loopwarden program")
-      ->required()
-      ->check(CLI::ExistingFile);
+  app.add_option("--gap", options.gap, "the loopwarden program")->check(CLI::ExistingFile);
   app.add_option("--gap-option", options.gap_options,
                  "passed on to the program, once for each word: --gap-option=--without "
                  "--gap-option=several")
       ->allow_extra_args(false);
   app.add_option("--jobs", options.jobs, "records at a time; 1 for honest times")
       ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  app.add_option("--time-limit", options.time_limit_s, "s for a record; longer is a failure")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_flag("--json", options.json, "figures and cases as JSON");
   app.add_flag("--list", options.list, "one line per case");
@@ -171,13 +283,24 @@ void add_options(CLI::App& app, Options& options) {
   generate->needs(seed);
   app.add_flag("--load", options.load, "with --generate: as many again with an unmeasured load")
       ->needs(generate);
-  app.add_option("--kinds", options.kinds, "for --generate: of single, none, pair, outside")
+  app.add_flag("--load-only", options.load_only, "with --generate: all with an unmeasured load")
+      ->needs(generate)
+      ->excludes("--load");
+  app.add_option("--kinds", options.kinds,
+                 "for --generate: of single, none, pair, outside, onset, controller")
       ->capture_default_str();
   app.add_option("--samples", options.samples, "for --generate: rows of a record")
       ->check(CLI::Range(600, 100000))
       ->capture_default_str();
   app.add_option("--only", options.only, "only truths whose name holds this");
   app.add_option("--keep", options.keep, "folder that keeps what the program wrote");
+  app.add_flag("--resume", options.resume,
+               "take the answers that --keep's folder has, of the same cases and program");
+  app.add_option("--names", options.names,
+                 "write every name that was given, and what its confidence is read from, as CSV");
+  app.add_option("--calibrate", options.calibrate,
+                 "write the table of confidence, model/gap/confidence_table.cpp, from these names");
+  app.add_option("--given", options.given, "files of --names, for --calibrate in place of a run");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -136,7 +137,7 @@ json case_json(const ScoredCase& one) {
           {"floor", one.truth.floor_rmse},
           {"closed", number(one.score.closed)},
           {"parameter_errors", one.score.parameter_errors},
-          {"seconds", one.answer.seconds}};
+          {"seconds", number(one.answer.seconds)}};
 }
 
 json figure_json(const Figure& figure) {
@@ -179,6 +180,28 @@ std::string table_text(const std::vector<StudyPart>& parts) {
   return text;
 }
 
+std::string confidence_text(const StudyPart& part) {
+  constexpr std::array kClasses{0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0};
+  std::string text = fmt::format("{}: confidence -> right\n", part.name);
+  for (std::size_t i = 0; i + 1 < kClasses.size(); ++i) {
+    Share right;
+    double sum = 0.0;
+    for (const ScoredCase& one : part.cases) {
+      for (const auto& [confidence, is_right] : one.score.names) {
+        if (confidence < kClasses[i] || confidence >= kClasses[i + 1]) continue;
+        right.count(is_right);
+        sum += confidence;
+      }
+    }
+    if (right.of == 0) continue;
+    const auto [low, high] = right.interval();
+    text += fmt::format("  {:.2f} to {:.2f}, mean {:.3f} {:>26.1f} %  {}/{}  [{:.1f}, {:.1f}]\n",
+                        kClasses[i], kClasses[i + 1], sum / static_cast<double>(right.of),
+                        right.percent(), right.hits, right.of, low, high);
+  }
+  return text;
+}
+
 std::string confusion_text(const StudyPart& part) {
   std::string text = fmt::format("{}: truth -> answers\n", part.name);
   for (const auto& [truth, answers] : summarise(part.cases).confusion) {
@@ -194,10 +217,11 @@ std::string list_text(const StudyPart& part) {
   for (const ScoredCase& one : part.cases) {
     const bool counts = one.score.counts;
     text += fmt::format(
-        "{:<8} {} {:<34} -> {:<50} before {} after {} floor {:.4f} closed {} {:.1f} s; next{} {}\n",
+        "{:<8} {} {:<34} -> {:<50} before {} after {} floor {:.4f} closed {}{}; next{} {}\n",
         one.truth.id, one.score.right ? "ok  " : (counts ? "MISS" : "(-) "), one.truth.effect,
         answer_text(one.answer), rmse_text(one.answer.before), rmse_text(one.answer.after),
-        one.truth.floor_rmse, rmse_text(one.score.closed), one.answer.seconds,
+        one.truth.floor_rmse, rmse_text(one.score.closed),
+        one.answer.seconds ? fmt::format(" {:.1f} s", *one.answer.seconds) : "",
         runners_up(one.answer), one.truth.note.empty() ? "" : fmt::format("({})", one.truth.note));
   }
   return text;

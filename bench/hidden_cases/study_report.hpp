@@ -19,6 +19,9 @@ struct StudyPart {
 // Every figure with what is aimed at; shares with hits/of and their 95 % interval.
 std::string table_text(const std::vector<StudyPart>& parts);
 
+// Of the names given with so much confidence, how many are right.
+std::string confidence_text(const StudyPart& part);
+
 // Truth -> answers, how often.
 std::string confusion_text(const StudyPart& part);
 

@@ -238,6 +238,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
   const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
   const bool stem_known =
       inputs_.valve_position_fitted && inputs_.valve_position.quality != hal::Quality::bad;
+  const hal::Limit pv_limit = pv.quality == hal::Quality::bad ? hal::Limit::none : pv.limit;
   const hal::record::RecordRow row{
       .time_ns = time.now_ns,
       .period_index = time.period_index,
@@ -263,6 +264,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
           flag(!inputs_.output_ok, hal::record::kOutputLost)),
       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
+      .pv_limit = static_cast<std::uint8_t>(pv_limit),
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};
   channels_.records.try_push(row);
   channels_.watched.try_push(row);

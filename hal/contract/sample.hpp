@@ -23,8 +23,9 @@ enum class Reason : std::uint8_t {
   end_of_record    // a replayed record has ended
 };
 
-// The value stands at a limit of its range and can't follow further.
-enum class Limit : std::uint8_t { none, low, high, constant };
+// The value stands at a limit of what the device can measure and can't follow further: what is there may be
+// beyond it. Good none the less.
+enum class Limit : std::uint8_t { none, low, high };
 
 struct Sample {
   double value = 0.0;          // engineering units; meaningless while quality is bad
@@ -58,6 +59,15 @@ constexpr const char* to_text(Reason reason) noexcept {
     case Reason::end_of_record: return "end of record";
   }
   return "?";
+}
+
+constexpr const char* to_text(Limit limit) noexcept {
+  switch (limit) {
+    case Limit::low: return "low";
+    case Limit::high: return "high";
+    case Limit::none: break;
+  }
+  return "none";
 }
 
 }  // namespace loopwarden::hal

@@ -38,8 +38,8 @@ struct RecordRow {
   std::uint8_t flags = 0;           // RecordFlag
   std::uint8_t jacket_form = 0;     // control::JacketForm
   std::uint8_t requested_mode = 0;  // control::Mode that the operator asked for
-  std::uint8_t reserved = 0;
-  float age_ms = 0.0F;  // age of PV when the cycle began, ms
+  std::uint8_t pv_limit = 0;        // hal::Limit: PV at an end of what its transmitter can measure
+  float age_ms = 0.0F;              // age of PV when the cycle began, ms
 };
 
 static_assert(std::is_trivially_copyable_v<RecordRow>);

@@ -24,9 +24,9 @@ namespace fs = std::filesystem;
 
 const std::vector<std::string>& further_columns() {
   static const std::vector<std::string> names{
-      "calculated", "jacket",      "jacket_shadow",     "mode",  "requested_mode",
-      "fault",      "pv_quality",  "pv_reason",         "flags", "jacket_form",
-      "age_ms",     "compensator", "compensator_shadow"};
+      "calculated", "jacket",      "jacket_shadow",      "mode",    "requested_mode",
+      "fault",      "pv_quality",  "pv_reason",          "flags",   "jacket_form",
+      "age_ms",     "compensator", "compensator_shadow", "pv_limit"};
   return names;
 }
 
@@ -128,7 +128,7 @@ class Exporter {
   }
 
   void write(const RecordRow& row) {
-    const std::array<double, 13> more{widened(row.calculated),
+    const std::array<double, 14> more{widened(row.calculated),
                                       widened(row.jacket_rate),
                                       widened(row.jacket_rate_shadow),
                                       static_cast<double>(row.mode),
@@ -140,7 +140,8 @@ class Exporter {
                                       static_cast<double>(row.jacket_form),
                                       widened(row.age_ms),
                                       widened(row.compensator),
-                                      widened(row.compensator_shadow)};
+                                      widened(row.compensator_shadow),
+                                      static_cast<double>(row.pv_limit)};
     writer_->add({.time_s = time_of(row.period_index),
                   .pv = row.pv,
                   .sp = row.sp,

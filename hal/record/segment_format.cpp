@@ -22,7 +22,7 @@ constexpr double kLongestPeriod = 1e6;    // s
 constexpr std::string_view kColumns =
     "time_ns:i64 period_index:u64 sp:f64 pv:f64 co:f64 stem:f64 calculated:f32 jacket_rate:f32 "
     "jacket_rate_shadow:f32 compensator:f32 compensator_shadow:f32 mode:u8 fault:u8 pv_quality:u8 "
-    "pv_reason:u8 flags:u8 jacket_form:u8 requested_mode:u8 reserved:u8 age_ms:f32 row:u32 "
+    "pv_reason:u8 flags:u8 jacket_form:u8 requested_mode:u8 pv_limit:u8 age_ms:f32 row:u32 "
     "crc32:u32";
 constexpr std::string_view kOldColumns =
     "time_ns:i64 period_index:u64 sp:f64 pv:f64 co:f64 stem:f64 calculated:f32 jacket:f32 "

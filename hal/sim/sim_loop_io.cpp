@@ -9,10 +9,18 @@ namespace loopwarden::hal::sim {
 namespace {
 // A longer pause (a stopped process) does not make the simulation catch up for hours.
 constexpr std::uint64_t kMostSamplesPerRead = 1000;
+
+// The simulated transmitter stops at the ends of its range, up to its last step.
+Limit limit_of(double value, const plant::TransmitterParameters& range) noexcept {
+  if (value - range.low < 0.5 * range.resolution || value <= range.low) return Limit::low;
+  if (range.high - value < 0.5 * range.resolution || value >= range.high) return Limit::high;
+  return Limit::none;
+}
 }  // namespace
 
 SimLoopIo::SimLoopIo(const SimSettings& settings)
     : plant_(settings.model, settings.model.scenario.seed),
+      transmitter_(settings.model.transmitter),
       io_faults_(settings.io_faults),
       output_low_(settings.model.controller.pid.output_low),
       output_high_(settings.model.controller.pid.output_high),
@@ -52,11 +60,12 @@ void SimLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
            .sequence = pv_.sequence + 1,
            .quality = Quality::good,
            .reason = Reason::none,
-           .limit = Limit::none};
+           .limit = limit_of(value, transmitter_)};
     if (active(IoFault::Kind::not_a_number)) pv_.value = std::numeric_limits<double>::quiet_NaN();
     if (active(IoFault::Kind::dead_sensor)) {
       pv_.quality = Quality::bad;
       pv_.reason = Reason::sensor_failure;
+      pv_.limit = Limit::none;
     }
     stem_ = {.value = plant_.stem(),
              .time_ns = time.now_ns,

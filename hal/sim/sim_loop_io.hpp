@@ -41,6 +41,7 @@ class SimLoopIo final : public LoopIo {
   bool active(IoFault::Kind kind) const noexcept;
 
   plant::Plant plant_;
+  plant::TransmitterParameters transmitter_;
   std::vector<IoFault> io_faults_;
   double output_low_;         // CO units
   double output_high_;        // CO units

@@ -27,7 +27,7 @@ double index_of(std::initializer_list<double> shares_of_limit) noexcept {
 
 ConditionIndices condition_indices(const ConditionInputs& in) noexcept {
   return {.control_performance = index_of({in.rms_error_percent / kPerformanceLimit}),
-          .valve = index_of({in.stick_percent / kStickLimit, in.travel_share}),
+          .valve = index_of({in.stick_percent / kStickLimit}),
           .actuator = index_of({in.stem_lag_s / kLagLimit, in.actuator_alarm}),
           .positioner = index_of({in.stem_deviation_percent / kDeviationLimit,
                                   in.read_back_bad_share / kBadShareLimit}),

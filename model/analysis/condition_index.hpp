@@ -6,8 +6,8 @@
 //   index = 100 clamp(1 - worst of (value / limit), 0, 1)      over the values that are known
 //
 //   control performance   RMS of SP - PV, 5 % of the PV range. Can't know whether valve or tuning is to blame.
-//   valve                 stick band, 10 % of the CO range; travel since overhaul over what the packing is
-//                         rated for. Can't know leakage, wear of the trim, cavitation.
+//   valve                 stick band, 10 % of the CO range. Can't know leakage, wear of packing and trim,
+//                         cavitation.
 //   actuator              lag of the stem behind CO, 30 s; an alarm on low air supply counts as its limit.
 //                         Can't know diaphragm, spring, the pressure itself.
 //   positioner            mean |CO - stem|, 3 % of the CO range; share of time with a bad read-back, 10 %.
@@ -27,11 +27,10 @@ namespace loopwarden::analysis {
 
 struct ConditionInputs {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  double rms_error_percent = kUnknown;  // of the PV range
-  double stick_percent = kUnknown;      // of the CO range
-  double travel_share = kUnknown;       // travel since overhaul over the packing's rated travel
-  double stem_lag_s = kUnknown;         // s, time constant of the stem behind CO
-  double actuator_alarm = kUnknown;     // 1: low air supply or positioner overshoot
+  double rms_error_percent = kUnknown;       // of the PV range
+  double stick_percent = kUnknown;           // of the CO range
+  double stem_lag_s = kUnknown;              // s, time constant of the stem behind CO
+  double actuator_alarm = kUnknown;          // 1: low air supply or positioner overshoot
   double stem_deviation_percent = kUnknown;  // mean |CO - stem|, of the CO range
   double read_back_bad_share = kUnknown;     // 0 to 1
   double pv_bad_share = kUnknown;            // 0 to 1

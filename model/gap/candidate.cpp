@@ -29,8 +29,22 @@ std::size_t Candidate::linear_columns() const noexcept {
     case Kind::drift:
     case Kind::step_disturbance: return 1;
     case Kind::oscillating_disturbance: return 2;
-    default: return 0;
+    case Kind::stiction:
+    case Kind::backlash:
+    case Kind::hysteresis_width:
+    case Kind::hysteresis_offset:
+    case Kind::low_air_supply:
+    case Kind::equal_percentage:
+    case Kind::quick_opening:
+    case Kind::butterfly:
+    case Kind::curve_table:
+    case Kind::cam_obstruction:
+    case Kind::positioner_overshoot:
+    case Kind::gain_change:  // the gain's own column stands for it
+    case Kind::extra_dead_time:
+    case Kind::extra_lag: break;
   }
+  return 0;
 }
 
 namespace {
@@ -211,8 +225,13 @@ EffectSpec searched_spec(const Candidate& candidate, std::span<const double> v) 
       return {"positioner_overshoot", {{"damping", v[0]}, {"natural_frequency", v[1]}}};
     case Kind::extra_dead_time: return {"extra_dead_time", {{"seconds", v[0]}}};
     case Kind::extra_lag: return {"extra_lag", {{"time_constant", v[0]}}};
-    default: return {};
+    case Kind::gain_change:
+    case Kind::output_bias:
+    case Kind::drift:
+    case Kind::oscillating_disturbance:
+    case Kind::step_disturbance: break;  // their sizes are solved for
   }
+  return {};
 }
 
 EffectSpec complete_spec(const Candidate& candidate, std::span<const double> v,
@@ -227,8 +246,21 @@ EffectSpec complete_spec(const Candidate& candidate, std::span<const double> v,
                {"period", v[0]},
                {"phase", std::atan2(solved[1], solved[0])}}};
     case Kind::step_disturbance: return {"step_disturbance", {{"size", solved[0]}, {"time", v[0]}}};
-    default: return searched_spec(candidate, v);
+    case Kind::stiction:
+    case Kind::backlash:
+    case Kind::hysteresis_width:
+    case Kind::hysteresis_offset:
+    case Kind::low_air_supply:
+    case Kind::equal_percentage:
+    case Kind::quick_opening:
+    case Kind::butterfly:
+    case Kind::curve_table:
+    case Kind::cam_obstruction:
+    case Kind::positioner_overshoot:
+    case Kind::extra_dead_time:
+    case Kind::extra_lag: break;
   }
+  return searched_spec(candidate, v);
 }
 
 bool is_friction(Kind kind) noexcept {

@@ -37,6 +37,11 @@ double answer_to_moves(const std::vector<double>& innovations, const std::vector
   return (explained / kLags) / std::max((total - explained) / freedom, 1e-12);
 }
 
+// Laplace's rule: a row of few names promises little.
+double share_right(const ConfidenceRow& row) noexcept {
+  return (static_cast<double>(row.right) + 1.0) / (static_cast<double>(row.names) + 2.0);
+}
+
 }  // namespace
 
 Residuals examine(const Fitter& fitter, const SearchResult& search, const std::vector<double>& co,
@@ -63,16 +68,27 @@ Residuals examine(const Fitter& fitter, const SearchResult& search, const std::v
   const double after =
       search.chosen.training_rmse * search.chosen.training_rmse - fit.noise_rms * fit.noise_rms;
   left.closed = before > 0.0 ? 1.0 - std::max(after, 0.0) / before : 1.0;
-  left.adequate =
-      left.noise_ratio < 1.15 && !fitter.load_at_limit(fit) && left.tail < 5.0 && left.answer < 6.0;
-  left.believable = left.adequate || left.closed > 0.85;
+  left.adequate = is_noise(left.noise_ratio, left.tail, left.answer, fitter.load_at_limit(fit));
+  left.believable = left.adequate || left.closed > kEnoughClosed;
   return left;
 }
 
-double confidence(const SearchResult& search, std::size_t index, const Residuals& left) {
-  const double margin = std::max(search.margins[index], 0.0);
-  const double evidence = -1.5 + 0.9 * std::log1p(margin) + (left.adequate ? 0.5 : -0.5);
-  return std::clamp(1.0 / (1.0 + std::exp(-evidence)), 0.05, 0.99);
+bool is_noise(double noise_ratio, double tail, double answer, bool load_at_limit) noexcept {
+  return noise_ratio < kMostNoiseRatio && tail < kMostTail && answer < kMostAnswer &&
+         !load_at_limit;
+}
+
+double confidence(double lead_nats, bool rest_is_noise, const ConfidenceTable& table) noexcept {
+  const std::span<const ConfidenceRow> rows =
+      rest_is_noise ? table.rest_is_noise : table.rest_is_more;
+  const auto above = std::find_if(rows.begin() + 1, rows.end(), [&](const ConfidenceRow& row) {
+    return row.from_nats > lead_nats;
+  });
+  return share_right(*(above - 1));
+}
+
+double controller_confidence(const ConfidenceTable& table) noexcept {
+  return share_right(table.controller);
 }
 
 }  // namespace loopwarden::gap

@@ -117,7 +117,21 @@ void FreeRun::linear_columns(const Candidate& candidate, const std::vector<doubl
         columns[1][k] = std::cos(angle);
       }
       break;
-    default: break;
+    case Kind::output_bias:  // constant, as it is
+    case Kind::stiction:
+    case Kind::backlash:
+    case Kind::hysteresis_width:
+    case Kind::hysteresis_offset:
+    case Kind::low_air_supply:
+    case Kind::equal_percentage:
+    case Kind::quick_opening:
+    case Kind::butterfly:
+    case Kind::curve_table:
+    case Kind::cam_obstruction:
+    case Kind::positioner_overshoot:
+    case Kind::gain_change:
+    case Kind::extra_dead_time:
+    case Kind::extra_lag: break;
   }
   // A sensor's own fault is not seen through the sensor's lag.
   if (candidate.block == Block::disturbance) {
@@ -296,7 +310,8 @@ plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,
       case Block::valve: place_in_valve(model.valve_effects, std::move(spec)); break;
       case Block::process: model.process_effects.push_back(std::move(spec)); break;
       case Block::transmitter: model.transmitter_effects.push_back(std::move(spec)); break;
-      default: model.disturbances.push_back(std::move(spec)); break;
+      case Block::disturbance: model.disturbances.push_back(std::move(spec)); break;
+      case Block::controller: break;  // no candidate: compare_controller() finds it
     }
   }
   return model;

@@ -10,12 +10,13 @@
 namespace loopwarden::gap {
 
 // Columns of equal length; one that was not measured is empty, or missing throughout. NaN marks a
-// missing sample.
+// missing sample. The stem is for pictures only: nothing is fitted to it.
 struct Record {
-  double period_s = 0.1;   // s, > 0
-  std::vector<double> pv;  // PV units
-  std::vector<double> sp;  // PV units
-  std::vector<double> co;  // CO units, what went out to the positioner
+  double period_s = 0.1;       // s, > 0
+  std::vector<double> pv;      // PV units
+  std::vector<double> sp;      // PV units
+  std::vector<double> co;      // CO units, what went out to the positioner
+  std::vector<double> stem{};  // CO units, the positioner's read-back
 
   std::size_t size() const noexcept { return pv.size(); }
   bool has_sp() const noexcept { return has_value(sp); }

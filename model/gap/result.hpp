@@ -42,8 +42,9 @@ struct RecordCheck {
 struct FoundEffect {
   plant::EffectSpec spec;  // for controller_mismatch: kp, ki as found in the record
   plant::Block block = plant::Block::valve;
-  double confidence = 0.0;                                // 0 to 1, calibrated
-  std::vector<std::string> alternatives;                  // names the record can't tell apart
+  double confidence = 0.0;                // 0 to 1, as in confidence.hpp
+  double lead_nats = kNone;               // over the best without it; NaN: controller
+  std::vector<std::string> alternatives;  // names the record can't tell apart
   std::map<std::string, std::array<double, 2>> interval;  // 95 %, for each parameter
   std::string evidence;                                   // one sentence
 };
@@ -55,6 +56,15 @@ struct Misfit {
   double training_rmse = kNone;        // PV units, first two thirds
   double holdout_rmse = kNone;         // PV units, last third
   double holdout_fit_percent = kNone;  // NaN: PV hardly moves
+};
+
+// What the chosen explanation leaves of PV, sample by sample.
+struct Rest {
+  bool is_noise = true;         // noise and a quiet load account for it
+  double noise_ratio = kNone;   // its noise over the record's own; 1: all is explained
+  double kurtosis = kNone;      // 3 for Gaussian noise
+  double answer_to_co = kNone;  // F ratio of it regressed on past moves of CO
+  double closed = kNone;        // share of the gap that is closed, first two thirds
 };
 
 struct Step {
@@ -87,9 +97,9 @@ struct TriedCandidate {
 // For pictures, one value a sample; NaN where there is none.
 struct Series {
   std::vector<double> time_s, sp, pv, co;
+  std::vector<double> stem;                 // CO units, as measured; empty: no read-back
   std::vector<double> pv_before, pv_after;  // free runs of the model as given and as corrected
   std::vector<double> co_before, co_after;  // the model's controller from the measured SP and PV
-  std::vector<double> stem_after;           // CO units, of the corrected model
 };
 
 struct Result {
@@ -98,6 +108,7 @@ struct Result {
   bool closed_loop = false;  // compared as a closed loop, because CO was not measured
   RecordCheck check;
   std::vector<FoundEffect> effects;
+  Rest rest;
   double noise_floor_rmse = 0.0;  // PV units
   double load_intensity = 0.0;    // PV units per root second, of the unmeasured load; 0: none seen
   Misfit before, after;

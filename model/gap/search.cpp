@@ -101,7 +101,17 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
       case Kind::curve_table:
       case Kind::oscillating_disturbance:
       case Kind::step_disturbance: break;
-      default: return nullptr;
+      case Kind::stiction:
+      case Kind::backlash:
+      case Kind::hysteresis_width:
+      case Kind::hysteresis_offset:
+      case Kind::low_air_supply:
+      case Kind::quick_opening:
+      case Kind::butterfly:
+      case Kind::cam_obstruction:
+      case Kind::positioner_overshoot:
+      case Kind::extra_dead_time:
+      case Kind::extra_lag: return nullptr;
     }
     for (const Hypothesis& h : result.singles) {
       if (h.fit.terms[0]->kind == candidate.kind) return &h;

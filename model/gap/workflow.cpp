@@ -174,7 +174,17 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
           amplitude > 0.0 ? deviations["amplitude"] / amplitude : std::numbers::pi;
       break;
     }
-    default: break;
+    case Kind::backlash:
+    case Kind::hysteresis_width:
+    case Kind::hysteresis_offset:
+    case Kind::low_air_supply:
+    case Kind::equal_percentage:
+    case Kind::quick_opening:
+    case Kind::butterfly:
+    case Kind::curve_table:
+    case Kind::positioner_overshoot:
+    case Kind::extra_dead_time:
+    case Kind::extra_lag: break;  // what is searched is what is named
   }
   std::map<std::string, std::array<double, 2>> out;
   for (const auto& [name, value] : spec.parameters) {
@@ -216,7 +226,7 @@ void add_controller(Result& result, const ControllerFinding& controller,
   FoundEffect effect;
   effect.spec = {"controller_mismatch", {{"kp", controller.kp}, {"ki", controller.ki}}};
   effect.block = plant::Block::controller;
-  effect.confidence = 0.97;
+  effect.confidence = controller_confidence();
   effect.interval["kp"] = {controller.kp - 1.96 * controller.kp_spread,
                            controller.kp + 1.96 * controller.kp_spread};
   effect.interval["ki"] = {controller.ki - 1.96 * controller.ki_spread,
@@ -251,7 +261,8 @@ void name_effects(Result& result, const SearchResult& search, const Fitter& fitt
     effect.spec = spec_of(run, fit, i);
     effect.block = fit.terms[i]->block;
     effect.interval = intervals(fit, i, fitter, effect.spec);
-    effect.confidence = confidence(search, i, left);
+    effect.confidence = confidence(search.margins[i], left.adequate);
+    effect.lead_nats = search.margins[i];
     for (const Hypothesis& h : search.tried) {
       if (h.fit.terms.size() != fit.terms.size() || contains(h.fit, fit.terms[i]->name)) continue;
       if (search.chosen.score - h.score > 6.0) continue;
@@ -470,6 +481,11 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   const Residuals left = examine(fitter, search, co, result.check.noise_rms, record.period_s);
   result.load_intensity = left.load_intensity;
   result.noise_floor_rmse = left.floor_rmse;
+  result.rest = {.is_noise = left.adequate,
+                 .noise_ratio = left.noise_ratio,
+                 .kurtosis = left.tail,
+                 .answer_to_co = left.answer,
+                 .closed = left.closed};
 
   const auto simulated = [&](const plant::LoopModel& m, const Fit& fit) {
     return result.closed_loop ? closed_loop(m, sp, pv.front())
@@ -480,6 +496,7 @@ Result find_gap(const Record& given, const plant::LoopModel& given_model, const 
   s.pv = record.pv;
   if (given.has_sp()) s.sp = given.sp;
   s.co = given.has_co() ? given.co : co;
+  if (Record::has_value(given.stem)) s.stem = given.stem;
   s.co_before = controller.before;
   s.co_after = controller.after;
   s.pv_before = simulated(model, search.base);

@@ -46,8 +46,13 @@ bool Alarm::acknowledge(std::int64_t now_ms) noexcept {
     case AlarmState::latched_unacknowledged:
       change(AlarmState::latched_acknowledged, now_ms);
       return true;
-    default: return false;
+    case AlarmState::normal:
+    case AlarmState::acknowledged:
+    case AlarmState::latched_acknowledged:
+    case AlarmState::shelved:
+    case AlarmState::suppressed: break;
   }
+  return false;
 }
 
 bool Alarm::reset(std::int64_t now_ms) noexcept {
@@ -57,8 +62,14 @@ bool Alarm::reset(std::int64_t now_ms) noexcept {
       change(AlarmState::returned_unacknowledged, now_ms);
       return true;
     case AlarmState::latched_acknowledged: change(AlarmState::normal, now_ms); return true;
-    default: return false;
+    case AlarmState::normal:
+    case AlarmState::unacknowledged:
+    case AlarmState::acknowledged:
+    case AlarmState::returned_unacknowledged:
+    case AlarmState::shelved:
+    case AlarmState::suppressed: break;
   }
+  return false;
 }
 
 bool Alarm::shelve(std::int64_t now_ms, std::int64_t until_ms) noexcept {

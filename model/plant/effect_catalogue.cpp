@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/plant/effect_catalogue.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -100,6 +101,243 @@ constexpr std::array kLoad{
     at_least_zero("intensity", "PV units/sqrt(s)", "of the random walk"),
     optional(above_zero("time_constant", "s", "with which it returns to zero"), 300.0)};
 
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
+std::string range_text(const ParameterInfo& p) {
+  std::string text;
+  if (p.low > -kInfinity) text = (p.low_is_open ? "> " : ">= ") + number(p.low);
+  if (p.high < kInfinity) {
+    text +=
+        (text.empty() ? "" : " and ") + std::string(p.high_is_open ? "< " : "<= ") + number(p.high);
+  }
+  return text.empty() ? "a finite number" : text;
+}
+
+void check_parameter(const ParameterInfo& info, double value) {
+  const bool low_ok = info.low_is_open ? value > info.low : value >= info.low;
+  const bool high_ok = info.high_is_open ? value < info.high : value <= info.high;
+  if (std::isfinite(value) && low_ok && high_ok) return;
+  throw EffectError(info.name, std::string(info.name) + " must be " + range_text(info) + " " +
+                                   info.unit + " (got " + number(value) + ")");
+}
+
+const ParameterInfo* find_parameter(const EffectInfo& info, std::string_view name) {
+  for (const ParameterInfo& p : info.parameters) {
+    if (p.name == name) return &p;
+  }
+  return nullptr;
+}
+
+const OptionInfo* find_option(const EffectInfo& info, std::string_view name) {
+  for (const OptionInfo& o : info.options) {
+    if (o.name == name) return &o;
+  }
+  return nullptr;
+}
+
+// Reads a spec against its description, which is there.
+class SpecReader {
+ public:
+  explicit SpecReader(const EffectSpec& spec) : info_(*find_effect(spec.name)), spec_(spec) {}
+
+  double value(const char* name) const {
+    const auto it = spec_.parameters.find(name);
+    if (it != spec_.parameters.end()) return it->second;
+    const ParameterInfo* parameter = find_parameter(info_, name);
+    if (parameter == nullptr) throw std::logic_error(std::string("no parameter ") + name);
+    return parameter->fallback;
+  }
+  bool has(const char* name) const { return spec_.parameters.contains(name); }
+  std::string_view option(const char* name) const {
+    const auto it = spec_.options.find(name);
+    return it != spec_.options.end() ? std::string_view(it->second)
+                                     : find_option(info_, name)->values.front();
+  }
+
+ private:
+  const EffectInfo& info_;
+  const EffectSpec& spec_;
+};
+
+void check_table(const EffectSpec& spec, std::string_view curve) {
+  if (curve != "table") {
+    if (!spec.table.empty()) throw EffectError("table", "a table needs no named curve beside it");
+    return;
+  }
+  if (spec.table.size() < 2 || spec.table.size() > ValveCharacteristic::kMostPoints) {
+    throw EffectError("table", "table must have 2 to " +
+                                   std::to_string(ValveCharacteristic::kMostPoints) +
+                                   " points (got " + std::to_string(spec.table.size()) + ")");
+  }
+  for (std::size_t i = 0; i < spec.table.size(); ++i) {
+    const auto& [x, q] = spec.table[i];
+    if (!std::isfinite(x) || !std::isfinite(q)) {
+      throw EffectError("table", "table holds a number that is not finite");
+    }
+    if (i > 0 && (x <= spec.table[i - 1].first || q <= spec.table[i - 1].second)) {
+      throw EffectError(
+          "table", "table must rise in both columns (see point " + std::to_string(i + 1) + ")");
+    }
+  }
+}
+
+void check_relations(const EffectSpec& spec, const EffectContext& context) {
+  const SpecReader read(spec);
+  const std::string_view name = spec.name;
+  if (name == "stiction" && read.value("j") > read.value("s")) {
+    throw EffectError("j", "j must be at most s = " + number(read.value("s")) + " CO units (got " +
+                               number(read.value("j")) + ")");
+  }
+  if (name == "stiction") {
+    const bool inertial = read.option("law") == "inertial";
+    for (const char* key : {"natural_frequency", "damping"}) {
+      if (!inertial && read.has(key)) {
+        throw EffectError(key, std::string(key) + " belongs to law inertial");
+      }
+    }
+    if (inertial && !(read.value("natural_frequency") * context.sample_time_s < kPi)) {
+      throw EffectError("natural_frequency", "natural_frequency must be below " +
+                                                 number(kPi / context.sample_time_s) +
+                                                 " rad/s, half the sampling rate (got " +
+                                                 number(read.value("natural_frequency")) + ")");
+    }
+  }
+  if (name == "cam_obstruction" && read.value("jump") > read.value("band")) {
+    throw EffectError("jump", "jump must be at most band = " + number(read.value("band")) +
+                                  " CO units (got " + number(read.value("jump")) + ")");
+  }
+  if (name == "hysteresis" && read.has("offset") == read.has("width")) {
+    throw EffectError("", "hysteresis takes either offset or width");
+  }
+  if (name == "hysteresis" && read.has("knee") && !read.has("width")) {
+    throw EffectError("knee", "knee belongs to width");
+  }
+  if (name == "extra_dead_time" &&
+      read.value("seconds") > kLongestDeadTime * context.sample_time_s) {
+    throw EffectError("seconds", "seconds must be at most " +
+                                     number(kLongestDeadTime * context.sample_time_s) + " s");
+  }
+  const bool has_curve = name == "valve_characteristic";
+  if (has_curve) check_table(spec, read.option("curve"));
+  if (!has_curve && !spec.table.empty()) {
+    throw EffectError("table", "effect '" + spec.name + "' takes no table");
+  }
+}
+
+ValveCharacteristic::Parameters characteristic(const SpecReader& read, const EffectSpec& spec) {
+  ValveCharacteristic::Parameters p;
+  const std::string_view curve = read.option("curve");
+  for (std::size_t i = 0; i < kCurves.size(); ++i) {
+    if (curve == kCurves[i]) p.curve = static_cast<ValveCharacteristic::Curve>(i);
+  }
+  p.rangeability = read.value("rangeability");
+  p.point_count = spec.table.size();
+  std::copy(spec.table.begin(), spec.table.end(), p.points.begin());
+  return p;
+}
+
+// How each is made, from a spec that passed check_effect().
+Effect make_stiction(const EffectSpec& spec, const EffectContext& context) {
+  const SpecReader read(spec);
+  const StictionParameters p{read.value("s"), read.value("j")};
+  const std::string_view law = read.option("law");
+  if (law == "he") return StictionHe(p);
+  if (law == "karnopp") return StictionKarnopp(p, context.sample_time_s);
+  if (law == "inertial") {
+    return StictionInertial(p, {read.value("natural_frequency"), read.value("damping")},
+                            context.sample_time_s);
+  }
+  return StictionChoudhury(p);
+}
+
+Effect make_backlash(const EffectSpec& spec, const EffectContext& /*context*/) {
+  return Backlash(SpecReader(spec).value("deadband"));
+}
+
+Effect make_hysteresis(const EffectSpec& spec, const EffectContext& /*context*/) {
+  const SpecReader read(spec);
+  if (read.has("width")) return HysteresisWidth(read.value("width"), read.value("knee"));
+  return HysteresisOffset(read.value("offset"));
+}
+
+Effect make_low_air_supply(const EffectSpec& spec, const EffectContext& context) {
+  const SpecReader read(spec);
+  const bool one_sided = read.option("filling") == "one_sided";
+  return LowAirSupply(
+      {.rate = read.value("rate"),
+       .travel_limit = read.value("travel_limit"),
+       .lag_s = read.value("lag"),
+       .filling = one_sided ? LowAirSupply::Filling::one_sided : LowAirSupply::Filling::both_ways,
+       .preload = read.value("preload"),
+       .shut = context.output_low},
+      context.sample_time_s);
+}
+
+Effect make_valve_characteristic(const EffectSpec& spec, const EffectContext& context) {
+  return ValveCharacteristic(characteristic(SpecReader(spec), spec), context.output_low,
+                             context.output_high);
+}
+
+Effect make_cam_obstruction(const EffectSpec& spec, const EffectContext& /*context*/) {
+  const SpecReader read(spec);
+  return CamObstruction(read.value("position"), read.value("band"), read.value("jump"));
+}
+
+Effect make_positioner(const EffectSpec& spec, const EffectContext& context) {
+  const SpecReader read(spec);
+  return Positioner({.dead_band = read.value("dead_band"),
+                     .gain_per_s = read.value("gain"),
+                     .lag_s = read.value("lag"),
+                     .breakaway = read.value("breakaway")},
+                    context.output_low, context.output_high, context.sample_time_s);
+}
+
+Effect make_positioner_overshoot(const EffectSpec& spec, const EffectContext& context) {
+  const SpecReader read(spec);
+  return PositionerOvershoot(read.value("damping"), read.value("natural_frequency"),
+                             context.sample_time_s);
+}
+
+Effect make_lag(const EffectSpec& spec, const EffectContext& context) {
+  return FirstOrderLag(SpecReader(spec).value("time_constant"), context.sample_time_s);
+}
+
+Effect make_gain_change(const EffectSpec& spec, const EffectContext& /*context*/) {
+  return GainChange(SpecReader(spec).value("factor"));
+}
+
+Effect make_extra_dead_time(const EffectSpec& spec, const EffectContext& context) {
+  return ExtraDeadTime(SpecReader(spec).value("seconds"), context.sample_time_s);
+}
+
+Effect make_output_bias(const EffectSpec& spec, const EffectContext& /*context*/) {
+  return OutputBias(SpecReader(spec).value("bias"));
+}
+
+Effect make_drift(const EffectSpec& spec, const EffectContext& /*context*/) {
+  return Drift(SpecReader(spec).value("rate"));
+}
+
+Effect make_oscillating_disturbance(const EffectSpec& spec, const EffectContext& /*context*/) {
+  const SpecReader read(spec);
+  return OscillatingDisturbance(read.value("amplitude"), read.value("period"), read.value("phase"));
+}
+
+Effect make_step_disturbance(const EffectSpec& spec, const EffectContext& /*context*/) {
+  const SpecReader read(spec);
+  return StepDisturbance(read.value("size"), read.value("time"));
+}
+
+Effect make_random_load(const EffectSpec& spec, const EffectContext& context) {
+  const SpecReader read(spec);
+  return RandomLoad(read.value("intensity"), read.value("time_constant"), context.sample_time_s,
+                    context.seed);
+}
+
 constexpr std::array kCatalogue{
     EffectInfo{"stiction", kValve, kStiction, kStictionOptions, "stiction_choudhury.hpp",
                "the stem sticks, then jumps"},
@@ -179,145 +417,37 @@ constexpr std::array kCatalogue{
     EffectInfo{
         "random_load", kDisturbance, kLoad, {}, "random_load.hpp", "an unmeasured load wanders"},
 };
-
-std::string number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
-}
-
-std::string range_text(const ParameterInfo& p) {
-  std::string text;
-  if (p.low > -kInfinity) text = (p.low_is_open ? "> " : ">= ") + number(p.low);
-  if (p.high < kInfinity) {
-    text +=
-        (text.empty() ? "" : " and ") + std::string(p.high_is_open ? "< " : "<= ") + number(p.high);
-  }
-  return text.empty() ? "a finite number" : text;
-}
-
-void check_parameter(const ParameterInfo& info, double value) {
-  const bool low_ok = info.low_is_open ? value > info.low : value >= info.low;
-  const bool high_ok = info.high_is_open ? value < info.high : value <= info.high;
-  if (std::isfinite(value) && low_ok && high_ok) return;
-  throw EffectError(info.name, std::string(info.name) + " must be " + range_text(info) + " " +
-                                   info.unit + " (got " + number(value) + ")");
-}
-
-const ParameterInfo* find_parameter(const EffectInfo& info, std::string_view name) {
-  for (const ParameterInfo& p : info.parameters) {
-    if (p.name == name) return &p;
-  }
-  return nullptr;
-}
-
-const OptionInfo* find_option(const EffectInfo& info, std::string_view name) {
-  for (const OptionInfo& o : info.options) {
-    if (o.name == name) return &o;
-  }
-  return nullptr;
-}
-
-// Reads a spec against its description.
-class SpecReader {
- public:
-  SpecReader(const EffectInfo& info, const EffectSpec& spec) : info_(info), spec_(spec) {}
-
-  double value(const char* name) const {
-    const auto it = spec_.parameters.find(name);
-    if (it != spec_.parameters.end()) return it->second;
-    const ParameterInfo* parameter = find_parameter(info_, name);
-    if (parameter == nullptr) throw std::logic_error(std::string("no parameter ") + name);
-    return parameter->fallback;
-  }
-  bool has(const char* name) const { return spec_.parameters.contains(name); }
-  std::string_view option(const char* name) const {
-    const auto it = spec_.options.find(name);
-    return it != spec_.options.end() ? std::string_view(it->second)
-                                     : find_option(info_, name)->values.front();
-  }
-
- private:
-  const EffectInfo& info_;
-  const EffectSpec& spec_;
+// In the order of the catalogue: a row without its maker does not compile.
+struct Maker {
+  std::string_view name;
+  Effect (*make)(const EffectSpec& spec, const EffectContext& context);
 };
-
-void check_table(const EffectSpec& spec, std::string_view curve) {
-  if (curve != "table") {
-    if (!spec.table.empty()) throw EffectError("table", "a table needs no named curve beside it");
-    return;
-  }
-  if (spec.table.size() < 2 || spec.table.size() > ValveCharacteristic::kMostPoints) {
-    throw EffectError("table", "table must have 2 to " +
-                                   std::to_string(ValveCharacteristic::kMostPoints) +
-                                   " points (got " + std::to_string(spec.table.size()) + ")");
-  }
-  for (std::size_t i = 0; i < spec.table.size(); ++i) {
-    const auto& [x, q] = spec.table[i];
-    if (!std::isfinite(x) || !std::isfinite(q)) {
-      throw EffectError("table", "table holds a number that is not finite");
-    }
-    if (i > 0 && (x <= spec.table[i - 1].first || q <= spec.table[i - 1].second)) {
-      throw EffectError(
-          "table", "table must rise in both columns (see point " + std::to_string(i + 1) + ")");
-    }
-  }
+constexpr std::array kMakers{
+    Maker{"stiction", make_stiction},
+    Maker{"backlash", make_backlash},
+    Maker{"hysteresis", make_hysteresis},
+    Maker{"low_air_supply", make_low_air_supply},
+    Maker{"valve_characteristic", make_valve_characteristic},
+    Maker{"cam_obstruction", make_cam_obstruction},
+    Maker{"positioner", make_positioner},
+    Maker{"positioner_overshoot", make_positioner_overshoot},
+    Maker{"positioner_lag", make_lag},
+    Maker{"gain_change", make_gain_change},
+    Maker{"extra_dead_time", make_extra_dead_time},
+    Maker{"extra_lag", make_lag},
+    Maker{"output_bias", make_output_bias},
+    Maker{"drift", make_drift},
+    Maker{"oscillating_disturbance", make_oscillating_disturbance},
+    Maker{"step_disturbance", make_step_disturbance},
+    Maker{"random_load", make_random_load},
+};
+constexpr bool every_effect_has_its_maker() {
+  return std::equal(kCatalogue.begin(), kCatalogue.end(), kMakers.begin(), kMakers.end(),
+                    [](const EffectInfo& info, const Maker& maker) {
+                      return info.name == maker.name && maker.make != nullptr;
+                    });
 }
-
-void check_relations(const EffectInfo& info, const EffectSpec& spec, const EffectContext& context) {
-  const SpecReader read(info, spec);
-  const std::string_view name = info.name;
-  if (name == "stiction" && read.value("j") > read.value("s")) {
-    throw EffectError("j", "j must be at most s = " + number(read.value("s")) + " CO units (got " +
-                               number(read.value("j")) + ")");
-  }
-  if (name == "stiction") {
-    const bool inertial = read.option("law") == "inertial";
-    for (const char* key : {"natural_frequency", "damping"}) {
-      if (!inertial && read.has(key)) {
-        throw EffectError(key, std::string(key) + " belongs to law inertial");
-      }
-    }
-    if (inertial && !(read.value("natural_frequency") * context.sample_time_s < kPi)) {
-      throw EffectError("natural_frequency", "natural_frequency must be below " +
-                                                 number(kPi / context.sample_time_s) +
-                                                 " rad/s, half the sampling rate (got " +
-                                                 number(read.value("natural_frequency")) + ")");
-    }
-  }
-  if (name == "cam_obstruction" && read.value("jump") > read.value("band")) {
-    throw EffectError("jump", "jump must be at most band = " + number(read.value("band")) +
-                                  " CO units (got " + number(read.value("jump")) + ")");
-  }
-  if (name == "hysteresis" && read.has("offset") == read.has("width")) {
-    throw EffectError("", "hysteresis takes either offset or width");
-  }
-  if (name == "hysteresis" && read.has("knee") && !read.has("width")) {
-    throw EffectError("knee", "knee belongs to width");
-  }
-  if (name == "extra_dead_time" &&
-      read.value("seconds") > kLongestDeadTime * context.sample_time_s) {
-    throw EffectError("seconds", "seconds must be at most " +
-                                     number(kLongestDeadTime * context.sample_time_s) + " s");
-  }
-  const bool has_curve = name == "valve_characteristic";
-  if (has_curve) check_table(spec, read.option("curve"));
-  if (!has_curve && !spec.table.empty()) {
-    throw EffectError("table", "effect '" + spec.name + "' takes no table");
-  }
-}
-
-ValveCharacteristic::Parameters characteristic(const SpecReader& read, const EffectSpec& spec) {
-  ValveCharacteristic::Parameters p;
-  const std::string_view curve = read.option("curve");
-  for (std::size_t i = 0; i < kCurves.size(); ++i) {
-    if (curve == kCurves[i]) p.curve = static_cast<ValveCharacteristic::Curve>(i);
-  }
-  p.rangeability = read.value("rangeability");
-  p.point_count = spec.table.size();
-  std::copy(spec.table.begin(), spec.table.end(), p.points.begin());
-  return p;
-}
+static_assert(every_effect_has_its_maker());
 
 }  // namespace
 
@@ -381,72 +511,13 @@ void check_effect(const EffectSpec& spec, Block block, const EffectContext& cont
                                 parameter.unit + ": " + parameter.meaning + ")");
     }
   }
-  check_relations(*info, spec, context);
+  check_relations(spec, context);
 }
 
 Effect make_effect(const EffectSpec& spec, const EffectContext& context) {
   const EffectInfo* info = find_effect(spec.name);
   if (info == nullptr) throw EffectError("effect", "unknown effect '" + spec.name + "'");
-  const SpecReader read(*info, spec);
-  const double period_s = context.sample_time_s;
-  const std::string_view name = info->name;
-
-  if (name == "stiction") {
-    const StictionParameters p{read.value("s"), read.value("j")};
-    const std::string_view law = read.option("law");
-    if (law == "he") return StictionHe(p);
-    if (law == "karnopp") return StictionKarnopp(p, period_s);
-    if (law == "inertial") {
-      return StictionInertial(p, {read.value("natural_frequency"), read.value("damping")},
-                              period_s);
-    }
-    return StictionChoudhury(p);
-  }
-  if (name == "backlash") return Backlash(read.value("deadband"));
-  if (name == "hysteresis") {
-    if (read.has("width")) return HysteresisWidth(read.value("width"), read.value("knee"));
-    return HysteresisOffset(read.value("offset"));
-  }
-  if (name == "low_air_supply") {
-    const bool one_sided = read.option("filling") == "one_sided";
-    return LowAirSupply(
-        {.rate = read.value("rate"),
-         .travel_limit = read.value("travel_limit"),
-         .lag_s = read.value("lag"),
-         .filling = one_sided ? LowAirSupply::Filling::one_sided : LowAirSupply::Filling::both_ways,
-         .preload = read.value("preload"),
-         .shut = context.output_low},
-        period_s);
-  }
-  if (name == "valve_characteristic") {
-    return ValveCharacteristic(characteristic(read, spec), context.output_low, context.output_high);
-  }
-  if (name == "cam_obstruction") {
-    return CamObstruction(read.value("position"), read.value("band"), read.value("jump"));
-  }
-  if (name == "positioner") {
-    return Positioner({.dead_band = read.value("dead_band"),
-                       .gain_per_s = read.value("gain"),
-                       .lag_s = read.value("lag"),
-                       .breakaway = read.value("breakaway")},
-                      context.output_low, context.output_high, period_s);
-  }
-  if (name == "positioner_overshoot") {
-    return PositionerOvershoot(read.value("damping"), read.value("natural_frequency"), period_s);
-  }
-  if (name == "positioner_lag" || name == "extra_lag") {
-    return FirstOrderLag(read.value("time_constant"), period_s);
-  }
-  if (name == "gain_change") return GainChange(read.value("factor"));
-  if (name == "extra_dead_time") return ExtraDeadTime(read.value("seconds"), period_s);
-  if (name == "output_bias") return OutputBias(read.value("bias"));
-  if (name == "drift") return Drift(read.value("rate"));
-  if (name == "oscillating_disturbance") {
-    return OscillatingDisturbance(read.value("amplitude"), read.value("period"),
-                                  read.value("phase"));
-  }
-  if (name == "step_disturbance") return StepDisturbance(read.value("size"), read.value("time"));
-  return RandomLoad(read.value("intensity"), read.value("time_constant"), period_s, context.seed);
+  return kMakers[static_cast<std::size_t>(info - kCatalogue.data())].make(spec, context);
 }
 
 }  // namespace loopwarden::plant

@@ -323,6 +323,25 @@ TEST_CASE(
   CHECK(status.at("loops")[0].at("recording").at("rows") == 10);
 }
 
+TEST_CASE("the status says when PV stands at the end of what its transmitter can measure") {
+  Bench bench;
+  const auto limit = [&](std::uint64_t period, hal::Limit at) {
+    bench.loops.front().channels->records.try_push(
+        {.period_index = period,
+         .sp = 5.0,
+         .pv = 5.0,
+         .flags = hal::record::kAtHigh,  // CO's end is not PV's
+         .pv_limit = static_cast<std::uint8_t>(at)});
+    hal::record::RecordRow row;
+    REQUIRE(test::eventually(
+        [&] { return bench.historian.latest(0, row) && row.period_index == period; }));
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("pv_limit").get<std::string>();
+  };
+  CHECK(limit(1, hal::Limit::none) == "none");
+  CHECK(limit(2, hal::Limit::low) == "low");
+  CHECK(limit(3, hal::Limit::high) == "high");
+}
+
 TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
   Bench bench;
   const std::string file =

@@ -12,28 +12,25 @@ namespace gap_small_test {
 using namespace loopwarden::hidden_cases;
 using loopwarden::tests::TemporaryFolder;
 
-TEST_CASE("of a few easy hidden effects most are named, and none where there is none",
+TEST_CASE("of a few easy hidden effects each is named, and none where there is none",
           "[hidden_cases][gap]") {
   const TemporaryFolder folder;
-  // Seeds that the study does not reach.
+  // Development seeds: the held-out ones, from 100000 on, are for the study alone.
   std::vector<CaseRequest> requests{
-      {.id = "bias", .effect = "output_bias", .seed = 200001},
-      {.id = "gain", .effect = "gain_change", .seed = 200002},
-      {.id = "play", .effect = "backlash", .seed = 200003},
-      {.id = "none", .kind = Kind::kNone, .effect = "none", .seed = 200004}};
-  for (CaseRequest& request : requests) request.samples = 2400;
+      {.id = "bias", .effect = "output_bias", .seed = 60005},
+      {.id = "drift", .effect = "drift", .seed = 70003},
+      {.id = "late", .effect = "extra_dead_time", .seed = 70005},
+      {.id = "none", .kind = Kind::kNone, .effect = "none", .seed = 60015}};
+  for (CaseRequest& request : requests) request.samples = 2000;
   write_cases(folder / "cases", requests);
   const std::vector<ScoredCase> scored =
       run_cases({.path = LOOPWARDEN_BIN_DIR "/loopwarden"}, find_cases(folder / "cases"),
                 folder / "out", 1, [](std::size_t) {});
   REQUIRE(scored.size() == 4);
-  int right = 0;
   for (const ScoredCase& one : scored) {
-    CHECK(one.answer.failure == "");
-    right += one.score.right ? 1 : 0;
+    CAPTURE(one.truth.id, one.answer.failure, label_of(one.answer));
+    CHECK(one.score.right);
   }
-  CHECK(right >= 3);
-  CHECK(scored.back().answer.effects.empty());
 }
 
 }  // namespace gap_small_test

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // While a RealTimeSection exists on a thread, this thread may not allocate, free, lock, or call the
 // kernel for I/O: the offence is counted and named. The wrapped functions are replaced in the whole
-// test program (rt_guard.cpp); under a sanitizer, which replaces them itself, nothing is counted.
+// test program (rt_guard.cpp). A sanitizer replaces them itself: then its hooks tell of memory, and nothing
+// tells of locks and I/O.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +20,8 @@ class RealTimeSection {
   static std::uint64_t offences() noexcept;
   static const char* last_offence() noexcept;
   static void reset() noexcept;
-  // False where a sanitizer is in the way.
-  static bool effective() noexcept;
+  // False where a sanitizer is in the way: memory is seen all the same.
+  static bool sees_locks_and_io() noexcept;
 };
 
 }  // namespace loopwarden::tests

@@ -23,6 +23,7 @@ TEST_CASE("gap.json holds what its contract names", "[gap][json]") {
               {"block", "valve"},
               {"parameters", {{"s", 0.9}, {"j", 0.3}}},
               {"confidence", 0.97},
+              {"lead_nats", 31.5},
               {"alternatives", {"backlash"}},
               {"interval", {{"s", json::array({0.88, 0.95})}, {"j", json::array({0.25, 0.36})}}},
               {"evidence", "The stem rests after each of 41 reversals."}}}));
@@ -48,6 +49,11 @@ TEST_CASE("gap.json holds what its contract names", "[gap][json]") {
   CHECK(j.at("candidates").at(0).at("why_not") == "leaves the jumps");
   CHECK(j.at("record").at("notes").at(0).at("from_s") == 7.0);
   CHECK(j.at("gap").at("load_intensity") == 0.004);
+  CHECK(gap.at("rest") == json({{"is_noise", false},
+                                {"noise_ratio", 1.3},
+                                {"kurtosis", 3.5},
+                                {"answer_to_co", 8.0},
+                                {"closed", 0.98}}));
 }
 
 TEST_CASE("shares add up as the result has them", "[gap][json]") {

@@ -114,6 +114,8 @@ TEST_CASE("the report says everything that was found, the sentence first", "[gap
   CHECK(contains(page, "+1.0 %"));  // how far the gain moved
   CHECK(contains(page, "loopwarden gap record.csv --model model.yaml --out found --without load"));
   CHECK(contains(page, "loopwarden 1.2.3"));
+  CHECK(contains(page, "<b>Stem over CO</b>"));
+  CHECK(contains(page, "<b>PV over stem</b>"));
   // (0.33^2 - 0.021^2) / (0.33^2 - 0.012^2)
   CHECK(contains(page, "<b>99.7 %</b>"));
 }
@@ -250,7 +252,8 @@ TEST_CASE("every state of a result makes a page", "[gap][report]") {
   SECTION("without SP and corrected model") {
     result.series.sp.clear();
     result.series.pv_after.clear();
-    result.series.stem_after.clear();
+    result.series.stem.clear();
+    CHECK_FALSE(contains(page_of(result), "over stem"));
   }
   SECTION("columns of other lengths are left out") {
     result.series.pv_before.pop_back();

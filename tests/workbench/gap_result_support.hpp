@@ -31,9 +31,12 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
   result.effects.push_back({.spec = stiction,
                             .block = plant::Block::valve,
                             .confidence = 0.97,
+                            .lead_nats = 31.5,
                             .alternatives = {"backlash"},
                             .interval = {{"s", {0.88, 0.95}}, {"j", {0.25, 0.36}}},
                             .evidence = "The stem rests after each of 41 reversals."});
+  result.rest = {
+      .is_noise = false, .noise_ratio = 1.3, .kurtosis = 3.5, .answer_to_co = 8.0, .closed = 0.98};
   result.noise_floor_rmse = 0.012;
   result.load_intensity = 0.004;
   result.before = {0.31, 61.0, 0.30, 0.33, 58.0};
@@ -76,7 +79,7 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
     s.pv_after.push_back(5.0 + 0.99 * wave);
     s.co_before.push_back(4.0 - 0.9 * wave);
     s.co_after.push_back(4.0 - wave);
-    s.stem_after.push_back(4.0 - 0.8 * wave);
+    s.stem.push_back(4.0 - 0.8 * wave);
   }
   return result;
 }

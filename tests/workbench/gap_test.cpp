@@ -76,7 +76,9 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
   INFO(outcome.text);
   REQUIRE(outcome.exit_code == 0);
   CHECK(outcome.text.find("gain_change") != std::string::npos);
-  CHECK(read_file(fs::path(out) / "report.html").find("gain_change") != std::string::npos);
+  const std::string report = read_file(fs::path(out) / "report.html");
+  CHECK(report.find("gain_change") != std::string::npos);
+  CHECK(report.find("PV over stem") != std::string::npos);  // the record has a stem
 
   const auto result = nlohmann::json::parse(read_file(fs::path(out) / "gap.json"));
   for (const char* key : {"verdict", "sentence", "compared", "effects", "gap", "located",

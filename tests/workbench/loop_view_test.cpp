@@ -89,6 +89,18 @@ TEST_CASE("a compensator is shown with what it adds, apart from the jacket", "[w
   CHECK(shown().find("idle") == std::string::npos);
 }
 
+TEST_CASE("a PV at the end of what its transmitter can measure is shown", "[workbench][top]") {
+  json one = loop("FIC-101");
+  one["fault"] = "none";
+  const auto shown = [&](const char* limit) {
+    one["pv_limit"] = limit;
+    return loop_table({{"loops", {one}}}, 0).at(1).find("PV at its high limit") !=
+           std::string::npos;
+  };
+  CHECK(shown("high"));
+  CHECK_FALSE(shown("none"));
+}
+
 TEST_CASE("a loop is found by its name, and only by that", "[workbench][top]") {
   const json status{{"loops", {loop("FIC-101"), loop("FIC-102")}}};
   CHECK(loop_index(status, "FIC-101") == 0);

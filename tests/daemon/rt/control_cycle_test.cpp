@@ -41,6 +41,20 @@ TEST_CASE("taking over where the valve stands is no movement that PV would have 
   CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::none);
 }
 
+TEST_CASE("a PV at the end of what its transmitter can measure is good, and says so") {
+  Loop loop;
+  const auto limit = [&] { return static_cast<hal::Limit>(loop.run(1).pv_limit); };
+  CHECK(limit() == hal::Limit::none);
+  loop.io.inputs.process_variable.limit = hal::Limit::high;
+  CHECK(limit() == hal::Limit::high);
+  CHECK(static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::good);
+  loop.io.inputs.process_variable.limit = hal::Limit::low;
+  CHECK(limit() == hal::Limit::low);
+  // What can't be believed stands nowhere.
+  loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::sensor_failure);
+  CHECK(limit() == hal::Limit::none);
+}
+
 TEST_CASE("without a read-back the loop starts from the configured output") {
   Loop loop;
   loop.run(1);

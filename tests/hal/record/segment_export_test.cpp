@@ -75,7 +75,7 @@ TEST_CASE("segments of one run become one record") {
              Catch::StartsWith(
                  "time,pv,sp,co,stem,calculated,jacket,jacket_shadow,mode,"
                  "requested_mode,fault,pv_quality,pv_reason,flags,jacket_form,age_ms,compensator,"
-                 "compensator_shadow\n0,0,5,40,,0.1,0,0,2,0,0,0,0,0,0,0,0,0\n"));
+                 "compensator_shadow,pv_limit\n0,0,5,40,,0.1,0,0,2,0,0,0,0,0,0,0,0,0,0\n"));
 }
 
 TEST_CASE("a short gap becomes rows with empty cells, a long one ends the file") {

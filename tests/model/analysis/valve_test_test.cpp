@@ -121,12 +121,11 @@ TEST_CASE("condition indices are the worst of what is known", "[analysis][condit
   CHECK(std::isnan(nothing.environment));
   const ConditionIndices some = condition_indices({.rms_error_percent = 1.0,
                                                    .stick_percent = 2.0,
-                                                   .travel_share = 0.7,
                                                    .actuator_alarm = 1.0,
                                                    .stem_deviation_percent = 30.0,
                                                    .pv_bad_share = 0.0});
   CHECK(some.control_performance == Approx(80.0));
-  CHECK(some.valve == Approx(30.0));
+  CHECK(some.valve == Approx(80.0));
   CHECK(some.actuator == 0.0);
   CHECK(some.positioner == 0.0);
   CHECK(some.environment == 100.0);
