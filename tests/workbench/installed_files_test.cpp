@@ -13,7 +13,7 @@
 
 namespace installed_files_test {
 
-using loopwarden::test::TemporaryFolder;
+using loopwarden::tests::TemporaryFolder;
 using loopwarden::workbench::installed;
 using loopwarden::workbench::look_in_package;
 namespace fs = std::filesystem;
