@@ -18,6 +18,7 @@
 #include "model/monitor/specialist_judge.hpp"
 #include "model/specialist/simulated_windows.hpp"
 #include "model/specialist/team_training.hpp"
+#include "workbench/installed_files.hpp"
 #include "workbench/files.hpp"
 #include "workbench/parallel.hpp"
 #include "workbench/subcommands.hpp"
@@ -52,7 +53,7 @@ constexpr std::array kCases{Case{Condition::stiction, AlarmKind::stiction, 2.0},
                             Case{Condition::low_air_supply, AlarmKind::low_air_supply, 1.0}};
 
 struct StudyOptions {
-  std::string specialists = "data/specialists/plant1";
+  std::string specialists = installed("data/specialists/plant1");
   std::size_t runs = 60;
   std::size_t windows = 40;
   std::size_t days = 60;

@@ -4,6 +4,7 @@
 
 #include <exception>
 
+#include "workbench/installed_files.hpp"
 #include "workbench/subcommands.hpp"
 
 int main(int argc, char** argv) {
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
   workbench::add_autotune(app, exit_code);
   workbench::add_gallery(app, exit_code);
   workbench::add_tune(app, exit_code);
+  workbench::look_in_package(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

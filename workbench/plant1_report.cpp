@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "hal/record/record_csv.hpp"
+#include "workbench/installed_files.hpp"
 #include "workbench/plant1_study.hpp"
 #include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
@@ -23,7 +24,7 @@ namespace loopwarden::workbench {
 namespace {
 
 struct Plant1Options {
-  std::string data = "data/plant1";
+  std::string data = installed("data/plant1");
   std::string out;
   std::size_t generations = Plant1Work{}.generations;
   std::uint64_t seed = 1;

@@ -17,6 +17,7 @@
 #include "model/control/pid.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "model/monitor/verdict_rule.hpp"
+#include "workbench/installed_files.hpp"
 #include "workbench/files.hpp"
 #include "workbench/parallel.hpp"
 #include "workbench/plot.hpp"
@@ -40,8 +41,8 @@ constexpr std::array kKnown{Condition::no_fault, Condition::stiction, Condition:
 
 struct StudyOptions {
   std::vector<std::string> parts;
-  std::string data = "data/specialists";
-  std::string records = "data/plant1";
+  std::string data = installed("data/specialists");
+  std::string records = installed("data/plant1");
   std::string out;
   std::uint64_t seed = 100000;
   unsigned jobs = 0;
