@@ -94,7 +94,7 @@ TEST_CASE("a PV at the end of what its transmitter can measure is shown", "[work
   one["fault"] = "none";
   const auto shown = [&](const char* limit) {
     one["pv_limit"] = limit;
-    return loop_table({{"loops", {one}}}, 0).at(1).find("PV at its high limit") !=
+    return loop_table({{"loops", json::array({one})}}, 0).at(1).find("PV at its high limit") !=
            std::string::npos;
   };
   CHECK(shown("high"));
