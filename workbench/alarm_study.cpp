@@ -52,7 +52,7 @@ constexpr std::array kCases{Case{Condition::stiction, AlarmKind::stiction, 2.0},
                             Case{Condition::low_air_supply, AlarmKind::low_air_supply, 2.0},
                             Case{Condition::low_air_supply, AlarmKind::low_air_supply, 1.0}};
 
-struct StudyOptions {
+struct AlarmStudyOptions {
   std::string specialists = installed("data/specialists/plant1");
   std::size_t runs = 60;
   std::size_t windows = 40;
@@ -144,7 +144,7 @@ std::string quantile(std::vector<std::size_t> delays, double share) {
 
 class AlarmStudy {
  public:
-  AlarmStudy(const StudyOptions& options, plant::LoopModel model, const specialist::Team& team)
+  AlarmStudy(const AlarmStudyOptions& options, plant::LoopModel model, const specialist::Team& team)
       : options_(options),
         model_(std::move(model)),
         team_(team),
@@ -235,13 +235,13 @@ class AlarmStudy {
                percent(not_judged, windows));
   }
 
-  StudyOptions options_;
+  AlarmStudyOptions options_;
   plant::LoopModel model_;
   const specialist::Team& team_;
   unsigned threads_;
 };
 
-int run_study(const StudyOptions& options) {
+int run_alarm_study(const AlarmStudyOptions& options) {
   const auto model =
       load_model((std::filesystem::path(options.specialists) / "model.yaml").string());
   const auto loaded = config::read_specialists(options.specialists);
@@ -256,7 +256,7 @@ int run_study(const StudyOptions& options) {
 }  // namespace
 
 void add_alarm_study(CLI::App& app, int& exit_code) {
-  const auto o = std::make_shared<StudyOptions>();
+  const auto o = std::make_shared<AlarmStudyOptions>();
   CLI::App* sub = app.add_subcommand(
       "alarm-study", "how long alarms take to come, and how many come that should not");
   sub->add_option("--specialists", o->specialists, "folder with manifest.yaml and model.yaml")
@@ -274,7 +274,7 @@ void add_alarm_study(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
   sub->footer("Example: loopwarden alarm-study --days 365");
-  sub->callback([o, &exit_code] { exit_code = run_study(*o); });
+  sub->callback([o, &exit_code] { exit_code = run_alarm_study(*o); });
 }
 
 }  // namespace loopwarden::workbench

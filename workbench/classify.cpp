@@ -34,7 +34,7 @@ struct NamedError {
   double mse = 0.0;
 };
 
-struct Row {
+struct JudgedWindow {
   double from_s = 0.0;
   double to_s = 0.0;
   std::string verdict;
@@ -45,14 +45,14 @@ struct Row {
 
 // One window after the other; calls row(first sample).
 template <class MakeRow>
-std::vector<Row> walk(const hal::record::Record& record, const ClassifyOptions& options,
-                      MakeRow make_row) {
+std::vector<JudgedWindow> walk(const hal::record::Record& record, const ClassifyOptions& options,
+                               MakeRow make_row) {
   const double every_s =
       options.every_s > 0.0 ? options.every_s : 0.5 * record.period_s * kWindowSamples;
   const auto step = static_cast<std::size_t>(std::max(1.0, std::floor(every_s / record.period_s)));
-  std::vector<Row> rows;
+  std::vector<JudgedWindow> rows;
   for (std::size_t k = 0; k + kWindowSamples <= record.size(); k += step) {
-    Row row = make_row(k);
+    JudgedWindow row = make_row(k);
     row.from_s = record.time_s[k];
     row.to_s = record.time_s[k + kWindowSamples - 1];
     rows.push_back(std::move(row));
@@ -60,15 +60,15 @@ std::vector<Row> walk(const hal::record::Record& record, const ClassifyOptions& 
   return rows;
 }
 
-std::vector<Row> by_team(const specialist::Team& team, const hal::record::Record& record,
-                         const ClassifyOptions& options) {
+std::vector<JudgedWindow> by_team(const specialist::Team& team, const hal::record::Record& record,
+                                  const ClassifyOptions& options) {
   specialist::TeamJudge judge(team);
   return walk(record, options, [&](std::size_t k) {
     const auto part = [k](const std::vector<double>& column) {
       return std::span(column).subspan(k, kWindowSamples);
     };
     const specialist::WindowVerdict v = judge.judge({part(record.pv), part(record.co)});
-    Row row;
+    JudgedWindow row;
     row.verdict = to_text(v.verdict);
     row.probability = v.probability;
     row.severity_percent = v.severity_percent;
@@ -80,13 +80,14 @@ std::vector<Row> by_team(const specialist::Team& team, const hal::record::Record
   });
 }
 
-std::vector<Row> by_signatures(const std::vector<specialist::SignatureSpecialist>& specialists,
-                               const hal::record::Record& record, const ClassifyOptions& options) {
+std::vector<JudgedWindow> by_signatures(
+    const std::vector<specialist::SignatureSpecialist>& specialists,
+    const hal::record::Record& record, const ClassifyOptions& options) {
   specialist::SignatureEnsemble ensemble(specialists);
   return walk(record, options, [&](std::size_t k) {
     const auto pv = std::span(record.pv).subspan(k, kWindowSamples);
     const std::span<const double> errors = ensemble.errors(pv);
-    Row row;
+    JudgedWindow row;
     for (std::size_t i = 0; i < specialists.size(); ++i) {
       row.errors.push_back({specialists[i].name, to_text(specialists[i].condition), errors[i]});
     }
@@ -98,9 +99,9 @@ std::vector<Row> by_signatures(const std::vector<specialist::SignatureSpecialist
   });
 }
 
-void print_json(const std::vector<Row>& rows) {
+void print_json(const std::vector<JudgedWindow>& rows) {
   nlohmann::json windows = nlohmann::json::array();
-  for (const Row& row : rows) {
+  for (const JudgedWindow& row : rows) {
     nlohmann::json mse = nlohmann::json::array();
     for (const NamedError& e : row.errors) {
       mse.push_back(
@@ -116,11 +117,11 @@ void print_json(const std::vector<Row>& rows) {
   fmt::print("{}\n", nlohmann::json{{"windows", std::move(windows)}}.dump(2));
 }
 
-void print_text(const std::vector<Row>& rows, bool explaining) {
+void print_text(const std::vector<JudgedWindow>& rows, bool explaining) {
   fmt::print("{:>9} {:>9}  {:<20} {:>5} {:>8}", "from s", "to s", "verdict", "p", "severity");
   for (const NamedError& e : rows.front().errors) fmt::print(" {:>9}", e.specialist);
   fmt::print("\n");
-  for (const Row& row : rows) {
+  for (const JudgedWindow& row : rows) {
     fmt::print("{:9.1f} {:9.1f}  {:<20}", row.from_s, row.to_s, row.verdict);
     if (explaining) {
       fmt::print(" {:5.2f} {:>8}", row.probability,
@@ -169,8 +170,9 @@ int run_classify(const ClassifyOptions& options) {
         return kExitData;
       }
     }
-    const std::vector<Row> rows = explaining ? by_team(*loaded->team, record, options)
-                                             : by_signatures(loaded->signatures, record, options);
+    const std::vector<JudgedWindow> rows = explaining
+                                               ? by_team(*loaded->team, record, options)
+                                               : by_signatures(loaded->signatures, record, options);
     options.json ? print_json(rows) : print_text(rows, explaining);
   } catch (const hal::record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());

@@ -194,7 +194,7 @@ int run_gap(const GapOptions& options) {
       .seconds_of_work =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
       .version = LOOPWARDEN_VERSION};
-  const nlohmann::json json = gap_json(result);
+  const nlohmann::json answer = gap_json(result);
   try {
     if (!result.check.usable) {
       fmt::print(stderr, "{}: {}\n", options.record, result.check.refusal);
@@ -205,14 +205,14 @@ int run_gap(const GapOptions& options) {
     context.corrected_text = config::write_model(
         result.corrected, "loop model corrected by loopwarden gap\n" + result.sentence);
     write_text(out / "model.corrected.yaml", context.corrected_text);
-    write_text(out / "gap.json", json.dump(2) + "\n");
+    write_text(out / "gap.json", answer.dump(2) + "\n");
     write_text(out / "report.html", gap_report_html(result, context));
   } catch (const std::exception& e) {
     fmt::print(stderr, "{}: {}\n", options.out, e.what());
     return kExitIo;
   }
   if (options.json) {
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", answer.dump(2));
   } else {
     print_result(result, options.out);
   }

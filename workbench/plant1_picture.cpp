@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kWidth = 920.0;
 constexpr double kHeight = 430.0;
-constexpr double kLeft = 48.0;
-constexpr double kRight = 14.0;
+constexpr double kLeftMargin = 48.0;
+constexpr double kRightMargin = 14.0;
 constexpr int kMostColumns = 480;  // a point for every second sample
 
 struct Panel {
@@ -25,7 +25,9 @@ struct Panel {
   PlotRange range;  // L/min
   double seconds;   // along the panel
 
-  double x(double time_s) const { return kLeft + time_s / seconds * (kWidth - kLeft - kRight); }
+  double x(double time_s) const {
+    return kLeftMargin + time_s / seconds * (kWidth - kLeftMargin - kRightMargin);
+  }
   double y(double value) const { return top + (range.high - value) / range.span() * height; }
 };
 
@@ -36,8 +38,8 @@ std::string frame(const Panel& panel, int values) {
     fmt::format_to(out,
                    "<line class=\"grid\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>"
                    "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n",
-                   kLeft, kWidth - kRight, panel.y(tick.value), panel.y(tick.value), kLeft - 6.0,
-                   panel.y(tick.value) + 4.0, tick.text);
+                   kLeftMargin, kWidth - kRightMargin, panel.y(tick.value), panel.y(tick.value),
+                   kLeftMargin - 6.0, panel.y(tick.value) + 4.0, tick.text);
   }
   return svg;
 }
@@ -80,7 +82,7 @@ std::string plant1_picture(const Plant1Outcome& row) {
       "<text x=\"{:g}\" y=\"20\"><tspan fill=\"#222\">&#9632; measured</tspan>"
       "<tspan dx=\"14\" fill=\"#999\">&#9632; published model, fit {:.1f} %</tspan>"
       "<tspan dx=\"14\" fill=\"#d1495b\">&#9632; corrected model, fit {:.1f} %</tspan></text>\n",
-      kLeft, escaped(record.name), escaped(record.condition), kLeft + 220.0,
+      kLeftMargin, escaped(record.name), escaped(record.condition), kLeftMargin + 220.0,
       fit_percent(row.published_misfit), fit_percent(row.corrected_misfit));
   svg += frame(flow, 6) + frame(rest, 3);
   for (const Tick& tick : ticks({.low = 0.0, .high = seconds}, 10)) {
@@ -93,7 +95,8 @@ std::string plant1_picture(const Plant1Outcome& row) {
       "<text x=\"{:g}\" y=\"{:g}\">PV, L/min</text>"
       "<text x=\"{:g}\" y=\"{:g}\">measured - corrected, L/min</text>"
       "<text x=\"{:g}\" y=\"{:g}\" text-anchor=\"end\">s</text>\n</svg>\n",
-      kLeft + 4.0, flow.top + 12.0, kLeft + 4.0, rest.top + 10.0, kWidth - kRight, kHeight - 2.0);
+      kLeftMargin + 4.0, flow.top + 12.0, kLeftMargin + 4.0, rest.top + 10.0, kWidth - kRightMargin,
+      kHeight - 2.0);
   return svg;
 }
 

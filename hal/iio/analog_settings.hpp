@@ -9,6 +9,8 @@
 
 namespace loopwarden::hal::iio {
 
+inline constexpr double kLiveZero = 4.0;  // mA that stand for the low end of a range
+
 // Limits of NAMUR NE 43, mA, in rising order. Vendors differ, so each can be set.
 struct Ne43Limits {
   double failure_low = 3.6;    // below: the transmitter reports a failure

@@ -3,7 +3,6 @@
 
 namespace loopwarden::hal::iio {
 namespace {
-constexpr double kLiveZero = 4.0;    // mA
 constexpr double kFullScale = 20.0;  // mA
 }  // namespace
 

@@ -6,8 +6,7 @@
 
 namespace loopwarden::hal::iio {
 namespace {
-constexpr double kLiveZero = 4.0;  // mA
-constexpr double kSpan = 16.0;     // mA
+constexpr double kSpan = 16.0;  // mA
 }  // namespace
 
 OutputStage::OutputStage(const AnalogOutputSettings& settings, double scale, double offset) noexcept

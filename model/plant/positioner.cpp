@@ -7,7 +7,7 @@
 namespace loopwarden::plant {
 namespace {
 constexpr double kLongestSubstep = 0.025;  // s
-constexpr double kMostSubsteps = 10'000.0;
+constexpr double kMostServoSteps = 10'000.0;
 constexpr double kShutShare = 0.002;  // of the span
 }  // namespace
 
@@ -19,7 +19,7 @@ Positioner::Positioner(const Parameters& parameters, double low, double high,
       breakaway_(parameters.breakaway),
       shut_below_(low + kShutShare * (high - low)) {
   const double longest_s = std::min(kLongestSubstep, 0.5 / parameters.gain_per_s);
-  const double substeps = std::clamp(std::ceil(period_s / longest_s), 1.0, kMostSubsteps);
+  const double substeps = std::clamp(std::ceil(period_s / longest_s), 1.0, kMostServoSteps);
   const double substep_s = period_s / substeps;
   substeps_ = static_cast<int>(substeps);
   // A substep that the count above could not make short enough goes the whole way and no further.

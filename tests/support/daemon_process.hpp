@@ -11,6 +11,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -109,7 +110,10 @@ class DaemonProcess {
 
  private:
   pid_t spawn(std::vector<std::string> arguments, const std::string& output) {
-    arguments.insert(arguments.begin(), LOOPWARDEN_BIN_DIR "/loopwardend");
+    // Another build of it, such as a sanitizer's, may be asked for.
+    const char* other = std::getenv("LOOPWARDEN_DAEMON");
+    arguments.insert(arguments.begin(),
+                     other != nullptr ? other : LOOPWARDEN_BIN_DIR "/loopwardend");
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);

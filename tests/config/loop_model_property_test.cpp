@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Model files: what is written reads back equal, for every effect with any parameters it takes.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/loop_model_writer.hpp"
+#include "model/plant/effect_catalogue.hpp"
+#include "tests/config/config_support.hpp"
+#include "tests/support/property.hpp"
+
+namespace loop_model_property_test {
+
+using namespace loopwarden;
+using namespace loopwarden::config;
+using namespace loopwarden::tests::property;
+
+namespace {
+
+double any_value(const plant::ParameterInfo& info) {
+  double low = std::max(info.low, -1e6);
+  double high = std::min(info.high, 1e6);
+  if (info.low_is_open) low = std::nextafter(low, high);
+  if (info.high_is_open) high = std::nextafter(high, low);
+  return number(low, high);
+}
+
+plant::EffectSpec any_spec(const plant::EffectInfo& info) {
+  plant::EffectSpec spec{.name = info.name};
+  for (const plant::OptionInfo& option : info.options) {
+    if (coin() || std::string_view(option.name) == "curve")
+      spec.options[option.name] = option.values[one_of(option.values.size())];
+  }
+  const auto curve = spec.options.find("curve");
+  if (curve != spec.options.end() && curve->second == "table") {
+    double x = number(0.0, 1.0);
+    double q = number(0.0, 1.0);
+    const std::int64_t points = integer(2, 8);
+    for (std::int64_t i = 0; i < points; ++i) {
+      spec.table.emplace_back(x, q);
+      x += number(1e-3, 1.0);
+      q += number(1e-3, 1.0);
+    }
+    return spec;
+  }
+  for (const plant::ParameterInfo& parameter : info.parameters) {
+    if (parameter.required || coin()) spec.parameters[parameter.name] = any_value(parameter);
+  }
+  return spec;
+}
+
+// Some sets of parameters exclude each other: those are no models.
+bool possible(const plant::EffectSpec& spec, plant::Block block, const plant::LoopModel& model) {
+  try {
+    plant::check_effect(spec, block,
+                        {.sample_time_s = model.sample_time_s,
+                         .output_low = model.controller.pid.output_low,
+                         .output_high = model.controller.pid.output_high});
+    return true;
+  } catch (const plant::EffectError&) {
+    return false;
+  }
+}
+
+void put(plant::LoopModel& model, const plant::EffectSpec& spec, plant::Block block) {
+  switch (block) {
+    case plant::Block::valve: model.valve_effects.push_back(spec); return;
+    case plant::Block::process: model.process_effects.push_back(spec); return;
+    case plant::Block::transmitter: model.transmitter_effects.push_back(spec); return;
+    case plant::Block::controller:
+    case plant::Block::disturbance: model.disturbances.push_back(spec); return;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every effect with any parameters is written so that it reads back equal",
+          "[config][model][property]") {
+  const auto read = read_model_text("m.yaml", test::kModel);
+  REQUIRE(read);
+  for (const plant::EffectInfo& info : plant::effect_catalogue()) {
+    int written = 0;
+    for_all(info.name, 60, [&] {
+      plant::LoopModel model = *read;
+      const plant::EffectSpec spec = any_spec(info);
+      const plant::Block block = info.blocks[one_of(info.blocks.size())];
+      if (!possible(spec, block, model)) return;
+      ++written;
+      if (coin()) {
+        put(model, spec, block);
+      } else {
+        plant::Schedule schedule;
+        schedule.from_s = number(-1e5, 1e5);
+        if (coin()) schedule.to_s = schedule.from_s + 1.0 + number(0.0, 1e5);
+        if (coin()) schedule.ramp_s = number(0.0, 1e4);
+        model.scenario.faults.push_back({spec, block, schedule});
+      }
+      const std::string text = write_model(model);
+      const auto again = read_model_text("again.yaml", text);
+      if (!again) throw std::runtime_error(text + to_text(again.diagnostics));
+      if (!(*again == model)) throw std::runtime_error("reads back otherwise:\n" + text);
+      require(write_model(*again) == text, "and is written the same");
+    });
+    INFO(info.name);
+    CHECK(written >= 5);
+  }
+}
+
+}  // namespace loop_model_property_test
