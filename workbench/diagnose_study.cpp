@@ -266,7 +266,7 @@ std::vector<Label> read_labels(const std::filesystem::path& path) {
   }
   const auto cells_of = [](const std::string& line) {
     std::vector<std::string> cells;
-    std::istringstream stream(line);
+    std::istringstream stream(line.substr(0, line.find('\r')));
     for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
     return cells;
   };

@@ -38,7 +38,7 @@ inline constexpr double kBacklashOdds = 2.0;
 // The fit puts the band too low, as it can trade it for dead time; the range of CO puts it too high, as CO
 // overshoots the band. Their geometric mean is right in the median of simulated loops, and in nine of ten
 // within this factor (`loopwarden diagnose-study`).
-inline constexpr double kSizeFactor = 1.5;
+inline constexpr double kSizeFactor = 2.2;
 
 struct Diagnosis {
   Verdict verdict = Verdict::not_enough_data;
