@@ -306,6 +306,13 @@ void compress(std::vector<double>& x, double deviation) {
   }
 }
 
+// Exception reporting: a value is kept until it has moved by more than the dead band.
+void hold_last(std::vector<double>& x, double dead_band) {
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    if (std::abs(x[k] - x[k - 1]) <= dead_band) x[k] = x[k - 1];
+  }
+}
+
 double deviation_of(const std::vector<double>& x) {
   double m = 0.0;
   for (const double v : x) m += v;
@@ -324,11 +331,11 @@ void round_to(std::vector<double>& x, double step) {
 bool try_case(Random& random, DiagnosisCase& out) {
   out = {};
   const double of_cause = random.uniform();
-  out.cause = of_cause < 0.36   ? Cause::stiction
-              : of_cause < 0.46 ? Cause::backlash
-              : of_cause < 0.60 ? Cause::tuning
-              : of_cause < 0.80 ? Cause::disturbance
-              : of_cause < 0.85 ? Cause::saturation
+  out.cause = of_cause < 0.30   ? Cause::stiction
+              : of_cause < 0.37 ? Cause::backlash
+              : of_cause < 0.47 ? Cause::tuning
+              : of_cause < 0.64 ? Cause::disturbance
+              : of_cause < 0.68 ? Cause::saturation
                                 : Cause::none;
   const bool valve = out.cause == Cause::stiction || out.cause == Cause::backlash;
   const bool tight = out.cause == Cause::tuning;
@@ -338,7 +345,7 @@ bool try_case(Random& random, DiagnosisCase& out) {
     const char* name;
     double share, integrating, fastest, slowest;
   };
-  constexpr std::array<Kind, 5> kKinds{{{"flow", 0.40, 0.0, 0.3, 15.0},
+  constexpr std::array<Kind, 5> kKinds{{{"flow", 0.40, 0.0, 0.1, 15.0},
                                         {"pressure", 0.20, 0.25, 1.0, 40.0},
                                         {"level", 0.25, 0.95, 0.5, 25.0},
                                         {"temperature", 0.10, 0.15, 3.0, 60.0},
@@ -358,7 +365,7 @@ bool try_case(Random& random, DiagnosisCase& out) {
   const double dt = 1.0 / static_cast<double>(steps_per_sample);
 
   // Sizes in % of span of CO; loads act at the input of the process, in the same unit.
-  const double reach = log_uniform(random, 0.5, 15.0);
+  const double reach = log_uniform(random, 0.5, 25.0);
   const double process_memory = p.integrating ? 2.0 * p.tau2 + p.dead_time : p.tau1 + p.dead_time;
   const double load_time = process_memory * log_uniform(random, 0.3, 60.0);
   double load = reach * log_uniform(random, 0.01, 0.4);
@@ -415,14 +422,26 @@ bool try_case(Random& random, DiagnosisCase& out) {
   const double behind_valve = chance(random, 0.4) ? random.uniform(0.0, 0.25) * time_scale : 0.0;
   const double bend = random.uniform(-0.012, 0.02);  // of the characteristic, per % of CO
 
-  // SP: constant, a few steps, or the output of a master that wanders.
+  // SP: constant, an operator's steps and ramps, or the output of a master; where it moves it is often what moves the loop most.
   const double of_sp = random.uniform();
   const double pv_swing = reach * (p.integrating ? p.gain * time_scale * 3.0 : p.gain);
-  const bool steps = of_sp > 0.85 && of_sp < 0.91;
-  Wander master(of_sp >= 0.91 ? pv_swing * log_uniform(random, 0.05, 1.0) : 0.0,
-                time_scale * log_uniform(random, 2.0, 60.0), dt, Random(random.bits()));
+  const bool steps = of_sp < 0.15;
+  const bool ramps = of_sp >= 0.15 && of_sp < 0.22;
+  const bool mastered = of_sp >= 0.22 && of_sp < 0.42;
+  const bool set_point_leads = of_sp < 0.42 && !valve && chance(random, 0.7);
+  const double lead = set_point_leads ? log_uniform(random, 1.0, 6.0) : 1.0;
+  Wander master(mastered ? lead * pv_swing * log_uniform(random, 0.1, 1.5) : 0.0,
+                time_scale * log_uniform(random, 2.0, 100.0), dt, Random(random.bits()));
   double step_level = 0.0;
-  double next_step = steps ? random.uniform(0.0, 1.0) * static_cast<double>(samples) : 1e300;
+  double sp_level = 0.0;
+  double next_step =
+      steps || ramps ? random.uniform(0.0, 0.7) * static_cast<double>(samples) : 1e300;
+  const double ramp_rate = lead * pv_swing / (time_scale * log_uniform(random, 3.0, 60.0));
+  out.mover = out.cause == Cause::disturbance ? "oscillation"
+              : tight                         ? "tuning"
+              : steps || ramps || mastered    ? "set point"
+              : valve && load < 0.1 * reach   ? "valve"
+                                              : "load";
 
   const double u0 = 50.0 + random.uniform(-25.0, 25.0);
   double low = 0.0;
@@ -476,10 +495,12 @@ bool try_case(Random& random, DiagnosisCase& out) {
     const bool logging = n >= warm_up;
     const double t = logging ? static_cast<double>(n - warm_up) * dt : 0.0;
     if (logging && t >= next_step) {
-      step_level += pv_swing * random.uniform(-2.0, 2.0);
+      step_level += lead * pv_swing * random.uniform(-2.0, 2.0);
       next_step += log_uniform(random, 0.2, 1.0) * static_cast<double>(samples);
     }
-    const double sp = step_level + master.step();
+    sp_level = ramps ? std::clamp(step_level, sp_level - ramp_rate * dt, sp_level + ramp_rate * dt)
+                     : step_level;
+    const double sp = sp_level + master.step();
     // Controller on the filtered measurement, a sample of its own each step.
     if (n % hold == 0) measured = transmitter + noise * noise_source.normal();
     const double error = sp - measured;
@@ -536,8 +557,8 @@ bool try_case(Random& random, DiagnosisCase& out) {
   const double co_deviation = deviation_of(out.co);
   const std::size_t slips = friction.slips() - slips_before;
   if (co_deviation < 0.02) return false;
-  if (out.cause == Cause::stiction && (slips < 5 || co_deviation > 3.0 * s)) return false;
-  if (out.cause == Cause::backlash && (slips < 5 || co_deviation > 2.5 * s)) return false;
+  if (out.cause == Cause::stiction && (slips < 2 || co_deviation > 6.0 * s)) return false;
+  if (out.cause == Cause::backlash && (slips < 2 || co_deviation > 5.0 * s)) return false;
   std::size_t at_limit = 0;
   for (const double v : out.co) at_limit += v <= low || v >= high ? 1U : 0U;
   const double limit_share = static_cast<double>(at_limit) / static_cast<double>(out.co.size());
@@ -554,6 +575,10 @@ bool try_case(Random& random, DiagnosisCase& out) {
   if (chance(random, 0.1)) {
     compress(out.pv, pv_deviation * log_uniform(random, 0.02, 0.3));
     compress(out.co, co_deviation * log_uniform(random, 0.02, 0.2));
+  }
+  if (chance(random, 0.12)) {
+    hold_last(out.pv, pv_deviation * log_uniform(random, 0.02, 0.3));
+    hold_last(out.co, co_deviation * log_uniform(random, 0.02, 0.2));
   }
   // Any unit, any action.
   const double pv_unit = log_uniform(random, 0.01, 100.0);

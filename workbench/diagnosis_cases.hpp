@@ -17,6 +17,7 @@ struct DiagnosisCase {
   bool integrating = false;
   std::string kind;    // flow, pressure, level, temperature: by time scale and sampling
   std::string detail;  // law of the valve effect, shape of the disturbance
+  std::string mover;   // what moves the loop: set point, load, oscillation, valve, tuning
   double size = 0.0;   // CO units: s of the stiction, deadband of the backlash
   std::vector<double> pv;
   std::vector<double> co;

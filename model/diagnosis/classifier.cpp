@@ -16,6 +16,9 @@ const char* to_text(Cause cause) noexcept {
     case Cause::tuning: return "tuning";
     case Cause::disturbance: return "disturbance";
     case Cause::saturation: return "saturation";
+    case Cause::sensor: return "sensor";
+    case Cause::master_loop: return "master_loop";
+    case Cause::no_flow: return "no_flow";
   }
   return "";
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weighs the evidence: how probable each cause is.
+// Weighs the causes of an oscillation against each other where the valve is not to blame (decision.hpp
+// decides that): tuning, disturbance or saturation.
 //
 // Boosted trees with one score per cause and the probabilities from the scores,
 //
@@ -23,8 +24,19 @@
 namespace loopwarden::diagnosis {
 
 // What ails the loop. The order is that of the table.
-enum class Cause : std::uint8_t { none, stiction, backlash, tuning, disturbance, saturation };
-inline constexpr std::size_t kCauseCount = 6;
+// Those behind saturation are not weighed by the table: gates and rules name them.
+enum class Cause : std::uint8_t {
+  none,
+  stiction,
+  backlash,
+  tuning,
+  disturbance,
+  saturation,
+  sensor,
+  master_loop,
+  no_flow
+};
+inline constexpr std::size_t kCauseCount = 6;  // of the table
 const char* to_text(Cause cause) noexcept;
 
 using CauseProbabilities = std::array<double, kCauseCount>;

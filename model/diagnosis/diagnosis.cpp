@@ -3,52 +3,94 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+
+#include "model/diagnosis/phase.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
 
 constexpr double kRegular = 1.0;      // Thornhill's bound
 constexpr double kLeastPeak = 0.3;    // of the autocorrelation one period on
-constexpr double kAlternative = 0.1;  // probability from which the other valve effect is named too
+constexpr double kAlternative = 0.1;  // share from which the other valve effect is named too
 constexpr double kLeastCycles = 3.0;
-
-double probability(const CauseProbabilities& p, Cause cause) {
-  return p[static_cast<std::size_t>(cause)];
-}
-
-RoutineRecord part_of(const RoutineRecord& r, std::size_t from, std::size_t count) {
-  RoutineRecord part = r;
-  part.pv = r.pv.subspan(from, count);
-  part.co = r.co.subspan(from, count);
-  if (r.sp.size() == r.pv.size()) part.sp = r.sp.subspan(from, count);
-  return part;
-}
-
-// Weighted mean of the logarithms of the looks at the whole and at its two parts.
-CauseProbabilities weigh_with_parts(const RoutineRecord& record, const Evidence& of_whole) {
-  CauseProbabilities sums{};
-  double weights = 0.0;
-  const auto add = [&](const Evidence& evidence, double weight) {
-    const CauseProbabilities p = weigh(evidence);
-    for (std::size_t c = 0; c < kCauseCount; ++c) {
-      sums[c] += weight * std::log(std::max(p[c], 1e-12));
-    }
-    weights += weight;
-  };
-  add(of_whole, 1.0);
-  const std::size_t n = record.pv.size();
-  const auto count = static_cast<std::size_t>(kPart * static_cast<double>(n));
-  for (const std::size_t from : {std::size_t{0}, n - count}) {
-    const Prepared part = prepare(part_of(record, from, count));
-    if (part.refusal.empty()) add(find_evidence(part).evidence, kPartWeight);
-  }
-  double total = 0.0;
-  for (double& v : sums) total += v = std::exp(kSharpening * v / weights);
-  for (double& v : sums) v /= total;
-  return sums;
-}
+constexpr double kSamePeriod = 0.15;         // difference between SP's period and PV's
+constexpr double kBlocksPerMovement = 40.0;  // at most, for phase and play
+constexpr std::size_t kLeastOfBlocks = 120;
+constexpr double kShapesExclude = 0.1;  // probability of a valve effect by shapes and fits
 
 bool oscillates(const Oscillation& o) { return o.regularity > kRegular && o.peak > kLeastPeak; }
+
+void measure(Diagnosis& d) {
+  const Series& pv = d.prepared.raw_pv;
+  const Series& co = d.prepared.raw_co;
+  const double period = movement_period(co, pv);
+  const auto wanted = static_cast<std::size_t>(std::ceil(period / kBlocksPerMovement));
+  const std::size_t factor =
+      std::clamp<std::size_t>(wanted, 1, std::max<std::size_t>(1, pv.size() / kLeastOfBlocks));
+  const double blocks = period / static_cast<double>(factor);
+  const Scales pv_scales = three_scales(block_means(pv, factor), blocks);
+  const Scales co_scales = three_scales(block_means(co, factor), blocks);
+  d.play = fit_play(pv_scales, co_scales, blocks);
+  d.hammerstein = fit_hammerstein(pv, co, period);
+  d.evidence = {.phase = phase_evidence(pv_scales, co_scales, blocks),
+                .play = d.play.evidence,
+                .hammerstein = d.hammerstein.evidence};
+}
+
+Follows follows_of(const Diagnosis& d) {
+  if (d.kind == LoopKind::temperature) return Follows::slowly;
+  if (d.kind == LoopKind::level || (d.kind == LoopKind::unknown && d.prepared.integrates)) {
+    return Follows::by_integration;
+  }
+  return Follows::at_once;
+}
+
+// The set point swings with PV's own period, and PV with it: it comes from above.
+bool master_swings(const Prepared& p) {
+  if (p.raw_sp.empty() || !p.set_point_active) return false;
+  const TimeScale sp = find_time_scale(p.raw_sp);
+  const TimeScale pv = find_time_scale(p.raw_pv);
+  return oscillates(sp.oscillation) && oscillates(pv.oscillation) &&
+         std::abs(sp.oscillation.period / pv.oscillation.period - 1.0) < kSamePeriod;
+}
+
+void name_valve_effect(Diagnosis& d) {
+  const Findings findings = find_evidence(d.prepared);
+  const CauseProbabilities p = weigh(findings.evidence);
+  const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
+  const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
+  d.stiction_share = stiction / std::max(stiction + backlash, 1e-12);
+  const bool sticks = kBacklashOdds * stiction >= backlash;
+  d.cause = sticks ? Cause::stiction : Cause::backlash;
+  const double other = sticks ? 1.0 - d.stiction_share : d.stiction_share;
+  if (other >= kAlternative) d.alternative = sticks ? Cause::backlash : Cause::stiction;
+  const ValveFit& fit = findings.fit;
+  d.integrating = fit.integrating_gain > 0.0;
+  const double fitted = sticks ? fit.s : fit.backlash_deadband;
+  d.s = std::sqrt(fitted * fit.output_range);
+  if (sticks && fit.s > 0.0) d.j = d.s * fit.j / fit.s;
+  d.s_low = d.s / kSizeFactor;
+  d.s_high = d.s * kSizeFactor;
+  // A valve's cycle need not repeat from one period to the next.
+  d.oscillating |= d.prepared.pv_oscillation.regularity > kRegular ||
+                   d.prepared.co_oscillation.regularity > kRegular;
+}
+
+void name_other_cause(Diagnosis& d) {
+  d.verdict = Verdict::other_cause;
+  if (master_swings(d.prepared)) {
+    d.cause = Cause::master_loop;
+    return;
+  }
+  const Findings findings = find_evidence(d.prepared);
+  const CauseProbabilities p = weigh(findings.evidence);
+  d.integrating = findings.fit.integrating_gain > 0.0;
+  const auto others = {Cause::tuning, Cause::disturbance, Cause::saturation};
+  d.cause = *std::max_element(others.begin(), others.end(), [&p](Cause a, Cause b) {
+    return p[static_cast<std::size_t>(a)] < p[static_cast<std::size_t>(b)];
+  });
+}
 
 }  // namespace
 
@@ -58,56 +100,125 @@ const char* to_text(Verdict verdict) noexcept {
     case Verdict::other_cause: return "other_cause";
     case Verdict::healthy: return "healthy";
     case Verdict::not_enough_data: return "not_enough_data";
+    case Verdict::cant_tell: return "cant_tell";
   }
   return "";
 }
 
-Diagnosis diagnose(const RoutineRecord& record) {
+Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
   Diagnosis d;
+  d.kind = kind;
   d.prepared = prepare(record);
-  if (!d.prepared.refusal.empty()) {
-    d.reason = d.prepared.refusal;
+  d.reason = d.prepared.refusal;
+  d.settle = d.prepared.settle;
+  switch (d.prepared.gate) {
+    case Gate::too_little: return d;
+    case Gate::sensor: d.cause = Cause::sensor; break;
+    case Gate::no_flow: d.cause = Cause::no_flow; break;
+    case Gate::saturation: d.cause = Cause::saturation; break;
+    case Gate::open: break;
+  }
+  if (d.prepared.gate != Gate::open) {
+    d.verdict = Verdict::other_cause;
     return d;
   }
-  d.findings = find_evidence(d.prepared);
-  d.probabilities = weigh_with_parts(record, d.findings.evidence);
   d.oscillating = d.prepared.cycles >= kLeastCycles &&
                   (oscillates(d.prepared.pv_oscillation) || oscillates(d.prepared.co_oscillation));
-  if (d.oscillating) d.period_s = d.prepared.period_s;
-  d.integrating = d.findings.fit.integrating_gain > 0.0;
-
-  const double stiction = probability(d.probabilities, Cause::stiction);
-  const double backlash = probability(d.probabilities, Cause::backlash);
-  if (stiction + backlash >= kValveThreshold) {
-    d.verdict = Verdict::valve_effect;
-    const bool sticks = kBacklashOdds * stiction >= backlash;
-    d.cause = sticks ? Cause::stiction : Cause::backlash;
-    const Cause other = sticks ? Cause::backlash : Cause::stiction;
-    if (probability(d.probabilities, other) >= kAlternative) d.alternative = other;
-    const ValveFit& fit = d.findings.fit;
-    const double fitted = d.cause == Cause::stiction ? fit.s : fit.backlash_deadband;
-    d.s = std::sqrt(fitted * fit.output_range);
-    if (d.cause == Cause::stiction && fit.s > 0.0) d.j = d.s * fit.j / fit.s;
-    d.s_low = d.s / kSizeFactor;
-    d.s_high = d.s * kSizeFactor;
-    // A valve's cycle need not repeat from one period to the next.
-    d.oscillating |= d.prepared.pv_oscillation.regularity > kRegular ||
-                     d.prepared.co_oscillation.regularity > kRegular;
-    if (d.oscillating) d.period_s = d.prepared.period_s;
-    return d;
+  measure(d);
+  d.follows = follows_of(d);
+  ValveDecision decision = decide(d.evidence, d.follows);
+  // Undecided, with nothing gained step by step: then the shapes of the cycles may exclude a valve effect, never name one.
+  if (decision.undecided && d.follows == Follows::at_once && d.evidence.hammerstein <= 0.0) {
+    const CauseProbabilities p = weigh(find_evidence(d.prepared).evidence);
+    const double by_shape =
+        p[static_cast<std::size_t>(Cause::stiction)] + p[static_cast<std::size_t>(Cause::backlash)];
+    if (by_shape < kShapesExclude) {
+      decision = ValveDecision{};
+      decision.probability = std::max(by_shape, kLeastProbability);
+    }
   }
-  const std::initializer_list<Cause> others{Cause::tuning, Cause::disturbance, Cause::saturation};
-  const Cause most = *std::max_element(others.begin(), others.end(), [&](Cause a, Cause b) {
-    return probability(d.probabilities, a) < probability(d.probabilities, b);
-  });
-  const bool ails = probability(d.probabilities, most) > probability(d.probabilities, Cause::none);
-  if (d.oscillating || (ails && most == Cause::saturation)) {
-    d.verdict = Verdict::other_cause;
-    d.cause = most;
+  d.probability = decision.probability;
+  d.grade = decision.grade;
+  if (decision.grade != Grade::none) {
+    d.verdict = Verdict::valve_effect;
+    name_valve_effect(d);
+  } else if (decision.undecided) {
+    d.verdict = Verdict::cant_tell;
+    d.reason = decision.reason;
+    d.settle = decision.settle;
+  } else if (d.oscillating) {
+    name_other_cause(d);
   } else {
     d.verdict = Verdict::healthy;
   }
+  if (d.oscillating) d.period_s = d.prepared.period_s;
   return d;
+}
+
+LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
+  LoopVerdict loop;
+  double sum = 0.0;
+  std::size_t judged = 0;
+  for (const Diagnosis& d : windows) {
+    if (!d.judged()) continue;
+    sum += logit(d.probability);
+    ++judged;
+  }
+  const auto count = [&](auto&& like) {
+    return static_cast<std::size_t>(std::count_if(windows.begin(), windows.end(), like));
+  };
+  const auto first = [&](auto&& like) {
+    const auto at = std::find_if(windows.begin(), windows.end(), like);
+    return at == windows.end() ? 0 : static_cast<std::size_t>(at - windows.begin());
+  };
+  if (judged == 0) {
+    // A cause that a gate named, or too little in every window.
+    const auto named = [](const Diagnosis& d) { return d.verdict == Verdict::other_cause; };
+    loop.like = first(named);
+    if (windows.empty()) return loop;
+    loop.verdict = windows[loop.like].verdict;
+    loop.cause = windows[loop.like].cause;
+    loop.reason = windows[loop.like].reason;
+    loop.settle = windows[loop.like].settle;
+    return loop;
+  }
+  loop.probability = from_logit(sum / static_cast<double>(judged));
+  const auto effect = [](const Diagnosis& d) { return d.verdict == Verdict::valve_effect; };
+  const auto undecided = [](const Diagnosis& d) { return d.verdict == Verdict::cant_tell; };
+  const auto other = [](const Diagnosis& d) {
+    return d.judged() && d.verdict == Verdict::other_cause;
+  };
+  if (loop.probability >= kDecidedFrom && count(effect) > 0) {
+    const auto seen = [](const Diagnosis& d) { return d.grade == Grade::seen; };
+    loop.verdict = Verdict::valve_effect;
+    loop.grade = 2 * count(seen) >= count(effect) ? Grade::seen : Grade::likely;
+    // Of the windows with the loop's grade the last stands for it: the size of today.
+    for (std::size_t i = 0; i < windows.size(); ++i) {
+      if (windows[i].grade == loop.grade) loop.like = i;
+    }
+    loop.cause = windows[loop.like].cause;
+    std::size_t last = windows.size();
+    while (last > 0 && !effect(windows[last - 1])) --last;
+    loop.since = last - 1;
+    for (std::size_t i = last; i-- > 0;) {
+      if (effect(windows[i])) loop.since = i;
+      if (windows[i].judged() && windows[i].probability < 0.5) break;
+    }
+  } else if (loop.probability > kDecidedBelow) {
+    loop.verdict = Verdict::cant_tell;
+    loop.like = first(undecided);
+    const Diagnosis& d = windows[loop.like];
+    loop.reason = undecided(d) ? d.reason : "the windows of the loop contradict each other";
+    loop.settle = undecided(d) ? d.settle : "more windows of the same loop, in the state of today";
+  } else if (2 * count(other) >= judged) {
+    loop.verdict = Verdict::other_cause;
+    loop.like = first(other);
+    loop.cause = windows[loop.like].cause;
+  } else {
+    loop.verdict = Verdict::healthy;
+    loop.like = first([](const Diagnosis& d) { return d.verdict == Verdict::healthy; });
+  }
+  return loop;
 }
 
 }  // namespace loopwarden::diagnosis

@@ -1,35 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong with a loop, from routine data alone: PV and CO, SP where it is known.
+// Valve effect or another cause, from a routine record and no model: preparation and gates, the evidence on the valve,
+// the decision (decision.hpp), and what else may ail the loop.
 //
-// The record is prepared (preparation.hpp), evidence of many kinds is measured (evidence.hpp) and weighed
-// (classifier.hpp), on the whole record and, with less weight, on its first and last kPart: what only an
-// upset or a spell shows counts less. A valve effect is named when its probability reaches kValveThreshold; among the
-// rest, an oscillation is put down to the most probable other cause.
+// A loop with several windows gets one verdict: the mean of the windows' logits decides, so that one odd window does not.
 //
-// What it can't do: name a sticking valve that did not move, or one behind a load much larger than its
-// band; tell the valve from another part of the loop that sticks; name two causes at once.
+// What it can't do: see docs/diagnose.md, which has the figures too.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "model/diagnosis/classifier.hpp"
+#include "model/diagnosis/decision.hpp"
+#include "model/diagnosis/hammerstein.hpp"
+#include "model/diagnosis/kind.hpp"
+#include "model/diagnosis/play_fit.hpp"
 #include "model/diagnosis/preparation.hpp"
 #include "model/diagnosis/valve_fit.hpp"
 
 namespace loopwarden::diagnosis {
 
-enum class Verdict : std::uint8_t { valve_effect, other_cause, healthy, not_enough_data };
+enum class Verdict : std::uint8_t {
+  valve_effect,
+  other_cause,
+  healthy,
+  not_enough_data,
+  cant_tell
+};
 const char* to_text(Verdict verdict) noexcept;
 
-// Of the probability that the valve has an effect, stiction and backlash together. Chosen on simulated
-// loops for few false alarms (docs/diagnose.md).
-inline constexpr double kValveThreshold = 0.7;
-
-inline constexpr double kPart = 0.55;        // of the record
-inline constexpr double kPartWeight = 0.35;  // against 1 for the whole
-// The looks are of one record, yet not the same: their mean is less sure than they deserve.
-inline constexpr double kSharpening = 1.25;
 // Stiction and backlash look alike in routine data, and a self-regulating loop seldom cycles from backlash:
 // it is named where it is this many times more probable.
 inline constexpr double kBacklashOdds = 2.0;
@@ -37,14 +38,22 @@ inline constexpr double kBacklashOdds = 2.0;
 // The fit puts the band too low, as it can trade it for dead time; the range of CO puts it too high, as CO
 // overshoots the band. Their geometric mean is right in the median of simulated loops, and in nine of ten
 // within this factor (`loopwarden diagnose-study`).
-inline constexpr double kSizeFactor = 1.5;
+inline constexpr double kSizeFactor = 2.2;
 
 struct Diagnosis {
   Verdict verdict = Verdict::not_enough_data;
-  std::string reason;  // why there is not enough data; empty otherwise
-  CauseProbabilities probabilities{};
+  Grade grade = Grade::none;  // of a valve effect
+  std::string reason;         // why nothing is said of the valve: not_enough_data, cant_tell, gates
+  std::string settle;         // what would settle it
+  LoopKind kind = LoopKind::unknown;
+  Follows follows = Follows::at_once;
+  double probability = 0.5;  // of a valve effect
+  ValveEvidence evidence;
+  PlayFit play;
+  Hammerstein hammerstein;
   Cause cause = Cause::none;        // the effect, or the cause of the oscillation
   Cause alternative = Cause::none;  // the other valve effect, where it can't be excluded
+  double stiction_share = 1.0;      // of `probability`
   bool oscillating = false;
   double period_s = 0.0;  // 0 where not oscillating
   bool integrating = false;
@@ -53,9 +62,27 @@ struct Diagnosis {
   double s_low = 0.0;  // CO units, s is within them in nine of ten cases
   double s_high = 0.0;
   Prepared prepared;
-  Findings findings;
+
+  bool judged() const noexcept {
+    return prepared.gate == Gate::open && verdict != Verdict::not_enough_data;
+  }
 };
 
-Diagnosis diagnose(const RoutineRecord& record);
+Diagnosis diagnose(const RoutineRecord& record, LoopKind kind = LoopKind::unknown);
+
+// One verdict of all windows of a loop, in the order of time.
+struct LoopVerdict {
+  Verdict verdict = Verdict::not_enough_data;
+  Grade grade = Grade::none;
+  Cause cause = Cause::none;
+  double probability = 0.5;
+  std::string reason;
+  std::string settle;
+  std::size_t like =
+      0;  // the window most like the verdict; its size and evidence stand for the loop
+  std::size_t since =
+      0;  // of a valve effect: the first of the windows that show it without a break up to the last
+};
+LoopVerdict judge_loop(std::span<const Diagnosis> windows);
 
 }  // namespace loopwarden::diagnosis

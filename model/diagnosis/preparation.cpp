@@ -10,12 +10,17 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr std::size_t kLongestGap = 10;        // samples that are filled
-constexpr double kLeastShareOfOnePart = 0.35;  // of the record, for a stretch at one set point
-constexpr std::size_t kLeastStretch = 150;     // samples
-constexpr double kLeastMovement = 1e-4;        // of the CO span
-constexpr double kUpset = 2.5;                 // times the range from 5 to 95 %: cut back
-constexpr double kSettlingShare = 0.1;         // of a stretch after a step that is left out
+constexpr std::size_t kLongestGap = 10;   // samples that are filled
+constexpr double kManualShare = 0.2;      // of the record with CO standing still
+constexpr double kFrozenShare = 0.3;      // of the record with PV standing still while CO moves
+constexpr double kClampedShare = 0.35;    // of the samples with CO at its limit
+constexpr double kNoFlowShare = 0.9;      // of the samples with PV at zero
+constexpr double kZero = 0.02;            // of the largest PV or SP
+constexpr double kTravel = 0.01;          // of the CO span: CO travels
+constexpr double kLeastMovement = 1e-4;   // of the CO span
+constexpr double kUpset = 2.5;            // times the range from 5 to 95 %: cut back
+constexpr double kFollowsSetPoint = 0.8;  // correlation of PV with SP
+constexpr double kComesBack = 0.5;        // correlation of CO with SP
 
 struct Part {
   std::size_t from = 0;
@@ -27,13 +32,31 @@ bool complete(const RoutineRecord& r, std::size_t k) {
   return std::isfinite(r.pv[k]) && std::isfinite(r.co[k]);
 }
 
+// Samples that count: complete, and not in a stretch in which CO stands still for long.
+std::vector<char> automatic_samples(const RoutineRecord& r) {
+  const std::size_t n = r.pv.size();
+  const auto standstill = std::max<std::size_t>(
+      3 * kLongestGap, static_cast<std::size_t>(kManualShare * static_cast<double>(n)));
+  std::vector<char> counts(n, 0);
+  for (std::size_t from = 0; from < n;) {
+    std::size_t to = from + 1;
+    while (to < n && r.co[to] == r.co[from]) ++to;
+    if (to - from < standstill) {
+      for (std::size_t k = from; k < to; ++k) counts[k] = complete(r, k) ? 1 : 0;
+    }
+    from = to;
+  }
+  return counts;
+}
+
 // The longest part without a gap of more than kLongestGap samples, beginning and ending complete.
 Part longest_part(const RoutineRecord& r) {
+  const std::vector<char> counts = automatic_samples(r);
   Part best;
   Part part;
   bool open = false;
-  for (std::size_t k = 0; k < r.pv.size(); ++k) {
-    if (!complete(r, k)) continue;
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    if (counts[k] == 0) continue;
     if (!open || k - part.to >= kLongestGap) part.from = k;
     open = true;
     part.to = k + 1;
@@ -57,32 +80,6 @@ Series filled(std::span<const double> x) {
   }
   for (std::size_t k = last + 1; any && k < out.size(); ++k) out[k] = out[last];
   return any ? out : Series{};
-}
-
-// The longest stretch of a set point that moves in steps; all of it where there is none long enough.
-Part steady_stretch(const Series& sp) {
-  Part best;
-  std::size_t from = 0;
-  for (std::size_t k = 1; k <= sp.size(); ++k) {
-    if (k < sp.size() && sp[k] == sp[from]) continue;
-    if (k - from > best.size()) best = {from, k};
-    from = k;
-  }
-  const Part all{0, sp.size()};
-  if (best.size() == all.size()) return all;
-  if (best.from > 0) {
-    best.from += static_cast<std::size_t>(kSettlingShare * static_cast<double>(best.size()));
-  }
-  const bool long_enough =
-      best.size() >= kLeastStretch &&
-      static_cast<double>(best.size()) >= kLeastShareOfOnePart * static_cast<double>(all.size());
-  return long_enough ? best : all;
-}
-
-Series slice(const Series& x, Part part) {
-  if (x.empty()) return {};
-  return {x.begin() + static_cast<std::ptrdiff_t>(part.from),
-          x.begin() + static_cast<std::ptrdiff_t>(part.to)};
 }
 
 double share_at_limits(const Series& co) {
@@ -146,49 +143,110 @@ bool follows(const Series& pv, const Series& sp) {
   return correlation(pv, sp) > 0.3 && std::abs(mean(error)) < 2.0 * spread;
 }
 
+bool stands_still(std::span<const double> x) {
+  const double* first = nullptr;
+  for (const double& v : x) {
+    if (!std::isfinite(v)) continue;
+    if (first == nullptr) first = &v;
+    if (v != *first) return false;
+  }
+  return first != nullptr;
+}
+
+// PV exactly the same for long while CO moves. An analyser or a historian holds it far shorter.
+bool frozen(const Series& pv, const Series& co) {
+  const auto longest = static_cast<std::size_t>(kFrozenShare * static_cast<double>(pv.size())) + 1;
+  std::size_t since = 0;
+  bool moving = false;
+  for (std::size_t k = 1; k < pv.size(); ++k) {
+    if (pv[k] != pv[since]) {
+      since = k;
+      moving = false;
+      continue;
+    }
+    moving |= co[k] != co[since];
+    if (moving && k + 1 - since >= longest) return true;
+  }
+  return false;
+}
+
+// Zero against the largest value that PV has or is asked for; a PV that is never anything else has no scale of its own.
+bool no_flow(const Series& pv, const Series& co, const Series& sp, const RoutineRecord& record) {
+  if (!moves(co, kTravel * (record.co_high - record.co_low))) return false;
+  double scale = 0.0;
+  for (const double v : pv) scale = std::max(scale, std::abs(v));
+  for (const double v : sp) scale = std::max(scale, std::abs(v));
+  const double bound = kZero * scale;
+  const auto at_zero =
+      std::count_if(pv.begin(), pv.end(), [bound](double v) { return std::abs(v) <= bound; });
+  return static_cast<double>(at_zero) >= kNoFlowShare * static_cast<double>(pv.size());
+}
+
 }  // namespace
 
 Prepared prepare(const RoutineRecord& record) {
   Prepared p;
+  p.gate = Gate::too_little;
   if (record.pv.size() != record.co.size()) {
     p.refusal = "PV and CO differ in length";
     return p;
   }
-  Part part = longest_part(record);
+  if (stands_still(record.co)) {
+    p.refusal = "the controller output does not move: manual, or nothing to correct";
+    p.settle = "a record of at least an hour in automatic";
+    return p;
+  }
+  const Part part = longest_part(record);
   if (part.size() < kLeastSamples) {
+    p.settle =
+        "a longer record in automatic, " + std::to_string(kLeastSamples) + " samples at least";
     p.refusal = "fewer than " + std::to_string(kLeastSamples) +
-                " samples of PV and CO in a row without a long gap";
+                " samples of PV and CO in a row in automatic without a long gap";
     return p;
   }
   Series pv = filled(record.pv.subspan(part.from, part.size()));
   Series co = filled(record.co.subspan(part.from, part.size()));
   Series sp;
   if (record.sp.size() == record.pv.size()) sp = filled(record.sp.subspan(part.from, part.size()));
-  if (!sp.empty()) {
-    const Part steady = steady_stretch(sp);
-    if (steady.size() < sp.size() && follows(pv, sp)) {
-      pv = slice(pv, steady);
-      co = slice(co, steady);
-      sp = slice(sp, steady);
-      part.from += steady.from;
-    }
-  }
   p.from = part.from;
   p.used = pv.size();
   if (!moves(co, kLeastMovement * (record.co_high - record.co_low))) {
     p.refusal = "the controller output does not move: manual, or nothing to correct";
+    p.settle = "a record of at least an hour in automatic";
     return p;
   }
-  if (!moves(pv, 0.0)) {
-    p.refusal = "PV is frozen";
+  if (no_flow(pv, co, sp, record)) {
+    p.gate = Gate::no_flow;
+    p.refusal =
+        "PV stays at zero while CO travels: no flow (line shut, pump off), nothing is seen of the "
+        "valve";
+    p.settle = "a record with flow";
     return p;
   }
+  if (!moves(pv, 0.0) || frozen(pv, co)) {
+    p.gate = Gate::sensor;
+    p.refusal = "PV is frozen while CO moves: transmitter or its connection";
+    p.settle = "look at the transmitter, then take another record";
+    return p;
+  }
+  p.share_at_limit = share_at_limits(co);
+  if (p.share_at_limit > kClampedShare) {
+    p.gate = Gate::saturation;
+    p.refusal = "CO rests at its limit in more than a third of the samples";
+    p.settle = "a record away from the limit";
+    return p;
+  }
+  p.gate = Gate::open;
   p.set_point_active = follows(pv, sp);
   Series error = pv;
   if (p.set_point_active) {
     for (std::size_t k = 0; k < error.size(); ++k) error[k] -= sp[k];
   }
-  p.share_at_limit = share_at_limits(co);
+  p.integrates = p.set_point_active && correlation(pv, sp) > kFollowsSetPoint &&
+                 std::abs(correlation(co, sp)) < kComesBack;
+  p.raw_pv = pv;
+  p.raw_co = co;
+  p.raw_sp = sp;
   p.fast_share = noise_share(pv);
   p.held_share = held_share(pv);
 

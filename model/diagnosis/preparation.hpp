@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // From a routine record to series that mean the same at any sample time and in any unit.
 //
-//  1. Short gaps are filled by straight lines; of a record with a long gap its longest part is used.
-//  2. If the set point moves in a few steps, the longest stretch at one set point is used.
+//  1. Short gaps are filled by straight lines; of a record with a long gap, or a stretch in manual (CO stands still for a fifth of
+//     the record), the longest part is used. A set point that moves is no reason to cut.
+//  2. Gates, below.
 //  3. The time scale of the loop, its period, is found (oscillation.hpp), from PV and CO.
 //  4. Samples are averaged to at most kSamplesPerPeriod a period, slow movement is removed with a
 //     moving mean of kWindowPeriods periods, upsets are cut back to 2.5 times the range from 5 to 95 %, and both signals are
 //     scaled to a standard deviation of 1.
 //
-// Refuses, with the reason, what can't be judged: too few samples, a CO that does not move (manual), a
-// frozen PV.
+// For what concerns the valve (phase.hpp, play_fit.hpp, hammerstein.hpp) `raw_pv` and `raw_co` are used as they are.
+//
+// Gates, each with its reason: too few samples, CO does not move (manual); and those that name a cause at once:
+// PV frozen while CO moves (sensor), PV at zero while CO travels (no flow), CO at its limit in more than a third of the samples
+// (saturation).
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -35,8 +40,17 @@ struct RoutineRecord {
   double co_high = 100.0;
 };
 
+// What a gate says of the loop without weighing any evidence.
+enum class Gate : std::uint8_t { open, too_little, sensor, no_flow, saturation };
+
 struct Prepared {
-  std::string refusal;  // why the record can't be judged; empty where it can
+  Gate gate = Gate::open;
+  std::string refusal;  // why the valve can't be judged; empty where it can
+  std::string settle;   // what would settle it
+
+  Series raw_pv;  // the part used, gaps filled, PV units
+  Series raw_co;  // CO units
+  Series raw_sp;  // PV units, empty where there is none
 
   std::size_t from = 0;    // first sample of the record that is used
   std::size_t used = 0;    // samples of the record that are used
@@ -55,6 +69,7 @@ struct Prepared {
   std::size_t window = 0;  // of the moving mean, samples
   double co_scale = 1.0;   // CO units, standard deviation of CO after the high-pass
   bool set_point_active = false;  // an SP that moves and that PV follows
+  bool integrates = false;        // PV moved with SP, CO came back to where it was
   double share_at_limit = 0.0;    // of the samples, CO at its lowest or highest value
   double fast_share = 0.0;        // of PV's variance that is noise between neighbours, 0 to 1
   double held_share = 0.0;        // of the samples, PV exactly as before, 0 to 1

@@ -13,7 +13,7 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr double kHalfCycleDepth = 0.3;       // of the RMS
+constexpr double kShapeCrossingDepth = 0.3;   // of the RMS
 constexpr std::size_t kLeastInHalfCycle = 4;  // samples
 constexpr std::size_t kMeanCyclePoints = 32;
 
@@ -112,7 +112,7 @@ Waveform waveform(std::span<const double> x, double period) {
   const Series smooth = moving_mean(x, static_cast<std::size_t>(period / 12.0));
   bool first_rises = true;
   const std::vector<std::size_t> starts =
-      half_cycles(smooth, kHalfCycleDepth * std::sqrt(variance(smooth)), first_rises);
+      half_cycles(smooth, kShapeCrossingDepth * std::sqrt(variance(smooth)), first_rises);
   double energy = 0.0;
   double sine = 0.0;
   double straight = 0.0;

@@ -39,6 +39,7 @@ Outcome loopwarden(const std::string& arguments) {
 }
 
 const std::string kRoutine = LOOPWARDEN_SOURCE_DIR "/data/routine/";
+const std::string kDataBase = LOOPWARDEN_SOURCE_DIR "/data/isdb";
 
 nlohmann::json verdict_of(const std::string& file, const std::string& options = "") {
   const Outcome outcome = loopwarden("diagnose " + kRoutine + file + " --json " + options);
@@ -75,12 +76,55 @@ TEST_CASE("a cycle without corners in the open records is no valve effect") {
   }
 }
 
-TEST_CASE("every open record gets a verdict, in text too") {
-  const Outcome study = loopwarden("diagnose-study --records " + kRoutine);
+TEST_CASE("every open record gets a verdict: no healthy loop is accused, sticky ones are found") {
+  const Outcome study = loopwarden("diagnose-study --records " + kRoutine + " " + kDataBase);
+  INFO(study.text);
   CHECK(study.exit_code == 0);
   CHECK(study.text.find("r27.csv") != std::string::npos);
-  CHECK(study.text.find("windows right") != std::string::npos);
-  CHECK(loopwarden("diagnose " + kRoutine + "r22.csv").text.find("valve effect: stiction") == 0);
+  CHECK(study.text.find("windows right, of the decided                   31 of 31") !=
+        std::string::npos);
+  CHECK(study.text.find("loops right, as answered 16 of 17; of the decided 16 of 16") !=
+        std::string::npos);
+  CHECK(study.text.find("log-loss by loop") != std::string::npos);
+  CHECK(loopwarden("diagnose " + kRoutine + "r22.csv").text.find("valve effect: stiction (seen)") ==
+        0);
+}
+
+TEST_CASE("a level whose set point moves can't be told, with what would settle it") {
+  const nlohmann::json open = verdict_of("r25.csv");
+  CHECK(open.at("verdict") == "cant_tell");
+  CHECK(open.at("effects").empty());
+  CHECK(open.at("cause").is_null());
+  CHECK(open.at("grade").is_null());
+  CHECK(open.at("reason").get<std::string>().find("integrates") != std::string::npos);
+  CHECK(open.at("settle").get<std::string>().find("step CO by 2 %") != std::string::npos);
+}
+
+TEST_CASE("several files of one loop get one verdict, with the windows and the time since") {
+  const nlohmann::json loop =
+      verdict_of("r21.csv", kRoutine + "r22.csv " + kRoutine + "r23.csv --kind flow");
+  CHECK(loop.at("verdict") == "valve_effect");
+  CHECK(loop.at("grade") == "seen");
+  CHECK(loop.at("kind") == "flow");
+  CHECK(loop.at("since_s") == 0.0);
+  CHECK(loop.at("since_file").get<std::string>().ends_with("r21.csv"));
+  REQUIRE(loop.at("windows").size() == 3);
+  CHECK(loop.at("windows").at(1).at("file").get<std::string>().ends_with("r22.csv"));
+  CHECK(loop.at("windows").at(1).at("to_s") == 7500.0);
+  CHECK(loop.at("windows").at(1).at("votes").at("hammerstein").at("valve_effect") == true);
+  CHECK(loop.at("windows").at(1).at("verdict") == "valve_effect");
+}
+
+TEST_CASE("the page shows the trend, the stuck stretches and PV over CO") {
+  const TemporaryFolder folder;
+  const std::string page = (folder / "page.html").string();
+  CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --report " + page).exit_code == 0);
+  const std::string text = read_file(page);
+  CHECK(text.find("CO moves, the valve does not") != std::string::npos);
+  CHECK(text.find("PV over CO") != std::string::npos);
+  CHECK(text.find("votes: phase") != std::string::npos);
+  CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --report /nonexistent/x.html").exit_code ==
+        74);
 }
 
 TEST_CASE("wrong usage and bad records end with their codes") {
@@ -94,6 +138,8 @@ TEST_CASE("wrong usage and bad records end with their codes") {
   const Outcome without = loopwarden("diagnose " + (folder / "no_co.csv").string());
   CHECK(without.exit_code == 65);
   CHECK(without.text.find("no column 'co'") != std::string::npos);
+  CHECK(without.text.find("loopwarden classify") != std::string::npos);
+  CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --kind river").exit_code == 64);
   write_file(folder / "tiny.csv", "time,pv,co\n0,1,5\n1,2,6\n2,3,5\n");
   const Outcome tiny = loopwarden("diagnose --json " + (folder / "tiny.csv").string());
   CHECK(tiny.exit_code == 0);

@@ -80,7 +80,7 @@ TEST_CASE("a compensator is shown with what it adds, apart from the jacket", "[w
   one["co_unit"] = "V";
   one["jacket"] = {{"form", "off"}, {"acting", false}, {"rate", 0.0}};
   one["compensator"] = {{"kind", "knocker"}, {"acting", true}, {"added", -0.25}};
-  const auto shown = [&] { return loop_table({{"loops", {one}}}, 0).back(); };
+  const auto shown = [&] { return loop_table({{"loops", json::array({one})}}, 0).back(); };
   CHECK(shown().find("knocker adds -0.25 V") != std::string::npos);
   CHECK(shown().find("jacket") == std::string::npos);
   one["compensator"]["acting"] = false;

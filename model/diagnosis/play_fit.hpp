@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Play evidence: does PV follow CO through a play better than straight?
+//
+//   r2_lin   best R^2 of PV on CO, dead time 0 to P/4
+//   r2_play  best R^2 of PV on play(CO, b R), b 0.15 to 0.9, R the range of CO from 2 to 98 %
+//   pl       mean over three scales (scales.hpp) of log[(1 - r2_lin + 0.01) / (1 - r2_play + 0.01)],
+//            within -1.5 to 1.5
+//
+// Above 0 speaks for the valve. Both fits are static with the same dead time to choose from.
+//
+// Source: fit of PV over CO with and without the valve's loop, after M. A. A. S. Choudhury, S. L. Shah, N. F. Thornhill
+// and D. S. Shook, Control Engineering Practice 14 (2006), who fit an ellipse; play operator as in
+// model/plant/backlash.hpp.
+//
+// What it can't do: a slow lag makes a loop of PV over CO too, so alone it is a weak witness.
+#pragma once
+
+#include "model/diagnosis/scales.hpp"
+
+namespace loopwarden::diagnosis {
+
+struct PlayFit {
+  double evidence = 0.0;   // pl
+  double linear_r2 = 0.0;  // means over the scales, 0 to 1
+  double play_r2 = 0.0;
+  double band = 0.0;  // CO units, median over the scales
+};
+
+PlayFit fit_play(const Scales& pv, const Scales& co, double period);
+
+}  // namespace loopwarden::diagnosis

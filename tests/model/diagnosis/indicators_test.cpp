@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each indicator on a case of the books, the decision, the kind from a tag, and the verdict of a loop.
+#include <catch2/catch.hpp>
+
+#include "model/diagnosis/diagnosis.hpp"
+#include "model/diagnosis/phase.hpp"
+#include "model/plant/backlash.hpp"
+#include "model/plant/stiction_choudhury.hpp"
+#include "tests/model/diagnosis/signals.hpp"
+
+namespace loopwarden::tests::indicators_test {
+namespace {
+
+using namespace diagnosis;
+
+Series triangles() {
+  return made_of(800, [](double k) { return triangle(k / 40.0); });
+}
+double phase_of(const Series& pv, const Series& co) {
+  return phase_evidence(three_scales(pv, 40.0), three_scales(co, 40.0), 40.0);
+}
+double play_of(const Series& pv, const Series& co) {
+  return fit_play(three_scales(pv, 40.0), three_scales(co, 40.0), 40.0).evidence;
+}
+
+TEST_CASE("the movement's period is that of a cycle, and four memories of what does not repeat") {
+  const Series co = with_noise(made_of(800, [](double k) { return sine(k / 50.0); }), 0.05, 1);
+  CHECK(movement_period(co, co) == Approx(50.0).epsilon(0.04));
+  const Series slow = made_of(800, [](double k) { return sine(k / 200.0); });
+  CHECK(movement_period(slow, co) == Approx(50.0).epsilon(0.04));
+  CHECK(movement_period(Series(300, 1.0), Series(300, 2.0)) == Approx(150.0));
+}
+
+TEST_CASE("phase: a square wave behind a triangle is odd, PV in step with CO is even") {
+  // Horch 1999: CO integrates the error of a valve that jumps from side to side.
+  const Series co = triangles();
+  const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
+  CHECK(phase_of(with_noise(jumping, 0.1, 2), co) > 2.0);
+  CHECK(phase_of(with_noise(co, 0.1, 3), co) < -3.0);
+  Series opposed = co;
+  for (double& v : opposed) v = -v;
+  CHECK(phase_of(opposed, co) < -3.0);
+  CHECK(phase_of(Series(800, 0.0), co) < 0.0);
+}
+
+TEST_CASE("play: PV behind a play is explained by it, PV behind none is not") {
+  const Series co = triangles();
+  plant::Backlash play(1.0);
+  play.reset(0.0);
+  Series behind;
+  for (const double u : co) behind.push_back(play.step(u));
+  const PlayFit fit =
+      fit_play(three_scales(with_noise(behind, 0.03, 4), 40.0), three_scales(co, 40.0), 40.0);
+  CHECK(fit.evidence > 0.5);
+  CHECK(fit.band == Approx(1.0).epsilon(0.25));
+  CHECK(play_of(with_noise(co, 0.03, 5), co) < 0.0);
+}
+
+TEST_CASE(
+    "Hammerstein: a slipping valve foretells PV better in a closed loop, an ideal one does not") {
+  const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
+  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  valve.reset(50.0);
+  const SmallLoop::Run sticky = loop.run(
+      1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
+  const double period = movement_period(sticky.co, sticky.pv);
+  const Hammerstein found = fit_hammerstein(sticky.pv, sticky.co, period);
+  CHECK(found.evidence > kSeenFrom);
+  CHECK(found.band == Approx(5.0).epsilon(0.4));
+  const SmallLoop::Run cycling = loop.run(
+      1200, [](double u) { return u; }, [](double t) { return 4.0 * sine(t / 25.0); });
+  CHECK(fit_hammerstein(cycling.pv, cycling.co, movement_period(cycling.co, cycling.pv)).evidence <
+        kSeenFrom);
+}
+
+TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves nothing") {
+  // PV is a load; CO = -PV in the same block.
+  plant::Random random(6);
+  double x = 0.0;
+  Series pv;
+  Series co;
+  for (int k = 0; k < 1000; ++k) {
+    pv.push_back(x = 0.95 * x + random.normal());
+    co.push_back(-pv.back());
+  }
+  CHECK(std::abs(fit_hammerstein(pv, co, 60.0).evidence) < 0.05);
+}
+
+TEST_CASE("the decision rises with every number and states its grade") {
+  const ValveEvidence base{.phase = -1.0, .play = 0.0, .hammerstein = 0.05};
+  const double p = decide(base, Follows::at_once).probability;
+  CHECK(decide({.phase = 0.0, .play = 0.0, .hammerstein = 0.05}, Follows::at_once).probability > p);
+  CHECK(decide({.phase = -1.0, .play = 0.5, .hammerstein = 0.05}, Follows::at_once).probability >
+        p);
+  CHECK(decide({.phase = -1.0, .play = 0.0, .hammerstein = 0.1}, Follows::at_once).probability > p);
+  CHECK(decide({.phase = 4.0, .play = 1.0, .hammerstein = 0.3}, Follows::at_once).grade ==
+        Grade::seen);
+  CHECK(decide({.phase = 4.0, .play = 1.0, .hammerstein = 0.3}, Follows::at_once).probability ==
+        kMostProbability);
+  CHECK(decide({.phase = 3.0, .play = 0.5, .hammerstein = 0.02}, Follows::at_once).grade ==
+        Grade::likely);
+  CHECK(decide({.phase = -4.0, .play = -1.0, .hammerstein = -0.1}, Follows::at_once).probability ==
+        kLeastProbability);
+}
+
+TEST_CASE(
+    "phase and play alone name no valve on a level, nor where a step ahead nothing is gained") {
+  const ValveEvidence odd{.phase = 4.0, .play = 1.0, .hammerstein = -0.1};
+  for (const Follows follows : {Follows::at_once, Follows::by_integration, Follows::slowly}) {
+    const ValveDecision d = decide(odd, follows);
+    CHECK(d.grade == Grade::none);
+    CHECK(d.undecided);
+    CHECK_FALSE(d.reason.empty());
+    CHECK_FALSE(d.settle.empty());
+  }
+  CHECK(decide({.phase = -2.0, .play = -1.0, .hammerstein = 0.3}, Follows::by_integration).grade ==
+        Grade::seen);
+}
+
+TEST_CASE("the kind of a loop is read from its tag") {
+  CHECK(kind_from_tag("FIC101") == LoopKind::flow);
+  CHECK(kind_from_tag("21-LC-105_a") == LoopKind::level);
+  CHECK(kind_from_tag("PDIC7") == LoopKind::pressure);
+  CHECK(kind_from_tag("unit3.TRCA_3") == LoopKind::temperature);
+  CHECK(kind_from_tag("CHEM1") == LoopKind::unknown);
+  CHECK(kind_from_tag("PLC4") == LoopKind::unknown);
+  CHECK(kind_from_tag("r22") == LoopKind::unknown);
+  CHECK(kind_from_tag("LIC5 to FIC6") == LoopKind::unknown);
+}
+
+Diagnosis window(Verdict verdict, double probability, Grade grade = Grade::none) {
+  Diagnosis d;
+  d.verdict = verdict;
+  d.probability = probability;
+  d.grade = grade;
+  if (grade != Grade::none) d.cause = Cause::stiction;
+  return d;
+}
+
+TEST_CASE("a loop's verdict is that of its windows together, with the time since") {
+  const auto healthy = window(Verdict::healthy, 0.1);
+  const auto sticky = window(Verdict::valve_effect, 0.9, Grade::seen);
+  const auto open = window(Verdict::cant_tell, 0.5);
+  const auto none = window(Verdict::not_enough_data, 0.5);
+  const std::vector<Diagnosis> later{healthy, sticky, open, sticky, sticky};
+  const LoopVerdict found = judge_loop(later);
+  CHECK(found.verdict == Verdict::valve_effect);
+  CHECK(found.grade == Grade::seen);
+  CHECK(found.since == 1);
+  CHECK(found.like == 4);
+  const std::vector<Diagnosis> once{healthy, sticky, healthy, healthy};
+  CHECK(judge_loop(once).verdict == Verdict::healthy);
+  const std::vector<Diagnosis> undecided{open, none, open};
+  CHECK(judge_loop(undecided).verdict == Verdict::cant_tell);
+  const std::vector<Diagnosis> empty{none, none};
+  CHECK(judge_loop(empty).verdict == Verdict::not_enough_data);
+}
+
+}  // namespace
+}  // namespace loopwarden::tests::indicators_test
