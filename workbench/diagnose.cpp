@@ -12,8 +12,9 @@
 #include "hal/record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/scales.hpp"
-#include "workbench/chart.hpp"
 #include "workbench/diagnose_text.hpp"
+#include "workbench/output_files.hpp"
+#include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -88,6 +89,7 @@ int run_diagnose(const DiagnoseOptions& options) {
                    path);
         return kExitData;
       }
+      say_if_long(path, r.size());
       const LoopKind kind =
           options.kind.empty()
               ? diagnosis::kind_from_tag(std::filesystem::path(path).stem().string())
@@ -103,12 +105,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   for (const DiagnosedWindow& w : loop.windows) windows.push_back(w.diagnosis);
   loop.verdict = diagnosis::judge_loop(windows);
   if (!options.report.empty()) {
-    try {
-      write_text_file(options.report, diagnosis_page(loop));
-    } catch (const std::runtime_error& e) {
-      fmt::print(stderr, "{}\n", e.what());
-      return kExitIo;
-    }
+    write_output(options.report, diagnosis_page(loop), options.records);
   }
   if (options.json) {
     fmt::print("{}\n", diagnosis_json(loop).dump(2));
