@@ -436,7 +436,11 @@ Value<std::size_t> MapReader::choose(std::string_view key, const std::vector<std
   result.valid = node == nullptr && (presence == Presence::optional || describing());
   if (node == nullptr) return result;
   const std::string lower = lower_case(node->text);
-  const auto found = std::find(names.begin(), names.end(), rule.any_case ? lower : node->text);
+  std::string said = rule.any_case ? lower : node->text;
+  // As operators say it and as the command line has it; nothing else is called so.
+  if (lower == "auto") said = "automatic";
+  if (lower == "man") said = "manual";
+  const auto found = std::find(names.begin(), names.end(), said);
   if (node->kind == YamlNode::Kind::scalar && found != names.end()) {
     result.value = static_cast<std::size_t>(found - names.begin());
     result.valid = true;

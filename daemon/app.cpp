@@ -21,6 +21,7 @@
 #include "config/config_reader.hpp"
 #include "daemon/health/event_text.hpp"
 #include "daemon/loop_health.hpp"
+#include "hal/os/exit_code.hpp"
 #include "hal/os/real_time.hpp"
 #include "hal/record/segment_format.hpp"
 #include "model/monitor/specialist_judge.hpp"
@@ -317,8 +318,6 @@ App::~App() {
 }
 
 int App::run() {
-  constexpr int kExitOk = 0;
-  constexpr int kExitIo = 74;
   start();
   supervise();
   stop();
@@ -704,8 +703,6 @@ gateway::BoxReading App::box_reading() const {
 }
 
 int drive_to_stop_actions(const config::Configuration& configuration) {
-  constexpr int kExitOk = 0;
-  constexpr int kExitIo = 74;
   struct Drive {
     const config::LoopConfig* loop = nullptr;
     std::unique_ptr<hal::LoopIo> io;

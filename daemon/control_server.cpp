@@ -456,8 +456,11 @@ json ControlServer::set(const json& request, unsigned peer_uid) {
   if (request.contains("set_point")) order.set_point = wanted_number(request, "set_point");
   if (request.contains("output")) order.output = wanted_number(request, "output");
   if (request.contains("mode")) {
-    static const std::map<std::string, control::Mode> kModes{{"auto", control::Mode::automatic},
-                                                             {"man", control::Mode::manual}};
+    static const std::map<std::string, control::Mode> kModes{
+        {"auto", control::Mode::automatic},
+        {"automatic", control::Mode::automatic},
+        {"man", control::Mode::manual},
+        {"manual", control::Mode::manual}};
     const auto mode = kModes.find(wanted_text(request, "mode"));
     if (mode == kModes.end()) throw RequestError("mode is auto or man");
     order.mode = mode->second;

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
 #include <exception>
 #include <memory>
 #include <string>
@@ -15,13 +16,14 @@
 #include "daemon/app.hpp"
 #include "daemon/log_queue.hpp"
 #include "daemon/specialists.hpp"
+#include "hal/os/exit_code.hpp"
 
 namespace {
 
-constexpr int kExitOk = 0;
-constexpr int kExitUsage = 64;
-constexpr int kExitIo = 74;
-constexpr int kExitConfiguration = 78;
+using loopwarden::kExitConfiguration;
+using loopwarden::kExitIo;
+using loopwarden::kExitOk;
+using loopwarden::kExitUsage;
 
 constexpr const char* kFooter =
     "Exit codes: 0 done, 64 usage, 74 I/O, 78 bad configuration.\n"
@@ -83,9 +85,7 @@ int run(const std::string& directory, bool check, bool safe) {
   return run_loops(std::move(*configuration), directory, *specialists);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_command_line(int argc, char** argv) {
   CLI::App cli("loopwardend - runs flow loops and watches their control valves", "loopwardend");
   std::string directory;
   bool check = false;
@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
   auto* check_flag = cli.add_flag("--check", check, "validate the configuration and exit");
   cli.add_flag("--safe", safe, "send every output to its stop action once and exit")
       ->excludes(check_flag);
-  cli.set_version_flag("--version", LOOPWARDEN_VERSION);
+  cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
   try {
     cli.parse(argc, argv);
@@ -109,4 +109,13 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "loopwardend: {}\n", e.what());
     return kExitIo;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int exit_code = run_command_line(argc, argv);
+  // What was printed and not taken is an error too.
+  const bool taken = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  return exit_code == kExitOk && !taken ? kExitIo : exit_code;
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <thread>
@@ -19,6 +20,7 @@
 #include "model/specialist/simulated_windows.hpp"
 #include "model/specialist/team_training.hpp"
 #include "workbench/installed_files.hpp"
+#include "workbench/command_line.hpp"
 #include "workbench/files.hpp"
 #include "workbench/parallel.hpp"
 #include "workbench/subcommands.hpp"
@@ -60,6 +62,7 @@ struct AlarmStudyOptions {
   std::uint64_t seed = 200'000;
   unsigned jobs = 0;
   double missing_percent = 0.0;
+  bool json = false;
 };
 
 // When each alarm first came in a run, in windows from 1; 0: it did not.
@@ -151,24 +154,14 @@ class AlarmStudy {
         threads_(options.jobs > 0 ? options.jobs
                                   : std::max(1U, std::thread::hardware_concurrency())) {}
 
-  void delays() const {
-    const monitor::WindowSettings cut;
-    const auto advance = static_cast<double>(specialist::kWindowSamples) * (1.0 - cut.overlap);
-    fmt::print(
-        "Detection: {} loops of each kind, process, tuning, noise, load and set points drawn; the "
-        "fault is there from\nthe start; watched for {} windows of {:.0f} s, one each {:.0f} s. "
-        "Delay in windows; the rule needs 3 of 5, so 3 is the\nleast.\n\n",
-        options_.runs, options_.windows,
-        static_cast<double>(specialist::kWindowSamples) * team_.facts.period_s,
-        advance * team_.facts.period_s);
-    fmt::print("{:<16} {:>10} {:>8} {:>8} {:>8} {:>8} {:>14} {:>10} {:>11}\n", "fault", "severity",
-               "named %", "delay", "delay", "delay", "other fault %", "unknown %", "can't tell %");
-    fmt::print("{:<16} {:>10} {:>8} {:>8} {:>8} {:>8} {:>14} {:>10} {:>11}\n", "", "", "", "10 %",
-               "median", "90 %", "", "", "of windows");
+  // Everything that delays() and healthy() say, for --json.
+  nlohmann::json found() const { return found_; }
+
+  void delays() {
+    if (!options_.json) print_heading();
     for (std::size_t c = 0; c < kCases.size(); ++c) row(c);
   }
-
-  void healthy() const {
+  void healthy() {
     // Parts of a day of their own: each has another loop, and memory stays small.
     const std::size_t parts = kDayParts * options_.days;
     const auto samples = static_cast<std::size_t>(86400.0 / kDayParts / model_.sample_time_s);
@@ -185,6 +178,15 @@ class AlarmStudy {
       windows += run.windows;
       for (std::size_t a = 0; a < raised.size(); ++a) raised[a] += run.raised[a];
     }
+    if (options_.json) {
+      nlohmann::json alarms = nlohmann::json::object();
+      for (const AlarmKind kind : monitor::kAlarmKinds) {
+        alarms[to_text(kind)] = raised[monitor::index_of(kind)];
+      }
+      found_["healthy"] = {
+          {"days", options_.days}, {"windows", windows}, {"false_alarms", std::move(alarms)}};
+      return;
+    }
     const double years = static_cast<double>(options_.days) / 365.0;
     fmt::print(
         "\nHealthy loops, {} days in all ({} windows): false alarms, and that per loop-year\n",
@@ -196,7 +198,23 @@ class AlarmStudy {
   }
 
  private:
-  void row(std::size_t index) const {
+  void print_heading() const {
+    const monitor::WindowSettings cut;
+    const auto advance = static_cast<double>(specialist::kWindowSamples) * (1.0 - cut.overlap);
+    fmt::print(
+        "Detection: {} loops of each kind, process, tuning, noise, load and set points drawn; the "
+        "fault is there from\nthe start; watched for {} windows of {:.0f} s, one each {:.0f} s. "
+        "Delay in windows; the rule needs 3 of 5, so 3 is the\nleast.\n\n",
+        options_.runs, options_.windows,
+        static_cast<double>(specialist::kWindowSamples) * team_.facts.period_s,
+        advance * team_.facts.period_s);
+    fmt::print("{:<16} {:>10} {:>8} {:>8} {:>8} {:>8} {:>14} {:>10} {:>11}\n", "fault", "severity",
+               "named %", "delay", "delay", "delay", "other fault %", "unknown %", "can't tell %");
+    fmt::print("{:<16} {:>10} {:>8} {:>8} {:>8} {:>8} {:>14} {:>10} {:>11}\n", "", "", "", "10 %",
+               "median", "90 %", "", "", "of windows");
+  }
+
+  void row(std::size_t index) {
     const Case& wanted = kCases[index];
     const std::size_t own = monitor::index_of(wanted.alarm);
     const std::size_t unknown = monitor::index_of(AlarmKind::unknown);
@@ -226,6 +244,17 @@ class AlarmStudy {
       windows += run.windows;
       not_judged += run.not_judged;
     }
+    if (options_.json) {
+      found_["detection"].push_back({{"fault", to_text(wanted.alarm)},
+                                     {"severity", wanted.severity},
+                                     {"loops", runs.size()},
+                                     {"delay_windows", delays},
+                                     {"other_fault", others},
+                                     {"unknown", unknowns},
+                                     {"windows", windows},
+                                     {"not_judged", not_judged}});
+      return;
+    }
     fmt::print("{:<16} {:>10} {:>8.1f} {:>8} {:>8} {:>8} {:>14.1f} {:>10.1f} {:>11.1f}\n",
                to_text(wanted.alarm),
                fmt::format("{:g} {}", wanted.severity,
@@ -239,6 +268,7 @@ class AlarmStudy {
   plant::LoopModel model_;
   const specialist::Team& team_;
   unsigned threads_;
+  nlohmann::json found_ = nlohmann::json::object();
 };
 
 int run_alarm_study(const AlarmStudyOptions& options) {
@@ -247,9 +277,10 @@ int run_alarm_study(const AlarmStudyOptions& options) {
   const auto loaded = config::read_specialists(options.specialists);
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
   if (!model || !loaded || !loaded->team) return kExitConfiguration;
-  const AlarmStudy study(options, *model, *loaded->team);
+  AlarmStudy study(options, *model, *loaded->team);
   if (options.runs > 0) study.delays();
   if (options.days > 0) study.healthy();
+  if (options.json) fmt::print("{}\n", study.found().dump(2));
   return kExitOk;
 }
 
@@ -273,6 +304,7 @@ void add_alarm_study(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.0, 50.0))
       ->capture_default_str();
   sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
+  add_json_flag(*sub, o->json);
   sub->footer("Example: loopwarden alarm-study --days 365");
   sub->callback([o, &exit_code] { exit_code = run_alarm_study(*o); });
 }

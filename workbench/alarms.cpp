@@ -3,13 +3,19 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <ctime>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "config/diagnostic.hpp"
+#include "model/monitor/alarm_kind.hpp"
+#include "workbench/command_line.hpp"
 #include "workbench/daemon_client.hpp"
+#include "workbench/loop_view.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -18,7 +24,7 @@ namespace {
 using nlohmann::json;
 
 struct Options {
-  std::string socket = DaemonClient::kDefaultSocket;
+  std::string socket;
   bool json = false;
   bool all = false;
   std::string loop;
@@ -71,6 +77,15 @@ void print_table(const json& answer, bool all) {
   }
 }
 
+// What is wrong with an alarm's name; empty: nothing.
+std::string no_alarm(const std::string& word) {
+  std::vector<std::string> names;
+  for (const monitor::AlarmKind kind : monitor::kAlarmKinds) names.emplace_back(to_text(kind));
+  if (std::find(names.begin(), names.end(), word) != names.end()) return {};
+  return fmt::format("no alarm is called '{}'{}", config::quotable(word),
+                     config::suggestion(word, names));
+}
+
 int run_list(const Options& options) {
   DaemonClient daemon(options.socket);
   const json answer = daemon.alarms();
@@ -84,6 +99,7 @@ int run_list(const Options& options) {
 
 int run_action(const Options& options, const char* action) {
   DaemonClient daemon(options.socket);
+  loop_index(daemon.status(), options.loop);
   json order = {{"alarm", options.alarm}, {"action", action}};
   if (std::string(action) == "shelve") order["minutes"] = options.minutes;
   if (!options.reason.empty()) order["reason"] = options.reason;
@@ -102,6 +118,7 @@ int run_action(const Options& options, const char* action) {
 
 int run_veto(const Options& options, bool veto) {
   DaemonClient daemon(options.socket);
+  loop_index(daemon.status(), options.loop);
   const json answer = daemon.veto(options.loop, veto, options.reason);
   if (options.json) {
     fmt::print("{}\n", answer.dump(2));
@@ -133,6 +150,7 @@ std::string journal_line(const json& line) {
 
 int run_explain(const Options& options) {
   DaemonClient daemon(options.socket);
+  loop_index(daemon.status(), options.loop);
   const json answer = daemon.explain(options.loop, options.alarm);
   if (options.json) {
     fmt::print("{}\n", answer.dump(2));
@@ -181,6 +199,7 @@ int run_explain(const Options& options) {
 
 int run_journal(const Options& options) {
   DaemonClient daemon(options.socket);
+  if (!options.loop.empty()) loop_index(daemon.status(), options.loop);
   const json lines = daemon.journal(options.lines, options.loop);
   if (options.json) {
     fmt::print("{}\n", lines.dump(2));
@@ -200,8 +219,7 @@ void add_alarms(CLI::App& app, int& exit_code) {
   CLI::App* sub =
       app.add_subcommand("alarms", "a running daemon's alarms: list, ack, shelve, explain");
   sub->require_subcommand(0, 1);
-  sub->add_option("--socket", options->socket, "the daemon's control socket")
-      ->capture_default_str();
+  add_socket_option(*sub, options->socket);
   sub->add_flag("--json", options->json, "print JSON");
   sub->add_flag("--all", options->all, "list those that are off, too");
   sub->fallthrough();
@@ -214,7 +232,9 @@ void add_alarms(CLI::App& app, int& exit_code) {
     CLI::App* verb = sub->add_subcommand(name, meaning);
     verb->fallthrough();
     verb->add_option("loop", options->loop, "tag of the loop")->required();
-    verb->add_option("alarm", options->alarm, "name of the alarm")->required();
+    verb->add_option("alarm", options->alarm, "name of the alarm")
+        ->required()
+        ->check([](const std::string& word) { return no_alarm(word); });
     if (std::string(wire) == "shelve") {
       verb->add_option("--minutes", options->minutes, "time on the shelf")
           ->check(CLI::Range(1, 1440))

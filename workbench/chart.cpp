@@ -224,12 +224,6 @@ std::string html_page(const std::string& title, const std::string& body) {
       escaped(title), body);
 }
 
-void write_text_file(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file << text;
-  if (!file.flush()) throw std::runtime_error("can't write " + path.string());
-}
-
 std::vector<double> time_axis(std::size_t count, double sample_time_s) {
   std::vector<double> axis;
   axis.reserve(count);

@@ -45,9 +45,6 @@ std::string chart_sheet(const std::string& title, const std::vector<Chart>& char
 // A self-contained page.
 std::string html_page(const std::string& title, const std::string& body);
 
-// Throws std::runtime_error when the disk refuses.
-void write_text_file(const std::filesystem::path& path, const std::string& text);
-
 // k h for k = 0 to count - 1, s.
 std::vector<double> time_axis(std::size_t count, double sample_time_s);
 

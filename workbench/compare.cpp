@@ -15,6 +15,7 @@
 #include "workbench/chart.hpp"
 #include "workbench/compare_study.hpp"
 #include "workbench/files.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/parallel.hpp"
 #include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
@@ -263,9 +264,10 @@ std::string overview(const std::vector<Outcome>& outcomes, double pv_span) {
 void write_report(const CompareOptions& options, const std::vector<Outcome>& outcomes,
                   double pv_span) {
   const std::filesystem::path folder = options.out;
-  std::filesystem::create_directories(folder);
+  OutputFiles files({options.model});
+  files.make_folder(folder);
   const std::string summary = overview(outcomes, pv_span);
-  write_text_file(folder / "overview.svg", summary);
+  files.add(folder / "overview.svg", summary);
   std::string body = fmt::format(
       "<p>{} cases: faults of 2, 5 and 10 % of the CO range, three plants, with and without noise, "
       "four set points. Compensators are sized by {:g} of the true severity. Factors are medians "
@@ -290,14 +292,14 @@ void write_report(const CompareOptions& options, const std::vector<Outcome>& out
       std::string file = fault.substr(0, fault.find(','));
       if (fault.ends_with("J = S")) file += "-j-equals-s";
       std::replace(file.begin(), file.end(), ' ', '-');
-      write_text_file(folder / (file + ".svg"), svg);
+      files.add(folder / (file + ".svg"), svg);
       body += svg;
     }
   }
-  write_text_file(
-      folder / "report.html",
-      html_page("Compensators on " + std::filesystem::path(options.model).filename().string(),
-                body));
+  files.add(folder / "report.html",
+            html_page("Compensators on " + std::filesystem::path(options.model).filename().string(),
+                      body));
+  files.commit();
 }
 
 int run_compare(const CompareOptions& options) {

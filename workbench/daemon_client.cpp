@@ -25,7 +25,8 @@ nlohmann::json DaemonClient::ask(const nlohmann::json& request) {
   nlohmann::json answer =
       nlohmann::json::parse(client_.request(request.dump(), std::chrono::milliseconds(3000)));
   if (!answer.value("ok", false)) {
-    throw DaemonRefused("the daemon refused: " + answer.value("error", std::string("no reason")));
+    throw DaemonRefused(kExitData,
+                        "the daemon refused: " + answer.value("error", std::string("no reason")));
   }
   return answer;
 }
@@ -58,7 +59,7 @@ bool DaemonClient::set(const std::string& loop, nlohmann::json request,
         ask({{"request", "order"}, {"loop", loop}, {"order", sent.at("order")}});
     const std::string state = now.at("state");
     if (state == "refused") {
-      throw DaemonRefused("the loop refused: " + now.at("why").get<std::string>());
+      throw DaemonRefused(kExitData, "the loop refused: " + now.at("why").get<std::string>());
     }
     const bool done = state == "done";
     if (done && (now.at("on_disk") || Clock::now() - start > for_disk)) return now.at("on_disk");

@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "hal/os/exit_code.hpp"
 #include "hal/os/local_socket.hpp"
 
 namespace loopwarden::workbench {
@@ -20,10 +21,14 @@ struct Trend {
   std::vector<double> sp, pv, co, stem;
 };
 
-// What was asked for is refused: the daemon's own words.
+// The daemon answers and does not do it: usage where a tag is unknown, data where it can't be done now.
 class DaemonRefused : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  DaemonRefused(ExitCode code, const std::string& what) : std::runtime_error(what), code_(code) {}
+  ExitCode exit_code() const noexcept { return code_; }
+
+ private:
+  ExitCode code_;
 };
 
 class OrderNotTaken : public std::runtime_error {
@@ -31,8 +36,8 @@ class OrderNotTaken : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The daemon on this box. Every call throws std::runtime_error with the daemon's own words if it
-// refuses, or if it can't be reached.
+// The daemon on this box. Every call throws DaemonRefused with the daemon's own words, or
+// std::runtime_error if it can't be reached.
 class DaemonClient {
  public:
   static constexpr const char* kDefaultSocket = "/run/loopwardend/control.sock";

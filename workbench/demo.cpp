@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "model/analysis/loop_metrics.hpp"
+#include "workbench/command_line.hpp"
 #include "workbench/daemon_client.hpp"
 #include "workbench/loop_view.hpp"
 #include "workbench/subcommands.hpp"
@@ -25,9 +26,10 @@ namespace loopwarden::workbench {
 namespace {
 
 struct DemoOptions {
-  std::string socket = DaemonClient::kDefaultSocket;
+  std::string socket;
   std::string loop = "FIC-101";
   bool keep = false;
+  bool json = false;
 };
 
 // A stretch of the demonstration, in seconds of the simulated plant.
@@ -64,8 +66,10 @@ struct Measured {
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : daemon_(options.socket), trend_(options.loop), loop_(options.loop) {
-    if (is_terminal(STDOUT_FILENO) && is_terminal(STDIN_FILENO)) screen_.emplace();
+      : daemon_(options.socket), trend_(options.loop), loop_(options.loop), json_(options.json) {
+    if (is_terminal(STDOUT_FILENO) && is_terminal(STDIN_FILENO) && !options.json) {
+      screen_.emplace();
+    }
   }
 
   // False if the viewer left before the end, or the loop left automatic.
@@ -73,7 +77,7 @@ class Demo {
     record_ = daemon_.start_record(loop_, "demo");
     for (const Phase& phase : phases()) {
       if (!phase.command.is_null()) daemon_.set(loop_, phase.command);
-      if (!screen_) fmt::print("{:6.0f} s  {}\n", now_s(), phase.story);
+      if (!screen_) say(fmt::format("{:6.0f} s  {}", now_s(), phase.story));
       if (!play(phase)) return false;
       left_automatic_ = !in_automatic();
       if (left_automatic_) return false;
@@ -109,6 +113,22 @@ class Demo {
     fmt::print("\nRecord: {}\n", record_);
   }
 
+  void print_json() const {
+    nlohmann::json phases = nlohmann::json::array();
+    for (const Measured& m : measured_) {
+      phases.push_back({{"phase", m.name},
+                        {"rms_error", m.metrics.rms_error},
+                        {"mean_error", m.metrics.mean_error},
+                        {"amplitude", m.metrics.amplitude},
+                        {"period_s", m.metrics.period_s},
+                        {"travel_per_hour", m.metrics.travel_per_hour},
+                        {"reversals_per_hour", m.metrics.reversals_per_hour}});
+    }
+    const nlohmann::json result = {
+        {"loop", loop_}, {"phases", std::move(phases)}, {"alarms", alarms_}, {"record", record_}};
+    fmt::print("{}\n", result.dump(2));
+  }
+
   void print_alarms() {
     fmt::print("\n{}\n", coloured("What the operator was told", Colour::bold));
     for (const std::string& line : alarms_) fmt::print("{}\n", line);
@@ -129,6 +149,12 @@ class Demo {
   }
 
  private:
+  // With --json, standard output is the result's alone.
+  void say(const std::string& line) const {
+    fmt::print(json_ ? stderr : stdout, "{}\n", line);
+    std::fflush(stdout);
+  }
+
   double now_s() {
     const auto& rows = trend_.rows();
     return rows.period.empty() ? 0.0 : static_cast<double>(rows.period.back()) * rows.sample_time_s;
@@ -158,7 +184,7 @@ class Demo {
         active_.erase(name);
         alarms_.push_back(fmt::format("{:6.0f} s  gone   {}", now_s(), name));
       }
-      if (!screen_) fmt::print("{}\n", alarms_.back());
+      if (!screen_) say(alarms_.back());
     }
   }
 
@@ -218,6 +244,7 @@ class Demo {
   DaemonClient daemon_;
   TrendBuffer trend_;
   std::string loop_;
+  bool json_;
   std::string record_;
   std::vector<Measured> measured_;
   std::set<std::string> active_;     // alarms
@@ -239,6 +266,10 @@ int run_demo(const DemoOptions& options) {
                "Try again when it is not.\n");
   }
   if (!complete) return kExitTryAgain;
+  if (options.json) {
+    demo.print_json();
+    return kExitOk;
+  }
   demo.print_table();
   demo.print_alarms();
   return kExitOk;
@@ -249,10 +280,10 @@ int run_demo(const DemoOptions& options) {
 void add_demo(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<DemoOptions>();
   CLI::App* sub = app.add_subcommand("demo", "the demonstration that ./demo shows");
-  sub->add_option("--socket", options->socket, "the daemon's control socket")
-      ->capture_default_str();
+  add_socket_option(*sub, options->socket);
   sub->add_option("--loop", options->loop, "tag of the demonstrated loop")->capture_default_str();
   sub->add_flag("--keep", options->keep, "go on watching until q is pressed");
+  add_json_flag(*sub, options->json);
   sub->footer("Example: ./demo (starts the daemon, then this)");
   sub->callback([options, &exit_code] { exit_code = run_demo(*options); });
 }

@@ -12,8 +12,9 @@
 #include "hal/record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/scales.hpp"
-#include "workbench/chart.hpp"
 #include "workbench/diagnose_text.hpp"
+#include "workbench/output_files.hpp"
+#include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -30,11 +31,11 @@ struct DiagnoseOptions {
 };
 
 // A record of at least two windows of this length is cut.
-constexpr std::size_t kWindowSamples = 1500;
+constexpr std::size_t kLongestWindow = 1500;
 constexpr double kWindowMovements = 15.0;  // periods of movement that a window holds at the least
 
 std::size_t windows_in(const hal::record::Record& r) {
-  if (r.size() < 2 * kWindowSamples) return 1;
+  if (r.size() < 2 * kLongestWindow) return 1;
   std::vector<double> pv = r.pv;
   std::vector<double> co = r.co;
   for (std::size_t k = 0; k < pv.size(); ++k) {
@@ -42,7 +43,7 @@ std::size_t windows_in(const hal::record::Record& r) {
     pv[k] = k > 0 ? pv[k - 1] : 0.0;
     co[k] = k > 0 ? co[k - 1] : 0.0;
   }
-  const double length = std::max(static_cast<double>(kWindowSamples),
+  const double length = std::max(static_cast<double>(kLongestWindow),
                                  kWindowMovements * diagnosis::movement_period(co, pv));
   return std::max<std::size_t>(1, static_cast<std::size_t>(static_cast<double>(r.size()) / length));
 }
@@ -88,6 +89,7 @@ int run_diagnose(const DiagnoseOptions& options) {
                    path);
         return kExitData;
       }
+      say_if_long(path, r.size());
       const LoopKind kind =
           options.kind.empty()
               ? diagnosis::kind_from_tag(std::filesystem::path(path).stem().string())
@@ -103,12 +105,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   for (const DiagnosedWindow& w : loop.windows) windows.push_back(w.diagnosis);
   loop.verdict = diagnosis::judge_loop(windows);
   if (!options.report.empty()) {
-    try {
-      write_text_file(options.report, diagnosis_page(loop));
-    } catch (const std::runtime_error& e) {
-      fmt::print(stderr, "{}\n", e.what());
-      return kExitIo;
-    }
+    write_output(options.report, diagnosis_page(loop), options.records);
   }
   if (options.json) {
     fmt::print("{}\n", diagnosis_json(loop).dump(2));

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <sstream>
 #include <string>
@@ -19,9 +20,11 @@
 
 #include "hal/record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
+#include "workbench/command_line.hpp"
 #include "workbench/diagnosis_cases.hpp"
 #include "workbench/diagnosis_fit.hpp"
 #include "workbench/diagnosis_training.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/parallel.hpp"
 #include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
@@ -41,6 +44,7 @@ struct StudyOptions {
   std::string evidence;              // CSV to write
   std::string save;                  // folder to write cases to
   bool unknown_kind = false;         // the kind of the simulated loops is not told
+  bool json = false;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
 
@@ -204,8 +208,21 @@ void report(const std::vector<Judged>& judged) {
   }
 }
 
+nlohmann::json as_json(const Judged& j) {
+  return {{"case", j.index},
+          {"truth", to_text(j.labelled.cause)},
+          {"kind", j.kind},
+          {"mover", j.mover},
+          {"detail", j.detail},
+          {"size", j.size},
+          {"verdict", to_text(j.diagnosis.verdict)},
+          {"grade", to_text(j.diagnosis.grade)},
+          {"cause", to_text(j.diagnosis.cause)},
+          {"probability", j.diagnosis.probability}};
+}
+
 void write_evidence(const std::string& path, const std::vector<Judged>& judged) {
-  std::ofstream file(path);
+  std::ostringstream file;
   file << "index,cause,kind,mover,detail,size,verdict,grade,p,ph,pl,A,s,band,play_band,follows\n";
   for (const Judged& j : judged) {
     const diagnosis::Diagnosis& d = j.diagnosis;
@@ -215,6 +232,7 @@ void write_evidence(const std::string& path, const std::vector<Judged>& judged) 
         to_text(d.grade), d.probability, d.evidence.phase, d.evidence.play, d.evidence.hammerstein,
         d.s, d.hammerstein.band, d.play.band, static_cast<int>(d.follows));
   }
+  write_output(path, file.str());
 }
 
 int train_table(const StudyOptions& options) {
@@ -239,14 +257,10 @@ int train_table(const StudyOptions& options) {
       cases, TrainingSettings{}, [&](std::size_t count, const std::function<void(std::size_t)>& f) {
         parallel_for(count, options.threads, f);
       });
-  std::ofstream file(options.train);
-  file << table_source(table,
-                       fmt::format("loopwarden diagnose-study --train FILE --cases {} --seed {}",
-                                   options.cases, options.seed));
-  if (!file.flush()) {
-    fmt::print(stderr, "{}: can't be written\n", options.train);
-    return kExitIo;
-  }
+  write_output(
+      options.train,
+      table_source(table, fmt::format("loopwarden diagnose-study --train FILE --cases {} --seed {}",
+                                      options.cases, options.seed)));
   fmt::print("{}: {} trees from {} cases\n", options.train, table.trees.size(), cases.size());
   return kExitOk;
 }
@@ -412,18 +426,54 @@ void print_share(const char* what, const std::vector<LoopFigures>& loops,
              interval.low, interval.high);
 }
 
+void judge_without_own_loop(std::vector<Window>& windows) {
+  for (Window& w : windows) {
+    w.left_out = w.diagnosis.probability;
+    if (!w.weighed()) continue;
+    w.left_out =
+        std::clamp(diagnosis::from_logit(fit_without(windows, w.label.loop).logit_of(w.numbers())),
+                   diagnosis::kLeastProbability, diagnosis::kMostProbability);
+  }
+}
+
+void print_json(const std::vector<Window>& windows) {
+  nlohmann::json records = nlohmann::json::array();
+  for (const Window& w : windows) {
+    const diagnosis::Diagnosis& d = w.diagnosis;
+    records.push_back({{"record", w.label.file},
+                       {"loop", w.label.loop},
+                       {"sticky", w.label.sticky},
+                       {"verdict", to_text(d.verdict)},
+                       {"grade", to_text(d.grade)},
+                       {"cause", to_text(d.cause)},
+                       {"probability", d.probability},
+                       {"probability_left_out", w.left_out}});
+  }
+  nlohmann::json loops = nlohmann::json::array();
+  for (const LoopFigures& f : by_loop(windows)) {
+    loops.push_back({{"loop", f.name},
+                     {"sticky", f.sticky},
+                     {"windows", f.windows},
+                     {"windows_right", f.windows_right},
+                     {"verdict", to_text(f.verdict.verdict)},
+                     {"probability", f.verdict.probability},
+                     {"probability_left_out", f.left_out}});
+  }
+  const nlohmann::json result = {{"records", std::move(records)}, {"loops", std::move(loops)}};
+  fmt::print("{}\n", result.dump(2));
+}
+
 int judge_records(const StudyOptions& options) {
   std::vector<Window> windows = read_windows(options.records);
+  judge_without_own_loop(windows);
+  if (options.json) {
+    print_json(windows);
+    return kExitOk;
+  }
   fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6} {:>6} {:>6} {:>6} {:>8}\n", "record",
              "loop", "sticky", "verdict", "grade", "cause", "ph", "pl", "A", "p", "left out");
-  for (Window& w : windows) {
+  for (const Window& w : windows) {
     const diagnosis::Diagnosis& d = w.diagnosis;
-    w.left_out = d.probability;
-    if (w.weighed()) {
-      w.left_out = std::clamp(
-          diagnosis::from_logit(fit_without(windows, w.label.loop).logit_of(w.numbers())),
-          diagnosis::kLeastProbability, diagnosis::kMostProbability);
-    }
     const bool called = d.verdict == diagnosis::Verdict::valve_effect;
     fmt::print(
         "{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6.2f} {:>6.2f} {:>6.3f} {:>6.2f} {:>8.2f}{}\n",
@@ -541,12 +591,13 @@ int compare(const StudyOptions& options) {
 }
 
 int save_cases(const StudyOptions& options) {
-  std::filesystem::create_directories(options.save);
+  OutputFiles files;
+  files.make_folder(options.save);
   for (std::size_t i = 0; i < options.cases; ++i) {
     const DiagnosisCase c = diagnosis_case(options.seed, i);
     hal::record::RecordCsvWriter writer(
-        std::filesystem::path(options.save) /
-            fmt::format("c{:04}_{}_{}_{}.csv", i, to_text(c.cause), c.kind, c.detail),
+        files.stage(std::filesystem::path(options.save) /
+                    fmt::format("c{:04}_{}_{}_{}.csv", i, to_text(c.cause), c.kind, c.detail)),
         {.sp = !c.sp.empty(), .stem = false});
     for (std::size_t k = 0; k < c.pv.size(); ++k) {
       hal::record::RecordSample sample{
@@ -556,6 +607,7 @@ int save_cases(const StudyOptions& options) {
     }
     writer.finish();
   }
+  files.commit();
   return kExitOk;
 }
 
@@ -567,7 +619,13 @@ int run_study(const StudyOptions& options) {
     if (!options.train.empty()) return train_table(options);
     const std::vector<Judged> judged = judge_cases(options, options.seed, "diagnose");
     if (!options.evidence.empty()) write_evidence(options.evidence, judged);
-    report(judged);
+    if (options.json) {
+      nlohmann::json cases = nlohmann::json::array();
+      for (const Judged& j : judged) cases.push_back(as_json(j));
+      fmt::print("{}\n", cases.dump(2));
+    } else {
+      report(judged);
+    }
   } catch (const hal::record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
@@ -587,14 +645,17 @@ void add_diagnose_study(CLI::App& app, int& exit_code) {
   CLI::Option* records =
       sub->add_option("--records", options->records,
                       "folders of records with labels.csv (file, loop, sticky), instead");
-  sub->add_flag("--compare", options->compare_too,
-                "the evidence of the simulated loops beside that of the records")
-      ->needs(records);
+  CLI::Option* compare =
+      sub->add_flag("--compare", options->compare_too,
+                    "the evidence of the simulated loops beside that of the records")
+          ->needs(records);
   sub->add_flag("--unknown-kind", options->unknown_kind,
                 "do not tell the kind of the simulated loops");
   sub->add_option("--evidence", options->evidence, "write the evidence of each loop, CSV");
   sub->add_option("--save", options->save, "write the simulated loops into this folder, instead");
   sub->add_option("--threads", options->threads, "at once")->check(CLI::Range(1, 1024));
+  add_json_flag(*sub, options->json)->excludes(compare);
+  sub->footer("Example: loopwarden diagnose-study --cases 200 --seed 7");
   sub->callback([options, &exit_code] { exit_code = run_study(*options); });
 }
 

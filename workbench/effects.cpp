@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -16,6 +15,7 @@
 #include "workbench/effect_guide.hpp"
 #include "workbench/effect_picture.hpp"
 #include "workbench/json_number.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -171,20 +171,16 @@ json as_json() {
   return result;
 }
 
-void write_file(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file << text;
-  if (!file.flush()) throw std::runtime_error("can't write " + path.string());
-}
-
 int run_effects(const EffectsOptions& options) {
   if (!options.out.empty()) {
     const std::filesystem::path out = options.out;
-    std::filesystem::create_directories(out / kPictureFolder);
+    OutputFiles files;
+    files.make_folder(out / kPictureFolder);
     for (const EffectExample& example : effect_examples()) {
-      write_file(out / kPictureFolder / (example.file + ".svg"), effect_picture_svg(example));
+      files.add(out / kPictureFolder / (example.file + ".svg"), effect_picture_svg(example));
     }
-    write_file(out / "effects.md", effects_markdown());
+    files.add(out / "effects.md", effects_markdown());
+    files.commit();
   }
   if (options.json) {
     fmt::print("{}\n", as_json().dump(2));

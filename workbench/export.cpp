@@ -2,11 +2,15 @@
 // loopwarden export: what the daemon recorded on the box, as CSV records.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "hal/record/record_csv.hpp"
 #include "hal/record/segment_export.hpp"
+#include "workbench/command_line.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -15,11 +19,41 @@ namespace {
 struct ExportOptions {
   std::string folder;
   std::string out;
+  bool json = false;
 };
 
+void print_json(const hal::record::ExportResult& result) {
+  nlohmann::json records = nlohmann::json::array();
+  for (const auto& record : result.records) {
+    records.push_back({{"file", record.path.string()},
+                       {"start_utc_ns", record.start_utc_ns},
+                       {"rows", record.rows},
+                       {"empty_rows", record.filled_rows}});
+  }
+  const nlohmann::json printed = {{"records", std::move(records)},
+                                  {"damaged_rows", result.damaged_rows},
+                                  {"torn_bytes", result.torn_bytes},
+                                  {"unreadable", result.unreadable}};
+  fmt::print("{}\n", printed.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+int exit_code_of(const hal::record::ExportResult& result) {
+  return result.records.empty() || !result.unreadable.empty() ? kExitData : kExitOk;
+}
+
 int run_export(const ExportOptions& options) {
+  OutputFiles files;
   try {
-    const hal::record::ExportResult result = hal::record::export_csv(options.folder, options.out);
+    files.make_folder(options.out);
+    hal::record::ExportSettings settings;
+    settings.place = [&files](const std::filesystem::path& path) { return files.stage(path); };
+    const hal::record::ExportResult result =
+        hal::record::export_csv(options.folder, options.out, settings);
+    files.commit();
+    if (options.json) {
+      print_json(result);
+      return exit_code_of(result);
+    }
     for (const auto& record : result.records) {
       fmt::print("{}: {} rows{}\n", record.path.string(), record.rows,
                  record.filled_rows > 0 ? fmt::format(", {} of them empty", record.filled_rows)
@@ -32,11 +66,10 @@ int run_export(const ExportOptions& options) {
     }
     if (result.records.empty()) {
       fmt::print(stderr, "{}: nothing recorded\n", options.folder);
-      return kExitData;
     }
-    return result.unreadable.empty() ? kExitOk : kExitData;
+    return exit_code_of(result);
   } catch (const hal::record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    fmt::print(stderr, "{}\n", files.in_users_words(e.what()));
     return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
   }
 }
@@ -48,6 +81,7 @@ void add_export(CLI::App& app, int& exit_code) {
   CLI::App* sub = app.add_subcommand("export", "recordings of the daemon as CSV records");
   sub->add_option("folder", options->folder, "a loop's folder of segments")->required();
   sub->add_option("--out", options->out, "folder for the records")->required();
+  add_json_flag(*sub, options->json);
   sub->footer("Example: loopwarden export /var/lib/loopwardend/segments/FIC-101 --out .");
   sub->callback([options, &exit_code] { exit_code = run_export(*options); });
 }

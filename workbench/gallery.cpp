@@ -14,8 +14,11 @@
 #include "model/analysis/loop_metrics.hpp"
 #include "model/plant/plant.hpp"
 #include "workbench/chart.hpp"
+#include "workbench/command_line.hpp"
 #include "workbench/effect_picture.hpp"
+#include "workbench/json_number.hpp"
 #include "workbench/loop_trial.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -209,16 +212,41 @@ std::string markdown() {
   return text + pictures;
 }
 
-int run_gallery(const std::string& out) {
-  if (!out.empty()) {
-    const std::filesystem::path folder = out;
-    std::filesystem::create_directories(folder / "pictures/gallery");
+nlohmann::json figures_json() {
+  nlohmann::json exhibits_json = nlohmann::json::array();
+  for (const Exhibit& exhibit : exhibits()) {
+    const Figures f = figures_of(run_model(model_of(exhibit), kDuration));
+    exhibits_json.push_back({{"fault", exhibit.title},
+                             {"dead_time_s", f.dead_time_s},
+                             {"reach_s", finite_or_null(f.reach_s)},
+                             {"offset", f.offset},
+                             {"pv_swing", f.pv_swing},
+                             {"co_swing", f.co_swing},
+                             {"period_s", f.period_s}});
+  }
+  return exhibits_json;
+}
+
+struct GalleryOptions {
+  std::string out;
+  bool json = false;
+};
+
+int run_gallery(const GalleryOptions& options) {
+  if (!options.out.empty()) {
+    const std::filesystem::path folder = options.out;
+    OutputFiles files;
+    files.make_folder(folder / "pictures/gallery");
     for (const Exhibit& exhibit : exhibits()) {
-      write_text_file(folder / "pictures/gallery" / (std::string(exhibit.file) + ".svg"),
-                      picture(exhibit, run_model(model_of(exhibit), kDuration)));
+      files.add(folder / "pictures/gallery" / (std::string(exhibit.file) + ".svg"),
+                picture(exhibit, run_model(model_of(exhibit), kDuration)));
     }
-    write_text_file(folder / "gallery.md", markdown());
-  } else {
+    files.add(folder / "gallery.md", markdown());
+    files.commit();
+  }
+  if (options.json) {
+    fmt::print("{}\n", figures_json().dump(2));
+  } else if (options.out.empty()) {
     fmt::print("{}", markdown());
   }
   return kExitOk;
@@ -227,12 +255,14 @@ int run_gallery(const std::string& out) {
 }  // namespace
 
 void add_gallery(CLI::App& app, int& exit_code) {
-  const auto out = std::make_shared<std::string>();
+  const auto options = std::make_shared<GalleryOptions>();
   CLI::App* sub = app.add_subcommand(
       "gallery", "trend, CO-PV correlation and signature of plant 1 for every fault");
-  sub->add_option("--out", *out, "folder for gallery.md and its pictures; without it the table");
+  sub->add_option("--out", options->out,
+                  "folder for gallery.md and its pictures; without it the table");
+  add_json_flag(*sub, options->json);
   sub->footer("Example: loopwarden gallery --out docs");
-  sub->callback([out, &exit_code] { exit_code = run_gallery(*out); });
+  sub->callback([options, &exit_code] { exit_code = run_gallery(*options); });
 }
 
 }  // namespace loopwarden::workbench

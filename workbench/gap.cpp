@@ -22,6 +22,7 @@
 #include "workbench/files.hpp"
 #include "workbench/gap_json.hpp"
 #include "workbench/gap_report.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/parallel.hpp"
 #include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
@@ -48,16 +49,6 @@ std::string text_of(const std::filesystem::path& path) {
   std::stringstream text;
   text << in.rdbuf();
   return text.str();
-}
-
-// Written beside its place and moved there: nobody reads half a file.
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path temporary = path.string() + ".tmp";
-  std::ofstream out(temporary);
-  out << text;
-  out.close();
-  if (!out) throw std::runtime_error("can't write " + temporary.string());
-  std::filesystem::rename(temporary, path);
 }
 
 void print_result(const gap::Result& r, const std::string& out) {
@@ -119,12 +110,15 @@ std::string used_options(const GapOptions& options) {
   return text;
 }
 
-// The reason as a page too. What an earlier run left in the folder would pass for this one's.
-void write_refusal(const gap::Result& result, const GapReportContext& context) {
+// The reason as a page too, unless it would hide the results of an earlier run.
+void write_refusal(OutputFiles& files, const gap::Result& result, const GapReportContext& context) {
   const std::filesystem::path out(context.out);
-  std::filesystem::remove(out / "gap.json");
-  std::filesystem::remove(out / "model.corrected.yaml");
-  write_text(out / "report.html", gap_report_html(result, context));
+  if (std::filesystem::exists(out / "gap.json")) {
+    fmt::print(stderr, "{}: the results of an earlier run were left as they are\n", context.out);
+    return;
+  }
+  files.add(out / "report.html", gap_report_html(result, context));
+  files.commit();
 }
 
 // The columns between --from and --to. `first_s` is the time of the first sample in the file.
@@ -136,9 +130,12 @@ gap::Record stretch_of(const hal::record::Record& file, const GapOptions& option
   if (begin >= end) {
     throw hal::record::RecordError(
         hal::record::RecordError::Kind::data, 0, 0,
-        fmt::format(
-            "{}: no samples between {:g} s and {:g} s; the record runs from {:g} s to {:g} s",
-            options.record, options.from_s, options.to_s, time.front(), time.back()));
+        fmt::format("{}: no samples{}{}; the record runs from {:g} s to {:g} s", options.record,
+                    std::isfinite(options.from_s) ? fmt::format(" from {:g} s on", options.from_s)
+                                                  : std::string(),
+                    std::isfinite(options.to_s) ? fmt::format(" up to {:g} s", options.to_s)
+                                                : std::string(),
+                    time.front(), time.back()));
   }
   first_s = time[static_cast<std::size_t>(begin)];
   const auto part = [&](const std::vector<double>& column, bool known) {
@@ -153,17 +150,18 @@ int run_gap(const GapOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const auto model = load_model(options.model);
   if (!model) return kExitConfiguration;
-  try {
-    std::filesystem::create_directories(options.out);  // before the work, not after it
-  } catch (const std::filesystem::filesystem_error& e) {
-    fmt::print(stderr, "{}: {}\n", options.out, e.code().message());
-    return kExitIo;
+  const std::filesystem::path out(options.out);
+  OutputFiles files({options.record, options.model});
+  files.make_folder(out);  // before the work, not after it
+  for (const char* name : {"model.corrected.yaml", "gap.json", "report.html"}) {
+    files.stage(out / name);
   }
   gap::Result result;
   try {
     double first_s = 0.0;
     const gap::Record record =
         stretch_of(hal::record::read_record(options.record), options, first_s);
+    say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
     const unsigned jobs =
         options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
@@ -195,22 +193,17 @@ int run_gap(const GapOptions& options) {
           std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
       .version = LOOPWARDEN_VERSION};
   const nlohmann::json answer = gap_json(result);
-  try {
-    if (!result.check.usable) {
-      fmt::print(stderr, "{}: {}\n", options.record, result.check.refusal);
-      write_refusal(result, context);
-      return kExitData;
-    }
-    const std::filesystem::path out(options.out);
-    context.corrected_text = config::write_model(
-        result.corrected, "loop model corrected by loopwarden gap\n" + result.sentence);
-    write_text(out / "model.corrected.yaml", context.corrected_text);
-    write_text(out / "gap.json", answer.dump(2) + "\n");
-    write_text(out / "report.html", gap_report_html(result, context));
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "{}: {}\n", options.out, e.what());
-    return kExitIo;
+  if (!result.check.usable) {
+    fmt::print(stderr, "{}: {}\n", options.record, result.check.refusal);
+    write_refusal(files, result, context);
+    return kExitData;
   }
+  context.corrected_text = config::write_model(
+      result.corrected, "loop model corrected by loopwarden gap\n" + result.sentence);
+  files.add(out / "model.corrected.yaml", context.corrected_text);
+  files.add(out / "gap.json", answer.dump(2) + "\n");
+  files.add(out / "report.html", gap_report_html(result, context));
+  files.commit();
   if (options.json) {
     fmt::print("{}\n", answer.dump(2));
   } else {

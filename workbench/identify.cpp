@@ -12,6 +12,8 @@
 #include "model/analysis/identification.hpp"
 #include "model/analysis/step_metrics.hpp"
 #include "workbench/chart.hpp"
+#include "workbench/output_files.hpp"
+#include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -161,8 +163,9 @@ int run_identify(const IdentifyOptions& options) {
                  options.record);
       return kExitData;
     }
+    say_if_long(options.record, record.size());
     const Findings f = look_at(record);
-    if (!options.out.empty()) write_text_file(options.out, picture(record, f));
+    if (!options.out.empty()) write_output(options.out, picture(record, f), {options.record});
     options.json ? print_json(f) : print_text(f);
   } catch (const analysis::IdentificationError& e) {
     fmt::print(stderr, "{}: {}\n", options.record, e.what());

@@ -20,6 +20,7 @@
 #include "workbench/files.hpp"
 #include "workbench/json_number.hpp"
 #include "workbench/loop_trial.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -330,7 +331,9 @@ int run_limit_cycle(const LimitCycleOptions& options) {
   const analysis::Margins m = analysis::margins(loop);
   const std::vector<analysis::LimitCycle> cycles = limit_cycles(loop, *valve);
   const Row row = compared("model", *model, *valve);
-  if (!options.out.empty()) write_text_file(options.out, nyquist(loop, *valve, cycles));
+  if (!options.out.empty()) {
+    write_output(options.out, nyquist(loop, *valve, cycles), {options.model});
+  }
   if (options.json) {
     nlohmann::json result = as_json(row);
     const analysis::AxisReach reach = analysis::axis_reach(loop, *valve);

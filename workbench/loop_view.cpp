@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "config/diagnostic.hpp"
+
 namespace loopwarden::workbench {
 namespace {
 
@@ -202,7 +204,10 @@ std::size_t loop_index(const nlohmann::json& status, const std::string& name) {
   for (std::size_t i = 0; i < loops.size(); ++i) {
     if (loops[i].at("name") == name) return i;
   }
-  throw std::runtime_error("the daemon has no loop '" + name + "'");
+  std::vector<std::string> tags;
+  for (const auto& loop : loops) tags.push_back(loop.at("name").get<std::string>());
+  throw DaemonRefused(kExitUsage, fmt::format("the daemon has no loop '{}'{}", name,
+                                              config::suggestion(name, tags)));
 }
 
 std::vector<std::string> trend_view(const nlohmann::json& loop, const Trend& trend, double window_s,

@@ -36,7 +36,7 @@ std::string alarm_summary(const nlohmann::json& loop);
 std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t selected);
 // What the monitor says of the valve, the condition indices, and how record and bus do.
 std::vector<std::string> loop_details(const nlohmann::json& loop);
-// Its place in the status. Throws std::runtime_error if the daemon has no such loop.
+// Its place in the status. Throws DaemonRefused, with the nearest tag, if there is none of that name.
 std::size_t loop_index(const nlohmann::json& status, const std::string& name);
 // The last `window_s` seconds in a frame of `columns` x `rows`: PV and SP above, CO and stem below.
 std::vector<std::string> trend_view(const nlohmann::json& loop, const Trend& trend, double window_s,

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -16,6 +15,7 @@
 
 #include "hal/record/record_csv.hpp"
 #include "workbench/installed_files.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/plant1_study.hpp"
 #include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
@@ -131,26 +131,13 @@ void print_json(const Plant1Study& study, std::uint64_t seed) {
   fmt::print("{}\n", result.dump(2));
 }
 
-bool write_text(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) fmt::print(stderr, "{}: can't be written\n", path.string());
-  return !file.fail();
-}
-
-bool write_results(const Plant1Study& study, const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    fmt::print(stderr, "{}: {}\n", folder.string(), error.message());
-    return false;
-  }
+void write_pictures(const Plant1Study& study, const std::filesystem::path& folder) {
+  OutputFiles files;
+  files.make_folder(folder);
   for (const Plant1Outcome& row : study.rows) {
-    if (!write_text(folder / ("plant1-" + row.record.name + ".svg"), plant1_picture(row)))
-      return false;
+    files.add(folder / ("plant1-" + row.record.name + ".svg"), plant1_picture(row));
   }
-  return true;
+  files.commit();
 }
 
 int run_plant1_study(const Plant1Options& options) {
@@ -170,7 +157,7 @@ int run_plant1_study(const Plant1Options& options) {
     } else {
       print_tables(study);
     }
-    if (!options.out.empty() && !write_results(study, options.out)) return kExitIo;
+    if (!options.out.empty()) write_pictures(study, options.out);
   } catch (const hal::record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;

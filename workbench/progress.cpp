@@ -10,6 +10,8 @@
 namespace loopwarden::workbench {
 namespace {
 constexpr std::chrono::milliseconds kRedraw{100};
+constexpr std::chrono::seconds kNextLine{15};  // where no terminal shows a bar
+constexpr std::size_t kLongRecord = 50'000;    // rows
 constexpr int kBarWidth = 30;
 }  // namespace
 
@@ -26,16 +28,27 @@ Progress::~Progress() {
 
 void Progress::update(std::uint64_t done) {
   const auto now = std::chrono::steady_clock::now();
-  if (!visible_ || total_ == 0 || now - drawn_at_ < kRedraw) return;
+  if (total_ == 0 || now - drawn_at_ < (visible_ ? std::chrono::nanoseconds(kRedraw) : kNextLine)) {
+    return;
+  }
   drawn_at_ = now;
-  drawn_ = true;
   const double share = static_cast<double>(done) / static_cast<double>(total_);
   const double spent_s = std::chrono::duration<double>(now - started_).count();
+  const double left_s = share > 0.0 ? spent_s * (1.0 - share) / share : 0.0;
+  if (!visible_) {
+    fmt::print(stderr, "{}: {:.0f} %, {:.0f} s left\n", what_, share * 100.0, left_s);
+    return;
+  }
+  drawn_ = true;
   const int filled = static_cast<int>(share * kBarWidth);
   fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %  {:.0f} s left \x1b[K", what_, "", filled, "",
-             kBarWidth - filled, share * 100.0,
-             share > 0.0 ? spent_s * (1.0 - share) / share : 0.0);
-  std::fflush(stderr);
+             kBarWidth - filled, share * 100.0, left_s);
+}
+
+void say_if_long(const std::string& record, std::size_t rows) {
+  if (rows < kLongRecord) return;
+  fmt::print(stderr, "{}: {} rows: this may take minutes; a stretch of the record takes less\n",
+             record, rows);
 }
 
 }  // namespace loopwarden::workbench

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
 namespace loopwarden::workbench {
 
-// A line on the error output that says how far long work has come; nothing when that is no terminal.
+// How far long work has come, on the error output: a bar on a terminal, else a line now and then.
 class Progress {
  public:
   Progress(std::string what, std::uint64_t total);
@@ -25,5 +26,8 @@ class Progress {
   std::chrono::steady_clock::time_point started_;
   std::chrono::steady_clock::time_point drawn_at_;
 };
+
+// That a record is a long one, so that nobody takes the silence for a hang.
+void say_if_long(const std::string& record, std::size_t rows);
 
 }  // namespace loopwarden::workbench

@@ -525,7 +525,27 @@ struct Options {
   std::string config;
   std::string host;
   int port = 0;
+  bool json = false;
 };
+
+nlohmann::json map_json(const MapOptions& options) {
+  nlohmann::json registers = nlohmann::json::array();
+  for_each(options, [&](const Register& reg, const std::string& tag, unsigned address) {
+    registers.push_back({{"table", map::to_text(reg.table)},
+                         {"address", address},
+                         {"loop", tag},
+                         {"name", reg.name},
+                         {"type", type_text(reg)},
+                         {"scale", reg.scale},
+                         {"unit", reg.unit},
+                         {"meaning", reg.meaning}});
+  });
+  return {{"host", options.host},
+          {"port", options.port},
+          {"unit", options.unit},
+          {"word_order", order_text(options.word_order)},
+          {"registers", std::move(registers)}};
+}
 
 int run(const Options& options) {
   MapOptions map_options;
@@ -554,6 +574,10 @@ int run(const Options& options) {
       {"telegraf", map_telegraf},
       {"node-red", map_node_red},
       {"ignition", map_ignition}};
+  if (options.json) {
+    fmt::print("{}\n", map_json(map_options).dump(2));
+    return kExitOk;
+  }
   fmt::print("{}", kFormats.at(options.format)(map_options));
   return kExitOk;
 }
@@ -574,6 +598,7 @@ void add_register_map(CLI::App& app, int& exit_code) {
   sub->add_option("--host", options->host, "the daemon's address as masters see it");
   sub->add_option("--port", options->port, "port, if it differs from the configuration")
       ->check(CLI::Range(1, 65535));
+  sub->add_flag("--json", options->json, "print every address as JSON, instead of a format");
   sub->footer("Example: loopwarden register-map --format pymodbus --config /etc/loopwardend");
   sub->callback([options, &exit_code] { exit_code = run(*options); });
 }

@@ -8,6 +8,8 @@
 #include <string>
 #include <thread>
 
+#include "config/diagnostic.hpp"
+#include "workbench/command_line.hpp"
 #include "workbench/daemon_client.hpp"
 #include "workbench/loop_view.hpp"
 #include "workbench/subcommands.hpp"
@@ -16,13 +18,22 @@ namespace loopwarden::workbench {
 namespace {
 
 struct SetOptions {
-  std::string socket = DaemonClient::kDefaultSocket;
+  std::string socket;
   std::string loop;
   std::optional<double> set_point;
   std::optional<double> output;
   std::optional<std::string> mode;
   std::optional<std::string> jacket;
+  bool json = false;
 };
+
+// Both words for a mode, in any case, as the daemon is told; empty if it is neither.
+std::string mode_word(const std::string& word) {
+  const std::string lower = config::lower_case(word);
+  if (lower == "auto" || lower == "automatic") return "auto";
+  if (lower == "man" || lower == "manual") return "man";
+  return {};
+}
 
 nlohmann::json loop_of(DaemonClient& daemon, const std::string& name) {
   const nlohmann::json status = daemon.status();
@@ -47,7 +58,7 @@ int run_set(const SetOptions& options) {
   nlohmann::json request = nlohmann::json::object();
   if (options.set_point) request["set_point"] = *options.set_point;
   if (options.output) request["output"] = *options.output;
-  if (options.mode) request["mode"] = *options.mode;
+  if (options.mode) request["mode"] = mode_word(*options.mode);
   if (options.jacket) request["jacket"] = *options.jacket;
   constexpr std::chrono::milliseconds kForDisk{1000};
   DaemonClient daemon(options.socket);
@@ -69,6 +80,12 @@ int run_set(const SetOptions& options) {
     std::this_thread::sleep_for(std::chrono::duration<double>(std::min(sample_time_s, 0.1)));
     after = loop_of(daemon, options.loop);
   }
+  if (options.json) {
+    const nlohmann::json result = {
+        {"loop", options.loop}, {"before", before}, {"after", after}, {"on_disk", on_disk}};
+    fmt::print("{}\n", result.dump(2));
+    return kExitOk;
+  }
   fmt::print("{}: before: {}\n{:{}}  after:  {}\n", options.loop, summary(before), "",
              options.loop.size(), summary(after));
   if (!on_disk) fmt::print(stderr, "loopwarden: done, but the journal does not have it yet\n");
@@ -76,19 +93,28 @@ int run_set(const SetOptions& options) {
 }
 
 struct RecordOptions {
-  std::string socket = DaemonClient::kDefaultSocket;
+  std::string socket;
   std::string loop;
   std::string start;
   bool stop = false;
+  bool json = false;
 };
 
 int run_record(const RecordOptions& options) {
   DaemonClient daemon(options.socket);
-  if (options.stop) {
-    const std::string file = daemon.stop_record(options.loop);
+  loop_index(daemon.status(), options.loop);
+  const std::string file = options.stop ? daemon.stop_record(options.loop)
+                                        : daemon.start_record(options.loop, options.start);
+  if (options.json) {
+    const nlohmann::json result = {
+        {"loop", options.loop},
+        {"recording", !options.stop},
+        {"file", file.empty() ? nlohmann::json(nullptr) : nlohmann::json(file)}};
+    fmt::print("{}\n", result.dump(2));
+  } else if (options.stop) {
     fmt::print("{}\n", file.empty() ? "no record was being written" : file);
   } else {
-    fmt::print("recording to {}\n", daemon.start_record(options.loop, options.start));
+    fmt::print("recording to {}\n", file);
   }
   return kExitOk;
 }
@@ -99,14 +125,18 @@ void add_set(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<SetOptions>();
   CLI::App* sub = app.add_subcommand("set", "set point, mode, output or jacket of a running loop");
   sub->add_option("loop", options->loop, "tag of the loop")->required();
-  sub->add_option("--socket", options->socket, "the daemon's control socket")
-      ->capture_default_str();
+  add_socket_option(*sub, options->socket);
   auto* sp = sub->add_option("--sp", options->set_point, "set point, PV units");
   auto* out = sub->add_option("--output", options->output, "output in manual, CO units");
-  auto* mode = sub->add_option("--mode", options->mode, "auto or man")
-                   ->check(CLI::IsMember({"auto", "man"}));
+  auto* mode = sub->add_option("--mode", options->mode, "auto (automatic) or man (manual)")
+                   ->check([](const std::string& word) {
+                     return mode_word(word).empty()
+                                ? "is auto or man (got '" + config::quotable(word) + "')"
+                                : std::string();
+                   });
   auto* jacket = sub->add_option("--jacket", options->jacket, "off, shadow or on")
                      ->check(CLI::IsMember({"off", "shadow", "on"}));
+  add_json_flag(*sub, options->json);
   sub->footer(
       "What is ordered together takes effect in one cycle, mode first. An order that can't act is\n"
       "refused with exit code 65: an output in automatic, a set point that follows PV in manual,\n"
@@ -124,10 +154,10 @@ void add_record(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<RecordOptions>();
   CLI::App* sub = app.add_subcommand("record", "start or stop a CSV record of a running loop");
   sub->add_option("loop", options->loop, "tag of the loop")->required();
-  sub->add_option("--socket", options->socket, "the daemon's control socket")
-      ->capture_default_str();
+  add_socket_option(*sub, options->socket);
   auto* start = sub->add_option("--start", options->start, "name of the record, without .csv");
   sub->add_flag("--stop", options->stop, "end the record")->excludes(start);
+  add_json_flag(*sub, options->json);
   sub->footer("Example: loopwarden record FIC-101 --start after-repair");
   sub->callback([=, &exit_code] {
     if (start->empty() && !options->stop) throw CLI::RequiredError("--start or --stop");

@@ -17,6 +17,7 @@
 #include "model/analysis/loop_metrics.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "workbench/files.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/progress.hpp"
 #include "workbench/subcommands.hpp"
 
@@ -101,15 +102,17 @@ int run_simulate(const SimulateOptions& options) {
   if (!model) return kExitConfiguration;
   if (options.duration_s) model->scenario.duration_s = *options.duration_s;
   if (options.seed) model->scenario.seed = *options.seed;
+  OutputFiles files({options.model});
   try {
     hal::record::RecordColumns columns;
     if (options.truth) columns.more = {"true_pv", "fault_severity"};
-    hal::record::RecordCsvWriter writer(options.out, columns);
+    hal::record::RecordCsvWriter writer(files.stage(options.out), columns);
     const Run run = simulate(*model, options, writer);
     writer.finish();
+    files.commit();
     report(*model, options, run);
   } catch (const hal::record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    fmt::print(stderr, "{}\n", files.in_users_words(e.what()));
     return kExitIo;
   }
   return kExitOk;

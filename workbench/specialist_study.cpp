@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
@@ -17,8 +18,10 @@
 #include "model/control/pid.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "model/monitor/verdict_rule.hpp"
+#include "workbench/command_line.hpp"
 #include "workbench/installed_files.hpp"
 #include "workbench/files.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/parallel.hpp"
 #include "workbench/plot.hpp"
 #include "workbench/specialist_training.hpp"
@@ -47,6 +50,7 @@ struct StudyOptions {
   std::uint64_t seed = 100000;
   unsigned jobs = 0;
   bool quick = false;
+  bool json = false;
 };
 
 struct Plant {
@@ -76,18 +80,6 @@ std::size_t undecided(const Tally& t) {
   return t[static_cast<std::size_t>(Verdict::not_enough_movement)];
 }
 
-void print_heading(const char* first) {
-  fmt::print("{:<24} {:>8} {:>8} {:>8} {:>10} {:>8} {:>8} {:>8} {:>6}\n", first, "no_fault",
-             "stiction", "backlash", "hysteresis", "low air", "unknown", "no verdict", "of");
-}
-void print_row(std::string_view name, const Tally& t) {
-  fmt::print("{:<24}", name);
-  for (std::size_t v = 0; v < t.size(); ++v) {
-    fmt::print(" {:>{}.1f}", percent(t[v], sum(t)), v == 3 ? 10 : 8);
-  }
-  fmt::print(" {:>6}\n", sum(t));
-}
-
 class Study {
  public:
   explicit Study(const StudyOptions& options)
@@ -113,6 +105,9 @@ class Study {
            std::find(options_.parts.begin(), options_.parts.end(), part) != options_.parts.end();
   }
 
+  void begin(const char* part) { part_ = part; }
+  const nlohmann::json& all_found() const noexcept { return found_; }
+
   void table_of_signatures();
   void fresh_signatures();
   void severity_sweep();
@@ -133,8 +128,36 @@ class Study {
   Tally judge_windows(const specialist::Team& team, const plant::LoopModel& model,
                       const WindowRequest& request, std::size_t number, std::uint64_t part) const;
 
+  // Tables for people; --json has what is found in their place.
+  template <class... Values>
+  void say(fmt::format_string<Values...> text, Values&&... values) const {
+    if (!options_.json) fmt::print(text, std::forward<Values>(values)...);
+  }
+  void heading(const char* first) {
+    heading_ = first;
+    say("{:<24} {:>8} {:>8} {:>8} {:>10} {:>8} {:>8} {:>8} {:>6}\n", first, "no_fault", "stiction",
+        "backlash", "hysteresis", "low air", "unknown", "no verdict", "of");
+  }
+  void row(std::string_view name, const Tally& t) {
+    say("{:<24}", name);
+    for (std::size_t v = 0; v < t.size(); ++v) {
+      say(" {:>{}.1f}", percent(t[v], sum(t)), v == 3 ? 10 : 8);
+    }
+    say(" {:>6}\n", sum(t));
+    nlohmann::json verdicts = nlohmann::json::object();
+    for (std::size_t v = 0; v < t.size(); ++v) verdicts[to_text(static_cast<Verdict>(v))] = t[v];
+    found({{"table", heading_},
+           {"row", name},
+           {"windows", sum(t)},
+           {"verdicts", std::move(verdicts)}});
+  }
+  void found(nlohmann::json what) { found_[part_].push_back(std::move(what)); }
+
   StudyOptions options_;
   unsigned threads_;
+  std::string part_;
+  std::string heading_;
+  nlohmann::json found_ = nlohmann::json::object();
   std::vector<Plant> plants_;
 };
 
@@ -186,10 +209,10 @@ void Study::table_of_signatures() {
     if (!s.name.starts_with("P2L")) eight.push_back(s);
   }
   for (const auto* specialists : {&eight, &all}) {
-    fmt::print("\nTable 8.3 rebuilt with {} specialists: mean square errors, V^2\n{:<6}",
-               specialists->size(), "");
-    for (const auto& s : *specialists) fmt::print(" {:>9}", s.name);
-    fmt::print("  verdict\n");
+    say("\nTable 8.3 rebuilt with {} specialists: mean square errors, V^2\n{:<6}",
+        specialists->size(), "");
+    for (const auto& s : *specialists) say(" {:>9}", s.name);
+    say("  verdict\n");
     specialist::SignatureEnsemble ensemble(*specialists);
     std::size_t right = 0;
     std::size_t shown = 0;
@@ -200,30 +223,35 @@ void Study::table_of_signatures() {
             seed(1, 100 * static_cast<std::uint64_t>(row.condition) + 10 * row.plant + k));
         for (double& pv : s.pv) pv = volts(pv, plants_[row.plant].model.transmitter);
         const auto best = ensemble.verdict(s.pv);
-        fmt::print("P{}{}{}  ", row.plant + 1, "NSBHL"[static_cast<std::size_t>(row.condition)],
-                   k + 1);
-        for (const double e : ensemble.errors(s.pv)) fmt::print(" {:>9.4g}", e);
+        say("P{}{}{}  ", row.plant + 1, "NSBHL"[static_cast<std::size_t>(row.condition)], k + 1);
+        for (const double e : ensemble.errors(s.pv)) say(" {:>9.4g}", e);
         const specialist::SignatureSpecialist& named = (*specialists)[best.value_or(0)];
         const bool good = best && named.condition == row.condition;
-        fmt::print("  {}{}\n", named.name, good ? "" : "  wrong");
+        say("  {}{}\n", named.name, good ? "" : "  wrong");
+        found({{"specialists", specialists->size()},
+               {"plant", row.plant + 1},
+               {"truth", to_text(row.condition)},
+               {"number", k + 1},
+               {"errors_v2", ensemble.errors(s.pv)},
+               {"named", named.name},
+               {"right", good}});
         right += good ? 1U : 0U;
         ++shown;
       }
     }
-    fmt::print("Table 9.1 with {} specialists: {} of {} faults right\n", specialists->size(), right,
-               shown);
+    say("Table 9.1 with {} specialists: {} of {} faults right\n", specialists->size(), right,
+        shown);
   }
 }
 
 void Study::fresh_signatures() {
   const Plant& p = plants_[0];
   const std::size_t number = count(1000, 10);
-  fmt::print(
-      "\nFresh signatures of plant 1, {} of each condition, severities 6 to 16 % of span "
+  say("\nFresh signatures of plant 1, {} of each condition, severities 6 to 16 % of span "
       "(hysteresis 4 to 10 %,\nlow air 1.2 to 2.4 %/s); share of each verdict in %\n",
       number);
   for (const bool explaining : {false, true}) {
-    print_heading(explaining ? "explaining form" : "signature form");
+    heading(explaining ? "explaining form" : "signature form");
     for (const Condition condition : kKnown) {
       Tally tally{};
       specialist::SignatureEnsemble ensemble(p.specialists.signatures);
@@ -237,7 +265,7 @@ void Study::fresh_signatures() {
           ++tally[static_cast<std::size_t>(p.specialists.signatures[*best].condition)];
         }
       }
-      print_row(to_text(condition), tally);
+      row(to_text(condition), tally);
     }
   }
 }
@@ -282,18 +310,17 @@ void Study::severity_sweep() {
   const std::size_t number = count(300, 4);
   const std::vector<double> sizes{1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0};
   const std::vector<double> noises{0.05, 0.1, 0.2, 0.4};
-  fmt::print(
-      "\nSeverity sweep of plant 1, windows with set-point steps that could tell, {} each: "
+  say("\nSeverity sweep of plant 1, windows with set-point steps that could tell, {} each: "
       "named right / called a fault, in %\n",
       number);
   std::vector<std::pair<std::string, std::vector<double>>> curves;
   for (const Condition condition : kFaults) {
-    fmt::print("{:<16}", to_text(condition));
-    for (const double size : sizes) fmt::print(" {:>9g}", size);
-    fmt::print("  {}  found in 95 %\n", condition == Condition::low_air_supply ? "%/s" : "%");
+    say("{:<16}", to_text(condition));
+    for (const double size : sizes) say(" {:>9g}", size);
+    say("  {}  found in 95 %\n", condition == Condition::low_air_supply ? "%/s" : "%");
     for (const double noise : noises) {
-      fmt::print("  noise {:>5g} %  ", noise);
-      std::vector<double> found;
+      say("  noise {:>5g} %  ", noise);
+      std::vector<double> called;
       std::vector<double> named;
       for (const double size : sizes) {
         const Tally t = judge_windows(*p.specialists.team, p.model,
@@ -304,24 +331,31 @@ void Study::severity_sweep() {
                                       number, 3);
         const std::size_t decided = sum(t) - undecided(t);
         named.push_back(percent(of(t, condition), decided));
-        found.push_back(percent(faults(t), decided));
-        fmt::print(" {:>4.0f}/{:<4.0f}", named.back(), found.back());
+        called.push_back(percent(faults(t), decided));
+        say(" {:>4.0f}/{:<4.0f}", named.back(), called.back());
+        found({{"fault", to_text(condition)},
+               {"noise_percent", noise},
+               {"size_percent", size},
+               {"named_percent", named.back()},
+               {"called_fault_percent", called.back()}});
       }
       // Less air is the worse fault, so its smallest one is the fastest still found.
       std::string smallest = "none";
       const bool low_air = condition == Condition::low_air_supply;
       for (std::size_t i = 0; i < sizes.size(); ++i) {
         const std::size_t k = low_air ? i : sizes.size() - 1 - i;
-        if (found[k] < 95.0) break;
+        if (called[k] < 95.0) break;
         smallest = fmt::format("{:g}", sizes[k]);
       }
-      fmt::print("  {}\n", smallest);
+      say("  {}\n", smallest);
       if (noise == 0.1) curves.emplace_back(to_text(condition), named);
     }
   }
   if (!options_.out.empty()) {
-    std::ofstream file(fs::path(options_.out) / "specialist-severity.svg");
-    file << sweep_picture(sizes, curves);
+    OutputFiles files;
+    files.make_folder(options_.out);
+    files.add(fs::path(options_.out) / "specialist-severity.svg", sweep_picture(sizes, curves));
+    files.commit();
   }
 }
 
@@ -330,12 +364,11 @@ void Study::windows_anywhere() {
   const std::size_t records = count(100, 2);
   constexpr std::size_t kRecordSamples = 18000;  // 30 minutes
   constexpr std::size_t kWindowsOfRecord = 20;
-  fmt::print(
-      "\nWindows that start anywhere in 30-minute records with set-point steps, {} records "
+  say("\nWindows that start anywhere in 30-minute records with set-point steps, {} records "
       "of each condition,\nseverity from {:g} % of span; shares in %\n",
       records, kDetectionLimit);
   for (const bool explaining : {false, true}) {
-    print_heading(explaining ? "explaining form" : "signature form");
+    heading(explaining ? "explaining form" : "signature form");
     Tally all{};
     std::size_t right = 0;
     for (const Condition condition : kKnown) {
@@ -365,28 +398,27 @@ void Study::windows_anywhere() {
       for (const Tally& t : tallies) {
         for (std::size_t v = 0; v < t.size(); ++v) tally[v] += t[v];
       }
-      print_row(to_text(condition), tally);
+      row(to_text(condition), tally);
       right += of(tally, condition);
       for (std::size_t v = 0; v < tally.size(); ++v) all[v] += tally[v];
     }
-    fmt::print("right: {:.1f} % of those that could tell\n",
-               percent(right, sum(all) - undecided(all)));
+    say("right: {:.1f} % of those that could tell\n", percent(right, sum(all) - undecided(all)));
   }
 }
 
 void Study::unknown_effects() {
   const Plant& p = plants_[0];
   const std::size_t number = count(1000, 5);
-  fmt::print("\nEffects that are no valve fault, plant 1, {} windows each; shares in %\n", number);
-  print_heading("explaining form");
+  say("\nEffects that are no valve fault, plant 1, {} windows each; shares in %\n", number);
+  heading("explaining form");
   Tally all{};
   for (const std::string_view name : specialist::other_names()) {
     const Tally t = judge_windows(*p.specialists.team, p.model,
                                   {.condition = Condition::other, .other = name}, number, 5);
-    print_row(name, t);
+    row(name, t);
     for (std::size_t v = 0; v < t.size(); ++v) all[v] += t[v];
   }
-  fmt::print("called a valve fault: {:.2f} %\n", percent(faults(all), sum(all)));
+  say("called a valve fault: {:.2f} %\n", percent(faults(all), sum(all)));
 }
 
 void Study::loop_year() {
@@ -425,31 +457,32 @@ void Study::loop_year() {
     odd_days += unknowns[day] > 0 ? 1U : 0U;
     for (std::size_t v = 0; v < all.size(); ++v) all[v] += tallies[day][v];
   }
-  fmt::print(
-      "\nHealthy operation, {} days of plant 1, each with process, tuning, noise, load and "
+  say("\nHealthy operation, {} days of plant 1, each with process, tuning, noise, load and "
       "set points of its own\n",
       days);
-  print_heading("windows");
-  print_row("no_fault", all);
-  fmt::print(
-      "alarms raised by the monitor's rule: {} of a valve fault, {} of `unknown` on {} days\n",
+  heading("windows");
+  row("no_fault", all);
+  say("alarms raised by the monitor's rule: {} of a valve fault, {} of `unknown` on {} days\n",
       raised, raised_unknown, odd_days);
+  found({{"days", days},
+         {"alarms_of_a_valve_fault", raised},
+         {"alarms_unknown", raised_unknown},
+         {"days_with_unknown", odd_days}});
 }
 
 void Study::transfer() {
   const std::size_t number = count(200, 4);
-  fmt::print(
-      "\nTrained on one plant, used on another, {} windows of each condition, severity from "
+  say("\nTrained on one plant, used on another, {} windows of each condition, severity from "
       "{:g} % of span; named right of\nthose that could tell / faults called by another name / "
       "healthy "
       "called faulty, in %\n{:<10}",
       number, kDetectionLimit, "");
-  for (int b = 1; b <= 3; ++b) fmt::print(" {:>24}", fmt::format("used on plant {}", b));
-  fmt::print("\n");
+  for (int b = 1; b <= 3; ++b) say(" {:>24}", fmt::format("used on plant {}", b));
+  say("\n");
   const auto line = [&](const char* text, auto measure) {
-    fmt::print("{}\n", text);
+    say("{}\n", text);
     for (std::size_t a = 0; a < plants_.size(); ++a) {
-      fmt::print("plant {:<4}", a + 1);
+      say("plant {:<4}", a + 1);
       for (std::size_t b = 0; b < plants_.size(); ++b) {
         std::size_t right = 0;
         std::size_t wrong = 0;
@@ -468,11 +501,17 @@ void Study::transfer() {
             wrong += faults(t) - of(t, c);
           }
         }
-        fmt::print(" {:>24}",
-                   fmt::format("{:.0f} / {:.0f} / {:.0f}", percent(right, decided),
-                               percent(wrong, decided - healthy), percent(false_alarms, healthy)));
+        say(" {:>24}",
+            fmt::format("{:.0f} / {:.0f} / {:.0f}", percent(right, decided),
+                        percent(wrong, decided - healthy), percent(false_alarms, healthy)));
+        found({{"how", text},
+               {"trained_on_plant", a + 1},
+               {"used_on_plant", b + 1},
+               {"right_percent", percent(right, decided)},
+               {"wrong_name_percent", percent(wrong, decided - healthy)},
+               {"false_alarm_percent", percent(false_alarms, healthy)}});
       }
-      fmt::print("\n");
+      say("\n");
     }
   };
   const auto request = [](Condition c) {
@@ -536,8 +575,7 @@ bool Study::real_signatures() {
   specialist::TeamJudge judge(*p.specialists.team);
   std::size_t right_signature = 0;
   std::size_t right_explaining = 0;
-  fmt::print(
-      "\nThe five measured signatures of plant 1; trained on simulation alone\n{:<7} {:<15} {:<32}"
+  say("\nThe five measured signatures of plant 1; trained on simulation alone\n{:<7} {:<15} {:<32}"
       " explaining form, CO from the PI law\n",
       "record", "condition", "signature form, lowest error");
   for (const Real& real : kReal) {
@@ -570,27 +608,37 @@ bool Study::real_signatures() {
         static_cast<std::size_t>(v.verdict) == static_cast<std::size_t>(real.condition);
     right_signature += faithful == real.condition ? 1U : 0U;
     right_explaining += good ? 1U : 0U;
-    fmt::print("{:<7} {:<15} {:<32} {} (p {:.2f}){}\n", real.file, to_text(real.condition),
-               fmt::format("{} ({}){}", to_text(faithful), p.specialists.signatures[best].name,
-                           faithful == real.condition ? "" : ", wrong"),
-               to_text(v.verdict), v.probability, good ? "" : ", wrong");
+    say("{:<7} {:<15} {:<32} {} (p {:.2f}){}\n", real.file, to_text(real.condition),
+        fmt::format("{} ({}){}", to_text(faithful), p.specialists.signatures[best].name,
+                    faithful == real.condition ? "" : ", wrong"),
+        to_text(v.verdict), v.probability, good ? "" : ", wrong");
+    found({{"record", real.file},
+           {"truth", to_text(real.condition)},
+           {"signature_form", to_text(faithful)},
+           {"explaining_form", to_text(v.verdict)},
+           {"probability", v.probability}});
   }
-  fmt::print("right: signature form {} of 5, explaining form {} of 5\n", right_signature,
-             right_explaining);
+  say("right: signature form {} of 5, explaining form {} of 5\n", right_signature,
+      right_explaining);
   return true;
 }
 
 int run_study(const StudyOptions& options) {
   Study study(options);
   if (!study.load()) return kExitConfiguration;
-  if (study.wants("table")) study.table_of_signatures();
-  if (study.wants("fresh")) study.fresh_signatures();
-  if (study.wants("sweep")) study.severity_sweep();
-  if (study.wants("anywhere")) study.windows_anywhere();
-  if (study.wants("unknown")) study.unknown_effects();
-  if (study.wants("year")) study.loop_year();
-  if (study.wants("transfer")) study.transfer();
-  if (study.wants("real") && !study.real_signatures()) return kExitData;
+  const auto wants = [&study](const char* part) {
+    study.begin(part);
+    return study.wants(part);
+  };
+  if (wants("table")) study.table_of_signatures();
+  if (wants("fresh")) study.fresh_signatures();
+  if (wants("sweep")) study.severity_sweep();
+  if (wants("anywhere")) study.windows_anywhere();
+  if (wants("unknown")) study.unknown_effects();
+  if (wants("year")) study.loop_year();
+  if (wants("transfer")) study.transfer();
+  if (wants("real") && !study.real_signatures()) return kExitData;
+  if (options.json) fmt::print("{}\n", study.all_found().dump(2));
   return kExitOk;
 }
 
@@ -610,6 +658,7 @@ void add_specialist_study(CLI::App& app, int& exit_code) {
   sub->add_option("--seed", o->seed, "of all chance; training has others")->capture_default_str();
   sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
   sub->add_flag("--quick", o->quick, "few windows: to see that it runs");
+  add_json_flag(*sub, o->json);
   sub->footer("Example: loopwarden specialist-study unknown year");
   sub->callback([o, &exit_code] { exit_code = run_study(*o); });
 }

@@ -93,11 +93,36 @@ class Trainer {
     };
   }
 
+  // Block by block, so that an interrupted run keeps those that it has.
+  std::vector<specialist::Example> simulated_examples() {
+    constexpr std::size_t kBlock = 512;
+    std::vector<specialist::Example> examples;
+    examples.reserve(job_.team.windows);
+    std::size_t kept = 0;
+    while (examples.size() < job_.team.windows) {
+      const std::size_t first = examples.size();
+      const std::size_t count = std::min(kBlock, job_.team.windows - first);
+      const std::string name = fmt::format("windows-{}", first);
+      std::optional<std::vector<specialist::Example>> block;
+      if (checkpoint_) block = checkpoint_->find_examples(name, count);
+      if (block) {
+        kept += count;
+      } else {
+        block =
+            specialist::simulate_examples(*job_.model, count, job_.team.seed, parallel(), first);
+        if (checkpoint_) checkpoint_->keep_examples(name, *block);
+      }
+      examples.insert(examples.end(), block->begin(), block->end());
+      live(fmt::format("{} of {} windows simulated", examples.size(), job_.team.windows));
+    }
+    if (kept > 0) say(fmt::format("{} windows were there from an interrupted run", kept));
+    return examples;
+  }
+
   void train_team() {
     say(fmt::format("explaining form: {} simulated windows, networks {}-{}-{}-1", job_.team.windows,
                     specialist::kEvidence, job_.team.hidden, job_.team.hidden));
-    const std::vector<specialist::Example> examples =
-        specialist::simulate_examples(*job_.model, job_.team.windows, job_.team.seed, parallel());
+    const std::vector<specialist::Example> examples = simulated_examples();
     specialist::TeamHooks hooks;
     hooks.epoch = [&](const specialist::TeamEpoch& e) {
       live(fmt::format("team, start {}: epoch {}, training {:.4f}, validation {:.4f} nats",

@@ -5,17 +5,9 @@
 
 #include <CLI/CLI.hpp>
 
-namespace loopwarden::workbench {
+#include "hal/os/exit_code.hpp"
 
-// sysexits.h, as documented in --help.
-enum ExitCode : int {
-  kExitOk = 0,
-  kExitUsage = 64,
-  kExitData = 65,
-  kExitIo = 74,
-  kExitTryAgain = 75,
-  kExitConfiguration = 78
-};
+namespace loopwarden::workbench {
 
 void add_check(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);

@@ -165,7 +165,7 @@ bool LiveBench::restore() {
   }
   // In manual the set point may have followed PV.
   if (was_automatic_) daemon_.set(loop_, {{"mode", "auto"}, {"set_point", start_sp_}});
-  if (!refused.empty()) throw DaemonRefused(refused);
+  if (!refused.empty()) throw DaemonRefused(kExitData, refused);
   return true;
 }
 

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "workbench/command_line.hpp"
 #include "workbench/daemon_client.hpp"
 #include "workbench/loop_view.hpp"
 #include "workbench/subcommands.hpp"
@@ -20,7 +22,7 @@ namespace {
 
 struct TopOptions {
   std::string loop;  // empty: none in particular
-  std::string socket = DaemonClient::kDefaultSocket;
+  std::string socket;
   bool json = false;
   bool once = false;
 };
@@ -35,10 +37,14 @@ void print_once(const nlohmann::json& status, const std::string& loop) {
   }
 }
 
+// `trouble`: why there is nothing newer than `status`; empty while the daemon answers.
 std::string page(const nlohmann::json& status, std::size_t selected, const Trend& trend,
-                 double window_s) {
+                 double window_s, const std::string& trouble) {
   const TerminalSize size = terminal_size();
-  std::string text = coloured(daemon_line(status), Colour::bold) + "\n\n";
+  std::string text = trouble.empty()
+                         ? coloured(daemon_line(status), Colour::bold)
+                         : coloured(trouble + "; as it was last; trying again", Colour::red);
+  text += "\n\n";
   const std::vector<std::string> table = loop_table(status, selected);
   // The table scrolls so that the selected loop stays visible in at most a third of the screen.
   const std::size_t most = std::max<std::size_t>(static_cast<std::size_t>(size.rows) / 3, 2);
@@ -60,20 +66,32 @@ std::string page(const nlohmann::json& status, std::size_t selected, const Trend
   return text;
 }
 
-void watch(DaemonClient& daemon, const std::string& first) {
-  std::size_t selected = first.empty() ? 0 : loop_index(daemon.status(), first);
+void watch(const std::string& socket, const std::string& first) {
+  auto daemon = std::make_unique<DaemonClient>(socket);
+  nlohmann::json status = daemon->status();
+  std::size_t selected = first.empty() ? 0 : loop_index(status, first);
   watch_interrupts();
   Screen screen;
   double window_s = 60.0;
   std::optional<TrendBuffer> trend;
   while (!interrupted()) {
-    const nlohmann::json status = daemon.status();
-    const auto& loops = status.at("loops");
-    selected = std::min(selected, loops.size() - 1);
-    const std::string name = loops[selected].at("name").get<std::string>();
-    if (!trend || trend->loop() != name) trend.emplace(name);
-    trend->update(daemon);
-    screen.show(page(status, selected, trend->rows(), window_s));
+    std::string trouble;
+    try {
+      if (!daemon) {
+        daemon = std::make_unique<DaemonClient>(socket);
+        trend.reset();  // another run counts its periods anew
+      }
+      status = daemon->status();
+      selected = std::min(selected, status.at("loops").size() - 1);
+      const auto name = status["loops"][selected].at("name").get<std::string>();
+      if (!trend || trend->loop() != name) trend.emplace(name);
+      trend->update(*daemon);
+    } catch (const std::exception& e) {
+      daemon.reset();
+      trouble = e.what();
+      selected = std::min(selected, status.at("loops").size() - 1);
+    }
+    screen.show(page(status, selected, trend ? trend->rows() : Trend{}, window_s, trouble));
     switch (screen.key(std::chrono::milliseconds(200)).value_or(' ')) {
       case 'q': return;
       case 'U':
@@ -88,15 +106,18 @@ void watch(DaemonClient& daemon, const std::string& first) {
 }
 
 int run_top(const TopOptions& options) {
+  const bool terminal = is_terminal(STDOUT_FILENO) && is_terminal(STDIN_FILENO);
+  if (terminal && !options.once && !options.json) {
+    use_colours(true);
+    watch(options.socket, options.loop);
+    return kExitOk;
+  }
   DaemonClient daemon(options.socket);
   if (options.json) {
     fmt::print("{}\n", daemon.status().dump(2));
-  } else if (options.once || !is_terminal(STDOUT_FILENO) || !is_terminal(STDIN_FILENO)) {
+  } else {
     use_colours(is_terminal(STDOUT_FILENO));
     print_once(daemon.status(), options.loop);
-  } else {
-    use_colours(true);
-    watch(daemon, options.loop);
   }
   return kExitOk;
 }
@@ -108,8 +129,7 @@ void add_top(CLI::App& app, int& exit_code) {
   CLI::App* sub = app.add_subcommand("top", "live view of a running daemon");
   sub->add_option("loop", options->loop,
                   "tag of the loop to begin with; with --once, to say more of");
-  sub->add_option("--socket", options->socket, "the daemon's control socket")
-      ->capture_default_str();
+  add_socket_option(*sub, options->socket);
   sub->add_flag("--once", options->once, "print the state once, without the live view");
   sub->add_flag("--json", options->json, "print the state once as JSON");
   sub->footer("Example: loopwarden top --once FIC-101");

@@ -18,8 +18,10 @@
 
 #include "hal/record/record_csv.hpp"
 #include "workbench/files.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/specialist_training.hpp"
 #include "workbench/subcommands.hpp"
+#include "workbench/training_checkpoint.hpp"
 #include "workbench/training_page.hpp"
 
 namespace loopwarden::workbench {
@@ -205,6 +207,20 @@ void warn_of_effects(const plant::LoopModel& model) {
   }
 }
 
+// A folder is written again only where the manifest is one of ours: its user may need what it holds.
+bool may_replace(const fs::path& folder) {
+  const fs::path manifest = folder / "manifest.yaml";
+  std::ifstream in(manifest);
+  if (!in) return true;
+  std::string line;
+  while (std::getline(in, line)) {
+    if (line.starts_with("format: loopwarden-specialists")) return true;
+  }
+  fmt::print(stderr, "{}: not written by loopwarden train; give --out another folder\n",
+             manifest.string());
+  return false;
+}
+
 int run_train(const TrainOptions& options) {
   if (options.model.empty() == options.signatures.empty()) {
     fmt::print(stderr, "train: give a model, or --signatures, and not both\n");
@@ -235,6 +251,9 @@ int run_train(const TrainOptions& options) {
   }
   job.threads = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
   job.checkpoint = fs::path(options.out) / "unfinished";
+  if (!may_replace(options.out)) return kExitUsage;
+  OutputFiles files({options.model});
+  files.make_folder(options.out);
   try {
     if (!options.model.empty()) {
       job.model = load_model(options.model);
@@ -250,18 +269,12 @@ int run_train(const TrainOptions& options) {
     const TrainingResult result = train_specialists(job, listener_of(options.json));
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    std::string failure = config::write_specialists(result.folder, options.out);
-    if (failure.empty()) {
-      std::ofstream page(fs::path(options.out) / "training.html", std::ios::trunc);
-      page << training_page(result);
-      if (!page.flush()) failure = options.out + "/training.html: can't write";
-    }
-    if (!failure.empty()) {
-      fmt::print(stderr, "{}\n", failure);
-      return kExitIo;
-    }
-    std::error_code ignored;
-    fs::remove_all(*job.checkpoint, ignored);
+    files.add(fs::path(options.out) / "training.html", training_page(result));
+    config::write_specialists(result.folder, [&](const std::string& name, const std::string& text) {
+      files.add(fs::path(options.out) / name, text);
+    });
+    files.commit();
+    TrainingCheckpoint::remove(*job.checkpoint);
     print_summary(options, result, seconds);
   } catch (const hal::record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());

@@ -42,13 +42,14 @@ Network network_of(const json& from) {
 }
 
 void write(const std::filesystem::path& path, const json& content) {
+  std::error_code ignored;
+  std::filesystem::create_directories(path.parent_path(), ignored);
   const std::filesystem::path temporary = path.string() + ".tmp";
   {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
     out << content.dump();
     if (!out.flush()) return;
   }
-  std::error_code ignored;
   std::filesystem::rename(temporary, path, ignored);
 }
 
@@ -64,10 +65,7 @@ json read(const std::filesystem::path& path, const std::string& key) {
 }  // namespace
 
 TrainingCheckpoint::TrainingCheckpoint(std::filesystem::path folder, std::string key)
-    : folder_(std::move(folder)), key_(std::move(key)) {
-  std::error_code ignored;
-  std::filesystem::create_directories(folder_, ignored);
-}
+    : folder_(std::move(folder)), key_(std::move(key)) {}
 
 std::optional<Learned> TrainingCheckpoint::find_network(const std::string& name) const {
   const json content = read(folder_ / (name + ".json"), key_);
@@ -97,6 +95,39 @@ void TrainingCheckpoint::keep_network(const std::string& name, const Learned& le
                                      {"best", learned.best},
                                      {"stop", static_cast<int>(learned.stop)},
                                      {"epochs", std::move(epochs)}});
+}
+
+std::optional<std::vector<specialist::Example>> TrainingCheckpoint::find_examples(
+    const std::string& name, std::size_t count) const {
+  const json content = read(folder_ / (name + ".json"), key_);
+  if (content.is_null()) return std::nullopt;
+  try {
+    std::vector<specialist::Example> examples;
+    for (const json& kept : content.at("examples")) {
+      specialist::Example& example = examples.emplace_back();
+      example.condition = static_cast<specialist::Condition>(kept.at("condition").get<int>());
+      example.log_misfit = kept.at("log_misfit").get<double>();
+      if (kept.at("evidence").size() != example.evidence.size()) return std::nullopt;
+      for (std::size_t i = 0; i < example.evidence.size(); ++i) {
+        example.evidence[i] = kept["evidence"][i].get<double>();
+      }
+    }
+    if (examples.size() != count) return std::nullopt;
+    return examples;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+void TrainingCheckpoint::keep_examples(const std::string& name,
+                                       const std::vector<specialist::Example>& examples) const {
+  json kept = json::array();
+  for (const specialist::Example& example : examples) {
+    kept.push_back({{"condition", static_cast<int>(example.condition)},
+                    {"log_misfit", example.log_misfit},
+                    {"evidence", example.evidence}});
+  }
+  write(folder_ / (name + ".json"), {{"key", key_}, {"examples", std::move(kept)}});
 }
 
 std::optional<TeamRestart> TrainingCheckpoint::find_team(const std::string& name) const {
@@ -130,9 +161,15 @@ void TrainingCheckpoint::keep_team(const std::string& name, const TeamRestart& r
                                      {"epochs", std::move(epochs)}});
 }
 
-void TrainingCheckpoint::remove() const {
+void TrainingCheckpoint::remove(const std::filesystem::path& folder) {
   std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    const std::filesystem::path& path = entry.path();
+    if (path.extension() == ".json" || path.extension() == ".tmp") {
+      std::filesystem::remove(path, ignored);
+    }
+  }
+  std::filesystem::remove(folder, ignored);  // stays where something else is in it
 }
 
 }  // namespace loopwarden::workbench

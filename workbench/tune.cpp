@@ -16,6 +16,7 @@
 #include "workbench/chart.hpp"
 #include "workbench/files.hpp"
 #include "workbench/loop_trial.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
@@ -203,8 +204,9 @@ int run_tune(const TuneOptions& options) {
   const std::vector<Row> rows = rows_of(*model, options);
   const Row* best = recommended(rows);
   if (!options.out.empty()) {
-    write_text_file(options.out,
-                    page(std::filesystem::path(options.model).filename().string(), rows, best));
+    write_output(options.out,
+                 page(std::filesystem::path(options.model).filename().string(), rows, best),
+                 {options.model});
   }
   if (options.json) {
     print_json(rows, best);

@@ -18,8 +18,10 @@
 #include "model/analysis/relay_test.hpp"
 #include "model/analysis/valve_test.hpp"
 #include "workbench/chart.hpp"
+#include "workbench/command_line.hpp"
 #include "workbench/files.hpp"
 #include "workbench/json_number.hpp"
+#include "workbench/output_files.hpp"
 #include "workbench/subcommands.hpp"
 #include "workbench/test_bench.hpp"
 
@@ -32,7 +34,7 @@ using nlohmann::json;
 // What both commands need to know about where they work.
 struct BenchOptions {
   std::string target;  // model file, or the loop's tag with --live
-  std::string socket = DaemonClient::kDefaultSocket;
+  std::string socket;
   bool live = false;
   std::optional<double> low, high;        // CO units
   std::optional<double> pv_low, pv_high;  // PV units
@@ -70,7 +72,7 @@ std::unique_ptr<TestBench> bench_of(const BenchOptions& options) {
 void add_bench_options(CLI::App& sub, BenchOptions& options) {
   sub.add_option("target", options.target, "loop model, YAML; with --live the tag of a loop")
       ->required();
-  sub.add_option("--socket", options.socket, "the daemon's control socket")->capture_default_str();
+  add_socket_option(sub, options.socket);
   auto* low = sub.add_option("--low", options.low, "CO units, least output of the test");
   auto* high = sub.add_option("--high", options.high, "CO units, largest output of the test");
   auto* pv_low = sub.add_option("--pv-low", options.pv_low, "PV units, below it the test ends");
@@ -244,9 +246,11 @@ int run_valve_test(const ValveTestOptions& options) {
   const json result = as_json(results, options);
   if (!options.out.empty()) {
     const std::filesystem::path folder = options.out;
-    std::filesystem::create_directories(folder);
-    write_text_file(folder / "valve-test.json", result.dump(2) + "\n");
-    write_text_file(folder / "report.html", page(results, commissioning, options.bench.target));
+    OutputFiles files({options.commissioning, options.bench.live ? "" : options.bench.target});
+    files.make_folder(folder);
+    files.add(folder / "valve-test.json", result.dump(2) + "\n");
+    files.add(folder / "report.html", page(results, commissioning, options.bench.target));
+    files.commit();
   }
   if (options.json) {
     fmt::print("{}\n", result.dump(2));

@@ -51,22 +51,22 @@ class Writer {
     if (error) failure_ = fmt::format("{}: {}", path.string(), error.message());
   }
 
-  // Writes the weights; returns the entry's lines about them.
-  std::string weights(const std::string& name, const specialist::Network& network,
-                      const std::vector<double>& target) {
-    const std::string text = weights_text(network, target);
-    const std::string file = name + ".weights";
-    write(file, text);
-    return fmt::format("    layers: {}\n    file: {}\n    sha256: {}\n", layers_of(network), file,
-                       sha256_of(text));
-  }
-
   const std::string& failure() const noexcept { return failure_; }
 
  private:
   std::filesystem::path folder_;
   std::string failure_;
 };
+
+// Writes the weights; returns the entry's lines about them.
+std::string write_weights(const SpecialistFileSink& write, const std::string& name,
+                          const specialist::Network& network, const std::vector<double>& target) {
+  const std::string text = weights_text(network, target);
+  const std::string file = name + ".weights";
+  write(file, text);
+  return fmt::format("    layers: {}\n    file: {}\n    sha256: {}\n", layers_of(network), file,
+                     sha256_of(text));
+}
 
 std::string loop_text(const specialist::Team& team) {
   const specialist::LoopFacts& f = team.facts;
@@ -85,8 +85,7 @@ std::string loop_text(const specialist::Team& team) {
 
 }  // namespace
 
-std::string write_specialists(const SpecialistFolder& s, const std::filesystem::path& folder) {
-  Writer writer(folder);
+void write_specialists(const SpecialistFolder& s, const SpecialistFileSink& write) {
   std::string text = fmt::format(
       "# Written by loopwarden train.\nformat: loopwarden-specialists\nversion: {}\nplant: {}\n"
       "training:\n  source: {}\n  seed: {}\n  windows: {}\n  signatures: {}\n",
@@ -106,7 +105,7 @@ std::string write_specialists(const SpecialistFolder& s, const std::filesystem::
     for (const specialist::TeamMember& m : s.team->members) {
       text += fmt::format("  - name: {}\n    form: explaining\n    class: {}\n", m.name,
                           to_text(m.condition));
-      text += writer.weights(m.name, m.network, {});
+      text += write_weights(write, m.name, m.network, {});
       text += fmt::format("    most_misfit: {}  # log of the mean square over the noise\n",
                           static_cast<float>(m.most_misfit));
     }
@@ -115,9 +114,15 @@ std::string write_specialists(const SpecialistFolder& s, const std::filesystem::
     text += fmt::format("  - name: {}\n    form: signature\n    class: {}\n    scaling: [{}, {}]\n",
                         m.name, to_text(m.condition), m.scaling.centre - m.scaling.half_span,
                         m.scaling.centre + m.scaling.half_span);
-    text += writer.weights(m.name, m.network, m.target);
+    text += write_weights(write, m.name, m.network, m.target);
   }
-  writer.write("manifest.yaml", text);
+  write("manifest.yaml", text);
+}
+
+std::string write_specialists(const SpecialistFolder& s, const std::filesystem::path& folder) {
+  Writer writer(folder);
+  write_specialists(
+      s, [&writer](const std::string& name, const std::string& text) { writer.write(name, text); });
   return writer.failure();
 }
 

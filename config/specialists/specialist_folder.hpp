@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -50,6 +51,10 @@ struct SpecialistFolder {
 
 // `folder` holds manifest.yaml.
 Loaded<SpecialistFolder> read_specialists(const std::filesystem::path& folder);
+
+// Hands each file over by name and text, the manifest last.
+using SpecialistFileSink = std::function<void(const std::string& name, const std::string& text)>;
+void write_specialists(const SpecialistFolder& specialists, const SpecialistFileSink& write);
 
 // Each file under a temporary name first, the manifest last: a folder with a manifest is whole. Returns what went
 // wrong, empty for nothing.

@@ -11,9 +11,9 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
+#include "hal/os/edit_distance.hpp"
 #include "hal/record/file.hpp"
 
 namespace loopwarden::hal::record {
@@ -45,19 +45,6 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
-    }
-  }
-  return row.back();
-}
-
 struct Cell {
   std::string_view text;
   std::size_t column = 0;  // of its first byte in the line, from 1
@@ -69,6 +56,11 @@ class Parser {
 
   Record parse() {
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    // Text that a spreadsheet saved as "Unicode" has a mark, or every other byte zero.
+    if (rest_.starts_with("\xFF\xFE") || rest_.starts_with("\xFE\xFF") ||
+        rest_.substr(0, 2).find('\0') != std::string_view::npos) {
+      fail(0, "is UTF-16 and not UTF-8; save it as CSV UTF-8");
+    }
     if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
     if (rest_.find_first_not_of(" \t\r\n") == std::string_view::npos) fail(0, "the file is empty");
     next_line();
@@ -169,7 +161,9 @@ class Parser {
       constexpr std::size_t kLongestName = 40;
       const std::string name = lower_case(cell.text.substr(0, kLongestName));
       const bool contains = name.find(wanted) != std::string::npos;
-      const std::size_t distance = name == wanted ? 0 : contains ? 1 : edit_distance(name, wanted);
+      const std::size_t distance = name == wanted ? 0
+                                   : contains     ? 1
+                                                  : os::edit_distance(name, wanted);
       if (distance < best) {
         best = distance;
         nearest = &cell;
@@ -213,7 +207,9 @@ class Parser {
   }
 
   double value(const Column& column, const Cell& cell) const {
-    if (cell.text.empty()) {
+    // Written by many programs where there is no value.
+    const bool nan = cell.text.size() == 3 && lower_case(cell.text) == "nan";
+    if (cell.text.empty() || nan) {
       if (column.missing == nullptr) fail(cell.column, fmt::format("{}: no value", column.name));
       ++*column.missing;
       return std::numeric_limits<double>::quiet_NaN();
@@ -308,8 +304,10 @@ Record parse_record(std::string_view text, std::string_view name) {
 }
 
 Record read_record(const std::filesystem::path& path, std::size_t largest_bytes) {
-  const File file(path, O_RDONLY);
-  if (!file.is_open()) fail_errno(path, "can't be opened", errno);
+  const bool from_stdin = path == "-";
+  const std::filesystem::path name = from_stdin ? "standard input" : path;
+  const File file(from_stdin ? "/dev/stdin" : path, O_RDONLY);
+  if (!file.is_open()) fail_errno(name, "can't be opened", errno);
   std::string text;
   std::size_t size = 0;
   while (true) {
@@ -317,16 +315,16 @@ Record read_record(const std::filesystem::path& path, std::size_t largest_bytes)
     text.resize(std::min(std::max(2 * size, kBufferBytes), largest_bytes + 1));
     const ssize_t got = ::read(file.fd(), text.data() + size, text.size() - size);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail_errno(path, "can't be read", errno);
+    if (got < 0) fail_errno(name, "can't be read", errno);
     if (got == 0) break;
     size += static_cast<std::size_t>(got);
     if (size > largest_bytes) {
       throw RecordError(RecordError::Kind::data, 0, 0,
-                        fmt::format("{}: larger than {} bytes", path.string(), largest_bytes));
+                        fmt::format("{}: larger than {} bytes", name.string(), largest_bytes));
     }
   }
   text.resize(size);
-  return parse_record(text, path.string());
+  return parse_record(text, name.string());
 }
 
 RecordCsvWriter::RecordCsvWriter(std::filesystem::path path, RecordColumns columns)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Records as CSV: a header row, columns by name in any order (time in s, pv, and where known sp,
-// co, stem; others are ignored), a constant period, empty cells for missing samples.
+// co, stem; others are ignored), a constant period, empty cells or NaN for missing samples.
 #pragma once
 
 #include <cstddef>
@@ -55,7 +55,7 @@ struct Record {
 // Larger files are refused before they are parsed. About a week at 10 Hz.
 inline constexpr std::size_t kLargestRecordBytes = 256UL * 1024UL * 1024UL;
 
-// Throws RecordError.
+// `path` - is standard input. Throws RecordError.
 Record read_record(const std::filesystem::path& path,
                    std::size_t largest_bytes = kLargestRecordBytes);
 // `name` stands for the file in error messages.

@@ -75,7 +75,6 @@ class Exporter {
       return;
     }
     writer_->finish();
-    current_.path = writer_->path();
     current_.rows = writer_->rows();
     result_.records.push_back(current_);
     writer_.reset();
@@ -94,9 +93,11 @@ class Exporter {
     period_s_ = header.period_s;
     first_period_ = row.period_index;
     last_period_ = row.period_index - 1;
-    current_ = {.path = {}, .start_utc_ns = utc, .rows = 0, .filled_rows = 0};
-    writer_ = std::make_unique<RecordCsvWriter>(free_path(header.loop, utc),
-                                                RecordColumns{.more = further_columns()});
+    current_ = {
+        .path = free_path(header.loop, utc), .start_utc_ns = utc, .rows = 0, .filled_rows = 0};
+    writer_ = std::make_unique<RecordCsvWriter>(
+        settings_.place ? settings_.place(current_.path) : current_.path,
+        RecordColumns{.more = further_columns()});
   }
 
   // Files that begin in the same second are numbered.
@@ -166,7 +167,7 @@ class Exporter {
 ExportResult export_csv(const fs::path& folder, const fs::path& target,
                         const ExportSettings& settings) {
   std::error_code error;
-  fs::create_directories(target, error);
+  if (!settings.place) fs::create_directories(target, error);
   if (error) {
     throw RecordError(RecordError::Kind::io, 0, 0,
                       target.string() + ": can't be created: " + error.message());

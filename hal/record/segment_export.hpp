@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@ struct ExportSettings {
   std::optional<std::int64_t> to_utc_ns;  // rows before this moment
   // A gap of at most this many periods becomes rows with empty cells; a longer one ends the file.
   std::uint64_t longest_filled_gap = 600;
+  // Where to write the file that will stand at this path; itself if not given.
+  std::function<std::filesystem::path(const std::filesystem::path&)> place{};
 };
 
 struct ExportedRecord {
@@ -34,7 +37,7 @@ struct ExportResult {
 };
 
 // Writes what a folder of segments holds as `<loop>_<UTC of the first row>.csv` into `target`,
-// which is created. Each file is a record of constant period: a restart, another period or a long
+// which is there or, without `place`, made. Each file is a record of constant period: a restart, another period or a long
 // gap begins the next one. Time counts from the file's first row. Behind the columns of a record
 // stand the loop's further state, as numbers. Throws RecordError.
 ExportResult export_csv(const std::filesystem::path& folder, const std::filesystem::path& target,

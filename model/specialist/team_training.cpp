@@ -211,16 +211,19 @@ std::uint64_t stream_seed(std::uint64_t seed, std::uint64_t k) noexcept {
 }
 
 std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_t count,
-                                       std::uint64_t seed, const ParallelFor& parallel_for) {
+                                       std::uint64_t seed, const ParallelFor& parallel_for,
+                                       std::size_t first) {
   constexpr std::size_t kChunk = 64;
   std::vector<Example> examples(count);
   parallel_for((count + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     Explainer explainer(facts_of(model));
     for (std::size_t k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) {
       for (int attempt = 0; attempt < kMostTries; ++attempt) {
-        const WindowRequest request{.condition = kTurns[k % kTurns.size()]};
+        const std::size_t number = first + k;
+        const WindowRequest request{.condition = kTurns[number % kTurns.size()]};
         const SimulatedWindow window = simulate_window(
-            model, request, stream_seed(seed, kMostTries * k + static_cast<std::size_t>(attempt)));
+            model, request,
+            stream_seed(seed, kMostTries * number + static_cast<std::size_t>(attempt)));
         const Findings findings = explainer.explain(window.view());
         // A loop that lives at the stops of its output is none that anybody leaves alone.
         if (!findings.usable || findings.shut_share > kMostShut) continue;

@@ -66,10 +66,11 @@ struct TeamTraining {
   double validation = 0.0;  // cross-entropy after the temperature, nats
 };
 
-// Examples k = 0 to count - 1 from `seed`; conditions in turn, no_fault as often as two others. Windows that can't be used
+// Examples k = first to first + count - 1 from `seed`, the same for the same k; conditions in turn, no_fault as often as two others. Windows that can't be used
 // are drawn again.
 std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_t count,
-                                       std::uint64_t seed, const ParallelFor& parallel_for);
+                                       std::uint64_t seed, const ParallelFor& parallel_for,
+                                       std::size_t first = 0);
 
 TeamTraining train_team(const LoopFacts& facts, const std::vector<Example>& examples,
                         const TeamTrainingSettings& settings, const ParallelFor& parallel_for,

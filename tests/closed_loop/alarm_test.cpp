@@ -82,8 +82,8 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(explained.text.find("normal -> unacknowledged") != std::string::npos);
   CHECK(explained.text.find("evidence: none") != std::string::npos);
 
-  CHECK(alarms("ack FIC-101 backlash").exit_code == 74);  // nothing to acknowledge
-  CHECK(alarms("ack FIC-999 stiction").exit_code == 74);
+  CHECK(alarms("ack FIC-101 backlash").exit_code == 65);  // nothing to acknowledge
+  CHECK(alarms("ack FIC-999 stiction").exit_code == 64);
   CHECK(alarms("ack FIC-101").exit_code == 64);
   const Output done = alarms("ack FIC-101 stiction --reason \"seen at the valve\"");
   INFO(done.text);

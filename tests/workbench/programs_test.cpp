@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -132,24 +133,39 @@ TEST_CASE("gap takes a stretch of a record and says in its report how it was cal
   CHECK(report.find("--from 20 --to 110 --largest-load 0.2 --without several") !=
         std::string::npos);
   CHECK(loopwarden("check " + out + "/model.corrected.yaml").exit_code == 0);
-  CHECK(loopwarden(gap + " --from 900").exit_code == 65);
+  const Outcome beyond = loopwarden(gap + " --from 900");
+  CHECK(beyond.exit_code == 65);
+  CHECK(beyond.text.find("no samples from 900 s on; the record runs from 0 s to 200 s") !=
+        std::string::npos);
 }
 
-TEST_CASE("gap refuses a record that tells nothing, with the reason as a page and no old results") {
+TEST_CASE("gap refuses a record that tells nothing, with the reason as a page; old results stay") {
   const TemporaryFolder folder;
   std::string frozen = "time,sp,pv,co\n";
   for (int k = 0; k < 2000; ++k) frozen += std::to_string(k) + ",5,5,5\n";
   write_file(folder / "frozen.csv", frozen);
   const std::string out = (folder / "out").string();
-  std::filesystem::create_directories(folder / "out");
-  write_file(folder / "out/gap.json", "{}");
-  const Outcome refused = loopwarden("gap " + (folder / "frozen.csv").string() + " --model " +
-                                     kModel + " --out " + out);
+  const std::string gap =
+      "gap " + (folder / "frozen.csv").string() + " --model " + kModel + " --out " + out;
+  const Outcome refused = loopwarden(gap);
   CHECK(refused.exit_code == 65);
   CHECK(refused.text.find("frozen.csv") != std::string::npos);
   CHECK(read_file(folder / "out/report.html").find("Record refused") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(folder / "out/gap.json"));
   CHECK_FALSE(std::filesystem::exists(folder / "out/model.corrected.yaml"));
+
+  for (const char* name : {"gap.json", "model.corrected.yaml", "report.html"}) {
+    write_file(folder / "out" / name, "of an earlier run");
+  }
+  const Outcome again = loopwarden(gap);
+  CHECK(again.exit_code == 65);
+  CHECK(again.text.find("the results of an earlier run were left as they are") !=
+        std::string::npos);
+  for (const char* name : {"gap.json", "model.corrected.yaml", "report.html"}) {
+    CHECK(read_file(folder / "out" / name) == "of an earlier run");
+  }
+  const auto in_out = std::filesystem::directory_iterator(folder / "out");
+  CHECK(std::distance(begin(in_out), end(in_out)) == 3);
 }
 
 TEST_CASE("without a daemon, top and set say so and end with 74") {

@@ -74,6 +74,22 @@ TEST_CASE("the last line needs no line end") {
   CHECK(parse_record("time,pv\n0,1\n1,2", "r.csv").pv == std::vector<double>{1.0, 2.0});
 }
 
+TEST_CASE("NaN in any case is a missing sample, and time can't be one") {
+  const Record record = parse_record("time,pv,co\n0,NaN,1\n1,2,nan\n2,NAN,1\n", "r");
+  CHECK(record.missing_pv == 2);
+  CHECK(record.missing_co == 1);
+  CHECK(record.pv[1] == 2.0);
+  CHECK(std::isnan(record.pv[2]));
+}
+
+TEST_CASE("UTF-16 is named as such") {
+  for (const std::string_view text :
+       {std::string_view("\xFF\xFEt\0i\0m\0e\0", 10), std::string_view("\xFE\xFF\0t\0i", 6),
+        std::string_view("t\0i\0m\0e\0", 8)}) {
+    CHECK_THROWS_WITH(parse_record(text, "r.csv"), Catch::Contains("r.csv: is UTF-16"));
+  }
+}
+
 TEST_CASE("empty cells are missing samples and are counted") {
   const Record record =
       parse_record("time,pv,sp,co,stem\n0,,1,1,1\n1,2,,1,1\n2,,1,,1\n3,5,1,1,\n4,,1,1,1\n", "r");
@@ -131,11 +147,10 @@ TEST_CASE("what is wrong is told with its line and column") {
       {"time,pv\n0,1\n1,1.2.3\n", 3, 3, "'1.2.3' is not a number"},
       {"time,pv\n0,1\n1,0x10\n", 3, 3, "'0x10' is not a number"},
       {"time,pv\n0,1\n1,+-1\n", 3, 3, "'+-1' is not a number"},
-      {"time,pv\n0,1\n1,nan\n", 3, 3, "'nan' is not a number; leave the cell"},
       {"time,pv\n0,1\n1,-inf\n", 3, 3, "'-inf' is not a number; leave the cell"},
       {"time,pv\n0,1\n1,1e999\n", 3, 3, "pv: '1e999' is out of range"},
       {"time,pv\n,1\n1,1\n", 2, 1, "time: no value"},
-      {"time,pv\n0,1\nnan,1\n", 3, 1, "time: 'nan' is not a number"},
+      {"time,pv\n0,1\nnan,1\n", 3, 1, "time: no value"},
       {"time,pv\n0,1\n1\n", 3, 2, "1 cells where the header has 2"},
       {"time,pv\n0,1\n1,2,3\n", 3, 5, "3 cells where the header has 2"},
       {"time,pv\n0,1\n\n1,2\n", 3, 1, "an empty line"},

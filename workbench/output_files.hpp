@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files that a command writes.
+//
+// Each is written under a temporary name in the folder where it belongs; commit() gives all of them their names. Until
+// then what stood there stays, and whatever ends the command before (an error, a full disk, Ctrl-C) leaves no
+// trace. An output that is one of the command's inputs, by whatever name, is refused.
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/os/exit_code.hpp"
+
+namespace loopwarden::workbench {
+
+class OutputError : public std::runtime_error {
+ public:
+  OutputError(ExitCode code, const std::string& what) : std::runtime_error(what), code_(code) {}
+  ExitCode exit_code() const noexcept { return code_; }
+
+ private:
+  ExitCode code_;
+};
+
+class OutputFiles {
+ public:
+  // `inputs`: the files that the command reads; empty names are passed over. Throws OutputError as all do here:
+  // usage where an output is an input, else I/O.
+  explicit OutputFiles(std::vector<std::string> inputs = {});
+  OutputFiles(const OutputFiles&) = delete;
+  OutputFiles& operator=(const OutputFiles&) = delete;
+  ~OutputFiles();
+
+  // Makes the folder now where it is missing; gone again without commit().
+  void make_folder(const std::filesystem::path& folder);
+  // The name under which to write what becomes `path`; the same for the same path. What a RecordCsvWriter
+  // leaves beside it is removed as well.
+  std::filesystem::path stage(const std::filesystem::path& path);
+  void add(const std::filesystem::path& path, std::string_view text);
+  void commit();
+
+  // `message` with the temporary names replaced by those that the user knows.
+  std::string in_users_words(std::string message) const;
+
+ private:
+  struct Staged {
+    std::filesystem::path asked;   // as the user wrote it
+    std::filesystem::path target;  // links followed
+    std::filesystem::path temporary;
+    bool stream = false;  // a pipe or device: written to, not replaced
+  };
+
+  void refuse_input(const std::filesystem::path& path) const;
+
+  std::vector<std::filesystem::path> inputs_;
+  std::deque<Staged> staged_;
+  std::vector<std::filesystem::path> folders_;
+};
+
+// One file alone.
+void write_output(const std::filesystem::path& path, std::string_view text,
+                  std::vector<std::string> inputs = {});
+
+}  // namespace loopwarden::workbench
