@@ -148,8 +148,22 @@ void LiveBench::order_output(double co) {
   try {
     daemon_.set(loop_, {{"output", co}});
   } catch (const DaemonRefused& e) {
-    given_up_ = status().value("requested_mode", "") != "MAN";
+    given_up_ = out_of_manual();
     throw TestAborted(given_up_ ? "somebody took the loop out of manual" : e.what());
+  }
+}
+
+// Whether it was for the mode that an output was refused. The daemon judges by orders that are on their way,
+// the status shows them a little later.
+bool LiveBench::out_of_manual() {
+  using Clock = std::chrono::steady_clock;
+  const auto patience = std::chrono::duration<double>(3.0 * sample_time_s_ / accelerate_ + 1.0);
+  const auto deadline = Clock::now() + patience;
+  for (;;) {
+    const nlohmann::json now = status();
+    if (now.value("requested_mode", "") != "MAN") return true;
+    if (now.value("fault", "none") != "none" || Clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
 }
 
@@ -161,6 +175,7 @@ bool LiveBench::restore() {
   try {
     daemon_.set(loop_, {{"output", start_}});
   } catch (const DaemonRefused& e) {
+    if (out_of_manual()) return false;
     refused = e.what();  // a fault's action has the output; the mode is put back all the same
   }
   // In manual the set point may have followed PV.

@@ -85,8 +85,9 @@ class LiveBench : public TestBench {
   nlohmann::json status();
   // Waits for the loop to take our order for manual; false: it had the time and did not.
   bool order_taken();
-  // False: somebody else has the loop now.
   void order_output(double co);  // throws TestAborted
+  bool out_of_manual();
+  // False: somebody else has the loop now.
   bool restore();
   void put_back() noexcept;  // restores, and says whether it could
 
