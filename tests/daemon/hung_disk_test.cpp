@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <thread>
 
@@ -317,8 +318,13 @@ TEST_CASE(
   ::close(pipe[0]);
   CHECK(text.starts_with("0 x"));
   CHECK(text.find("\n1 x") < text.find("\n2 x"));
-  CHECK_THAT(text,
-             Catch::Contains(std::to_string(queue->lost()) + " lines of the log found no room"));
+  // One notice, or several where the pipe took a line in between: together they count every lost line.
+  std::uint64_t said = 0;
+  std::istringstream lines(text);
+  for (std::string one; std::getline(lines, one);) {
+    if (one.find(" lines of the log found no room") != std::string::npos) said += std::stoull(one);
+  }
+  CHECK(said == queue->lost());
 }
 
 }  // namespace

@@ -24,6 +24,8 @@ namespace fs = std::filesystem;
 
 const std::string kProgram = LOOPWARDEN_BIN_DIR "/loopwarden";
 const std::string kModel = LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml";
+const std::string kHealthyModel =
+    LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1-believed.yaml";
 const std::string kRecord = LOOPWARDEN_SOURCE_DIR "/data/routine/r22.csv";
 const std::string kSpecialists = LOOPWARDEN_SOURCE_DIR "/data/specialists/plant1";
 
@@ -79,7 +81,7 @@ std::vector<std::string> printing_commands(const TemporaryFolder& folder) {
           "identify " + step,
           "tune " + kModel,
           "limit-cycle " + kModel + " --s 1 --j 0.4",
-          "autotune " + kModel,
+          "autotune " + kHealthyModel,
           "valve-test " + kModel + " --test step_change",
           "diagnose " + kRecord,
           "diagnose-study --cases 1",
@@ -366,11 +368,10 @@ TEST_CASE("train writes over its own folder only") {
 
 TEST_CASE("train goes on from the windows that an interrupted run had") {
   const TemporaryFolder folder;
-  const std::string model = LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1-believed.yaml";
   const auto words = [&](const char* out) {
     return std::vector<std::string>{
-        "train", model,    "--windows", "1100",  "--restarts",
-        "1",     "--jobs", "1",         "--out", (folder / out).string()};
+        "train", kHealthyModel, "--windows", "700",   "--restarts",
+        "1",     "--jobs",      "1",         "--out", (folder / out).string()};
   };
   const auto line = [&](const char* out) {
     std::string text;
