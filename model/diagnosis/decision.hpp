@@ -6,7 +6,8 @@
 //                                            point while CO came back to where it was (the process integrates)
 //
 // All weights are positive: more evidence never makes a valve effect less probable. p is kept within 0.05 to 0.9, as no routine
-// record proves more. Fitted to the open records with loops and classes weighted equally: the prior is one half; another prior moves
+// record proves more. Set by hand near fits to the open records with loops and classes
+// weighted equally: the prior is one half; another prior moves
 // logit p by log(prior / (1 - prior)).
 //
 //   seen        p >= 0.65 and A > 0.1: CO travels, PV stays, and moves only when the band is crossed
