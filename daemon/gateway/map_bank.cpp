@@ -110,9 +110,8 @@ class MapBank::Snapshot {
  public:
   Snapshot(Plant& plant, const ServerState& server) : plant_(plant), server_(server) {}
 
-  double value(const Register& reg, std::size_t loop) {
-    return reg.area == map::Area::box ? box_value(reg.field) : loop_value(reg, this->loop(loop));
-  }
+  // `index` counts only where `reg` belongs to a loop.
+  double value(const Register& reg, std::size_t index);
 
   const LoopReading& loop(std::size_t index) {
     auto found = loops_.find(index);
@@ -154,9 +153,6 @@ class MapBank::Snapshot {
     return static_cast<double>(bits);
   }
 
-  double box_value(Field field);
-  double loop_value(const Register& reg, const LoopReading& loop);
-
   Plant& plant_;
   const ServerState& server_;
   std::map<std::size_t, LoopReading> loops_;
@@ -166,9 +162,17 @@ class MapBank::Snapshot {
   ByteOrder order_ = ByteOrder::abcd;
 };
 
-double MapBank::Snapshot::box_value(Field field) {
+double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
   const auto wraps = [](double seconds) { return std::fmod(std::floor(seconds), 65536.0); };
-  switch (field) {
+  const auto of = [&]() -> const LoopReading& { return loop(index); };
+  const auto row = [&]() -> const hal::record::RecordRow& { return of().row; };
+  const auto pid = [&]() -> const control::PidSettings& { return of().settings.controller.pid; };
+  const auto alarm = [&]() -> const model::Alarm& { return of().watch.alarms.alarm(kind_of(reg)); };
+  const auto of_pv = [&](double v) {
+    return scaled(v, of().settings.pv_check.low, of().settings.pv_check.high);
+  };
+  const auto of_co = [&](double v) { return scaled(v, pid().output_low, pid().output_high); };
+  switch (reg.field) {
     case Field::magic: return map::kMagic;
     case Field::map_version: return map::kVersion;
     case Field::heartbeat: return wraps(box().uptime_s);
@@ -210,87 +214,80 @@ double MapBank::Snapshot::box_value(Field field) {
     case Field::journal_trouble: return flag(box().journal_trouble);
     case Field::no_real_time_rights: return flag(!box().real_time_rights);
     case Field::master_heartbeat: return server_.master_heartbeat;
-    default: return 0.0;  // coils read 0; no other field is in the box's blocks
-  }
-}
-
-double MapBank::Snapshot::loop_value(const Register& reg, const LoopReading& loop) {
-  const hal::record::RecordRow& row = loop.row;
-  const hal::PvCheckSettings& pv_range = loop.settings.pv_check;
-  const control::PidSettings& pid = loop.settings.controller.pid;
-  const model::WindowMeasures& measures = loop.watch.measures;
-  const model::Alarm& alarm = loop.watch.alarms.alarm(kind_of(reg));
-  const auto of_pv = [&](double v) { return scaled(v, pv_range.low, pv_range.high); };
-  const auto of_co = [&](double v) { return scaled(v, pid.output_low, pid.output_high); };
-  switch (reg.field) {
     case Field::sequence_head:
-    case Field::sequence_tail: return static_cast<double>(row.period_index & 0xFFFF);
-    case Field::mode: return row.mode;
+    case Field::sequence_tail: return static_cast<double>(row().period_index & 0xFFFF);
+    case Field::mode: return row().mode;
     case Field::requested_mode:
-    case Field::wanted_mode: return row.requested_mode;
-    case Field::pv_quality: return row.pv_quality;
-    case Field::pv_reason: return row.pv_reason;
-    case Field::fault: return row.fault;
-    case Field::sp: return row.sp;
-    case Field::pv: return shown_pv(loop);
+    case Field::wanted_mode: return row().requested_mode;
+    case Field::pv_quality: return row().pv_quality;
+    case Field::pv_reason: return row().pv_reason;
+    case Field::fault: return row().fault;
+    case Field::sp: return row().sp;
+    case Field::pv: return shown_pv(of());
     case Field::co:
-    case Field::wanted_output: return row.co;
-    case Field::stem: return row.stem;
-    case Field::jacket_rate: return static_cast<double>(row.jacket_rate);
-    case Field::jacket_rate_shadow: return static_cast<double>(row.jacket_rate_shadow);
-    case Field::compensator: return static_cast<double>(row.compensator);
-    case Field::compensator_shadow: return static_cast<double>(row.compensator_shadow);
-    case Field::orders_refused: return loop.orders_refused;
-    case Field::sp_scaled: return of_pv(row.sp);
-    case Field::pv_scaled: return of_pv(row.pv);
+    case Field::wanted_output: return row().co;
+    case Field::stem: return row().stem;
+    case Field::jacket_rate: return static_cast<double>(row().jacket_rate);
+    case Field::jacket_rate_shadow: return static_cast<double>(row().jacket_rate_shadow);
+    case Field::compensator: return static_cast<double>(row().compensator);
+    case Field::compensator_shadow: return static_cast<double>(row().compensator_shadow);
+    case Field::orders_refused: return of().orders_refused;
+    case Field::sp_scaled: return of_pv(row().sp);
+    case Field::pv_scaled: return of_pv(row().pv);
     case Field::co_scaled:
-    case Field::wanted_output_scaled: return of_co(row.co);
-    case Field::stem_scaled: return of_co(row.stem);
-    case Field::pv_age: return static_cast<double>(row.age_ms);
-    case Field::ne107: return static_cast<double>(loop.ne107);
-    case Field::loop_bits: return static_cast<double>(loop_bits(loop));
-    case Field::variability: return measures.variability_percent;
-    case Field::mean_error: return measures.mean_error_percent;
-    case Field::oscillation_index: return measures.oscillation_index;
-    case Field::oscillation_period: return measures.period_s;
-    case Field::travel: return measures.travel_percent_per_hour;
-    case Field::reversals: return measures.reversals_per_hour;
-    case Field::stick: return measures.stick_percent;
-    case Field::stick_source: return static_cast<double>(measures.stick_source);
-    case Field::saturated: return measures.saturated_percent;
-    case Field::window_state: return static_cast<double>(loop.watch.window_state);
-    case Field::window_number: return loop.watch.windows;
-    case Field::window_severity: return loop.watch.judgement.severity_percent;
-    case Field::probability: return 100.0 * loop.watch.judgement.probability[reg.which];
-    case Field::alarm_severity: return alarm.active() ? alarm.memory().severity_percent : 0.0;
-    case Field::alarm_state: return static_cast<double>(alarm.state());
-    case Field::hours_automatic: return loop.watch.times.seconds_in(Mode::automatic) / kHour;
-    case Field::hours_manual: return loop.watch.times.seconds_in(Mode::manual) / kHour;
-    case Field::hours_at_limit: return loop.watch.times.seconds_at_limit() / kHour;
-    case Field::records_dropped: return number(loop.dropped);
-    case Field::corrective_action: return static_cast<double>(loop.watch.corrective);
-    case Field::condition: return condition_percent(loop.watch.condition, reg.which);
-    case Field::veto_corrective_action: return flag(loop.watch.veto != model::Veto::none);
-    case Field::alarm_active: return flag(alarm.active());
-    case Field::alarm_unacknowledged: return flag(alarm.unacknowledged());
-    case Field::pv_bad: return flag(static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad);
-    case Field::at_low: return flag(is(loop, hal::record::kAtLow));
-    case Field::at_high: return flag(is(loop, hal::record::kAtHigh));
-    case Field::in_manual: return flag(static_cast<Mode>(row.mode) == Mode::manual);
-    case Field::any_suppressed: return flag(loop.watch.alarms.any_suppressed());
-    case Field::any_shelved: return flag(loop.watch.alarms.any_shelved());
-    case Field::communication_lost: return flag(is(loop, hal::record::kOutputLost));
+    case Field::wanted_output_scaled: return of_co(row().co);
+    case Field::stem_scaled: return of_co(row().stem);
+    case Field::pv_age: return static_cast<double>(row().age_ms);
+    case Field::ne107: return static_cast<double>(of().ne107);
+    case Field::loop_bits: return static_cast<double>(loop_bits(of()));
+    case Field::variability: return of().watch.measures.variability_percent;
+    case Field::mean_error: return of().watch.measures.mean_error_percent;
+    case Field::oscillation_index: return of().watch.measures.oscillation_index;
+    case Field::oscillation_period: return of().watch.measures.period_s;
+    case Field::travel: return of().watch.measures.travel_percent_per_hour;
+    case Field::reversals: return of().watch.measures.reversals_per_hour;
+    case Field::stick: return of().watch.measures.stick_percent;
+    case Field::stick_source: return static_cast<double>(of().watch.measures.stick_source);
+    case Field::saturated: return of().watch.measures.saturated_percent;
+    case Field::window_state: return static_cast<double>(of().watch.window_state);
+    case Field::window_number: return of().watch.windows;
+    case Field::window_severity: return of().watch.judgement.severity_percent;
+    case Field::probability: return 100.0 * of().watch.judgement.probability[reg.which];
+    case Field::alarm_severity: return alarm().active() ? alarm().memory().severity_percent : 0.0;
+    case Field::alarm_state: return static_cast<double>(alarm().state());
+    case Field::hours_automatic: return of().watch.times.seconds_in(Mode::automatic) / kHour;
+    case Field::hours_manual: return of().watch.times.seconds_in(Mode::manual) / kHour;
+    case Field::hours_at_limit: return of().watch.times.seconds_at_limit() / kHour;
+    case Field::records_dropped: return number(of().dropped);
+    case Field::corrective_action: return static_cast<double>(of().watch.corrective);
+    case Field::condition: return condition_percent(of().watch.condition, reg.which);
+    case Field::veto_corrective_action: return flag(of().watch.veto != model::Veto::none);
+    case Field::alarm_active: return flag(alarm().active());
+    case Field::alarm_unacknowledged: return flag(alarm().unacknowledged());
+    case Field::pv_bad:
+      return flag(static_cast<hal::Quality>(row().pv_quality) == hal::Quality::bad);
+    case Field::at_low: return flag(is(of(), hal::record::kAtLow));
+    case Field::at_high: return flag(is(of(), hal::record::kAtHigh));
+    case Field::in_manual: return flag(static_cast<Mode>(row().mode) == Mode::manual);
+    case Field::any_suppressed: return flag(of().watch.alarms.any_suppressed());
+    case Field::any_shelved: return flag(of().watch.alarms.any_shelved());
+    case Field::communication_lost: return flag(is(of(), hal::record::kOutputLost));
     case Field::in_fault:
-      return flag(static_cast<control::Fault>(row.fault) != control::Fault::none);
-    case Field::window_valid: return flag(loop.watch.window_state == model::WindowState::valid);
-    case Field::wanted_sp: return loop.set_point_wanted;
-    case Field::wanted_sp_scaled: return of_pv(loop.set_point_wanted);
-    case Field::kp: return pid.gains.kp;
-    case Field::ki: return pid.gains.ki;
-    case Field::kd: return pid.gains.kd;
-    case Field::shelve_minutes: return minutes_on_shelf(alarm, box().utc_ms);
-    default: return 0.0;  // coils read 0; no other field is in a loop's blocks
+      return flag(static_cast<control::Fault>(row().fault) != control::Fault::none);
+    case Field::window_valid: return flag(of().watch.window_state == model::WindowState::valid);
+    case Field::wanted_sp: return of().set_point_wanted;
+    case Field::wanted_sp_scaled: return of_pv(of().set_point_wanted);
+    case Field::kp: return pid().gains.kp;
+    case Field::ki: return pid().gains.ki;
+    case Field::kd: return pid().gains.kd;
+    case Field::shelve_minutes: return minutes_on_shelf(alarm(), box().utc_ms);
+    // A momentary coil rests at 0.
+    case Field::acknowledge_all:
+    case Field::acknowledge:
+    case Field::reset:
+    case Field::unshelve: break;
   }
+  return 0.0;
 }
 
 Exception MapBank::read(Table table, std::uint16_t address, std::span<std::uint16_t> values) {
@@ -373,23 +370,19 @@ Exception MapBank::check(std::vector<Wish>& wishes, Snapshot& snapshot) {
     const control::PidSettings& pid = snapshot.loop(wish.loop).settings.controller.pid;
     const hal::PvCheckSettings& pv_range = snapshot.loop(wish.loop).settings.pv_check;
     bool sound = true;
-    switch (wish.reg->field) {
-      case Field::wanted_mode: sound = wish.value == 0.0 || wish.value == 1.0; break;
-      case Field::wanted_sp_scaled:
-        wish.value = from_scaled(wish.value, pv_range.low, pv_range.high);
-        wish.old_value = from_scaled(wish.old_value, pv_range.low, pv_range.high);
-        break;
-      case Field::wanted_output_scaled:
-        wish.value = from_scaled(wish.value, pid.output_low, pid.output_high);
-        wish.old_value = from_scaled(wish.old_value, pid.output_low, pid.output_high);
-        break;
-      case Field::shelve_minutes: {
-        const model::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(kind_of(*wish.reg));
-        sound = wish.value >= 0.0 &&
-                wish.value <= static_cast<double>(alarm.settings().shelve_limit_ms / kMinute);
-        break;
-      }
-      default: break;  // coils take 0 and 1; the cycle's rule judges the rest
+    const Field field = wish.reg->field;  // coils take 0 and 1; the cycle's rule judges the rest
+    if (field == Field::wanted_mode) {
+      sound = wish.value == 0.0 || wish.value == 1.0;
+    } else if (field == Field::wanted_sp_scaled) {
+      wish.value = from_scaled(wish.value, pv_range.low, pv_range.high);
+      wish.old_value = from_scaled(wish.old_value, pv_range.low, pv_range.high);
+    } else if (field == Field::wanted_output_scaled) {
+      wish.value = from_scaled(wish.value, pid.output_low, pid.output_high);
+      wish.old_value = from_scaled(wish.old_value, pid.output_low, pid.output_high);
+    } else if (field == Field::shelve_minutes) {
+      const model::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(kind_of(*wish.reg));
+      sound = wish.value >= 0.0 &&
+              wish.value <= static_cast<double>(alarm.settings().shelve_limit_ms / kMinute);
     }
     if (!sound) return Exception::illegal_value;
   }
@@ -404,18 +397,19 @@ std::vector<MapBank::LoopOrder> MapBank::orders_of(const std::vector<Wish>& wish
     if (orders.empty() || orders.back().loop != wish.loop) orders.push_back({.loop = wish.loop});
     LoopOrder& of_loop = orders.back();
     of_loop.wishes.push_back(&wish);
-    switch (wish.reg->field) {
-      case Field::wanted_mode:
-        of_loop.order.mode = wish.value == 0.0 ? Mode::manual : Mode::automatic;
-        break;
-      case Field::wanted_sp:
-      case Field::wanted_sp_scaled: of_loop.order.set_point = wish.value; break;
-      case Field::wanted_output:
-      case Field::wanted_output_scaled: of_loop.order.output = wish.value; break;
-      case Field::kp: of_loop.order.kp = wish.value; break;
-      case Field::ki: of_loop.order.ki = wish.value; break;
-      case Field::kd: of_loop.order.kd = wish.value; break;
-      default: break;  // nothing else of a loop can be written there
+    const Field field = wish.reg->field;
+    if (field == Field::wanted_mode) {
+      of_loop.order.mode = wish.value == 0.0 ? Mode::manual : Mode::automatic;
+    } else if (field == Field::wanted_sp || field == Field::wanted_sp_scaled) {
+      of_loop.order.set_point = wish.value;
+    } else if (field == Field::wanted_output || field == Field::wanted_output_scaled) {
+      of_loop.order.output = wish.value;
+    } else if (field == Field::kp) {
+      of_loop.order.kp = wish.value;
+    } else if (field == Field::ki) {
+      of_loop.order.ki = wish.value;
+    } else if (field == Field::kd) {
+      of_loop.order.kd = wish.value;
     }
   }
   return orders;
@@ -528,12 +522,12 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
     order.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
   } else {
     if (wish.value == 0.0) return;  // a momentary coil rests at 0
-    switch (wish.reg->field) {
-      case Field::acknowledge_all: acknowledge_all(peer); return;
-      case Field::reset: order.action = AlarmAction::reset; break;
-      case Field::unshelve: order.action = AlarmAction::unshelve; break;
-      default: break;
+    if (wish.reg->field == Field::acknowledge_all) {
+      acknowledge_all(peer);
+      return;
     }
+    if (wish.reg->field == Field::reset) order.action = AlarmAction::reset;
+    if (wish.reg->field == Field::unshelve) order.action = AlarmAction::unshelve;
   }
   // An order for which there is nothing to do is no error: masters repeat themselves.
   plant_.act(wish.loop, order);
