@@ -61,6 +61,7 @@ void diagnose_record(const std::string& path, const hal::record::Record& r, Loop
         {.file = path,
          .from_s = r.time_s[from],
          .to_s = r.time_s[from + size - 1],
+         .period_s = r.period_s,
          .diagnosis = diagnosis::diagnose({.pv = pv.subspan(from, size),
                                            .co = co.subspan(from, size),
                                            .sp = r.has_sp ? sp.subspan(from, size) : sp.first(0),

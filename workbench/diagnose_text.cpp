@@ -263,6 +263,13 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   return text;
 }
 
+std::vector<double> sample_times(const DiagnosedWindow& w) {
+  const auto& p = w.diagnosis.prepared;
+  std::vector<double> time = time_axis(p.raw_pv.size(), w.period_s);
+  for (double& t : time) t += w.from_s + static_cast<double>(p.from) * w.period_s;
+  return time;
+}
+
 std::string diagnosis_page(const DiagnosedLoop& loop) {
   std::string body = "<pre>" + escaped(diagnosis_text(loop)) + "</pre>\n";
   for (const DiagnosedWindow& w : loop.windows) {
@@ -273,10 +280,7 @@ std::string diagnosis_page(const DiagnosedLoop& loop) {
             escaped(fmt::format("{}, {:g} to {:g} s: {}", w.file, w.from_s, w.to_s,
                                 headline(d, loop.co_range))) +
             "</h2>\n";
-    const double step =
-        p.raw_pv.size() > 1 ? (w.to_s - w.from_s) / static_cast<double>(p.raw_pv.size() - 1) : 1.0;
-    std::vector<double> time = time_axis(p.raw_pv.size(), step);
-    for (double& t : time) t += w.from_s;
+    const std::vector<double> time = sample_times(w);
     Chart trend{.title = "PV", .x_label = "s", .y_label = "PV units"};
     trend.lines.push_back({.name = "PV", .x = time, .y = p.raw_pv});
     if (!p.raw_sp.empty()) {

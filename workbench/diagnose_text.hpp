@@ -15,6 +15,7 @@ struct DiagnosedWindow {
   std::string file;
   double from_s = 0.0;  // in the time of its file
   double to_s = 0.0;
+  double period_s = 1.0;
   diagnosis::Diagnosis diagnosis;
 };
 
@@ -23,6 +24,9 @@ struct DiagnosedLoop {
   diagnosis::LoopVerdict verdict;
   std::vector<double> co_range;  // CO units, lower and upper end
 };
+
+// When the samples that the diagnosis used were taken, s: what gates cut off at the front counts.
+std::vector<double> sample_times(const DiagnosedWindow& window);
 
 nlohmann::json diagnosis_json(const DiagnosedLoop& loop);
 std::string diagnosis_text(const DiagnosedLoop& loop);

@@ -4,7 +4,9 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -12,6 +14,7 @@
 #include "model/diagnosis/classifier.hpp"
 #include "model/plant/random.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "workbench/diagnose_text.hpp"
 #include "workbench/diagnosis_cases.hpp"
 #include "workbench/diagnosis_training.hpp"
 
@@ -184,6 +187,31 @@ TEST_CASE("training finds the evidence that tells the causes apart, by any numbe
   CHECK(right >= 590);
   CHECK(workbench::table_source(table, "x") ==
         workbench::table_source(workbench::train(cases, settings, backwards), "x"));
+}
+
+TEST_CASE("the pictures stand at the record's own times, whatever was cut off before them",
+          "[diagnosis]") {
+  constexpr std::size_t kDead = 300;
+  constexpr double kPeriod_s = 2.0;
+  plant::Random random(5);
+  std::vector<double> pv(1000);
+  std::vector<double> co(1000);
+  for (std::size_t k = 0; k < pv.size(); ++k) {
+    co[k] = 50.0 + 10.0 * std::sin(0.05 * static_cast<double>(k));
+    pv[k] =
+        k < kDead ? std::numeric_limits<double>::quiet_NaN() : 0.5 * co[k] + 0.1 * random.normal();
+  }
+  const workbench::DiagnosedWindow window{
+      .file = "FIC-1.csv",
+      .from_s = 40.0,
+      .to_s = 40.0 + 999.0 * kPeriod_s,
+      .period_s = kPeriod_s,
+      .diagnosis =
+          diagnosis::diagnose({.pv = pv, .co = co, .sp = {}, .sample_time_s = kPeriod_s}, {})};
+  const std::vector<double> times = workbench::sample_times(window);
+  REQUIRE(times.size() == window.diagnosis.prepared.raw_pv.size());
+  CHECK(times.front() == 40.0 + kDead * kPeriod_s);
+  CHECK(times.back() == window.to_s);
 }
 
 }  // namespace
