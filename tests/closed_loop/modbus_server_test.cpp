@@ -18,25 +18,13 @@
 #include <vector>
 
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/free_port.hpp"
 #include "tests/support/loop_file.hpp"
 
 namespace loopwarden::tests::modbus_server_test {
 namespace {
 
 using nlohmann::json;
-
-// A port that was free a moment ago.
-int free_port() {
-  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in any{};
-  any.sin_family = AF_INET;
-  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t length = sizeof any;
-  REQUIRE(::bind(fd, reinterpret_cast<const sockaddr*>(&any), sizeof any) == 0);
-  ::getsockname(fd, reinterpret_cast<sockaddr*>(&any), &length);
-  ::close(fd);
-  return ntohs(any.sin_port);
-}
 
 struct Output {
   int exit_code = -1;

@@ -1,10 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // After a reload, whoever looks is told what is in force: status, registers and log of the real daemon.
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstdint>
@@ -14,6 +9,7 @@
 #include <string>
 
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/free_port.hpp"
 #include "tests/support/loop_file.hpp"
 
 namespace loopwarden::tests::reload_test {
@@ -21,18 +17,6 @@ namespace {
 
 using nlohmann::json;
 using test::eventually;
-
-int free_port() {
-  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in any{};
-  any.sin_family = AF_INET;
-  any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t length = sizeof any;
-  REQUIRE(::bind(fd, reinterpret_cast<const sockaddr*>(&any), sizeof any) == 0);
-  ::getsockname(fd, reinterpret_cast<sockaddr*>(&any), &length);
-  ::close(fd);
-  return ntohs(any.sin_port);
-}
 
 std::string output_of(const std::string& command) {
   FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
