@@ -16,7 +16,7 @@ struct Loop {
   void run(std::uint64_t period) {
     const auto now_ns = static_cast<std::int64_t>(period) * 100'000'000;
     loop.cycle.run({.now_ns = now_ns, .period_index = period}, 0, false);
-    hal::record::RecordRow row;
+    record::RecordRow row;
     loop.channels.records.try_pop(row);  // as the historian would, so that the ring does not fill
     benchmark::DoNotOptimize(row);
   }

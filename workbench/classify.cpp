@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "workbench/json_number.hpp"
 #include "workbench/subcommands.hpp"
 
@@ -45,7 +45,7 @@ struct JudgedWindow {
 
 // One window after the other; calls row(first sample).
 template <class MakeRow>
-std::vector<JudgedWindow> walk(const hal::record::Record& record, const ClassifyOptions& options,
+std::vector<JudgedWindow> walk(const record::Record& record, const ClassifyOptions& options,
                                MakeRow make_row) {
   const double every_s =
       options.every_s > 0.0 ? options.every_s : 0.5 * record.period_s * kWindowSamples;
@@ -60,7 +60,7 @@ std::vector<JudgedWindow> walk(const hal::record::Record& record, const Classify
   return rows;
 }
 
-std::vector<JudgedWindow> by_team(const specialist::Team& team, const hal::record::Record& record,
+std::vector<JudgedWindow> by_team(const specialist::Team& team, const record::Record& record,
                                   const ClassifyOptions& options) {
   specialist::TeamJudge judge(team);
   return walk(record, options, [&](std::size_t k) {
@@ -81,8 +81,8 @@ std::vector<JudgedWindow> by_team(const specialist::Team& team, const hal::recor
 }
 
 std::vector<JudgedWindow> by_signatures(
-    const std::vector<specialist::SignatureSpecialist>& specialists,
-    const hal::record::Record& record, const ClassifyOptions& options) {
+    const std::vector<specialist::SignatureSpecialist>& specialists, const record::Record& record,
+    const ClassifyOptions& options) {
   specialist::SignatureEnsemble ensemble(specialists);
   return walk(record, options, [&](std::size_t k) {
     const auto pv = std::span(record.pv).subspan(k, kWindowSamples);
@@ -144,7 +144,7 @@ int run_classify(const ClassifyOptions& options) {
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
   if (!loaded) return kExitConfiguration;
   try {
-    const hal::record::Record record = hal::record::read_record(options.record);
+    const record::Record record = record::read_record(options.record);
     const bool explaining = options.form == "auto" ? loaded->team.has_value() && record.has_co
                                                    : options.form == "explaining";
     if (explaining ? !loaded->team : loaded->signatures.empty()) {
@@ -174,9 +174,9 @@ int run_classify(const ClassifyOptions& options) {
                                                ? by_team(*loaded->team, record, options)
                                                : by_signatures(loaded->signatures, record, options);
     options.json ? print_json(rows) : print_text(rows, explaining);
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   }
   return kExitOk;
 }

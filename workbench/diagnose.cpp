@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/scales.hpp"
 #include "workbench/diagnose_text.hpp"
@@ -34,7 +34,7 @@ struct DiagnoseOptions {
 constexpr std::size_t kLongestWindow = 1500;
 constexpr double kWindowMovements = 15.0;  // periods of movement that a window holds at the least
 
-std::size_t windows_in(const hal::record::Record& r) {
+std::size_t windows_in(const record::Record& r) {
   if (r.size() < 2 * kLongestWindow) return 1;
   std::vector<double> pv = r.pv;
   std::vector<double> co = r.co;
@@ -48,7 +48,7 @@ std::size_t windows_in(const hal::record::Record& r) {
   return std::max<std::size_t>(1, static_cast<std::size_t>(static_cast<double>(r.size()) / length));
 }
 
-void diagnose_record(const std::string& path, const hal::record::Record& r, LoopKind kind,
+void diagnose_record(const std::string& path, const record::Record& r, LoopKind kind,
                      DiagnosedLoop& loop) {
   const std::size_t count = windows_in(r);
   const std::span<const double> pv(r.pv);
@@ -81,7 +81,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   loop.co_range = options.co_range;
   try {
     for (const std::string& path : options.records) {
-      const hal::record::Record r = hal::record::read_record(path);
+      const record::Record r = record::read_record(path);
       if (!r.has_co) {
         fmt::print(stderr,
                    "{}: no column 'co': nothing can be said about a valve without it; signatures "
@@ -97,9 +97,9 @@ int run_diagnose(const DiagnoseOptions& options) {
               : *diagnosis::loop_kind(options.kind);
       diagnose_record(path, r, kind, loop);
     }
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   }
   std::vector<diagnosis::Diagnosis> windows;
   windows.reserve(loop.windows.size());

@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "workbench/command_line.hpp"
 #include "workbench/diagnosis_cases.hpp"
@@ -275,8 +275,8 @@ struct Label {
 std::vector<Label> read_labels(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) {
-    throw hal::record::RecordError(hal::record::RecordError::Kind::io, 0, 0,
-                                   path.string() + ": can't be read");
+    throw record::RecordError(record::RecordError::Kind::io, 0, 0,
+                              path.string() + ": can't be read");
   }
   const auto cells_of = [](const std::string& line) {
     std::vector<std::string> cells;
@@ -290,8 +290,8 @@ std::vector<Label> read_labels(const std::filesystem::path& path) {
   const auto column = [&](const char* name) {
     const auto at = std::find(header.begin(), header.end(), name);
     if (at == header.end()) {
-      throw hal::record::RecordError(hal::record::RecordError::Kind::data, 1, 0,
-                                     path.string() + ":1: no column '" + name + "'");
+      throw record::RecordError(record::RecordError::Kind::data, 1, 0,
+                                path.string() + ":1: no column '" + name + "'");
     }
     return static_cast<std::size_t>(at - header.begin());
   };
@@ -303,8 +303,8 @@ std::vector<Label> read_labels(const std::filesystem::path& path) {
     if (line.empty()) continue;
     const std::vector<std::string> cells = cells_of(line);
     if (cells.size() <= std::max({of_file, of_loop, of_sticky})) {
-      throw hal::record::RecordError(hal::record::RecordError::Kind::data, number, 0,
-                                     fmt::format("{}:{}: too few cells", path.string(), number));
+      throw record::RecordError(record::RecordError::Kind::data, number, 0,
+                                fmt::format("{}:{}: too few cells", path.string(), number));
     }
     labels.push_back(
         {.file = cells[of_file], .loop = cells[of_loop], .sticky = cells[of_sticky] == "1"});
@@ -331,8 +331,7 @@ std::vector<Window> read_windows(const std::vector<std::string>& folders) {
   std::vector<Window> windows;
   for (const std::string& folder : folders) {
     for (const Label& label : read_labels(std::filesystem::path(folder) / "labels.csv")) {
-      const hal::record::Record r =
-          hal::record::read_record(std::filesystem::path(folder) / label.file);
+      const record::Record r = record::read_record(std::filesystem::path(folder) / label.file);
       windows.push_back({.label = label,
                          .diagnosis = diagnosis::diagnose(
                              {.pv = r.pv, .co = r.co, .sp = r.sp, .sample_time_s = r.period_s})});
@@ -595,12 +594,12 @@ int save_cases(const StudyOptions& options) {
   files.make_folder(options.save);
   for (std::size_t i = 0; i < options.cases; ++i) {
     const DiagnosisCase c = diagnosis_case(options.seed, i);
-    hal::record::RecordCsvWriter writer(
+    record::RecordCsvWriter writer(
         files.stage(std::filesystem::path(options.save) /
                     fmt::format("c{:04}_{}_{}_{}.csv", i, to_text(c.cause), c.kind, c.detail)),
         {.sp = !c.sp.empty(), .stem = false});
     for (std::size_t k = 0; k < c.pv.size(); ++k) {
-      hal::record::RecordSample sample{
+      record::RecordSample sample{
           .time_s = static_cast<double>(k) * c.sample_time_s, .pv = c.pv[k], .co = c.co[k]};
       if (!c.sp.empty()) sample.sp = c.sp[k];
       writer.add(sample);
@@ -626,9 +625,9 @@ int run_study(const StudyOptions& options) {
     } else {
       report(judged);
     }
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   }
   return kExitOk;
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 
 namespace loopwarden::workbench {

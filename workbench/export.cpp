@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "hal/record/record_csv.hpp"
-#include "hal/record/segment_export.hpp"
+#include "record/record_csv.hpp"
+#include "record/segment_export.hpp"
 #include "workbench/command_line.hpp"
 #include "workbench/output_files.hpp"
 #include "workbench/subcommands.hpp"
@@ -22,7 +22,7 @@ struct ExportOptions {
   bool json = false;
 };
 
-void print_json(const hal::record::ExportResult& result) {
+void print_json(const record::ExportResult& result) {
   nlohmann::json records = nlohmann::json::array();
   for (const auto& record : result.records) {
     records.push_back({{"file", record.path.string()},
@@ -37,7 +37,7 @@ void print_json(const hal::record::ExportResult& result) {
   fmt::print("{}\n", printed.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-int exit_code_of(const hal::record::ExportResult& result) {
+int exit_code_of(const record::ExportResult& result) {
   return result.records.empty() || !result.unreadable.empty() ? kExitData : kExitOk;
 }
 
@@ -45,10 +45,9 @@ int run_export(const ExportOptions& options) {
   OutputFiles files;
   try {
     files.make_folder(options.out);
-    hal::record::ExportSettings settings;
+    record::ExportSettings settings;
     settings.place = [&files](const std::filesystem::path& path) { return files.stage(path); };
-    const hal::record::ExportResult result =
-        hal::record::export_csv(options.folder, options.out, settings);
+    const record::ExportResult result = record::export_csv(options.folder, options.out, settings);
     files.commit();
     if (options.json) {
       print_json(result);
@@ -68,9 +67,9 @@ int run_export(const ExportOptions& options) {
       fmt::print(stderr, "{}: nothing recorded\n", options.folder);
     }
     return exit_code_of(result);
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", files.in_users_words(e.what()));
-    return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   }
 }
 

@@ -17,7 +17,7 @@
 #include <thread>
 
 #include "config/loop_model_writer.hpp"
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "model/plant/effect_catalogue.hpp"
 #include "workbench/files.hpp"
 #include "workbench/gap_json.hpp"
@@ -122,14 +122,13 @@ void write_refusal(OutputFiles& files, const gap::Result& result, const GapRepor
 }
 
 // The columns between --from and --to. `first_s` is the time of the first sample in the file.
-gap::Record stretch_of(const hal::record::Record& file, const GapOptions& options,
-                       double& first_s) {
+gap::Record stretch_of(const record::Record& file, const GapOptions& options, double& first_s) {
   const auto& time = file.time_s;
   const auto begin = std::lower_bound(time.begin(), time.end(), options.from_s) - time.begin();
   const auto end = std::upper_bound(time.begin(), time.end(), options.to_s) - time.begin();
   if (begin >= end) {
-    throw hal::record::RecordError(
-        hal::record::RecordError::Kind::data, 0, 0,
+    throw record::RecordError(
+        record::RecordError::Kind::data, 0, 0,
         fmt::format("{}: no samples{}{}; the record runs from {:g} s to {:g} s", options.record,
                     std::isfinite(options.from_s) ? fmt::format(" from {:g} s on", options.from_s)
                                                   : std::string(),
@@ -159,8 +158,7 @@ int run_gap(const GapOptions& options) {
   gap::Result result;
   try {
     double first_s = 0.0;
-    const gap::Record record =
-        stretch_of(hal::record::read_record(options.record), options, first_s);
+    const gap::Record record = stretch_of(record::read_record(options.record), options, first_s);
     say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
     const unsigned jobs =
@@ -175,9 +173,9 @@ int run_gap(const GapOptions& options) {
       result.check.notes.push_back(
           {"stretch", fmt::format("Times count from {:g} s of the record.", first_s)});
     }
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == hal::record::RecordError::Kind::data ? kExitData : kExitIo;
+    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
   } catch (const plant::EffectError& e) {
     fmt::print(stderr, "{}: {}\n", options.model, e.what());
     return kExitConfiguration;

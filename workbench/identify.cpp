@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "model/analysis/identification.hpp"
 #include "model/analysis/step_metrics.hpp"
 #include "workbench/chart.hpp"
@@ -33,7 +33,7 @@ struct Findings {
   bool second_is_better = false;
 };
 
-Findings look_at(const hal::record::Record& record) {
+Findings look_at(const record::Record& record) {
   Findings f;
   f.first = analysis::identify(record.co, record.pv, record.period_s, 1);
   f.second = analysis::identify(record.co, record.pv, record.period_s, 2);
@@ -129,7 +129,7 @@ void print_text(const Findings& f) {
       best.gain.value, best.time_constant_s.value, best.dead_time_s.value);
 }
 
-std::string picture(const hal::record::Record& record, const Findings& f) {
+std::string picture(const record::Record& record, const Findings& f) {
   const std::vector<double> t = time_axis(record.size(), record.period_s);
   Chart chart{.title = "Step record and model", .x_label = "s", .y_label = "PV", .lines = {}};
   chart.lines.push_back({"measured", "#7a828c", t, record.pv});
@@ -157,7 +157,7 @@ std::string picture(const hal::record::Record& record, const Findings& f) {
 
 int run_identify(const IdentifyOptions& options) {
   try {
-    const hal::record::Record record = hal::record::read_record(options.record);
+    const record::Record record = record::read_record(options.record);
     if (!record.has_co) {
       fmt::print(stderr, "{}: has no column co; a process can't be identified without it\n",
                  options.record);
@@ -170,9 +170,9 @@ int run_identify(const IdentifyOptions& options) {
   } catch (const analysis::IdentificationError& e) {
     fmt::print(stderr, "{}: {}\n", options.record, e.what());
     return kExitData;
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == hal::record::RecordError::Kind::data ? kExitData : kExitIo;
+    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
   }
   return kExitOk;
 }

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "workbench/installed_files.hpp"
 #include "workbench/output_files.hpp"
 #include "workbench/plant1_study.hpp"
@@ -41,11 +41,11 @@ constexpr std::pair<const char*, const char*> kRecords[] = {{"P1N22", "no_fault"
 constexpr std::size_t kFewestSamples = 100;
 
 std::vector<Plant1Record> read_records(const std::filesystem::path& folder) {
-  using hal::record::RecordError;
+  using record::RecordError;
   std::vector<Plant1Record> records;
   for (const auto& [name, condition] : kRecords) {
     const std::filesystem::path path = folder / (std::string(name) + ".csv");
-    hal::record::Record record = hal::record::read_record(path);
+    record::Record record = record::read_record(path);
     const auto refuse = [&](const char* why) {
       throw RecordError(RecordError::Kind::data, 0, 0, path.string() + ": " + why);
     };
@@ -158,9 +158,9 @@ int run_plant1_study(const Plant1Options& options) {
       print_tables(study);
     }
     if (!options.out.empty()) write_pictures(study, options.out);
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   }
   return kExitOk;
 }

@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "config/config_reader.hpp"
-#include "hal/register_map/register_map.hpp"
+#include "map/register_map.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
-namespace map = hal::register_map;
+namespace map = register_map;
 using hal::modbus::ByteOrder;
 using hal::modbus::RegisterType;
 using map::Area;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/specialist_judge.hpp"
@@ -53,7 +53,7 @@ bool worth_a_line(const monitor::AlarmTransition& t) {
   return !(quiet(t.from) && quiet(t.to));
 }
 
-Replay replay(const hal::record::Record& record, const specialist::Team& team,
+Replay replay(const record::Record& record, const specialist::Team& team,
               const ReplayOptions& options) {
   monitor::SpecialistJudge judge(team);
   const auto decimation = std::max<long>(1, std::lround(team.facts.period_s / record.period_s));
@@ -143,7 +143,7 @@ int run_replay(const ReplayOptions& options) {
     return kExitConfiguration;
   }
   try {
-    const hal::record::Record record = hal::record::read_record(options.record);
+    const record::Record record = record::read_record(options.record);
     if (!record.has_co) {
       fmt::print(stderr, "{}: no column 'co': the specialists need it\n", options.record);
       return kExitData;
@@ -159,9 +159,9 @@ int run_replay(const ReplayOptions& options) {
     }
     const Replay result = replay(record, *loaded->team, options);
     options.json ? print_json(result) : print_text(result);
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   }
   return kExitOk;
 }

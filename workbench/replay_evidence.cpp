@@ -11,14 +11,14 @@
 #include <string>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "daemon/evidence/evidence_file.hpp"
+#include "record/evidence/evidence_file.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "workbench/subcommands.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
-using daemon::evidence::Evidence;
+using evidence::Evidence;
 using monitor::WindowJudgement;
 using monitor::WindowMeasures;
 using nlohmann::json;
@@ -88,12 +88,12 @@ void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasu
 int replay_evidence(const std::filesystem::path& folder, bool as_json) {
   Evidence evidence;
   try {
-    evidence = daemon::evidence::read_evidence(folder);
-  } catch (const daemon::evidence::EvidenceError& e) {
+    evidence = evidence::read_evidence(folder);
+  } catch (const evidence::EvidenceError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return kExitData;
   }
-  const auto loaded = config::read_specialists(daemon::evidence::specialists_of(folder));
+  const auto loaded = config::read_specialists(evidence::specialists_of(folder));
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
   if (!loaded || !loaded->team) return kExitConfiguration;
   monitor::SpecialistJudge judge(*loaded->team);

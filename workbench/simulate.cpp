@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "model/analysis/loop_metrics.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "workbench/files.hpp"
@@ -47,7 +47,7 @@ double resolution_of(const plant::LoopModel& model, std::optional<double> bits) 
 }
 
 Run simulate(const plant::LoopModel& model, const SimulateOptions& options,
-             hal::record::RecordCsvWriter& writer) {
+             record::RecordCsvWriter& writer) {
   plant::SimulatedLoop loop(model, resolution_of(model, options.output_bits));
   const auto samples = static_cast<std::uint64_t>(
                            std::floor(model.scenario.duration_s / model.sample_time_s + 1e-9)) +
@@ -104,14 +104,14 @@ int run_simulate(const SimulateOptions& options) {
   if (options.seed) model->scenario.seed = *options.seed;
   OutputFiles files({options.model});
   try {
-    hal::record::RecordColumns columns;
+    record::RecordColumns columns;
     if (options.truth) columns.more = {"true_pv", "fault_severity"};
-    hal::record::RecordCsvWriter writer(files.stage(options.out), columns);
+    record::RecordCsvWriter writer(files.stage(options.out), columns);
     const Run run = simulate(*model, options, writer);
     writer.finish();
     files.commit();
     report(*model, options, run);
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", files.in_users_words(e.what()));
     return kExitIo;
   }

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "model/control/pid.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "model/monitor/verdict_rule.hpp"
@@ -581,9 +581,8 @@ bool Study::real_signatures() {
   for (const Real& real : kReal) {
     std::vector<double> pv;
     try {
-      pv = hal::record::read_record(fs::path(options_.records) / (std::string(real.file) + ".csv"))
-               .pv;
-    } catch (const hal::record::RecordError& e) {
+      pv = record::read_record(fs::path(options_.records) / (std::string(real.file) + ".csv")).pv;
+    } catch (const record::RecordError& e) {
       fmt::print(stderr, "{}\n", e.what());
       return false;
     }

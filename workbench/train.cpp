@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "workbench/files.hpp"
 #include "workbench/output_files.hpp"
 #include "workbench/specialist_training.hpp"
@@ -61,7 +61,7 @@ std::vector<std::string> cells_of(std::string line) {
 }
 
 std::vector<double> read_signature(const fs::path& path) {
-  const hal::record::Record record = hal::record::read_record(path);
+  const record::Record record = record::read_record(path);
   if (record.size() != specialist::kSignatureSamples) {
     throw BadData(fmt::format("{}: a signature has {} samples (got {})", path.string(),
                               specialist::kSignatureSamples, record.size()));
@@ -276,9 +276,9 @@ int run_train(const TrainOptions& options) {
     files.commit();
     TrainingCheckpoint::remove(*job.checkpoint);
     print_summary(options, result, seconds);
-  } catch (const hal::record::RecordError& e) {
+  } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == hal::record::RecordError::Kind::io ? kExitIo : kExitData;
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   } catch (const BadData& e) {
     fmt::print(stderr, "{}\n", e.what());
     return kExitData;

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace loopwarden::daemon::evidence {
+namespace loopwarden::daemon {
 namespace {
 
 namespace fs = std::filesystem;
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 // 20261121T233348123Z-FIC-101-stiction: the order of names is that of time.
 constexpr std::size_t kStamp = 19;
 
-std::string folder_name(const Evidence& e) {
+std::string folder_name(const evidence::Evidence& e) {
   return fmt::format("{:%Y%m%dT%H%M%S}{:03}Z-{}-{}",
                      fmt::gmtime(static_cast<std::time_t>(e.raised_ms / 1000)), e.raised_ms % 1000,
                      e.loop, monitor::to_text(e.alarm));
@@ -70,7 +70,7 @@ bool EvidenceStore::stop_for(std::chrono::milliseconds patience) {
   return thread_.join_for(patience);
 }
 
-void EvidenceStore::post(Evidence evidence) {
+void EvidenceStore::post(evidence::Evidence evidence) {
   if (settings_.most_kept == 0) return;
   {
     const std::lock_guard lock(mutex_);
@@ -127,7 +127,7 @@ void EvidenceStore::run() {
 
 void EvidenceStore::write_first() {
   // Only this thread takes the first one away.
-  const Evidence* first = nullptr;
+  const evidence::Evidence* first = nullptr;
   {
     const std::lock_guard lock(mutex_);
     first = &queue_.front();
@@ -137,9 +137,10 @@ void EvidenceStore::write_first() {
   try {
     const hal::os::DiskWait::Section waiting(wait_);
     const auto specialists = specialists_.find(first->specialists_folder);
-    if (specialists == specialists_.end()) throw EvidenceError("its specialists are not there");
+    if (specialists == specialists_.end())
+      throw evidence::EvidenceError("its specialists are not there");
     fs::create_directories(settings_.folder);
-    if (!fs::exists(folder)) write_evidence(*first, specialists->second, folder);
+    if (!fs::exists(folder)) evidence::write_evidence(*first, specialists->second, folder);
     remove_old();
   } catch (const std::exception& e) {
     why = e.what();
@@ -166,4 +167,4 @@ void EvidenceStore::remove_old() const {
   for (auto it = folders.begin(); it != folders.begin() + beyond; ++it) fs::remove_all(*it);
 }
 
-}  // namespace loopwarden::daemon::evidence
+}  // namespace loopwarden::daemon

@@ -19,11 +19,11 @@
 #include <optional>
 #include <string>
 
-#include "daemon/evidence/evidence_file.hpp"
+#include "record/evidence/evidence_file.hpp"
 #include "hal/os/disk_wait.hpp"
 #include "hal/os/thread.hpp"
 
-namespace loopwarden::daemon::evidence {
+namespace loopwarden::daemon {
 
 struct EvidenceSettings {
   std::filesystem::path folder;           // made where it is missing
@@ -43,8 +43,8 @@ class EvidenceStore {
  public:
   // `specialists` by the folder's name that evidence has. `report` is called by the store's thread once
   // evidence has its folder, and once when the disk begins to refuse: then `why` says so.
-  using Report = std::function<void(const Evidence& evidence, const std::filesystem::path& folder,
-                                    const std::string& why)>;
+  using Report = std::function<void(const evidence::Evidence& evidence,
+                                    const std::filesystem::path& folder, const std::string& why)>;
   EvidenceStore(EvidenceSettings settings,
                 std::map<std::string, config::SpecialistFolder> specialists, Report report);
   EvidenceStore(const EvidenceStore&) = delete;
@@ -58,7 +58,7 @@ class EvidenceStore {
   bool stop_for(std::chrono::milliseconds patience);
 
   // Any thread but the real-time one.
-  void post(Evidence evidence);
+  void post(evidence::Evidence evidence);
   EvidenceStatus status() const;
   // The newest folder of this alarm on the disk; waits for it.
   std::optional<std::filesystem::path> newest(const std::string& loop,
@@ -75,11 +75,11 @@ class EvidenceStore {
   Report report_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::list<Evidence> queue_;  // its items stay where they are
+  std::list<evidence::Evidence> queue_;  // its items stay where they are
   EvidenceStatus status_;
   bool quit_ = false;
   hal::os::DiskWait wait_;
   hal::os::Thread thread_;
 };
 
-}  // namespace loopwarden::daemon::evidence
+}  // namespace loopwarden::daemon

@@ -20,12 +20,12 @@ hal::os::PeerList peers_of(const GatewaySettings& settings) {
 
 }  // namespace
 
-Gateway::Gateway(const GatewaySettings& settings, Plant& plant, hal::os::Clock& clock)
-    : plant_(plant),
+Gateway::Gateway(const GatewaySettings& settings, LoopsView& loops, hal::os::Clock& clock)
+    : loops_(loops),
       clock_(clock),
       master_(settings.master_heartbeat),
       master_watch_(settings.master_heartbeat),
-      bank_(plant, settings.word_order, state_),
+      bank_(loops, settings.word_order, state_),
       identity_{.revision = LOOPWARDEN_VERSION},
       server_(settings.tcp, peers_of(settings), clock,
               [this](std::span<const std::uint8_t> request, const Peer& peer) {
@@ -51,12 +51,12 @@ void Gateway::start() {
 void Gateway::stop() {
   quit_ = true;
   thread_.join();
-  plant_.close_orders();
+  loops_.close_orders();
 }
 
 void Gateway::serve(std::chrono::milliseconds timeout) {
   try {
-    if (plant_.collect_answers()) timeout = std::min(timeout, kRoundWithOrders);
+    if (loops_.collect_answers()) timeout = std::min(timeout, kRoundWithOrders);
     if (serial_) {
       server_.serve(std::min(timeout, serial_->patience()), serial_->fd());
       serial_->serve();
@@ -103,19 +103,19 @@ void Gateway::watch_master() {
   const rt::Order order{.mode = master_.action == MasterLossAction::manual
                                     ? control::Mode::manual
                                     : control::Mode::automatic};
-  for (std::size_t i = 0; i < plant_.loops(); ++i) {
+  for (std::size_t i = 0; i < loops_.loops(); ++i) {
     journal::JournalEntry line;
     line.kind = journal::JournalEntry::Kind::system;
-    line.utc_ms = plant_.box().utc_ms;
-    line.loop = plant_.name(i);
+    line.utc_ms = loops_.box().utc_ms;
+    line.loop = loops_.name(i);
     line.what = "mode";
     line.new_value = order.mode == control::Mode::manual ? "0" : "1";
     line.reason = "master lost";
-    if (plant_.has_room_for_order(i)) {
-      plant_.order(i, order, {std::move(line)});
+    if (loops_.has_room_for_order(i)) {
+      loops_.order(i, order, {std::move(line)});
     } else {
       line.result = "refused: too many commands at once";
-      plant_.write_down(std::move(line));
+      loops_.write_down(std::move(line));
     }
   }
 }
@@ -123,11 +123,11 @@ void Gateway::watch_master() {
 void Gateway::write_down_loss(const char* what) {
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::system;
-  entry.utc_ms = plant_.box().utc_ms;
+  entry.utc_ms = loops_.box().utc_ms;
   entry.what = what;
   constexpr const char* kActions[] = {"report", "manual", "automatic"};
   entry.result = kActions[static_cast<std::size_t>(master_.action)];
-  plant_.write_down(std::move(entry));
+  loops_.write_down(std::move(entry));
 }
 
 }  // namespace loopwarden::daemon::gateway

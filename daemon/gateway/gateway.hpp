@@ -12,7 +12,7 @@
 #include "daemon/gateway/map_bank.hpp"
 #include "daemon/gateway/master_watch.hpp"
 #include "daemon/gateway/modbus_answer.hpp"
-#include "daemon/gateway/plant.hpp"
+#include "daemon/gateway/loops_view.hpp"
 #include "daemon/gateway/serial_server.hpp"
 #include "daemon/gateway/tcp_server.hpp"
 #include "hal/os/clock.hpp"
@@ -32,7 +32,7 @@ struct GatewaySettings {
 class Gateway {
  public:
   // Listens from now on; serves from start() on. Throws std::runtime_error.
-  Gateway(const GatewaySettings& settings, Plant& plant, hal::os::Clock& clock);
+  Gateway(const GatewaySettings& settings, LoopsView& loops, hal::os::Clock& clock);
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;
   ~Gateway() { stop(); }
@@ -52,7 +52,7 @@ class Gateway {
   void watch_master();
   void write_down_loss(const char* what);
 
-  Plant& plant_;
+  LoopsView& loops_;
   hal::os::Clock& clock_;
   MasterHeartbeatSettings master_;
   MasterWatch master_watch_;

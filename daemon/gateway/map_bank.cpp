@@ -14,12 +14,12 @@
 #include "daemon/orders/order_text.hpp"
 #include "hal/contract/sample.hpp"
 #include "hal/modbus/register_codec.hpp"
-#include "hal/register_map/register_map.hpp"
+#include "map/register_map.hpp"
 #include "model/control/supervisor.hpp"
 
 namespace loopwarden::daemon::gateway {
 
-namespace map = hal::register_map;
+namespace map = register_map;
 namespace model = loopwarden::monitor;
 using control::Mode;
 using hal::modbus::ByteOrder;
@@ -66,9 +66,7 @@ double condition_percent(const analysis::ConditionIndices& indices, std::size_t 
   return std::isfinite(all[which]) ? all[which] : kNotThere;
 }
 
-bool is(const LoopReading& loop, hal::record::RecordFlag bit) {
-  return (loop.row.flags & bit) != 0;
-}
+bool is(const LoopReading& loop, record::RecordFlag bit) { return (loop.row.flags & bit) != 0; }
 
 double shown_pv(const LoopReading& loop) {
   const bool bad = static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::bad;
@@ -77,13 +75,13 @@ double shown_pv(const LoopReading& loop) {
 
 unsigned loop_bits(const LoopReading& loop) {
   unsigned bits = 0;
-  if (is(loop, hal::record::kAtLow)) bits |= 1U;
-  if (is(loop, hal::record::kAtHigh)) bits |= 2U;
-  if (is(loop, hal::record::kRateLimited)) bits |= 4U;
-  if (is(loop, hal::record::kOutputLost)) bits |= 8U;
-  if (is(loop, hal::record::kJacketActs)) bits |= 16U;
+  if (is(loop, record::kAtLow)) bits |= 1U;
+  if (is(loop, record::kAtHigh)) bits |= 2U;
+  if (is(loop, record::kRateLimited)) bits |= 4U;
+  if (is(loop, record::kOutputLost)) bits |= 8U;
+  if (is(loop, record::kJacketActs)) bits |= 16U;
   if (std::isfinite(loop.row.stem)) bits |= 32U;
-  if (is(loop, hal::record::kCompensatorActs)) bits |= 64U;
+  if (is(loop, record::kCompensatorActs)) bits |= 64U;
   return bits;
 }
 
@@ -108,19 +106,19 @@ struct Totals {
 // The plant at the moment of one request: every loop is read at most once.
 class MapBank::Snapshot {
  public:
-  Snapshot(Plant& plant, const ServerState& server) : plant_(plant), server_(server) {}
+  Snapshot(LoopsView& loops, const ServerState& server) : loops_(loops), server_(server) {}
 
   // `index` counts only where `reg` belongs to a loop.
   double value(const Register& reg, std::size_t index);
 
   const LoopReading& loop(std::size_t index) {
-    auto found = loops_.find(index);
-    if (found == loops_.end()) found = loops_.emplace(index, plant_.read(index)).first;
+    auto found = read_.find(index);
+    if (found == read_.end()) found = read_.emplace(index, loops_.read(index)).first;
     return found->second;
   }
 
   const BoxReading& box() {
-    if (!box_) box_ = plant_.box();
+    if (!box_) box_ = loops_.box();
     return *box_;
   }
 
@@ -128,7 +126,7 @@ class MapBank::Snapshot {
   const Totals& totals() {
     if (totals_) return *totals_;
     Totals& t = totals_.emplace();
-    for (std::size_t i = 0; i < plant_.loops(); ++i) {
+    for (std::size_t i = 0; i < loops_.loops(); ++i) {
       const LoopReading& reading = loop(i);
       t.windows += reading.watch.windows;
       t.ne107 = model::gravest(t.ne107, reading.ne107);
@@ -153,9 +151,9 @@ class MapBank::Snapshot {
     return static_cast<double>(bits);
   }
 
-  Plant& plant_;
+  LoopsView& loops_;
   const ServerState& server_;
-  std::map<std::size_t, LoopReading> loops_;
+  std::map<std::size_t, LoopReading> read_;
   std::optional<BoxReading> box_;
   std::optional<Totals> totals_;
   friend class MapBank;
@@ -165,7 +163,7 @@ class MapBank::Snapshot {
 double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
   const auto wraps = [](double seconds) { return std::fmod(std::floor(seconds), 65536.0); };
   const auto of = [&]() -> const LoopReading& { return loop(index); };
-  const auto row = [&]() -> const hal::record::RecordRow& { return of().row; };
+  const auto row = [&]() -> const record::RecordRow& { return of().row; };
   const auto pid = [&]() -> const control::PidSettings& { return of().settings.controller.pid; };
   const auto alarm = [&]() -> const model::Alarm& { return of().watch.alarms.alarm(kind_of(reg)); };
   const auto of_pv = [&](double v) {
@@ -178,7 +176,7 @@ double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
     case Field::heartbeat: return wraps(box().uptime_s);
     case Field::status_bits: return status_bits();
     case Field::uptime: return std::floor(box().uptime_s);
-    case Field::loop_count: return number(std::min(plant_.loops(), map::kMostLoops));
+    case Field::loop_count: return number(std::min(loops_.loops(), map::kMostLoops));
     case Field::first_block: return map::layout(Table::input_register).first_loop;
     case Field::block_stride: return map::layout(Table::input_register).loop_stride;
     case Field::box_ne107: return static_cast<double>(totals().ne107);
@@ -266,12 +264,12 @@ double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
     case Field::alarm_unacknowledged: return flag(alarm().unacknowledged());
     case Field::pv_bad:
       return flag(static_cast<hal::Quality>(row().pv_quality) == hal::Quality::bad);
-    case Field::at_low: return flag(is(of(), hal::record::kAtLow));
-    case Field::at_high: return flag(is(of(), hal::record::kAtHigh));
+    case Field::at_low: return flag(is(of(), record::kAtLow));
+    case Field::at_high: return flag(is(of(), record::kAtHigh));
     case Field::in_manual: return flag(static_cast<Mode>(row().mode) == Mode::manual);
     case Field::any_suppressed: return flag(of().watch.alarms.any_suppressed());
     case Field::any_shelved: return flag(of().watch.alarms.any_shelved());
-    case Field::communication_lost: return flag(is(of(), hal::record::kOutputLost));
+    case Field::communication_lost: return flag(is(of(), record::kOutputLost));
     case Field::in_fault:
       return flag(static_cast<control::Fault>(row().fault) != control::Fault::none);
     case Field::window_valid: return flag(of().watch.window_state == model::WindowState::valid);
@@ -291,13 +289,13 @@ double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
 }
 
 Exception MapBank::read(Table table, std::uint16_t address, std::span<std::uint16_t> values) {
-  Snapshot snapshot(plant_, server_);
+  Snapshot snapshot(loops_, server_);
   snapshot.order_ = order_;
   const Register* encoded = nullptr;
   std::size_t encoded_loop = 0;
   hal::modbus::Registers words;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const Place place = map::find(table, static_cast<std::uint32_t>(address + i), plant_.loops());
+    const Place place = map::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
     if (!place.in_map) return Exception::illegal_address;
     values[i] = 0;
     if (place.reg == nullptr) continue;
@@ -335,7 +333,7 @@ struct MapBank::LoopOrder {
 Exception MapBank::collect(Table table, std::uint16_t address,
                            std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const {
   for (std::size_t i = 0; i < values.size();) {
-    const Place place = map::find(table, static_cast<std::uint32_t>(address + i), plant_.loops());
+    const Place place = map::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
     if (!place.in_map) return Exception::illegal_address;
     if (place.reg == nullptr) {
       // A gap between two fields takes the 0 that it reads, so that one request can write both.
@@ -454,7 +452,7 @@ journal::JournalEntry MapBank::line_of(const Wish& wish, const Peer& peer, Snaps
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::register_write;
   entry.utc_ms = snapshot.box().utc_ms;
-  if (wish.reg->area == map::Area::loop) entry.loop = plant_.name(wish.loop);
+  if (wish.reg->area == map::Area::loop) entry.loop = loops_.name(wish.loop);
   entry.peer = peer.name;
   entry.what = wish.reg->name;
   entry.old_value = fmt::format("{:.9g}", wish.old_value);
@@ -466,11 +464,11 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
                          const Peer& peer) {
   std::vector<Wish> wishes;
   if (const Exception e = collect(table, address, values, wishes); e != Exception::none) return e;
-  Snapshot snapshot(plant_, server_);
+  Snapshot snapshot(loops_, server_);
   const auto write_down = [&](const Wish& wish, const std::string& result) {
     journal::JournalEntry line = line_of(wish, peer, snapshot);
     line.result = result;
-    plant_.write_down(std::move(line));
+    loops_.write_down(std::move(line));
   };
   const auto refuse = [&](Exception exception, const std::string& why) {
     for (const Wish& wish : wishes) write_down(wish, "refused: " + why);
@@ -487,7 +485,7 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
       return refuse(rt::is_out_of_limits(refusal) ? Exception::illegal_value : Exception::busy,
                     orders::why_refused(refusal, asked.order, loop.settings));
     }
-    if (!plant_.has_room_for_order(asked.loop)) {
+    if (!loops_.has_room_for_order(asked.loop)) {
       return refuse(Exception::busy, "too many commands at once");
     }
   }
@@ -496,7 +494,7 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
     if (asked.wishes.empty()) continue;
     std::vector<journal::JournalEntry> lines;
     for (const Wish* wish : asked.wishes) lines.push_back(line_of(*wish, peer, snapshot));
-    plant_.order(asked.loop, asked.order, std::move(lines));
+    loops_.order(asked.loop, asked.order, std::move(lines));
   }
   for (const Wish& wish : wishes) {
     if (wish.reg->field == Field::master_heartbeat) {
@@ -513,7 +511,7 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
 void MapBank::act(const Wish& wish, const Peer& peer) {
   using model::AlarmAction;
   if (wish.reg->field == Field::veto_corrective_action) {
-    plant_.veto(wish.loop, wish.value != 0.0, peer.name);
+    loops_.veto(wish.loop, wish.value != 0.0, peer.name);
     return;
   }
   monitor::AlarmOrder order{kind_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
@@ -530,15 +528,15 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
     if (wish.reg->field == Field::unshelve) order.action = AlarmAction::unshelve;
   }
   // An order for which there is nothing to do is no error: masters repeat themselves.
-  plant_.act(wish.loop, order);
+  loops_.act(wish.loop, order);
 }
 
 void MapBank::acknowledge_all(const Peer& peer) {
-  for (std::size_t i = 0; i < plant_.loops(); ++i) {
-    const LoopReading loop = plant_.read(i);
+  for (std::size_t i = 0; i < loops_.loops(); ++i) {
+    const LoopReading loop = loops_.read(i);
     for (const AlarmKind kind : model::kAlarmKinds) {
       if (!loop.watch.alarms.alarm(kind).unacknowledged()) continue;
-      plant_.act(i, {kind, model::AlarmAction::acknowledge, 0, peer.name, {}});
+      loops_.act(i, {kind, model::AlarmAction::acknowledge, 0, peer.name, {}});
     }
   }
 }

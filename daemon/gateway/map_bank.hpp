@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/gateway/modbus_answer.hpp"
-#include "daemon/gateway/plant.hpp"
+#include "daemon/gateway/loops_view.hpp"
 #include "hal/modbus/modbus_settings.hpp"
 
 namespace loopwarden::daemon::gateway {
@@ -27,19 +27,19 @@ struct ServerState {
 
 class MapBank final : public RegisterBank {
  public:
-  MapBank(Plant& plant, hal::modbus::ByteOrder order, ServerState& server)
-      : plant_(plant), order_(order), server_(server) {}
+  MapBank(LoopsView& loops, hal::modbus::ByteOrder order, ServerState& server)
+      : loops_(loops), order_(order), server_(server) {}
 
-  Exception read(hal::register_map::Table table, std::uint16_t address,
+  Exception read(register_map::Table table, std::uint16_t address,
                  std::span<std::uint16_t> values) override;
-  Exception write(hal::register_map::Table table, std::uint16_t address,
+  Exception write(register_map::Table table, std::uint16_t address,
                   std::span<const std::uint16_t> values, const Peer& peer) override;
 
  private:
   struct Wish;
   struct LoopOrder;
   class Snapshot;
-  Exception collect(hal::register_map::Table table, std::uint16_t address,
+  Exception collect(register_map::Table table, std::uint16_t address,
                     std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const;
   Exception check(std::vector<Wish>& wishes, Snapshot& snapshot);
   static std::vector<LoopOrder> orders_of(const std::vector<Wish>& wishes);
@@ -48,7 +48,7 @@ class MapBank final : public RegisterBank {
   void act(const Wish& wish, const Peer& peer);
   void acknowledge_all(const Peer& peer);
 
-  Plant& plant_;
+  LoopsView& loops_;
   hal::modbus::ByteOrder order_;
   ServerState& server_;
 };

@@ -19,7 +19,7 @@
 #include <span>
 #include <string>
 
-#include "hal/register_map/register_map.hpp"
+#include "map/register_map.hpp"
 
 namespace loopwarden::daemon::gateway {
 
@@ -52,10 +52,10 @@ class RegisterBank {
   virtual ~RegisterBank() = default;
 
   // One value for each address; bits are 0 or 1. All values of a call are of one moment.
-  virtual Exception read(hal::register_map::Table table, std::uint16_t address,
+  virtual Exception read(register_map::Table table, std::uint16_t address,
                          std::span<std::uint16_t> values) = 0;
   // All or nothing. Only for holding registers and coils, and for peers that may write.
-  virtual Exception write(hal::register_map::Table table, std::uint16_t address,
+  virtual Exception write(register_map::Table table, std::uint16_t address,
                           std::span<const std::uint16_t> values, const Peer& peer) = 0;
 };
 

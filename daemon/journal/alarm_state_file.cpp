@@ -11,8 +11,8 @@
 #include <span>
 #include <system_error>
 
-#include "hal/record/file.hpp"
-#include "hal/record/segment_format.hpp"
+#include "record/file.hpp"
+#include "record/segment_format.hpp"
 
 namespace loopwarden::daemon::journal {
 namespace {
@@ -23,7 +23,7 @@ using nlohmann::json;
 constexpr std::size_t kChecksumLine = 9;  // eight digits and a line end
 
 std::string checksum_line(std::string_view text) {
-  return fmt::format("{:08x}\n", hal::record::crc32(std::span(text.data(), text.size())));
+  return fmt::format("{:08x}\n", record::crc32(std::span(text.data(), text.size())));
 }
 
 json to_json(const AlarmKey& key, const AlarmMemory& memory) {
@@ -58,9 +58,9 @@ bool AlarmStateFile::save(const AlarmStates& states, std::string& why) const {
                            "\n";
   const std::string text = checksum_line(body) + body;
   const std::filesystem::path temporary = path_.string() + ".tmp";
-  hal::record::File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+  record::File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file.is_open() || !file.write(text.data(), text.size()) || !file.sync() || !file.close()) {
-    why = fmt::format("{}: {}", temporary.string(), hal::record::error_text(errno));
+    why = fmt::format("{}: {}", temporary.string(), record::error_text(errno));
     return false;
   }
   std::error_code error;
@@ -69,7 +69,7 @@ bool AlarmStateFile::save(const AlarmStates& states, std::string& why) const {
     why = fmt::format("{}: {}", path_.string(), error.message());
     return false;
   }
-  return hal::record::sync_folder(path_.parent_path());
+  return record::sync_folder(path_.parent_path());
 }
 
 std::optional<AlarmStates> AlarmStateFile::load(std::string& why) const {

@@ -14,7 +14,7 @@
 namespace loopwarden::daemon::monitor {
 
 namespace model = loopwarden::monitor;
-using hal::record::RecordRow;
+using record::RecordRow;
 
 namespace {
 
@@ -86,11 +86,11 @@ bool Monitor::take_turn(std::size_t index) {
   bool window = false;
   while (taken < kCyclesATurn && !window && track.cycles->try_pop(row)) {
     ++taken;
-    const bool at_limit = (row.flags & (hal::record::kAtLow | hal::record::kAtHigh)) != 0;
+    const bool at_limit = (row.flags & (record::kAtLow | record::kAtHigh)) != 0;
     track.times.add(static_cast<control::Mode>(row.mode), at_limit);
     const model::Cycle cycle = cycle_of(row);
     track.condition.add(cycle, static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
-                        (row.flags & (hal::record::kLateCycle | hal::record::kOutputLost)) != 0);
+                        (row.flags & (record::kLateCycle | record::kOutputLost)) != 0);
     window = pass_on(index, track.monitor.add(cycle));
   }
   if (taken == 0) return false;

@@ -18,7 +18,7 @@
 #include "daemon/rt/order.hpp"
 #include "hal/os/spsc_ring.hpp"
 #include "hal/os/thread.hpp"
-#include "hal/record/record_row.hpp"
+#include "record/record_row.hpp"
 #include "model/monitor/condition_watch.hpp"
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_monitor.hpp"
@@ -27,7 +27,7 @@
 namespace loopwarden::daemon::monitor {
 
 struct WatchedLoop {
-  hal::os::SpscRing<hal::record::RecordRow>* cycles = nullptr;
+  hal::os::SpscRing<record::RecordRow>* cycles = nullptr;
   loopwarden::monitor::WindowSettings window;
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
   loopwarden::monitor::VerdictRuleSettings rule;
@@ -77,7 +77,7 @@ class Monitor {
           corrective(watched.corrective),
           condition(watched.window),
           times(watched.window.sample_time_s) {}
-    hal::os::SpscRing<hal::record::RecordRow>* cycles;
+    hal::os::SpscRing<record::RecordRow>* cycles;
     hal::os::SpscRing<rt::Order>* orders;
     loopwarden::monitor::LoopMonitor monitor;
     loopwarden::monitor::CorrectiveAction corrective;

@@ -239,7 +239,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
   const bool stem_known =
       inputs_.valve_position_fitted && inputs_.valve_position.quality != hal::Quality::bad;
   const hal::Limit pv_limit = pv.quality == hal::Quality::bad ? hal::Limit::none : pv.limit;
-  const hal::record::RecordRow row{
+  const record::RecordRow row{
       .time_ns = time.now_ns,
       .period_index = time.period_index,
       .sp = out.set_point,
@@ -256,12 +256,11 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .pv_quality = static_cast<std::uint8_t>(pv.quality),
       .pv_reason = static_cast<std::uint8_t>(pv.reason),
       .flags = static_cast<std::uint8_t>(
-          flag(out.at_low, hal::record::kAtLow) | flag(out.at_high, hal::record::kAtHigh) |
-          flag(out.rate_limited, hal::record::kRateLimited) |
-          flag(missed > 0, hal::record::kLateCycle) |
-          flag(out.jacket_rate != 0.0, hal::record::kJacketActs) |
-          flag(out.correction != 0.0, hal::record::kCompensatorActs) |
-          flag(!inputs_.output_ok, hal::record::kOutputLost)),
+          flag(out.at_low, record::kAtLow) | flag(out.at_high, record::kAtHigh) |
+          flag(out.rate_limited, record::kRateLimited) | flag(missed > 0, record::kLateCycle) |
+          flag(out.jacket_rate != 0.0, record::kJacketActs) |
+          flag(out.correction != 0.0, record::kCompensatorActs) |
+          flag(!inputs_.output_ok, record::kOutputLost)),
       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
       .pv_limit = static_cast<std::uint8_t>(pv_limit),

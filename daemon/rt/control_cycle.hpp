@@ -12,7 +12,7 @@
 #include "hal/contract/loop_io.hpp"
 #include "hal/os/newest_value.hpp"
 #include "hal/os/spsc_ring.hpp"
-#include "hal/record/record_row.hpp"
+#include "record/record_row.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
 #include "model/plant/effect.hpp"
@@ -25,12 +25,12 @@ struct LoopChannels {
   explicit LoopChannels(std::size_t record_capacity)
       : records(record_capacity), watched(record_capacity) {}
 
-  hal::os::NewestValue<LoopSettings> settings;        // reload -> cycle
-  OrderBox operator_orders;                           // operator <-> cycle
-  OrderBox master_orders;                             // Modbus master <-> cycle
-  hal::os::SpscRing<Order> monitor_orders{8};         // monitor -> cycle
-  hal::os::SpscRing<hal::record::RecordRow> records;  // cycle -> historian
-  hal::os::SpscRing<hal::record::RecordRow> watched;  // cycle -> monitor
+  hal::os::NewestValue<LoopSettings> settings;   // reload -> cycle
+  OrderBox operator_orders;                      // operator <-> cycle
+  OrderBox master_orders;                        // Modbus master <-> cycle
+  hal::os::SpscRing<Order> monitor_orders{8};    // monitor -> cycle
+  hal::os::SpscRing<record::RecordRow> records;  // cycle -> historian
+  hal::os::SpscRing<record::RecordRow> watched;  // cycle -> monitor
   // What the next order will find: packed(Standing); cycle -> operator, Modbus server
   std::atomic<std::uint8_t> standing{0};
   // Orders that had been let in and could not act any more when they were taken; cycle -> status

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hal/contract/loop_io.hpp"
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "hal/replay/replay_settings.hpp"
 
 namespace loopwarden::hal::replay {

@@ -12,7 +12,7 @@
 namespace loopwarden::tests::condition_test {
 namespace {
 
-using hal::record::RecordRow;
+using record::RecordRow;
 
 struct Trial {
   bool read_back = true;

@@ -25,10 +25,10 @@ using daemon::monitor::Monitor;
 using daemon::monitor::WatchBoard;
 using daemon::rt::JacketWish;
 using daemon::rt::Order;
-using hal::record::RecordRow;
 using monitor::AlarmAction;
 using monitor::AlarmKind;
 using monitor::CorrectiveState;
+using record::RecordRow;
 
 constexpr double kHour = 3600.0;
 constexpr std::int64_t kStart = 1'800'000'000'000;  // UTC, ms
@@ -114,7 +114,7 @@ class Plant {
   }
   CorrectiveState corrective() { return board_.watch(0).corrective; }
   WatchBoard& board() { return board_; }
-  daemon::evidence::EvidenceStore& evidence() { return evidence_; }
+  daemon::EvidenceStore& evidence() { return evidence_; }
 
   double hour() const { return static_cast<double>(period_) * model_.sample_time_s / kHour; }
 
@@ -134,7 +134,7 @@ class Plant {
     }
   }
   void keep(AlarmKind alarm, const monitor::Window& window, const monitor::MonitorStep& step) {
-    daemon::evidence::Evidence e;
+    evidence::Evidence e;
     e.loop = "FIC-101";
     e.alarm = alarm;
     e.raised_ms = board_.watch(0).alarms.alarm(alarm).memory().raised_ms;
@@ -154,7 +154,7 @@ class Plant {
   hal::os::SpscRing<RecordRow> cycles_{1024};
   hal::os::SpscRing<Order> orders_{8};
   daemon::journal::Journal journal_{{.folder = folder_.path()}};
-  daemon::evidence::EvidenceStore evidence_;
+  daemon::EvidenceStore evidence_;
   WatchBoard board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
                       return kStart + static_cast<std::int64_t>(100 * period_);
                     }};

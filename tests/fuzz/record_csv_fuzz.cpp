@@ -14,11 +14,11 @@
 #include <string_view>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 
 namespace {
 
-using namespace loopwarden::hal::record;
+using namespace loopwarden::record;
 
 void require(bool holds, const char* what) {
   if (holds) return;

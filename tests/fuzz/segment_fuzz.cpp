@@ -15,15 +15,15 @@
 #include <string>
 #include <vector>
 
-#include "hal/record/record_csv.hpp"
-#include "hal/record/segment_export.hpp"
-#include "hal/record/segment_format.hpp"
-#include "hal/record/segment_reader.hpp"
+#include "record/record_csv.hpp"
+#include "record/segment_export.hpp"
+#include "record/segment_format.hpp"
+#include "record/segment_reader.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
-using namespace loopwarden::hal::record;
+using namespace loopwarden::record;
 
 void require(bool holds, const char* what) {
   if (holds) return;

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::gap_test {
@@ -97,7 +97,7 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
   const std::string corrected = out + "/model.corrected.yaml";
   CHECK(loopwarden("check " + corrected).exit_code == 0);
   CHECK(loopwarden("simulate " + corrected + " --out " + one.path("again.csv")).exit_code == 0);
-  CHECK(hal::record::read_record(one.path("again.csv")).size() == 701);
+  CHECK(record::read_record(one.path("again.csv")).size() == 701);
   // Nothing half-written stays behind.
   for (const auto& entry : fs::directory_iterator(out)) CHECK(entry.path().extension() != ".tmp");
 }

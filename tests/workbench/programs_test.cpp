@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "hal/record/record_csv.hpp"
+#include "record/record_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::programs_test {
@@ -61,7 +61,7 @@ TEST_CASE("simulate writes a record that reads back, the same for the same seed"
   const std::string first = run("a.csv", 1);
   CHECK(first == run("b.csv", 1));
   CHECK(first != run("c.csv", 2));
-  const hal::record::Record record = hal::record::read_record(folder / "a.csv");
+  const record::Record record = record::read_record(folder / "a.csv");
   CHECK(record.size() == 1001);
   CHECK(record.has_sp);
   CHECK(record.has_co);

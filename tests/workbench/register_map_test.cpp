@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string>
 
-#include "hal/register_map/register_map.hpp"
+#include "map/register_map.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace register_map_test {
@@ -27,8 +27,8 @@ std::size_t count(const std::string& text, const std::string& what) {
 
 std::size_t registers_of(std::size_t loops) {
   std::size_t all = 0;
-  for (const hal::register_map::Register& reg : hal::register_map::registers()) {
-    all += reg.area == hal::register_map::Area::box ? 1 : loops;
+  for (const register_map::Register& reg : register_map::registers()) {
+    all += reg.area == register_map::Area::box ? 1 : loops;
   }
   return all;
 }

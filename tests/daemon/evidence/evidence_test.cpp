@@ -13,10 +13,16 @@
 #include "tests/support/hung_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::evidence::evidence_test {
+namespace loopwarden::evidence_test {
 namespace {
 
 namespace fs = std::filesystem;
+using daemon::EvidenceStore;
+using evidence::Evidence;
+using evidence::EvidenceError;
+using evidence::read_evidence;
+using evidence::specialists_of;
+using evidence::write_evidence;
 using loopwarden::monitor::AlarmKind;
 
 Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
@@ -204,4 +210,4 @@ TEST_CASE("evidence that nobody wants is not written", "[evidence]") {
   CHECK_FALSE(fs::exists(folder / "evidence"));
 }
 
-}  // namespace loopwarden::daemon::evidence::evidence_test
+}  // namespace loopwarden::evidence_test

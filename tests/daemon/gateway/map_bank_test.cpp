@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "hal/register_map/register_map.hpp"
-#include "tests/daemon/gateway/fake_plant.hpp"
+#include "map/register_map.hpp"
+#include "tests/daemon/gateway/fake_loops.hpp"
 
 namespace loopwarden::daemon::gateway::map_bank_test {
 namespace {
 
-namespace map = hal::register_map;
+namespace map = register_map;
 using hal::modbus::ByteOrder;
 using map::Table;
 using Words = std::vector<std::uint16_t>;
@@ -63,7 +63,7 @@ struct Bench {
     return {static_cast<std::uint16_t>(bits >> 16), static_cast<std::uint16_t>(bits)};
   }
 
-  tests::FakePlant plant;
+  tests::FakeLoops plant;
   ServerState server;
   MapBank bank;
 };
@@ -132,7 +132,7 @@ TEST_CASE("a loop's block: values, scaled copies, and one sequence for the whole
 
 TEST_CASE("what is not there is never sent as a number that is none", "[gateway][map]") {
   Bench bench;
-  hal::record::RecordRow& row = bench.plant.readings[0].row;
+  record::RecordRow& row = bench.plant.readings[0].row;
   row.pv = kNan;
   row.stem = kNan;
   row.pv_quality = 0;
@@ -348,12 +348,12 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
 TEST_CASE("jacket and compensator have registers of their own, in a block that can't be written",
           "[gateway][map]") {
   Bench bench;
-  hal::record::RecordRow& row = bench.plant.readings[1].row;
+  record::RecordRow& row = bench.plant.readings[1].row;
   row.jacket_rate = -0.25F;
   row.jacket_rate_shadow = -0.5F;
   row.compensator = 1.5F;
   row.compensator_shadow = 2.0F;
-  row.flags = hal::record::kCompensatorActs;
+  row.flags = record::kCompensatorActs;
   bench.plant.readings[1].orders_refused = 7;
   const Words block = bench.read(Table::holding_register, 32768 + 32, 32);
   const auto value = [&](std::size_t at) {

@@ -14,10 +14,10 @@ namespace loopwarden::daemon::monitor::monitor_test {
 namespace {
 
 namespace model = loopwarden::monitor;
-using hal::record::RecordRow;
 using model::AlarmKind;
 using model::AlarmState;
 using model::WindowState;
+using record::RecordRow;
 
 // Says what it is told to say, and counts.
 class ScriptedJudge final : public model::WindowJudge {

@@ -535,8 +535,8 @@ TEST_CASE("the jacket's rate and what a compensator adds are recorded apart") {
   CHECK(std::abs(loop.row.compensator_shadow) == 1.5F);
   CHECK(loop.row.jacket_rate == 0.0F);
   CHECK(loop.row.jacket_rate_shadow == 0.0F);
-  CHECK((loop.row.flags & hal::record::kCompensatorActs) != 0);
-  CHECK((loop.row.flags & hal::record::kJacketActs) == 0);
+  CHECK((loop.row.flags & record::kCompensatorActs) != 0);
+  CHECK((loop.row.flags & record::kJacketActs) == 0);
 }
 
 }  // namespace

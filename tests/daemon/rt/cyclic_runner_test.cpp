@@ -30,9 +30,9 @@ struct Paced {
 };
 
 // Records of a loop in the order in which they were made.
-std::vector<hal::record::RecordRow> rows_of(Loop& loop) {
-  std::vector<hal::record::RecordRow> rows;
-  hal::record::RecordRow row;
+std::vector<record::RecordRow> rows_of(Loop& loop) {
+  std::vector<record::RecordRow> rows;
+  record::RecordRow row;
   while (loop.channels.records.try_pop(row)) rows.push_back(row);
   return rows;
 }
@@ -86,8 +86,8 @@ TEST_CASE("an overrun keeps the phase, is counted, and the loop learns what it m
   REQUIRE(rows.size() == 10);
   CHECK(rows[4].period_index == 4);
   CHECK(rows[5].period_index == 8);  // 5, 6 and 7 were missed
-  CHECK((rows[5].flags & hal::record::kLateCycle) != 0);
-  CHECK((rows[6].flags & hal::record::kLateCycle) == 0);
+  CHECK((rows[5].flags & record::kLateCycle) != 0);
+  CHECK((rows[6].flags & record::kLateCycle) == 0);
   CHECK((rows[6].time_ns - rows[4].time_ns) % kTick == 0);  // phase kept
   const auto status = paced.runner.status();
   CHECK(status.overruns == 1);

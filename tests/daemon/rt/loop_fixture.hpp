@@ -44,7 +44,7 @@ class Loop {
   }
 
   // Runs `cycles` periods; returns the last record.
-  hal::record::RecordRow run(int cycles, std::uint64_t missed = 0, bool stop = false) {
+  record::RecordRow run(int cycles, std::uint64_t missed = 0, bool stop = false) {
     for (int i = 0; i < cycles; ++i) {
       period += 1 + missed;
       now_ns += static_cast<std::int64_t>(1 + missed) * kPeriodNs;
@@ -54,7 +54,7 @@ class Loop {
     }
     return row;
   }
-  hal::record::RecordRow run_for(double seconds) {
+  record::RecordRow run_for(double seconds) {
     return run(static_cast<int>(std::lround(seconds / kPeriod)));
   }
   control::Fault fault() const { return static_cast<control::Fault>(row.fault); }
@@ -81,7 +81,7 @@ class Loop {
   daemon::rt::LoopChannels channels;
   hal::os::SpscRing<daemon::rt::Event> events{1024};
   daemon::rt::ControlCycle cycle;
-  hal::record::RecordRow row;
+  record::RecordRow row;
   std::uint64_t period = 0;
   std::int64_t now_ns = 1'000'000'000;
 };

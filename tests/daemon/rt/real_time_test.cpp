@@ -94,7 +94,7 @@ class GuardedLoop {
     RealTimeSection::reset();
   }
 
-  hal::record::RecordRow step(std::int64_t now_ns, bool stop = false) {
+  record::RecordRow step(std::int64_t now_ns, bool stop = false) {
     ++period_;
     if (period_ % 300 == 0) channels.settings.publish(settings_);
     if (period_ % 200 == 0) {
@@ -117,7 +117,7 @@ class GuardedLoop {
   hal::os::SpscRing<daemon::rt::Event> events_{64};
   daemon::rt::ControlCycle cycle_;
   std::uint64_t period_ = 0;
-  hal::record::RecordRow row_;
+  record::RecordRow row_;
 };
 
 void check_no_offence() {
@@ -182,8 +182,8 @@ TEST_CASE("cycles on the simulated backend, through faults and orders, neither a
   GuardedLoop loop(settings, 5.0, io);
   bool added = false;
   for (std::int64_t k = 1; k <= 2000; ++k) {
-    const hal::record::RecordRow row = loop.step(k * kPeriodNs, k > 1900);
-    added = added || (row.flags & (hal::record::kJacketActs | hal::record::kCompensatorActs)) != 0;
+    const record::RecordRow row = loop.step(k * kPeriodNs, k > 1900);
+    added = added || (row.flags & (record::kJacketActs | record::kCompensatorActs)) != 0;
   }
   CHECK(added);  // else nothing of it was tried
   check_no_offence();
@@ -205,7 +205,7 @@ TEST_CASE("cycles on a Modbus device, there and silent, neither allocate nor loc
   test::mb::ModbusLoopIo io(wiring, "loop", bus);
   io.open();
   GuardedLoop loop(busy_settings(), 5.0, io);
-  hal::record::RecordRow row;
+  record::RecordRow row;
   const auto step = [&] { row = loop.step(hal::os::MonotonicClock().now_ns()); };
   REQUIRE(test::eventually([&] {
     step();
@@ -214,7 +214,7 @@ TEST_CASE("cycles on a Modbus device, there and silent, neither allocate nor loc
   device.freeze();
   CHECK(test::eventually([&] {
     step();
-    return !std::isfinite(row.pv) && (row.flags & hal::record::kOutputLost) != 0;
+    return !std::isfinite(row.pv) && (row.flags & record::kOutputLost) != 0;
   }));
   device.thaw();
   check_no_offence();
@@ -242,7 +242,7 @@ TEST_CASE("cycles on 4-20 mA converters, with a current and without, neither all
   settings.controller.output.rate_per_s = 1000.0;
   GuardedLoop loop(settings, 5.0, io);
   loop.channels.operator_orders.orders.try_push({.mode = control::Mode::manual, .output = 5.0});
-  hal::record::RecordRow row;
+  record::RecordRow row;
   const auto step = [&] { row = loop.step(hal::os::MonotonicClock().now_ns()); };
   REQUIRE(test::eventually([&] {
     step();
@@ -272,7 +272,7 @@ TEST_CASE("cycles on a replayed record, to its end and beyond, neither allocate 
   io.open();
   GuardedLoop loop(busy_settings(), 5.0, io);
   int known = 0;
-  hal::record::RecordRow row;
+  record::RecordRow row;
   for (std::int64_t k = 1; k <= 200; ++k) {
     row = loop.step(k * kPeriodNs);
     known += std::isfinite(row.pv) ? 1 : 0;

@@ -158,7 +158,7 @@ TEST_CASE("a record of another period, or none, is refused") {
   CHECK_THROWS_WITH(bench.open(), Catch::EndsWith("r.csv: its period is 0.1 s, the loop's sample "
                                                   "time 0.2 s"));
   bench.settings.record += ".absent";
-  CHECK_THROWS_AS(bench.open(), record::RecordError);
+  CHECK_THROWS_AS(bench.open(), loopwarden::record::RecordError);
 }
 
 TEST_CASE("before the record is open nothing is good") {

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon as a whole: owns every thread and channel, and takes them through start, run, reload
+// and stop. daemon/README.md has the table of threads.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "config/diagnostic.hpp"
+#include "config/loop_config.hpp"
+#include "config/reload.hpp"
+#include "daemon/app/backend_factory.hpp"
+#include "daemon/console/control_server.hpp"
+#include "daemon/recorder/disk_errand.hpp"
+#include "daemon/evidence/evidence_store.hpp"
+#include "daemon/gateway/gateway.hpp"
+#include "daemon/app/gateway_loops.hpp"
+#include "daemon/app/watchdog.hpp"
+#include "daemon/recorder/historian.hpp"
+#include "daemon/journal/journal.hpp"
+#include "daemon/loops/loop_runtime.hpp"
+#include "daemon/monitor/monitor.hpp"
+#include "daemon/monitor/watch_board.hpp"
+#include "daemon/rt/cyclic_runner.hpp"
+#include "daemon/app/specialist_files.hpp"
+#include "hal/os/clock.hpp"
+#include "hal/os/thread.hpp"
+
+namespace loopwarden::daemon {
+
+class App {
+ public:
+  // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error.
+  // `log_lines_lost` counts what the log had no room for; may be empty.
+  App(config::Configuration configuration, std::filesystem::path config_path,
+      const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost = {});
+  App(const App&) = delete;
+  App& operator=(const App&) = delete;
+  ~App();
+
+  // Runs until SIGTERM or SIGINT; returns the exit code. The signals must be blocked in the calling
+  // thread before the App is made.
+  int run();
+  // After run(): false if a thread hangs on the disk. Then the App must not be destroyed: the process
+  // ends without.
+  bool ended() const noexcept { return ended_; }
+
+ private:
+  void start();
+  void supervise();
+  void stop();
+  void feed_watchdog();
+  void drive_to_stop(LoopRuntime& loop);
+  // The files are read by a thread that may hang on the disk; step_reload() takes them when they are
+  // there.
+  struct ReadFiles {
+    config::Loaded<config::Configuration> files;
+    std::string error;  // why they could not be read at all
+    std::atomic<bool> there{false};
+  };
+  // Which files are in force, for the status.
+  struct ConfigurationState {
+    std::uint32_t files_hash = 0;          // of the files as they were last read without errors
+    std::vector<config::Waiting> waiting;  // not in force before a restart
+    std::string refused;                   // the first error of the last reload; empty: it was good
+  };
+  void step_reload();
+  void take_files(ReadFiles& read);
+  void refuse_reload(const std::string& why);
+  void end_threads();
+  nlohmann::json configuration_status() const;
+  void log_events();
+  void watch_threads();
+  void make_gateway();
+  void keep_evidence(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+                     const loopwarden::monitor::Window& window,
+                     const loopwarden::monitor::MonitorStep& step);
+  void report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
+                       const std::string& why);
+  nlohmann::json status() const;
+  gateway::BoxReading box_reading() const;
+  void publish_runner_status();
+
+  config::Configuration configuration_;
+  std::filesystem::path config_path_;
+  std::string rights_missing_;  // what real-time rights were refused, in words; empty: none
+  BackendFactory backends_;
+  std::vector<LoopRuntime> loops_;
+  hal::os::SpscRing<rt::Event> events_{4096};
+  hal::os::MonotonicClock clock_;
+  std::int64_t started_ns_;
+  std::unique_ptr<rt::CyclicRunner> runner_;
+  Historian historian_;
+  journal::Journal journal_;
+  monitor::WatchBoard board_;
+  std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges_;  // by folder
+  std::uint32_t model_hash_;                                // of the specialists; 0: none
+  std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
+  EvidenceStore evidence_;
+  std::unique_ptr<monitor::Monitor> monitor_;
+  std::uint32_t start_hash_;                // of the files as they were at the start
+  std::atomic<std::uint32_t> config_hash_;  // of the configuration in force
+  ControlServer control_;
+  std::unique_ptr<GatewayLoops> plant_;
+  std::unique_ptr<gateway::Gateway> gateway_;  // null: no Modbus server is configured
+  health::ThreadWatch thread_watch_;
+  health::ServiceManager service_;
+  std::atomic<bool> stop_{false};  // outputs go to their stop action
+  std::atomic<bool> quit_{false};  // the real-time thread ends
+  hal::os::Thread real_time_thread_;
+  bool stuck_reported_ = false;
+  bool ended_ = false;
+  bool reload_wanted_ = false;
+  bool slow_reload_reported_ = false;
+  std::shared_ptr<ReadFiles> reading_;  // null: no files are being read
+  DiskErrand reader_{"lw-reload"};
+  std::function<std::uint64_t()> log_lines_lost_;
+  mutable std::mutex status_mutex_;
+  rt::RunnerStatus runner_status_;  // copy for the control thread
+  ConfigurationState configuration_state_;
+};
+
+// Drives every output to its stop action once, without starting the loops: `loopwardend --safe`.
+// Returns the exit code.
+int drive_to_stop_actions(const config::Configuration& configuration);
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "config/config_reader.hpp"
+#include "daemon/app/app.hpp"
+#include "daemon/app/log_queue.hpp"
+#include "daemon/app/specialist_files.hpp"
+#include "hal/os/exit_code.hpp"
+
+namespace {
+
+using loopwarden::kExitConfiguration;
+using loopwarden::kExitIo;
+using loopwarden::kExitOk;
+using loopwarden::kExitUsage;
+
+constexpr const char* kFooter =
+    "Exit codes: 0 done, 64 usage, 74 I/O, 78 bad configuration.\n"
+    "Signals: SIGTERM and SIGINT send every output to its stop action and end; SIGHUP reads the\n"
+    "configuration again and keeps running on the old one if the new has errors.\n"
+    "Example: loopwardend --config /etc/loopwardend --check";
+
+// Signals are taken by the main thread alone, at a place of its choosing.
+void block_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int s : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, s);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit is a full disk, not an end
+}
+
+std::shared_ptr<loopwarden::daemon::LogQueue> open_log(const std::string& level) {
+  auto queue = std::make_shared<loopwarden::daemon::LogQueue>(STDERR_FILENO);
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("loopwardend", queue));
+  // What spdlog itself runs into, such as memory that can't be had, would go past the queue.
+  spdlog::set_error_handler([](const std::string&) {});
+  spdlog::set_level(spdlog::level::from_str(level));
+  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
+  return queue;
+}
+
+// Runs the loops until a signal. Whatever hangs then, a disk or who reads the log, the program ends.
+int run_loops(loopwarden::config::Configuration configuration, const std::string& directory,
+              const loopwarden::daemon::Specialists& specialists) {
+  const auto log = open_log(configuration.daemon.log_level);
+  auto app = std::make_unique<loopwarden::daemon::App>(std::move(configuration), directory,
+                                                       specialists, [log] { return log->lost(); });
+  const int exit_code = app->run();
+  const bool ended = app->ended();
+  if (ended) app.reset();
+  // Threads that hang still work on what the destructors would take away.
+  if (!log->stop_for(std::chrono::seconds(2)) || !ended) ::_exit(exit_code);
+  return exit_code;
+}
+
+int run(const std::string& directory, bool check, bool safe) {
+  namespace config = loopwarden::config;
+  auto configuration = config::read_configuration(directory);
+  fmt::print(stderr, "{}", config::to_text(configuration.diagnostics));
+  if (!configuration) return kExitConfiguration;
+  if (safe) {
+    const auto log = open_log(configuration->daemon.log_level);
+    return loopwarden::daemon::drive_to_stop_actions(*configuration);
+  }
+  auto specialists = loopwarden::daemon::load_specialists(*configuration);
+  fmt::print(stderr, "{}", config::to_text(specialists.diagnostics));
+  if (!specialists) return kExitConfiguration;
+  if (check) {
+    fmt::print("{}: {} loop{}, no errors\n", directory, configuration->loops.size(),
+               configuration->loops.size() == 1 ? "" : "s");
+    return kExitOk;
+  }
+  return run_loops(std::move(*configuration), directory, *specialists);
+}
+
+int run_command_line(int argc, char** argv) {
+  CLI::App cli("loopwardend - runs flow loops and watches their control valves", "loopwardend");
+  std::string directory;
+  bool check = false;
+  bool safe = false;
+  cli.add_option("--config", directory, "folder with loopwardend.yaml and loops.d/*.yaml")
+      ->required();
+  auto* check_flag = cli.add_flag("--check", check, "validate the configuration and exit");
+  cli.add_flag("--safe", safe, "send every output to its stop action once and exit")
+      ->excludes(check_flag);
+  cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
+  cli.footer(kFooter);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return cli.exit(e) == 0 ? kExitOk : kExitUsage;
+  }
+  block_signals();
+  try {
+    return run(directory, check, safe);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "loopwardend: {}\n", e.what());
+    return kExitIo;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int exit_code = run_command_line(argc, argv);
+  // What was printed and not taken is an error too.
+  const bool taken = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  return exit_code == kExitOk && !taken ? kExitIo : exit_code;
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app/specialist_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <span>
+#include <utility>
+
+#include "record/segment_format.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+constexpr double kPeriodTolerance = 0.01;  // relative
+
+std::uint32_t hash_of_manifest(const std::string& folder, std::uint32_t start) {
+  std::ifstream stream(std::filesystem::path(folder) / "manifest.yaml", std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  return record::crc32(std::span(text.data(), text.size()), start);
+}
+
+config::Diagnostic error_in(const config::LoopConfig& loop, std::string message) {
+  return {.level = config::Diagnostic::Level::error,
+          .file = loop.file,
+          .place = {},
+          .key = "monitor.specialists",
+          .message = std::move(message)};
+}
+
+}  // namespace
+
+loopwarden::monitor::WindowSettings window_of(const config::LoopConfig& loop) {
+  constexpr double kSample = 0.1;  // s: a window of 961 is then 96 s
+  const auto fitting =
+      static_cast<std::size_t>(std::max(1L, std::lround(kSample / loop.sample_time_s)));
+  return {.overlap = loop.monitor.overlap,
+          .decimation = loop.monitor.decimation.value_or(fitting),
+          .sample_time_s = loop.sample_time_s,
+          .pv_low = loop.pv.low,
+          .pv_high = loop.pv.high,
+          .co_low = loop.controller.pid.output_low,
+          .co_high = loop.controller.pid.output_high};
+}
+
+config::Loaded<Specialists> load_specialists(const config::Configuration& configuration) {
+  config::Loaded<Specialists> result;
+  Specialists specialists;
+  for (const config::LoopConfig& loop : configuration.loops) {
+    const std::string& folder = loop.monitor.specialists;
+    if (folder.empty()) continue;
+    if (!specialists.folders.contains(folder)) {
+      auto loaded = config::read_specialists(folder);
+      std::move(loaded.diagnostics.begin(), loaded.diagnostics.end(),
+                std::back_inserter(result.diagnostics));
+      if (!loaded || !loaded->team) {
+        result.diagnostics.push_back(
+            error_in(loop, fmt::format("{}: no specialists of the explaining form", folder)));
+        continue;
+      }
+      loaded->signatures.clear();  // nobody judges by them
+      specialists.folders.emplace(
+          folder, Specialists::Folder{std::move(*loaded.value), hash_of_manifest(folder, 0)});
+      specialists.hash = hash_of_manifest(folder, specialists.hash);
+    }
+    const double known_s = specialists.folders.at(folder).content.team->facts.period_s;
+    const auto window = window_of(loop);
+    const double sample_s = window.sample_time_s * static_cast<double>(window.decimation);
+    if (std::abs(sample_s - known_s) > kPeriodTolerance * known_s) {
+      result.diagnostics.push_back(error_in(
+          loop, fmt::format("{} knows windows with a sample each {:g} s; this loop's have one each "
+                            "{:g} s (sample_time times monitor.decimation)",
+                            folder, known_s, sample_s)));
+    }
+  }
+  if (!config::has_errors(result.diagnostics)) result.value = std::move(specialists);
+  return result;
+}
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/loops/event_text.hpp"
+
+#include <fmt/format.h>
+
+namespace loopwarden::daemon::health {
+namespace {
+
+EventText fault_text(const rt::Event& event, const config::LoopConfig& loop) {
+  const auto fault = static_cast<control::Fault>(event.a);
+  const auto reason = static_cast<hal::Reason>(event.b);
+  if (fault == control::Fault::none) {
+    return {Severity::info,
+            fmt::format("fault over; output at {:.4g} {}", event.value, loop.co_unit)};
+  }
+  const bool about_pv = fault == control::Fault::bad_pv || fault == control::Fault::starting;
+  return {fault == control::Fault::stop || fault == control::Fault::starting ? Severity::info
+                                                                             : Severity::warning,
+          fmt::format("fault: {}{}; output at {:.4g} {}", control::to_text(fault),
+                      about_pv && reason != hal::Reason::none
+                          ? fmt::format(" ({})", hal::to_text(reason))
+                          : std::string(),
+                      event.value, loop.co_unit)};
+}
+
+}  // namespace
+
+EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
+  switch (event.code) {
+    case rt::EventCode::fault_changed: return fault_text(event, loop);
+    case rt::EventCode::mode_changed:
+      return {Severity::info, fmt::format("mode {}; output at {:.4g} {}",
+                                          control::to_text(static_cast<control::Mode>(event.a)),
+                                          event.value, loop.co_unit)};
+    case rt::EventCode::settings_applied: return {Severity::info, "new settings applied"};
+    case rt::EventCode::order_refused:
+      return {Severity::warning,
+              fmt::format("order refused: {}", rt::to_text(static_cast<rt::Refusal>(event.a)))};
+    case rt::EventCode::result_not_finite:
+      return {Severity::error, "the controller's result was no valid output; not written"};
+    case rt::EventCode::jacket_stands_back:
+      return {Severity::warning,
+              fmt::format("jacket stands back: mean error {:.3g} {}", event.value, loop.pv_unit)};
+    case rt::EventCode::jacket_resumes:
+      return {Severity::info,
+              fmt::format("jacket resumes: mean error {:.3g} {}", event.value, loop.pv_unit)};
+    case rt::EventCode::cycle_missed:
+      return {Severity::warning,
+              fmt::format("{} cycle{} missed", event.a, event.a == 1 ? "" : "s")};
+  }
+  return {Severity::error, "unknown event"};
+}
+
+}  // namespace loopwarden::daemon::health

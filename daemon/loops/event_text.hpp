@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "daemon/loops/loop_runtime.hpp"
+#include "daemon/rt/event.hpp"
+
+namespace loopwarden::daemon::health {
+
+enum class Severity : unsigned char { info, warning, error };
+
+struct EventText {
+  Severity severity = Severity::info;
+  std::string text;
+};
+
+// An event of the real-time thread in words, with the loop's units.
+EventText describe(const rt::Event& event, const config::LoopConfig& loop);
+
+}  // namespace loopwarden::daemon::health

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/recorder/disk_errand.hpp"
+
+#include <spdlog/spdlog.h>
+
+namespace loopwarden::daemon {
+
+DiskErrand::DiskErrand(std::string thread_name) : thread_name_(std::move(thread_name)) {}
+
+void DiskErrand::start() {
+  if (!thread_.running()) thread_.start({.name = thread_name_}, [this] { run(); });
+}
+
+void DiskErrand::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+bool DiskErrand::stop_for(std::chrono::milliseconds patience) {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+  return thread_.join_for(patience);
+}
+
+bool DiskErrand::begin_until(std::function<void()> errand, Time deadline) {
+  start();
+  {
+    std::unique_lock lock(mutex_);
+    if (!wait_.hung()) changed_.wait_until(lock, deadline, [&] { return !busy_ || quit_; });
+    if (busy_ || quit_) return false;
+    errand_ = std::move(errand);
+    busy_ = true;
+  }
+  changed_.notify_all();
+  return true;
+}
+
+void DiskErrand::run() {
+  for (;;) {
+    std::function<void()> errand;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return quit_ || busy_; });
+      if (!busy_) return;
+      errand = std::move(errand_);
+    }
+    try {
+      const hal::os::DiskWait::Section waiting(wait_);
+      errand();
+    } catch (const std::exception& e) {
+      spdlog::error("{}: {}", thread_name_, e.what());
+    }
+    errand = nullptr;  // what it owns goes before the next one may come
+    {
+      const std::lock_guard lock(mutex_);
+      busy_ = false;
+    }
+    changed_.notify_all();
+  }
+}
+
+}  // namespace loopwarden::daemon

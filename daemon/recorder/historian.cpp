@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/recorder/historian.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "hal/contract/sample.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+using record::RecordRow;
+
+constexpr std::chrono::milliseconds kPause{20};
+
+}  // namespace
+
+Historian::Historian(std::vector<LoopRuntime>& loops, std::filesystem::path state_directory)
+    : Historian(loops, RecorderSettings{.state_directory = std::move(state_directory)}) {}
+
+Historian::Historian(std::vector<LoopRuntime>& loops, RecorderSettings settings)
+    : loops_(loops), recorder_(loops, std::move(settings)) {}
+
+void Historian::start() {
+  for (const LoopRuntime& loop : loops_) {
+    fresh_.reserve(std::max(fresh_.capacity(), loop.channels->records.capacity()));
+    tracks_.emplace_back().kept.resize(kKept);
+  }
+  recorder_.start();
+  thread_.start({.name = "lw-historian"}, [this] { run(); });
+}
+
+void Historian::end_thread() noexcept {
+  quit_ = true;
+  thread_.join();
+}
+
+void Historian::stop() {
+  end_thread();
+  recorder_.stop();
+}
+
+bool Historian::stop_for(std::chrono::milliseconds patience) {
+  end_thread();
+  return recorder_.stop_for(patience);
+}
+
+void Historian::run() {
+  bool last_round = false;
+  while (!last_round) {
+    last_round = quit_.load(std::memory_order_relaxed);
+    for (std::size_t i = 0; i < loops_.size(); ++i) {
+      take_rows(i);
+      keep(i);
+      recorder_.push(i, fresh_);
+    }
+    ticks_.fetch_add(1, std::memory_order_relaxed);
+    std::this_thread::sleep_for(kPause);
+  }
+}
+
+void Historian::take_rows(std::size_t loop) {
+  fresh_.clear();
+  RecordRow row;
+  // What is beyond the room waits in its ring for the next round.
+  while (fresh_.size() < fresh_.capacity() && loops_[loop].channels->records.try_pop(row)) {
+    fresh_.push_back(row);
+  }
+}
+
+void Historian::keep(std::size_t loop) {
+  const std::lock_guard lock(tracks_mutex_);
+  Track& track = tracks_[loop];
+  for (const RecordRow& row : fresh_) {
+    track.kept[track.rows++ % kKept] = row;
+    if (static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good)
+      track.last_good_pv = row.pv;
+  }
+}
+
+bool Historian::latest(std::size_t loop, RecordRow& row) const {
+  const std::lock_guard lock(tracks_mutex_);
+  const Track& track = tracks_[loop];
+  if (track.rows == 0) return false;
+  row = track.kept[(track.rows - 1) % kKept];
+  return true;
+}
+
+double Historian::last_good_pv(std::size_t loop) const {
+  const std::lock_guard lock(tracks_mutex_);
+  return tracks_[loop].last_good_pv;
+}
+
+std::vector<RecordRow> Historian::rows(std::size_t loop, std::uint64_t from,
+                                       std::size_t most) const {
+  std::vector<RecordRow> found;
+  const std::lock_guard lock(tracks_mutex_);
+  const Track& track = tracks_[loop];
+  const std::uint64_t kept = std::min<std::uint64_t>({track.rows, kKept, most});
+  for (std::uint64_t i = track.rows - kept; i < track.rows; ++i) {
+    const RecordRow& row = track.kept[i % kKept];
+    if (row.period_index >= from) found.push_back(row);
+  }
+  return found;
+}
+
+RecordingStatus Historian::status(std::size_t loop) const {
+  RecordingStatus status{recorder_.status(loop)};
+  status.dropped = loops_[loop].channels->records.dropped();
+  const std::lock_guard lock(tracks_mutex_);
+  status.rows = tracks_[loop].rows;
+  return status;
+}
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes every cycle of every loop from the real-time thread: keeps the last minutes in memory for
+// `loopwarden top`, and hands all of it to the recorder, which has the disk.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "daemon/loops/loop_runtime.hpp"
+#include "daemon/recorder/recorder.hpp"
+#include "hal/os/thread.hpp"
+#include "record/record_row.hpp"
+
+namespace loopwarden::daemon {
+
+// What is known of one loop's recording.
+struct RecordingStatus : RecorderStatus {
+  std::uint64_t rows = 0;     // taken from the real-time thread
+  std::uint64_t dropped = 0;  // lost because the ring was full
+};
+
+class Historian {
+ public:
+  // Rows kept in memory per loop.
+  static constexpr std::size_t kKept = 512;
+
+  Historian(std::vector<LoopRuntime>& loops, std::filesystem::path state_directory);
+  Historian(std::vector<LoopRuntime>& loops, RecorderSettings settings);
+  Historian(const Historian&) = delete;
+  Historian& operator=(const Historian&) = delete;
+  ~Historian() { stop(); }
+
+  // Starts the threads. Segments that can't be opened are reported in status(), not thrown.
+  void start();
+  void stop();
+  // As stop(), but waits for the recorder's disk for at most `patience`; false if it hangs.
+  bool stop_for(std::chrono::milliseconds patience);
+
+  // Any thread; none of it waits for the disk.
+  bool latest(std::size_t loop, record::RecordRow& row) const;
+  // PV units; 0 before the first.
+  double last_good_pv(std::size_t loop) const;
+  // Rows with a period index of at least `from`, oldest first, at most `most`.
+  std::vector<record::RecordRow> rows(std::size_t loop, std::uint64_t from, std::size_t most) const;
+  RecordingStatus status(std::size_t loop) const;
+
+  // CSV records, and how the disk is.
+  Recorder& recorder() noexcept { return recorder_; }
+  const Recorder& recorder() const noexcept { return recorder_; }
+
+  std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Track {
+    std::vector<record::RecordRow> kept;  // ring of kKept rows
+    std::uint64_t rows = 0;               // ever put there
+    double last_good_pv = 0.0;            // PV units
+  };
+
+  void run();
+  void take_rows(std::size_t loop);
+  void keep(std::size_t loop);
+  void end_thread() noexcept;
+
+  std::vector<LoopRuntime>& loops_;
+  Recorder recorder_;
+  std::vector<record::RecordRow> fresh_;  // of the loop being served; historian's thread only
+
+  mutable std::mutex tracks_mutex_;
+  std::vector<Track> tracks_;
+
+  std::atomic<bool> quit_{false};
+  std::atomic<std::uint64_t> ticks_{0};
+  hal::os::Thread thread_;
+};
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/recorder/recorder.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+namespace loopwarden::daemon {
+namespace {
+
+using record::RecordRow;
+
+constexpr std::chrono::milliseconds kRound{50};
+constexpr std::size_t kSmallestQueue = 64;         // rows
+constexpr std::uint64_t kLongestFilledGap = 6000;  // periods; a longer one ends the CSV record
+
+bool fit_for_file_name(const std::string& name) {
+  return !name.empty() && name.size() <= 100 && name.front() != '.' &&
+         std::all_of(name.begin(), name.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                  c == '-' || c == '_' || c == '.';
+         });
+}
+
+}  // namespace
+
+Recorder::Recorder(std::vector<LoopRuntime>& loops, RecorderSettings settings)
+    : loops_(loops), settings_(std::move(settings)) {}
+
+void Recorder::start() {
+  disks_.resize(loops_.size());
+  tracks_.resize(loops_.size());
+  const std::size_t share =
+      settings_.queue_bytes / sizeof(RecordRow) / std::max<std::size_t>(loops_.size(), 1);
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    const auto wished =
+        static_cast<std::size_t>(settings_.queue_s / loops_[i].config.sample_time_s);
+    tracks_[i].room = std::max(kSmallestQueue, std::min(wished, share));
+  }
+  thread_.start({.name = "lw-recorder"}, [this] { run(); });
+}
+
+void Recorder::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+bool Recorder::stop_for(std::chrono::milliseconds patience) {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+  return thread_.join_for(patience);
+}
+
+void Recorder::push(std::size_t loop, std::span<const RecordRow> rows) noexcept {
+  if (rows.empty()) return;
+  const std::lock_guard lock(mutex_);
+  Track& track = tracks_[loop];
+  if (!loops_[loop].config.recording.enabled && track.csv.state == CsvState::none) return;
+  const std::size_t taken = std::min(rows.size(), track.room - track.waiting.size());
+  try {
+    track.waiting.insert(track.waiting.end(), rows.begin(),
+                         rows.begin() + static_cast<std::ptrdiff_t>(taken));
+  } catch (const std::exception&) {
+    track.dropped += rows.size();  // no memory for them
+    return;
+  }
+  track.queued += taken;
+  track.dropped += rows.size() - taken;
+}
+
+RecorderStatus Recorder::status(std::size_t loop) const {
+  const std::lock_guard lock(mutex_);
+  const Track& track = tracks_[loop];
+  const bool writes = track.csv.state != CsvState::none && !track.csv.cancelled;
+  return {.waiting = track.waiting.size(),
+          .queue_dropped = track.dropped,
+          .segments = track.segments,
+          .csv_file = writes ? track.csv.file.string() : std::string(),
+          .csv_error = track.csv.error};
+}
+
+std::string Recorder::start_csv(std::size_t loop, const std::string& name,
+                                std::chrono::milliseconds patience) {
+  if (!fit_for_file_name(name)) {
+    throw std::runtime_error("a record's name consists of letters, digits, '-', '_' and '.'");
+  }
+  std::unique_lock lock(mutex_);
+  Track& track = tracks_[loop];
+  Csv& csv = track.csv;
+  if (csv.cancelled) throw std::runtime_error("the disk does not answer; no record was begun");
+  if (csv.state != CsvState::none) {
+    throw std::runtime_error("already recording to " + csv.file.string());
+  }
+  csv.file = settings_.state_directory / "records" / (name + ".csv");
+  csv.error.clear();
+  csv.state = CsvState::starting;
+  csv.orders.push_back({true, track.queued});
+  urgent_ = true;
+  changed_.notify_all();
+  changed_.wait_for(lock, patience, [&] { return csv.state != CsvState::starting; });
+  if (csv.state == CsvState::starting) {
+    csv.cancelled = true;
+    throw std::runtime_error(
+        fmt::format("{}: the disk has not answered for {:.1f} s; no record was "
+                    "begun",
+                    csv.file.string(), wait_.seconds()));
+  }
+  // Also one that the disk refused after its first rows.
+  if (csv.state == CsvState::none) throw std::runtime_error(csv.error);
+  return csv.file.string();
+}
+
+std::string Recorder::stop_csv(std::size_t loop, std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  Track& track = tracks_[loop];
+  Csv& csv = track.csv;
+  const auto unfinished = [&] {
+    return std::runtime_error(
+        fmt::format("{}: the disk has not answered for {:.1f} s; the record is "
+                    "completed once it does",
+                    csv.file.string(), wait_.seconds()));
+  };
+  if (csv.state == CsvState::stopping) throw unfinished();
+  if (csv.state == CsvState::none || csv.cancelled) {
+    if (!csv.error.empty()) throw std::runtime_error("the record is incomplete: " + csv.error);
+    return {};
+  }
+  csv.state = CsvState::stopping;
+  csv.orders.push_back({false, track.queued});
+  urgent_ = true;
+  changed_.notify_all();
+  changed_.wait_for(lock, patience, [&] { return csv.state != CsvState::stopping; });
+  if (csv.state == CsvState::stopping) throw unfinished();
+  if (!csv.error.empty()) throw std::runtime_error("the record is incomplete: " + csv.error);
+  return csv.file.string();
+}
+
+void Recorder::run() {
+  for (std::size_t i = 0; i < loops_.size(); ++i) open_segments(i);
+  bool last_round = false;
+  while (!last_round) {
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kRound, [&] { return urgent_ || quit_; });
+      urgent_ = false;
+      last_round = quit_;
+    }
+    for (std::size_t i = 0; i < loops_.size(); ++i) {
+      try {
+        const hal::os::DiskWait::Section waiting(wait_);
+        write_loop(i);
+      } catch (const std::exception& e) {
+        spdlog::error("loop {}: recording: {}", loops_[i].config.name, e.what());
+      }
+    }
+  }
+  const hal::os::DiskWait::Section waiting(wait_);
+  disks_.clear();  // ends the segments
+}
+
+void Recorder::open_segments(std::size_t loop) {
+  const config::LoopConfig& config = loops_[loop].config;
+  if (!config.recording.enabled) return;
+  try {
+    const hal::os::DiskWait::Section waiting(wait_);
+    disks_[loop].segments = std::make_unique<record::SegmentWriter>(
+        record::SegmentSettings{.folder = settings_.state_directory / "segments" / config.name,
+                                .loop = config.name,
+                                .period_s = config.sample_time_s,
+                                .limit_bytes = config.recording.limit_bytes});
+  } catch (const std::exception& e) {
+    spdlog::error("loop {}: no recording: {}", config.name, e.what());
+  }
+}
+
+void Recorder::write_loop(std::size_t loop) {
+  std::uint64_t at = 0;  // number of the batch's first row
+  batch_.clear();
+  {
+    const std::lock_guard lock(mutex_);
+    std::swap(batch_, tracks_[loop].waiting);
+    at = tracks_[loop].queued - batch_.size();
+  }
+  std::span<const RecordRow> rows(batch_);
+  Disk& disk = disks_[loop];
+  if (disk.segments) {
+    disk.segments->append(rows);
+    record::SegmentStatus status = disk.segments->status();
+    const std::lock_guard lock(mutex_);
+    tracks_[loop].segments = std::move(status);
+  }
+  while (const std::optional<CsvOrder> order = next_order(loop, at + rows.size())) {
+    const auto before = rows.first(order->after > at ? order->after - at : 0);
+    write_csv(loop, before);
+    rows = rows.subspan(before.size());
+    at += before.size();
+    carry_out(loop, order->start);
+  }
+  write_csv(loop, rows);
+}
+
+// The next order that was given before the row `end` came.
+std::optional<Recorder::CsvOrder> Recorder::next_order(std::size_t loop, std::uint64_t end) {
+  const std::lock_guard lock(mutex_);
+  std::deque<CsvOrder>& orders = tracks_[loop].csv.orders;
+  if (orders.empty() || orders.front().after > end) return std::nullopt;
+  const CsvOrder order = orders.front();
+  orders.pop_front();
+  return order;
+}
+
+void Recorder::write_csv(std::size_t loop, std::span<const RecordRow> rows) {
+  if (!disks_[loop].csv) return;
+  try {
+    add_rows(loop, rows);
+  } catch (const std::exception& e) {
+    disks_[loop].csv.reset();
+    settle(loop, e.what());
+  }
+}
+
+void Recorder::add_rows(std::size_t loop, std::span<const RecordRow> rows) {
+  Disk& disk = disks_[loop];
+  const double period_s = loops_[loop].config.sample_time_s;
+  const auto time_s = [&](std::uint64_t period) {
+    return static_cast<double>(period - disk.first_period) * period_s;
+  };
+  for (const RecordRow& row : rows) {
+    if (!disk.begun) {
+      disk.begun = true;
+      disk.first_period = disk.next_period = row.period_index;
+    }
+    if (row.period_index - disk.next_period > kLongestFilledGap) {
+      throw std::runtime_error("the loop paused for too long; the record ends before the pause");
+    }
+    for (; disk.next_period < row.period_index; ++disk.next_period) {
+      disk.csv->add({.time_s = time_s(disk.next_period)});
+    }
+    const std::array<double, 4> more{static_cast<double>(row.mode), static_cast<double>(row.fault),
+                                     static_cast<double>(row.jacket_rate),
+                                     static_cast<double>(row.compensator)};
+    disk.csv->add({.time_s = time_s(row.period_index),
+                   .pv = row.pv,
+                   .sp = row.sp,
+                   .co = row.co,
+                   .stem = row.stem},
+                  more);
+    disk.next_period = row.period_index + 1;
+  }
+}
+
+void Recorder::carry_out(std::size_t loop, bool start) {
+  try {
+    if (start) {
+      begin_csv(loop);
+    } else {
+      end_csv(loop);
+    }
+  } catch (const std::exception& e) {
+    disks_[loop].csv.reset();
+    settle(loop, e.what());
+  }
+}
+
+void Recorder::begin_csv(std::size_t loop) {
+  std::filesystem::path file;
+  {
+    const std::lock_guard lock(mutex_);
+    file = tracks_[loop].csv.file;
+  }
+  std::filesystem::create_directories(file.parent_path());
+  auto writer = std::make_unique<record::RecordCsvWriter>(
+      file, record::RecordColumns{.more = {"mode", "fault", "jacket", "compensator"}});
+  bool cancelled = false;
+  {
+    const std::lock_guard lock(mutex_);
+    Csv& csv = tracks_[loop].csv;
+    cancelled = csv.cancelled;
+    if (!cancelled) csv.state = CsvState::recording;
+  }
+  changed_.notify_all();
+  Disk& disk = disks_[loop];
+  disk.begun = false;
+  if (!cancelled) {
+    disk.csv = std::move(writer);
+    return;
+  }
+  const std::filesystem::path nothing = writer->temporary_path();
+  writer.reset();
+  std::error_code ignored;  // an empty file under a temporary name does no harm
+  std::filesystem::remove(nothing, ignored);
+  settle(loop, {});
+}
+
+void Recorder::end_csv(std::size_t loop) {
+  const std::unique_ptr<record::RecordCsvWriter> writer = std::move(disks_[loop].csv);
+  if (!writer) {
+    const std::lock_guard lock(mutex_);
+    tracks_[loop].csv.state = CsvState::none;  // it has ended before, with its error
+    changed_.notify_all();
+    return;
+  }
+  writer->finish();
+  settle(loop, {});
+}
+
+void Recorder::settle(std::size_t loop, const std::string& error) {
+  {
+    const std::lock_guard lock(mutex_);
+    Csv& csv = tracks_[loop].csv;
+    csv.state = CsvState::none;
+    csv.cancelled = false;
+    csv.error = error;
+  }
+  changed_.notify_all();
+  if (!error.empty()) {
+    spdlog::error("loop {}: CSV record ends: {}", loops_[loop].config.name, error);
+  }
+}
+
+}  // namespace loopwarden::daemon

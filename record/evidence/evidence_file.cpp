@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/evidence/evidence_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <system_error>
+
+#include "record/file.hpp"
+#include "record/record_csv.hpp"
+#include "record/segment_format.hpp"
+
+namespace loopwarden::evidence {
+namespace {
+
+namespace fs = std::filesystem;
+using monitor::AlarmKind;
+using nlohmann::json;
+using specialist::Condition;
+using Result = monitor::WindowJudgement::Result;
+
+constexpr const char* kFormat = "loopwarden-evidence";
+constexpr int kVersion = 1;
+
+constexpr std::array kStickSources{"none", "read-back", "PV and CO"};
+constexpr std::array kResults{Result::no_fault, Result::fault, Result::not_enough_movement};
+
+json to_json(const monitor::WindowJudgement& j) {
+  json probability = json::object();
+  for (const AlarmKind kind : monitor::kAlarmKinds) {
+    probability[monitor::to_text(kind)] = j.probability[monitor::index_of(kind)];
+  }
+  json errors = json::object();
+  for (std::size_t c = 0; c < specialist::kConditions; ++c) {
+    errors[specialist::to_text(static_cast<Condition>(c))] = j.errors[c];
+  }
+  return {{"result", to_text(j.result)},
+          {"fault", j.result == Result::fault ? json(monitor::to_text(j.fault)) : json(nullptr)},
+          {"severity_percent", j.severity_percent},
+          {"probability", std::move(probability)},
+          {"error_percent_squared", std::move(errors)}};
+}
+
+json to_json(const monitor::WindowMeasures& m) {
+  return {{"oscillation_index", m.oscillation_index},
+          {"period_s", m.period_s},
+          {"variability_percent", m.variability_percent},
+          {"mean_error_percent", m.mean_error_percent},
+          {"saturated_percent", m.saturated_percent},
+          {"travel_percent_per_hour", m.travel_percent_per_hour},
+          {"reversals_per_hour", m.reversals_per_hour},
+          {"stick_percent", m.stick_percent},
+          {"stick_source", kStickSources[static_cast<std::size_t>(m.stick_source)]},
+          {"bridged_cycles", m.bridged_cycles}};
+}
+
+json to_json(const Evidence& e) {
+  return {{"format", kFormat},
+          {"format_version", kVersion},
+          {"loop", e.loop},
+          {"alarm", monitor::to_text(e.alarm)},
+          {"raised_ms", e.raised_ms},
+          {"raised_utc", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                                     fmt::gmtime(static_cast<std::time_t>(e.raised_ms / 1000)))},
+          {"guide",
+           {{"cause", monitor::guide_of(e.alarm).cause},
+            {"consequence", monitor::guide_of(e.alarm).consequence},
+            {"action", monitor::guide_of(e.alarm).action}}},
+          {"verdict", to_json(e.judgement)},
+          {"measures", to_json(e.measures)},
+          {"window",
+           {{"samples", e.pv.size()},
+            {"sample_time_s", e.sample_time_s},
+            {"pv_range", {e.pv_low, e.pv_high}},
+            {"co_range", {e.co_low, e.co_high}}}},
+          {"program", {{"version", e.version}}},
+          {"configuration", {{"crc32", e.config_hash}, {"loop_file", e.loop_file}}},
+          {"specialists", {{"folder", e.specialists_folder}, {"crc32", e.specialists_hash}}}};
+}
+
+monitor::WindowJudgement judgement_of(const json& j) {
+  monitor::WindowJudgement judgement;
+  const auto result = j.at("result").get<std::string>();
+  bool known = false;
+  for (const Result r : kResults) {
+    if (result != to_text(r)) continue;
+    judgement.result = r;
+    known = true;
+  }
+  if (!known) throw EvidenceError("verdict.result: unknown '" + result + "'");
+  for (const AlarmKind kind : monitor::kAlarmKinds) {
+    judgement.probability[monitor::index_of(kind)] =
+        j.at("probability").at(monitor::to_text(kind)).get<double>();
+    if (j.at("fault") == monitor::to_text(kind)) judgement.fault = kind;
+  }
+  for (std::size_t c = 0; c < specialist::kConditions; ++c) {
+    judgement.errors[c] = j.at("error_percent_squared")
+                              .at(specialist::to_text(static_cast<Condition>(c)))
+                              .get<double>();
+  }
+  judgement.severity_percent = j.at("severity_percent").get<double>();
+  return judgement;
+}
+
+monitor::WindowMeasures measures_of(const json& j) {
+  monitor::WindowMeasures m;
+  m.oscillation_index = j.at("oscillation_index").get<double>();
+  m.period_s = j.at("period_s").get<double>();
+  m.variability_percent = j.at("variability_percent").get<double>();
+  m.mean_error_percent = j.at("mean_error_percent").get<double>();
+  m.saturated_percent = j.at("saturated_percent").get<double>();
+  m.travel_percent_per_hour = j.at("travel_percent_per_hour").get<double>();
+  m.reversals_per_hour = j.at("reversals_per_hour").get<double>();
+  m.stick_percent = j.at("stick_percent").get<double>();
+  for (std::size_t i = 0; i < kStickSources.size(); ++i) {
+    if (j.at("stick_source") == kStickSources[i]) {
+      m.stick_source = static_cast<monitor::StickSource>(i);
+    }
+  }
+  m.bridged_cycles = j.at("bridged_cycles").get<std::size_t>();
+  return m;
+}
+
+Evidence evidence_of(const json& j) {
+  if (j.at("format") != kFormat || j.at("format_version") != kVersion) {
+    throw EvidenceError(fmt::format("it is no {} of version {}", kFormat, kVersion));
+  }
+  Evidence e;
+  e.loop = j.at("loop").get<std::string>();
+  const auto alarm = j.at("alarm").get<std::string>();
+  for (const AlarmKind kind : monitor::kAlarmKinds) {
+    if (alarm == monitor::to_text(kind)) e.alarm = kind;
+  }
+  e.raised_ms = j.at("raised_ms").get<std::int64_t>();
+  e.judgement = judgement_of(j.at("verdict"));
+  e.measures = measures_of(j.at("measures"));
+  const json& window = j.at("window");
+  e.sample_time_s = window.at("sample_time_s").get<double>();
+  e.pv_low = window.at("pv_range").at(0).get<double>();
+  e.pv_high = window.at("pv_range").at(1).get<double>();
+  e.co_low = window.at("co_range").at(0).get<double>();
+  e.co_high = window.at("co_range").at(1).get<double>();
+  e.version = j.at("program").at("version").get<std::string>();
+  e.config_hash = j.at("configuration").at("crc32").get<std::uint32_t>();
+  e.loop_file = j.at("configuration").at("loop_file").get<std::string>();
+  e.specialists_folder = j.at("specialists").at("folder").get<std::string>();
+  e.specialists_hash = j.at("specialists").at("crc32").get<std::uint32_t>();
+  return e;
+}
+
+void write_record(const Evidence& e, const fs::path& path) {
+  const bool has_stem = !e.stem.empty() && std::isfinite(e.stem.front());
+  record::RecordCsvWriter csv(path, {.stem = has_stem});
+  for (std::size_t k = 0; k < e.pv.size(); ++k) {
+    csv.add({.time_s = static_cast<double>(k) * e.sample_time_s,
+             .pv = e.pv[k],
+             .sp = e.sp[k],
+             .co = e.co[k],
+             .stem = e.stem[k]});
+  }
+  csv.finish();
+}
+
+void write_text(const std::string& text, const fs::path& path) {
+  record::File file(path, O_WRONLY | O_CREAT | O_EXCL);
+  if (!file.is_open() || !file.write(text.data(), text.size()) || !file.sync() || !file.close()) {
+    throw EvidenceError(fmt::format("{}: {}", path.string(), record::error_text(errno)));
+  }
+}
+
+// What another library wrote is on the disk as well.
+void sync_files(const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    record::File file(entry.path(), O_RDONLY);
+    if (!file.is_open() || !file.sync()) {
+      throw EvidenceError(fmt::format("{}: {}", entry.path().string(), record::error_text(errno)));
+    }
+  }
+}
+
+std::uint32_t crc_of(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  return record::crc32(std::span(text.data(), text.size()));
+}
+
+// What the verdict depends on; the manifest has the digests of the weights.
+constexpr std::array kFiles{"record.csv", "specialists/manifest.yaml"};
+
+void write_into(const Evidence& evidence, const config::SpecialistFolder& specialists,
+                const fs::path& folder) {
+  fs::create_directory(folder);
+  write_record(evidence, folder / "record.csv");
+  fs::create_directory(specialists_of(folder));
+  const std::string wrong = config::write_specialists(specialists, specialists_of(folder));
+  if (!wrong.empty()) throw EvidenceError(wrong);
+  sync_files(specialists_of(folder));
+  json about = to_json(evidence);
+  for (const char* file : kFiles) about["files"][file] = crc_of(folder / file);
+  write_text(about.dump(2, ' ', false, json::error_handler_t::replace) + "\n",
+             folder / "evidence.json");
+  if (!record::sync_folder(specialists_of(folder)) || !record::sync_folder(folder)) {
+    throw EvidenceError(fmt::format("{}: {}", folder.string(), record::error_text(errno)));
+  }
+}
+
+}  // namespace
+
+fs::path specialists_of(const fs::path& folder) { return folder / "specialists"; }
+
+void write_evidence(const Evidence& evidence, const config::SpecialistFolder& specialists,
+                    const fs::path& folder) {
+  const fs::path temporary = folder.parent_path() / ("." + folder.filename().string() + ".tmp");
+  std::error_code ignored;
+  fs::remove_all(temporary, ignored);  // of a program that was killed
+  try {
+    write_into(evidence, specialists, temporary);
+    fs::rename(temporary, folder);
+    record::sync_folder(folder.parent_path());
+  } catch (const std::exception& e) {
+    fs::remove_all(temporary, ignored);
+    throw EvidenceError(e.what());
+  }
+}
+
+Evidence read_evidence(const fs::path& folder) {
+  const fs::path file = folder / "evidence.json";
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw EvidenceError(file.string() + ": not there, or not to be read");
+  Evidence evidence;
+  try {
+    const json about = json::parse(stream);
+    evidence = evidence_of(about);
+    for (const char* name : kFiles) {
+      if (about.at("files").at(name) != crc_of(folder / name)) {
+        throw EvidenceError(fmt::format("{} is not what it was", name));
+      }
+    }
+  } catch (const std::exception& e) {
+    throw EvidenceError(fmt::format("{}: {}", file.string(), e.what()));
+  }
+  try {
+    record::Record record = record::read_record(folder / "record.csv");
+    if (record.size() != monitor::kWindowSamples || !record.has_sp || !record.has_co) {
+      throw EvidenceError(fmt::format("{}: it is no window of {} samples with sp, pv and co",
+                                      (folder / "record.csv").string(), monitor::kWindowSamples));
+    }
+    evidence.sp = std::move(record.sp);
+    evidence.pv = std::move(record.pv);
+    evidence.co = std::move(record.co);
+    evidence.stem = record.has_stem ? std::move(record.stem)
+                                    : std::vector<double>(evidence.pv.size(), std::nan(""));
+  } catch (const record::RecordError& e) {
+    throw EvidenceError(e.what());
+  }
+  return evidence;
+}
+
+}  // namespace loopwarden::evidence

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Evidence as a folder that says all by itself, for ever:
+//
+//   evidence.json  alarm, verdict, every specialist's error, classical measures, hashes
+//   record.csv     the window's samples, a record like any other (loopwarden gap, diagnose, classify)
+//   specialists/   those that judged it
+//
+// The folder gets its name when all of it is on the disk: what has a name is whole.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include "config/specialists/specialist_folder.hpp"
+#include "record/evidence/evidence.hpp"
+
+namespace loopwarden::evidence {
+
+class EvidenceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Throws EvidenceError with the reason; nothing of it is left then. `folder` must not exist; the one that
+// it is in must.
+void write_evidence(const Evidence& evidence, const config::SpecialistFolder& specialists,
+                    const std::filesystem::path& folder);
+
+// Throws EvidenceError for what is no evidence.
+Evidence read_evidence(const std::filesystem::path& folder);
+
+// Where the specialists of this evidence are.
+std::filesystem::path specialists_of(const std::filesystem::path& folder);
+
+}  // namespace loopwarden::evidence

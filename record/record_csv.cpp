@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/record_csv.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "hal/os/edit_distance.hpp"
+#include "record/file.hpp"
+
+namespace loopwarden::record {
+namespace {
+
+constexpr double kLargestStepError = 0.01;  // of the median step
+constexpr std::size_t kBufferBytes = 64UL * 1024UL;
+
+// For messages: short, and without what a terminal would act on.
+std::string in_quotes(std::string_view text) {
+  constexpr std::size_t kMostCharacters = 40;
+  std::string shown;
+  for (const char c : text.substr(0, kMostCharacters)) {
+    const auto byte = static_cast<unsigned char>(c);
+    shown += byte < 0x20 || byte == 0x7F ? '?' : c;
+  }
+  return "'" + shown + (text.size() > kMostCharacters ? "...'" : "'");
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
+}
+
+struct Cell {
+  std::string_view text;
+  std::size_t column = 0;  // of its first byte in the line, from 1
+};
+
+class Parser {
+ public:
+  Parser(std::string_view text, std::string_view name) : rest_(text), name_(name) {}
+
+  Record parse() {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    // Text that a spreadsheet saved as "Unicode" has a mark, or every other byte zero.
+    if (rest_.starts_with("\xFF\xFE") || rest_.starts_with("\xFE\xFF") ||
+        rest_.substr(0, 2).find('\0') != std::string_view::npos) {
+      fail(0, "is UTF-16 and not UTF-8; save it as CSV UTF-8");
+    }
+    if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
+    if (rest_.find_first_not_of(" \t\r\n") == std::string_view::npos) fail(0, "the file is empty");
+    next_line();
+    read_header();
+    reserve();
+    while (next_line()) read_row();
+    check_period();
+    return std::move(record_);
+  }
+
+ private:
+  struct Column {
+    std::string_view name;
+    std::vector<double>* values;
+    bool* present;         // null: required
+    std::size_t* missing;  // null: every cell is required
+    std::size_t index = kAbsent;
+  };
+  static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
+
+  [[noreturn]] void fail(std::size_t column, const std::string& what) const {
+    std::string place(name_);
+    if (line_ > 0) place += fmt::format(":{}", line_);
+    if (line_ > 0 && column > 0) place += fmt::format(":{}", column);
+    throw RecordError(RecordError::Kind::data, line_, column, place + ": " + what);
+  }
+
+  bool next_line() {
+    if (rest_.empty()) return false;
+    const std::size_t end = rest_.find('\n');
+    text_ = rest_.substr(0, end);
+    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    if (text_.ends_with('\r')) text_.remove_suffix(1);
+    ++line_;
+    return true;
+  }
+
+  void split() {
+    cells_.clear();
+    std::size_t at = 0;
+    while (true) {
+      const std::size_t start = std::min(text_.find_first_not_of(" \t", at), text_.size());
+      std::size_t end = text_.find(',', at);
+      if (start < text_.size() && text_[start] == '"') {
+        const std::size_t close = closing_quote(start);
+        cells_.push_back({trimmed(text_.substr(start + 1, close - start - 1)), start + 1});
+        end = text_.find(',', close);
+        if (!trimmed(text_.substr(close + 1, end - close - 1)).empty()) {
+          fail(close + 2, "text behind the closing quote");
+        }
+      } else {
+        const std::string_view cell = text_.substr(at, end - at);
+        cells_.push_back({trimmed(cell), std::min(start, at + cell.size()) + 1});
+      }
+      if (end == std::string_view::npos) return;
+      at = end + 1;
+    }
+  }
+
+  std::size_t closing_quote(std::size_t open) const {
+    std::size_t at = open + 1;
+    while (true) {
+      at = text_.find('"', at);
+      if (at == std::string_view::npos) fail(open + 1, "no closing quote in this line");
+      // A doubled quote stands for the character itself.
+      if (at + 1 >= text_.size() || text_[at + 1] != '"') return at;
+      at += 2;
+    }
+  }
+
+  void read_header() {
+    split();
+    columns_in_file_ = cells_.size();
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      for (Column& column : columns_) {
+        if (cells_[i].text != column.name) continue;
+        if (column.index != kAbsent) {
+          fail(cells_[i].column,
+               fmt::format("column '{}' stands twice in the header", column.name));
+        }
+        column.index = i;
+        if (column.present != nullptr) *column.present = true;
+      }
+    }
+    for (const Column& column : columns_) {
+      if (column.present == nullptr && column.index == kAbsent) fail_missing(column.name);
+    }
+  }
+
+  [[noreturn]] void fail_missing(std::string_view wanted) const {
+    std::string what = fmt::format("no column '{}' in the header", wanted);
+    if (cells_.size() == 1 && text_.find_first_of(";\t") != std::string_view::npos) {
+      fail(1, what + "; cells must be separated by commas");
+    }
+    const Cell* nearest = nullptr;
+    std::size_t best = wanted.size() / 2 + 1;
+    for (const Cell& cell : cells_) {
+      constexpr std::size_t kLongestName = 40;
+      const std::string name = lower_case(cell.text.substr(0, kLongestName));
+      const bool contains = name.find(wanted) != std::string::npos;
+      const std::size_t distance = name == wanted ? 0
+                                   : contains     ? 1
+                                                  : hal::os::edit_distance(name, wanted);
+      if (distance < best) {
+        best = distance;
+        nearest = &cell;
+      }
+    }
+    if (nearest == nullptr) fail(1, what);
+    fail(nearest->column, fmt::format("{}; is it {}?", what, in_quotes(nearest->text)));
+  }
+
+  void reserve() {
+    // An estimate from the first data row; what a hostile file can make of it is bounded by its
+    // size.
+    const std::size_t row_bytes = std::max<std::size_t>(rest_.find('\n'), 8);
+    const std::size_t rows = row_bytes > rest_.size() ? 1 : rest_.size() / row_bytes + 1;
+    for (Column& column : columns_) {
+      if (column.index != kAbsent) column.values->reserve(rows);
+    }
+  }
+
+  void read_row() {
+    if (trimmed(text_).empty()) {
+      // Only the end of the file may be blank.
+      if (rest_.find_first_not_of(" \t\r\n") != std::string_view::npos) fail(1, "an empty line");
+      rest_ = {};
+      return;
+    }
+    split();
+    if (cells_.size() != columns_in_file_) {
+      fail(cells_.size() < columns_in_file_ ? text_.size() + 1 : cells_[columns_in_file_].column,
+           fmt::format("{} cells where the header has {}", cells_.size(), columns_in_file_));
+    }
+    for (const Column& column : columns_) {
+      if (column.index != kAbsent) column.values->push_back(value(column, cells_[column.index]));
+    }
+    const std::vector<double>& time_s = record_.time_s;
+    if (time_s.size() > 1 && !(time_s.back() > time_s[time_s.size() - 2])) {
+      fail(cells_[columns_.front().index].column,
+           fmt::format("time: {} s does not come after the {} s of the row before", time_s.back(),
+                       time_s[time_s.size() - 2]));
+    }
+  }
+
+  double value(const Column& column, const Cell& cell) const {
+    // Written by many programs where there is no value.
+    const bool nan = cell.text.size() == 3 && lower_case(cell.text) == "nan";
+    if (cell.text.empty() || nan) {
+      if (column.missing == nullptr) fail(cell.column, fmt::format("{}: no value", column.name));
+      ++*column.missing;
+      return std::numeric_limits<double>::quiet_NaN();
+    }
+    double number = 0.0;
+    const char* end = cell.text.data() + cell.text.size();
+    // from_chars knows no leading plus sign.
+    const bool plus = cell.text.size() > 1 && cell.text[0] == '+' && cell.text[1] != '-';
+    const auto [stop, error] = std::from_chars(cell.text.data() + (plus ? 1 : 0), end, number);
+    if (error == std::errc::result_out_of_range) {
+      fail(cell.column, fmt::format("{}: {} is out of range", column.name, in_quotes(cell.text)));
+    }
+    if (error != std::errc{} || stop != end || !std::isfinite(number)) {
+      fail(cell.column, fmt::format("{}: {} is not a number{}", column.name, in_quotes(cell.text),
+                                    column.missing != nullptr && error == std::errc{} && stop == end
+                                        ? "; leave the cell of a missing sample empty"
+                                        : ""));
+    }
+    return number;
+  }
+
+  // Keeps the line of what fails: row i stands in line i + 2.
+  void check_period() {
+    const std::vector<double>& time_s = record_.time_s;
+    if (time_s.size() < 2) {
+      line_ = 0;
+      fail(0, fmt::format("{} rows; a period takes two at least", time_s.size()));
+    }
+    std::vector<double> steps;
+    steps.reserve(time_s.size() - 1);
+    for (std::size_t i = 1; i < time_s.size(); ++i) steps.push_back(time_s[i] - time_s[i - 1]);
+    std::vector<double> sorted = steps;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double median = *middle;
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      if (std::abs(steps[i] - median) <= kLargestStepError * median) continue;
+      line_ = i + 3;
+      fail(0, fmt::format("time: a step of {:.6g} s to row {}, where the period is {:.6g} s; steps "
+                          "must be within 1 % of it, and the cells of missing samples empty",
+                          steps[i], i + 2, median));
+    }
+    // The mean is finer than one step of rounded times; both agree within 1 %.
+    const double mean = (time_s.back() - time_s.front()) / static_cast<double>(steps.size());
+    if (!std::isfinite(mean)) fail(0, "time: the record is too long for a double");
+    // 0.1 and not 0.09999999999999999.
+    const double whole_microseconds = std::nearbyint(mean * 1e6) / 1e6;
+    record_.period_s =
+        std::abs(whole_microseconds - mean) <= 1e-6 * mean ? whole_microseconds : mean;
+  }
+
+  std::string_view rest_;
+  std::string name_;
+  std::string_view text_;  // the current line
+  std::size_t line_ = 0;
+  std::vector<Cell> cells_;
+  std::size_t columns_in_file_ = 0;
+  Record record_;
+  std::array<Column, 5> columns_{{
+      {"time", &record_.time_s, nullptr, nullptr},
+      {"pv", &record_.pv, nullptr, &record_.missing_pv},
+      {"sp", &record_.sp, &record_.has_sp, &record_.missing_sp},
+      {"co", &record_.co, &record_.has_co, &record_.missing_co},
+      {"stem", &record_.stem, &record_.has_stem, &record_.missing_stem},
+  }};
+};
+
+[[noreturn]] void fail_io(const std::filesystem::path& path, const std::string& what) {
+  throw RecordError(RecordError::Kind::io, 0, 0, path.string() + ": " + what);
+}
+
+[[noreturn]] void fail_errno(const std::filesystem::path& path, std::string_view what, int error) {
+  fail_io(path, fmt::format("{}: {}", what, error_text(error)));
+}
+
+// 0.3 and not 0.30000000000000004, as three times a period of 0.1 s gives: 15 digits, unless that
+// moves a time by more than 1 ns.
+double without_rounding_error(double time_s) {
+  std::array<char, 32> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), time_s,
+                                 std::chars_format::general, 15)
+                       .ptr;
+  double rounded = 0.0;
+  std::from_chars(digits.data(), end, rounded);
+  return std::abs(rounded - time_s) <= 1e-9 ? rounded : time_s;
+}
+
+}  // namespace
+
+Record parse_record(std::string_view text, std::string_view name) {
+  return Parser(text, name).parse();
+}
+
+Record read_record(const std::filesystem::path& path, std::size_t largest_bytes) {
+  const bool from_stdin = path == "-";
+  const std::filesystem::path name = from_stdin ? "standard input" : path;
+  const File file(from_stdin ? "/dev/stdin" : path, O_RDONLY);
+  if (!file.is_open()) fail_errno(name, "can't be opened", errno);
+  std::string text;
+  std::size_t size = 0;
+  while (true) {
+    // resize() grows geometrically with room to spare, so that a pipe can be read as well.
+    text.resize(std::min(std::max(2 * size, kBufferBytes), largest_bytes + 1));
+    const ssize_t got = ::read(file.fd(), text.data() + size, text.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail_errno(name, "can't be read", errno);
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
+    if (size > largest_bytes) {
+      throw RecordError(RecordError::Kind::data, 0, 0,
+                        fmt::format("{}: larger than {} bytes", name.string(), largest_bytes));
+    }
+  }
+  text.resize(size);
+  return parse_record(text, name.string());
+}
+
+RecordCsvWriter::RecordCsvWriter(std::filesystem::path path, RecordColumns columns)
+    : path_(std::move(path)), temporary_path_(path_), columns_(std::move(columns)) {
+  temporary_path_ += ".tmp";
+  buffer_ = "time,pv";
+  if (columns_.sp) buffer_ += ",sp";
+  if (columns_.co) buffer_ += ",co";
+  if (columns_.stem) buffer_ += ",stem";
+  for (const std::string& name : columns_.more) {
+    constexpr std::array<std::string_view, 5> kKnown{"time", "pv", "sp", "co", "stem"};
+    const bool known = std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end();
+    if (name.empty() || known || name.find_first_of(",\"\r\n") != std::string::npos) {
+      throw RecordError(RecordError::Kind::data, 0, 0,
+                        path_.string() + ": " + in_quotes(name) + " can't name a further column");
+    }
+    buffer_ += ',';
+    buffer_ += name;
+  }
+  buffer_ += '\n';
+  File file(temporary_path_, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  if (!file.is_open()) fail_errno(temporary_path_, "can't be created", errno);
+  file_ = std::move(file);
+}
+
+void RecordCsvWriter::append(double value) {
+  if (!std::isfinite(value)) return;
+  std::array<char, 32> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  buffer_.append(digits.data(), end);
+}
+
+void RecordCsvWriter::add(const RecordSample& sample, std::span<const double> more) {
+  const auto cell = [this](double value) {
+    buffer_ += ',';
+    append(value);
+  };
+  append(without_rounding_error(sample.time_s));
+  cell(sample.pv);
+  if (columns_.sp) cell(sample.sp);
+  if (columns_.co) cell(sample.co);
+  if (columns_.stem) cell(sample.stem);
+  for (std::size_t i = 0; i < columns_.more.size(); ++i) {
+    cell(i < more.size() ? more[i] : RecordSample::kNone);
+  }
+  buffer_ += '\n';
+  ++rows_;
+  if (buffer_.size() >= kBufferBytes) flush();
+}
+
+void RecordCsvWriter::flush() {
+  if (error_ == 0 && !file_.write(buffer_.data(), buffer_.size())) error_ = errno;
+  buffer_.clear();
+  if (error_ != 0) fail_errno(temporary_path_, "can't be written", error_);
+}
+
+void RecordCsvWriter::finish() {
+  flush();
+  if (!file_.sync() || !file_.close()) {
+    error_ = errno;
+    fail_errno(temporary_path_, "can't be written", error_);
+  }
+  if (::rename(temporary_path_.c_str(), path_.c_str()) != 0) {
+    fail_errno(path_, "can't be created", errno);
+  }
+  sync_folder(path_.parent_path());
+}
+
+void write_record(const Record& record, const std::filesystem::path& path) {
+  RecordCsvWriter writer(
+      path, {.sp = record.has_sp, .co = record.has_co, .stem = record.has_stem, .more = {}});
+  for (std::size_t i = 0; i < record.size(); ++i) {
+    writer.add({.time_s = record.time_s[i],
+                .pv = record.pv[i],
+                .sp = record.has_sp ? record.sp[i] : RecordSample::kNone,
+                .co = record.has_co ? record.co[i] : RecordSample::kNone,
+                .stem = record.has_stem ? record.stem[i] : RecordSample::kNone});
+  }
+  writer.finish();
+}
+
+}  // namespace loopwarden::record

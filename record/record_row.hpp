@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// One cycle of one loop, as it crosses from the real-time thread to the recorder and onto the disk.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+namespace loopwarden::record {
+
+// Bits of RecordRow::flags.
+enum RecordFlag : std::uint8_t {
+  kAtLow = 0x01,
+  kAtHigh = 0x02,
+  kRateLimited = 0x04,
+  kLateCycle = 0x08,
+  kJacketActs = 0x10,
+  kOutputLost = 0x20,
+  kCompensatorActs = 0x40,
+};
+
+struct RecordRow {
+  std::int64_t time_ns = 0;        // CLOCK_MONOTONIC at the start of the cycle
+  std::uint64_t period_index = 0;  // periods since the daemon started; a gap shows as a jump
+  double sp = 0.0;                 // PV units
+  double pv = 0.0;                 // PV units; NaN if there was none
+  double co = 0.0;                 // CO units, what really went out
+  double stem = 0.0;               // CO units, read-back; NaN if there is none
+  float calculated = 0.0F;         // CO units, the controller's result before limits
+  // What acted, and what was asked for whether it acted or not.
+  float jacket_rate = 0.0F;         // CO units/s, on the integral
+  float jacket_rate_shadow = 0.0F;  // CO units/s
+  float compensator = 0.0F;         // CO units, added to the output
+  float compensator_shadow = 0.0F;  // CO units
+  std::uint8_t mode = 0;            // control::Mode
+  std::uint8_t fault = 0;           // control::Fault
+  std::uint8_t pv_quality = 0;      // hal::Quality
+  std::uint8_t pv_reason = 0;       // hal::Reason
+  std::uint8_t flags = 0;           // RecordFlag
+  std::uint8_t jacket_form = 0;     // control::JacketForm
+  std::uint8_t requested_mode = 0;  // control::Mode that the operator asked for
+  std::uint8_t pv_limit = 0;        // hal::Limit: PV at an end of what its transmitter can measure
+  float age_ms = 0.0F;              // age of PV when the cycle began, ms
+};
+
+static_assert(std::is_trivially_copyable_v<RecordRow>);
+static_assert(sizeof(RecordRow) == 80, "the segment files store this layout");
+
+}  // namespace loopwarden::record

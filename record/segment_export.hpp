@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the segments on the box to CSV records.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace loopwarden::record {
+
+struct ExportSettings {
+  std::optional<std::int64_t> from_utc_ns;
+  std::optional<std::int64_t> to_utc_ns;  // rows before this moment
+  // A gap of at most this many periods becomes rows with empty cells; a longer one ends the file.
+  std::uint64_t longest_filled_gap = 600;
+  // Where to write the file that will stand at this path; itself if not given.
+  std::function<std::filesystem::path(const std::filesystem::path&)> place{};
+};
+
+struct ExportedRecord {
+  std::filesystem::path path;
+  std::int64_t start_utc_ns = 0;
+  std::size_t rows = 0;         // with the filled ones
+  std::size_t filled_rows = 0;  // empty, for missing cycles
+};
+
+struct ExportResult {
+  std::vector<ExportedRecord> records;
+  std::size_t single_rows = 0;  // left out: one row alone has no period
+  std::size_t damaged_rows = 0;
+  std::size_t torn_bytes = 0;
+  std::vector<std::string> unreadable;  // a text for each segment that could not be used
+};
+
+// Writes what a folder of segments holds as `<loop>_<UTC of the first row>.csv` into `target`,
+// which is there or, without `place`, made. Each file is a record of constant period: a restart, another period or a long
+// gap begins the next one. Time counts from the file's first row. Behind the columns of a record
+// stand the loop's further state, as numbers. Throws RecordError.
+ExportResult export_csv(const std::filesystem::path& folder, const std::filesystem::path& target,
+                        const ExportSettings& settings = {});
+
+}  // namespace loopwarden::record

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/segment_ring.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <ctime>
+#include <new>
+#include <system_error>
+#include <utility>
+
+#include "record/record_csv.hpp"
+#include "record/segment_format.hpp"
+
+namespace loopwarden::record {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kSmallestLimit = 64UL * 1024UL;
+constexpr std::size_t kSmallestSegment = 8UL * 1024UL;
+constexpr std::size_t kLargestSegment = 4UL * 1024UL * 1024UL;
+constexpr std::size_t kSegmentsPerLimit = 16;
+
+std::int64_t clock_ns(clockid_t clock) noexcept {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return now.tv_sec * 1'000'000'000LL + now.tv_nsec;
+}
+
+// When a row was taken. Rows wait a moment before they are written; those of an accelerated
+// simulation carry a clock of their own, for which the present has to do.
+std::int64_t utc_of(const RecordRow& row) noexcept {
+  constexpr std::int64_t kLongestWait = 300'000'000'000;  // longer than a queue bridges
+  const std::int64_t waited = clock_ns(CLOCK_MONOTONIC) - row.time_ns;
+  return clock_ns(CLOCK_REALTIME) - (waited >= 0 && waited < kLongestWait ? waited : 0);
+}
+
+bool disk_is_full(int error) noexcept { return error == ENOSPC || error == EDQUOT; }
+
+}  // namespace
+
+SegmentWriter::SegmentWriter(SegmentSettings settings)
+    : settings_(std::move(settings)), last_sync_(Clock::now()) {
+  if (!std::isfinite(settings_.period_s) || settings_.period_s <= 0.0) {
+    throw RecordError(RecordError::Kind::data, 0, 0,
+                      settings_.folder.string() + ": the period must be above 0 s");
+  }
+  settings_.limit_bytes = std::max(settings_.limit_bytes, kSmallestLimit);
+  const std::size_t segment_bytes =
+      std::clamp(settings_.limit_bytes / kSegmentsPerLimit, kSmallestSegment, kLargestSegment);
+  rows_per_segment_ =
+      static_cast<std::uint32_t>((segment_bytes - kSegmentHeaderBytes) / kSegmentRowBytes);
+  for (SegmentFile& segment : list_segments(settings_.folder)) {
+    next_sequence_ = std::max(next_sequence_, segment.sequence + 1);
+    ended_.push_back(std::move(segment));
+  }
+}
+
+void SegmentWriter::append(std::span<const RecordRow> rows) noexcept {
+  const std::uint64_t taken_before = status_.rows;
+  try {
+    append_all(rows);
+  } catch (const std::exception&) {
+    failed("memory for the recording", ENOMEM);
+  }
+  status_.rows_lost += rows.size() - (status_.rows - taken_before);
+}
+
+void SegmentWriter::append_all(std::span<const RecordRow> rows) {
+  if (retry_at_ && Clock::now() < *retry_at_) return;
+  retry_at_.reset();
+  while (!rows.empty()) {
+    if (!file_.is_open() && !begin_segment(rows.front())) return;
+    const auto some =
+        rows.first(std::min<std::size_t>(rows.size(), rows_per_segment_ - rows_in_segment_));
+    if (!write_rows(some)) {
+      end_segment();
+      return;
+    }
+    rows = rows.subspan(some.size());
+    if (rows_in_segment_ == rows_per_segment_) {
+      end_segment();
+      may_make_room_ = true;
+    }
+  }
+  if (unsynced_ && Clock::now() - last_sync_ >= settings_.sync_interval && !sync()) end_segment();
+}
+
+bool SegmentWriter::write_rows(std::span<const RecordRow> rows) {
+  buffer_.resize(rows.size() * kSegmentRowBytes);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    encode(rows[i], rows_in_segment_ + static_cast<std::uint32_t>(i), header_crc_,
+           std::span(buffer_).subspan(i * kSegmentRowBytes, kSegmentRowBytes));
+  }
+  const std::size_t offset = kSegmentHeaderBytes + rows_in_segment_ * kSegmentRowBytes;
+  bool written = file_.write_at(buffer_.data(), buffer_.size(), offset);
+  if (!written && disk_is_full(errno) && make_room()) {
+    written = file_.write_at(buffer_.data(), buffer_.size(), offset);
+  }
+  if (!written) {
+    failed("writing a segment", errno);
+    // What is torn would be recognised; cut off, it leaves the space to others.
+    if (::ftruncate(file_.fd(), static_cast<off_t>(offset)) != 0)
+      failed("cutting a segment", errno);
+    return false;
+  }
+  rows_in_segment_ += static_cast<std::uint32_t>(rows.size());
+  status_.rows += rows.size();
+  unsynced_ = true;
+  return true;
+}
+
+bool SegmentWriter::begin_segment(const RecordRow& first) {
+  std::error_code error;
+  std::filesystem::create_directories(settings_.folder, error);
+  if (error) {
+    failed("creating the folder of segments", error.value());
+    return false;
+  }
+  const std::size_t full = disk_bytes(kSegmentHeaderBytes + rows_per_segment_ * kSegmentRowBytes);
+  while (!ended_.empty() && bytes_of_all() + full > settings_.limit_bytes) {
+    if (!drop_oldest()) return false;
+  }
+  if (create_segment(first)) return true;
+  if (disk_is_full(errno) && make_room() && create_segment(first)) return true;
+  failed("creating a segment", errno);
+  return false;
+}
+
+// False, with the reason in errno and nothing left behind, if the disk refuses.
+bool SegmentWriter::create_segment(const RecordRow& first) {
+  sequence_ = next_sequence_++;
+  path_ = settings_.folder / segment_name(sequence_);
+  const EncodedHeader header = encode(SegmentHeader{.sequence = sequence_,
+                                                    .run = run_ == 0 ? sequence_ : run_,
+                                                    .loop = settings_.loop,
+                                                    .period_s = settings_.period_s,
+                                                    .start_utc_ns = utc_of(first),
+                                                    .start_monotonic_ns = first.time_ns});
+  File file(path_, O_WRONLY | O_CREAT | O_EXCL);
+  if (!file.is_open()) return false;
+  if (!file.write(header.bytes.data(), header.bytes.size())) {
+    const int error = errno;
+    file.close();
+    ::unlink(path_.c_str());
+    errno = error;
+    return false;
+  }
+  sync_folder(settings_.folder);
+  file_ = std::move(file);
+  header_crc_ = header.crc;
+  rows_in_segment_ = 0;
+  unsynced_ = true;
+  if (run_ == 0) run_ = sequence_;
+  return true;
+}
+
+void SegmentWriter::end_segment() noexcept {
+  if (!file_.is_open()) return;
+  if (unsynced_) sync();
+  const std::size_t bytes = bytes_of_open();
+  if (!file_.close()) failed("closing a segment", errno);
+  try {
+    ended_.push_back({std::move(path_), sequence_, bytes});
+  } catch (const std::bad_alloc&) {
+    // Forgotten until the next start, which finds it in the folder.
+    failed("memory for the recording", ENOMEM);
+  }
+}
+
+bool SegmentWriter::sync() noexcept {
+  unsynced_ = false;
+  last_sync_ = Clock::now();
+  if (!file_.sync()) {
+    failed("waiting for the disk", errno);
+    return false;
+  }
+  ++status_.syncs;
+  return true;
+}
+
+bool SegmentWriter::make_room() noexcept {
+  return std::exchange(may_make_room_, false) && drop_oldest();
+}
+
+bool SegmentWriter::drop_oldest() noexcept {
+  if (ended_.empty()) return false;
+  if (::unlink(ended_.front().path.c_str()) != 0 && errno != ENOENT) {
+    failed("deleting the oldest segment", errno);
+    return false;
+  }
+  ended_.pop_front();
+  ++status_.segments_dropped;
+  return true;
+}
+
+std::size_t SegmentWriter::bytes_of_open() const noexcept {
+  return file_.is_open() ? disk_bytes(kSegmentHeaderBytes + rows_in_segment_ * kSegmentRowBytes)
+                         : 0;
+}
+
+std::size_t SegmentWriter::bytes_of_all() const noexcept {
+  std::size_t bytes = bytes_of_open();
+  for (const SegmentFile& segment : ended_) bytes += segment.disk_bytes;
+  return bytes;
+}
+
+void SegmentWriter::failed(const char* step, int error) noexcept {
+  ++status_.disk_errors;
+  failed_step_ = step;
+  failed_errno_ = error;
+  retry_at_ = Clock::now() + settings_.retry_interval;
+}
+
+SegmentStatus SegmentWriter::status() const {
+  SegmentStatus status = status_;
+  status.bytes = bytes_of_all();
+  if (failed_step_ != nullptr) {
+    status.last_error =
+        settings_.folder.string() + ": " + failed_step_ + ": " + error_text(failed_errno_);
+  }
+  return status;
+}
+
+}  // namespace loopwarden::record

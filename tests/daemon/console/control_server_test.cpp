@@ -1,0 +1,462 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/console/control_server.hpp"
+
+#include <sys/resource.h>
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "hal/os/local_socket.hpp"
+#include "tests/daemon/rt/loop_fixture.hpp"
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::daemon::control_server_test {
+namespace {
+
+using nlohmann::json;
+
+// A loop, its historian and its control server, without a real-time thread.
+struct Bench {
+  Bench() : historian(loops, folder.path()) {
+    LoopRuntime loop;
+    loop.config.name = "FIC-101";
+    loop.config.pv_unit = "L/min";
+    loop.config.co_unit = "V";
+    loop.config.controller = tests::plain_settings().controller;
+    loop.config.controller.jacket.form = control::JacketForm::paper;
+    loop.config.io = hal::modbus::LoopModbusSettings{};
+    loop.config.recording.enabled = false;
+    loop.settings = std::make_unique<CurrentSettings>(settings_of(loop.config));
+    loop.channels = std::make_unique<rt::LoopChannels>(64);
+    auto io = std::make_unique<tests::FakeLoopIo>();
+    io->set_pv(50.0);
+    cycle = std::make_unique<rt::ControlCycle>(
+        0, tests::kPeriod, settings_of(loop.config),
+        rt::StartSettings{control::Mode::automatic, 50.0, control::OutputAction::go_to(40.0)},
+        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
+    loop.io = std::move(io);
+    loops.push_back(std::move(loop));
+    historian.start();
+    journal.open();
+    journal.start();
+    server = std::make_unique<ControlServer>((folder / "control.sock").string(), loops, historian,
+                                             board, journal, evidence, 10.0, [] {
+                                               return json{{"version", "test"}};
+                                             });
+  }
+
+  json ask(const std::string& line) { return json::parse(server->answer(line, 1000)); }
+  std::vector<rt::Order> orders() {
+    std::vector<rt::Order> taken;
+    rt::Order order;
+    while (loops.front().channels->operator_orders.orders.try_pop(order)) taken.push_back(order);
+    return taken;
+  }
+  // The loop's next cycles.
+  void run(int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      ++cycles_run;
+      cycle->run({.now_ns = static_cast<std::int64_t>(cycles_run) * tests::kPeriodNs,
+                  .period_index = cycles_run},
+                 0, false);
+    }
+  }
+  // What became of the order that was answered so.
+  json outcome(const json& answer) {
+    return ask(
+        json{{"request", "order"}, {"loop", "FIC-101"}, {"order", answer.at("order")}}.dump());
+  }
+  // The journal's lines, oldest first, when there are as many.
+  std::vector<json> lines(std::size_t count) {
+    std::vector<json> found;
+    CHECK(test::eventually([&] {
+      const json answer = ask(R"({"request": "journal", "most": 50})");
+      found.assign(answer.at("lines").rbegin(), answer.at("lines").rend());
+      return found.size() >= count;
+    }));
+    CHECK(found.size() == count);
+    return found;
+  }
+  void record(std::uint64_t period, double pv) {
+    loops.front().channels->records.try_push({.period_index = period, .sp = 5.0, .pv = pv});
+  }
+
+  tests::TemporaryFolder folder;
+  std::vector<LoopRuntime> loops;
+  Historian historian;
+  journal::Journal journal{{.folder = folder.path()}};
+  EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
+  std::int64_t now_ms = 1'800'000'000'000;
+  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
+  hal::os::SpscRing<rt::Event> events{64};
+  std::unique_ptr<rt::ControlCycle> cycle;
+  std::uint64_t cycles_run = 0;
+  std::unique_ptr<ControlServer> server;
+};
+
+loopwarden::monitor::AlarmConditions stiction_on() {
+  loopwarden::monitor::AlarmConditions conditions{};
+  conditions[0] = {true, 6.5};
+  return conditions;
+}
+
+TEST_CASE("what is no request is refused with a reason, and nothing is ordered") {
+  Bench bench;
+  const std::string line = GENERATE(
+      as<std::string>(), "", "not json", "[]", "{}", R"({"request": 5})", R"({"request": "dance"})",
+      R"({"request": "set"})", R"({"request": "set", "loop": "FIC-999", "set_point": 5})",
+      R"({"request": "set", "loop": "FIC-101"})",
+      R"({"request": "set", "loop": "FIC-101", "set_point": "x"})",
+      R"({"request": "set", "loop": "FIC-101", "set_point": 100.1})",
+      R"({"request": "set", "loop": "FIC-101", "output": -0.1})",
+      R"({"request": "set", "loop": "FIC-101", "mode": "cascade"})",
+      R"({"request": "set", "loop": "FIC-101", "jacket": "loose"})",
+      R"({"request": "trend", "loop": "FIC-101", "from": -1})",
+      R"({"request": "record", "loop": "FIC-101", "start": "../../etc/passwd"})",
+      R"({"request": "record", "loop": "FIC-101", "start": ".hidden"})",
+      R"({"request": "alarm", "loop": "FIC-101"})",
+      R"({"request": "alarm", "loop": "FIC-999", "alarm": "stiction", "action": "acknowledge"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "rust", "action": "acknowledge"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "forget"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve"})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 0})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 481})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 1e30})",
+      R"({"request": "explain", "loop": "FIC-101"})", R"({"request": "journal", "most": "all"})");
+  INFO(line);
+  const json answer = bench.ask(line);
+  CHECK(answer.at("ok") == false);
+  CHECK_FALSE(answer.at("error").get<std::string>().empty());
+  CHECK(bench.orders().empty());
+}
+
+TEST_CASE("the status has the condition indices, null where one is not known") {
+  Bench bench;
+  const auto condition = [&] {
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("monitor").at("condition");
+  };
+  const json unknown = condition();
+  CHECK(unknown.size() == 5);
+  for (const auto& [name, value] : unknown.items()) CHECK(value.is_null());
+  bench.board.set_progress(0, loopwarden::monitor::ModeTimes(0.1),
+                           {.control_performance = 91.0, .valve = 40.5, .environment = 100.0},
+                           loopwarden::monitor::WindowState::valid);
+  CHECK(condition() == json{{"control_performance", 91.0},
+                            {"valve", 40.5},
+                            {"actuator", nullptr},
+                            {"positioner", nullptr},
+                            {"environment", 100.0}});
+}
+
+TEST_CASE("a stick that no window measured is null in the status, and a measured one is not") {
+  Bench bench;
+  const auto stick = [&] {
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("monitor").at("stick_percent");
+  };
+  CHECK(stick().is_null());
+  loopwarden::monitor::WindowMeasures measures;
+  measures.stick_percent = 4.5;
+  measures.stick_source = loopwarden::monitor::StickSource::read_back;
+  bench.board.window_not_fit(0, measures, loopwarden::monitor::WindowState::no_judge);
+  CHECK(stick() == 4.5);
+}
+
+TEST_CASE("an order reaches the loop's mailbox as it was given") {
+  Bench bench;
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")
+            .at("ok") == true);
+  const auto orders = bench.orders();
+  REQUIRE(orders.size() == 1);
+  CHECK(orders[0].set_point == 42.5);
+  CHECK(orders[0].mode == control::Mode::automatic);
+  CHECK_FALSE(orders[0].output);
+}
+
+TEST_CASE("manual and an output in one request: both, in one cycle, and both are in the journal") {
+  Bench bench;
+  bench.run(2);
+  record::RecordRow row;
+  REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
+  const json sent =
+      bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 42, "mode": "man"})");
+  REQUIRE(sent.at("ok") == true);
+  CHECK(bench.outcome(sent).at("state") == "waiting");
+  bench.run(1);
+  CHECK(static_cast<tests::FakeLoopIo&>(*bench.loops.front().io).written == Approx(42.0));
+  CHECK(bench.outcome(sent).at("state") == "done");
+  const auto lines = bench.lines(2);
+  CHECK(lines[0].at("kind") == "operator");
+  CHECK(lines[0].at("peer") == "uid 1000");
+  CHECK(lines[0].at("loop") == "FIC-101");
+  CHECK(lines[0].at("what") == "mode");
+  CHECK(lines[0].at("old") == "AUTO");
+  CHECK(lines[0].at("new") == "MAN");
+  CHECK(lines[0].at("result") == "done");
+  CHECK(lines[1].at("what") == "output");
+  CHECK(lines[1].at("new") == "42");
+  CHECK(lines[1].at("result") == "done");
+  CHECK(test::eventually([&] { return bench.outcome(sent).at("on_disk") == true; }));
+}
+
+TEST_CASE(
+    "an order that can't act is refused with the reason, and stands in the journal as refused") {
+  Bench bench;
+  bench.run(2);
+  const auto refused = [&](const char* request, const char* reason) {
+    const json answer = bench.ask(request);
+    INFO(request << "\n" << answer.dump());
+    CHECK(answer.at("ok") == false);
+    CHECK_THAT(answer.at("error").get<std::string>(), Catch::Contains(reason));
+    CHECK(bench.orders().empty());
+  };
+  refused(R"({"request": "set", "loop": "FIC-101", "output": 60})",
+          "in automatic the controller has the output");
+  refused(R"({"request": "set", "loop": "FIC-101", "output": 60, "mode": "auto"})",
+          "in automatic the controller has the output");
+  refused(R"({"request": "set", "loop": "FIC-101", "set_point": 20, "mode": "man"})",
+          "in manual the set point follows PV");
+  refused(R"({"request": "set", "loop": "FIC-101", "set_point": 100.5})",
+          "set point must be within 0 to 100 (got 100.5)");
+  refused(R"({"request": "record", "loop": "FIC-101", "start": ".hidden"})", "a record's name");
+  const auto lines = bench.lines(7);
+  for (const json& line : lines) {
+    CHECK(line.at("kind") == "operator");
+    CHECK(line.at("peer") == "uid 1000");
+    CHECK_THAT(line.at("result").get<std::string>(), Catch::StartsWith("refused: "));
+  }
+  CHECK(lines[0].at("what") == "output");
+  CHECK(lines[6].at("what") == "record started");
+}
+
+TEST_CASE("the next order is judged by the mode that the one before asked for, taken or not") {
+  Bench bench;
+  bench.run(2);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "mode": "man"})").at("ok") == true);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})").at("ok") == true);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 45})").at("ok") == false);
+  bench.run(1);
+  CHECK(static_cast<tests::FakeLoopIo&>(*bench.loops.front().io).written == Approx(45.0));
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 46})").at("ok") == true);
+}
+
+TEST_CASE(
+    "an order that was let in and can't act when the loop takes it is not lost without a word") {
+  Bench bench;
+  bench.run(2);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "mode": "man"})").at("ok") == true);
+  bench.run(1);
+  const json sent = bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})");
+  CHECK(sent.at("ok") == true);
+  // A master is faster.
+  bench.loops.front().channels->master_orders.orders.try_push({.mode = control::Mode::automatic});
+  bench.run(1);
+  const json outcome = bench.outcome(sent);
+  CHECK(outcome.at("state") == "refused");
+  CHECK_THAT(outcome.at("why").get<std::string>(), Catch::Contains("in automatic"));
+  CHECK_THAT(bench.lines(2)[1].at("result").get<std::string>(), Catch::StartsWith("refused: "));
+  CHECK(bench.ask(R"({"request": "status"})").at("loops")[0].at("orders_refused") == 1);
+}
+
+TEST_CASE("an order that no cycle takes is in the journal when the daemon ends") {
+  Bench bench;
+  bench.run(2);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 45})").at("ok") == true);
+  bench.server->stop();
+  std::vector<journal::JournalRow> lines;
+  REQUIRE(test::eventually([&] {
+    lines = bench.journal.newest(10);
+    return !lines.empty();
+  }));
+  CHECK(lines.size() == 1);
+  CHECK_THAT(lines.front().entry.result, Catch::StartsWith("not taken"));
+}
+
+TEST_CASE("a record that is started and stopped is in the journal with its file") {
+  Bench bench;
+  const json file =
+      bench.ask(R"({"request": "record", "loop": "FIC-101", "start": "trial"})").at("file");
+  bench.ask(R"({"request": "record", "loop": "FIC-101", "stop": true})");
+  const auto lines = bench.lines(2);
+  CHECK(lines[0].at("what") == "record started");
+  CHECK(lines[0].at("new") == file);
+  CHECK(lines[0].at("peer") == "uid 1000");
+  CHECK(lines[1].at("what") == "record stopped");
+}
+
+TEST_CASE("what jacket and compensator do stands in two places of the status, with a unit each") {
+  Bench bench;
+  bench.loops.front().channels->records.try_push({.period_index = 1,
+                                                  .jacket_rate = 0.5F,
+                                                  .compensator = 2.0F,
+                                                  .flags = record::kCompensatorActs});
+  record::RecordRow row;
+  REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
+  const json loop = bench.ask(R"({"request": "status"})").at("loops")[0];
+  CHECK(loop.at("jacket").at("rate") == 0.5);
+  CHECK(loop.at("jacket").at("acting") == false);
+  CHECK(loop.at("compensator").at("added") == 2.0);
+  CHECK(loop.at("compensator").at("acting") == true);
+  const json trend = bench.ask(R"({"request": "trend", "loop": "FIC-101"})");
+  CHECK(trend.at("jacket")[0] == 0.5);
+  CHECK(trend.at("compensator")[0] == 2.0);
+}
+
+TEST_CASE("on hardware the paper form of the jacket can't be switched on") {
+  Bench bench;
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "jacket": "on"})").at("ok") == false);
+  CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "jacket": "shadow"})").at("ok") == true);
+}
+
+TEST_CASE(
+    "the trend holds what the loop recorded, missing values as null, from the wished period on") {
+  Bench bench;
+  for (std::uint64_t k = 10; k < 20; ++k)
+    bench.record(k, k == 15 ? std::nan("") : static_cast<double>(k));
+  record::RecordRow row;
+  REQUIRE(
+      test::eventually([&] { return bench.historian.latest(0, row) && row.period_index == 19; }));
+  const json trend = bench.ask(R"({"request": "trend", "loop": "FIC-101", "from": 14})");
+  CHECK(trend.at("period") == json({14, 15, 16, 17, 18, 19}));
+  CHECK(trend.at("pv")[0] == 14.0);
+  CHECK(trend.at("pv")[1].is_null());
+  const json status = bench.ask(R"({"request": "status"})");
+  CHECK(status.at("loops")[0].at("pv") == 19.0);
+  CHECK(status.at("loops")[0].at("recording").at("rows") == 10);
+}
+
+TEST_CASE("the status says when PV stands at the end of what its transmitter can measure") {
+  Bench bench;
+  const auto limit = [&](std::uint64_t period, hal::Limit at) {
+    bench.loops.front().channels->records.try_push(
+        {.period_index = period,
+         .sp = 5.0,
+         .pv = 5.0,
+         .flags = record::kAtHigh,  // CO's end is not PV's
+         .pv_limit = static_cast<std::uint8_t>(at)});
+    record::RecordRow row;
+    REQUIRE(test::eventually(
+        [&] { return bench.historian.latest(0, row) && row.period_index == period; }));
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("pv_limit").get<std::string>();
+  };
+  CHECK(limit(1, hal::Limit::none) == "none");
+  CHECK(limit(2, hal::Limit::low) == "low");
+  CHECK(limit(3, hal::Limit::high) == "high");
+}
+
+TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
+  Bench bench;
+  const std::string file =
+      bench.ask(R"({"request": "record", "loop": "FIC-101", "start": "trial"})").at("file");
+  CHECK(bench.ask(R"({"request": "record", "loop": "FIC-101", "start": "second"})").at("ok") ==
+        false);
+  for (const std::uint64_t k : {100U, 101U, 104U, 105U}) bench.record(k, 1.0);
+  record::RecordRow row;
+  REQUIRE(
+      test::eventually([&] { return bench.historian.latest(0, row) && row.period_index == 105; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  CHECK(bench.ask(R"({"request": "record", "loop": "FIC-101", "stop": true})").at("file") == file);
+  const record::Record record = record::read_record(file);
+  CHECK(record.size() == 6);
+  CHECK(record.missing_pv == 2);
+  CHECK(record.time_s.front() == 0.0);
+  CHECK(record.period_s == Approx(0.1));
+}
+
+TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the journal has it all") {
+  Bench bench;
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  const auto stiction = [&] {
+    return bench.ask(R"({"request": "status"})").at("loops")[0].at("alarms").at("stiction");
+  };
+  CHECK(stiction().at("state") == "unacknowledged");
+  CHECK(stiction().at("severity_percent") == 6.5);
+  CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 5);
+
+  json done = bench.ask(
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})");
+  CHECK(done.at("ok") == true);
+  CHECK(done.at("on_disk") == true);
+  CHECK(stiction().at("state") == "acknowledged");
+
+  done = bench.ask(
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 30, "reason": "packing ordered"})");
+  CHECK(done.at("alarm").at("state") == "shelved");
+  CHECK(done.at("alarm").at("shelved_until_ms") == bench.now_ms + 30 * 60'000);
+
+  const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "stiction"})");
+  CHECK_FALSE(told.at("action").get<std::string>().empty());
+  REQUIRE(told.at("history").size() >= 3);
+  CHECK(told.at("history").back().at("to") == "unacknowledged");
+
+  const json lines = bench.ask(R"({"request": "journal", "most": 50})").at("lines");
+  bool reason = false;
+  for (const json& line : lines) {
+    reason = reason || (line.at("what") == "shelve" && line.at("reason") == "packing ordered" &&
+                        line.at("peer") == "uid 1000" && line.at("new") == "30 min");
+  }
+  CHECK(reason);
+}
+
+TEST_CASE(
+    "over the socket: requests are answered line by line, and garbage does not end the server") {
+  Bench bench;
+  bench.server->start();
+  hal::os::LocalClient client((bench.folder / "control.sock").string());
+  const auto patience = std::chrono::milliseconds(5000);
+  CHECK(json::parse(client.request("garbage", patience)).at("ok") == false);
+  CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
+  {
+    hal::os::LocalClient other((bench.folder / "control.sock").string());
+    CHECK(json::parse(other.request(R"({"request": "status"})", patience)).at("ok") == true);
+  }
+  CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
+  CHECK_THROWS_WITH(
+      ControlServer((bench.folder / "control.sock").string(), bench.loops, bench.historian,
+                    bench.board, bench.journal, bench.evidence, 10.0, [] { return json(); }),
+      Catch::Contains("another daemon"));
+}
+
+TEST_CASE("orders beyond the room of the mailbox are refused, and taken again after a cycle") {
+  Bench bench;
+  const auto set = [&] {
+    return bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5, "mode": "auto"})");
+  };
+  for (std::size_t i = 0; i < rt::OrderBox::kRoom; ++i) CHECK(set().at("ok") == true);
+  CHECK_THAT(set().at("error").get<std::string>(), Catch::Contains("too many commands"));
+  bench.run(1);
+  CHECK(set().at("ok") == true);
+}
+
+TEST_CASE(
+    "without descriptors the control socket rests, and serves who waited when there are some") {
+  tests::TemporaryFolder folder;
+  const std::string path = (folder / "socket").string();
+  hal::os::LocalServer server(path, [](std::string_view, unsigned) { return std::string("{}"); });
+  hal::os::LocalClient client(path);
+  const auto answered = [&] {
+    for (int i = 0; i < 5; ++i) server.serve(std::chrono::milliseconds(0));
+    try {
+      client.request("x", std::chrono::milliseconds(1));
+      return true;
+    } catch (const std::exception&) {
+      return false;
+    }
+  };
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{3, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  const bool refused = !answered();
+  setrlimit(RLIMIT_NOFILE, &before);
+  CHECK(refused);
+  CHECK_FALSE(answered());  // it does not look again at once
+  CHECK(test::eventually([&] { return answered(); }));
+}
+
+}  // namespace
+}  // namespace loopwarden::daemon::control_server_test

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/gateway/loops_view.hpp"
+#include "tests/daemon/rt/loop_fixture.hpp"
+
+namespace loopwarden::tests {
+
+// Loops that stand still, and remember what was asked of them.
+class FakeLoops final : public daemon::gateway::LoopsView {
+ public:
+  explicit FakeLoops(std::size_t loops) {
+    const daemon::monitor::LoopWatch watch({}, 0.1);
+    for (std::size_t i = 0; i < loops; ++i) {
+      names_.push_back("FIC-10" + std::to_string(i));
+      daemon::gateway::LoopReading reading(watch);
+      reading.running = true;
+      reading.settings = plain_settings();
+      reading.settings.controller.set_point = {.low = 10.0, .high = 90.0};
+      reading.row.period_index = 70'000 + i;
+      reading.row.sp = 50.0;
+      reading.row.pv = 49.5;
+      reading.row.co = 25.0;
+      reading.row.stem = 24.0;
+      reading.row.mode = 1;
+      reading.row.requested_mode = 1;
+      reading.row.pv_quality = 0xC0;
+      reading.set_point_wanted = 60.0;
+      reading.standing = {.mode = control::Mode::automatic, .output_known = true};
+      readings.push_back(reading);
+    }
+    box_reading.utc_ms = 1'800'000'000'123;
+    box_reading.uptime_s = 65'540.7;
+  }
+
+  std::size_t loops() const override { return readings.size(); }
+  const std::string& name(std::size_t loop) const override { return names_[loop]; }
+  daemon::gateway::LoopReading read(std::size_t loop) override {
+    ++reads;
+    return readings[loop];
+  }
+  daemon::gateway::BoxReading box() override { return box_reading; }
+  bool has_room_for_order(std::size_t) override { return room; }
+  // Every cycle takes every order.
+  void order(std::size_t loop, const daemon::rt::Order& order,
+             std::vector<daemon::journal::JournalEntry> of_order) override {
+    orders.emplace_back(loop, order);
+    for (daemon::journal::JournalEntry& line : of_order) {
+      line.result = "done";
+      lines.push_back(std::move(line));
+    }
+  }
+  bool collect_answers() override { return false; }
+  void close_orders() override {}
+  daemon::monitor::OrderResult act(std::size_t loop,
+                                   const daemon::monitor::AlarmOrder& order) override {
+    actions.emplace_back(loop, order);
+    return {.accepted = true, .why = {}, .on_disk = true};
+  }
+  void veto(std::size_t loop, bool vetoed, const std::string&) override {
+    vetoes.emplace_back(loop, vetoed);
+  }
+  void write_down(daemon::journal::JournalEntry entry) override {
+    lines.push_back(std::move(entry));
+  }
+
+  std::vector<daemon::gateway::LoopReading> readings;
+  daemon::gateway::BoxReading box_reading;
+  bool room = true;
+  std::size_t reads = 0;
+  std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
+  std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;
+  std::vector<std::pair<std::size_t, bool>> vetoes;
+  std::vector<daemon::journal::JournalEntry> lines;
+
+ private:
+  std::vector<std::string> names_;
+};
+
+}  // namespace loopwarden::tests

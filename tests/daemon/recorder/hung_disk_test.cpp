@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+// A disk that hangs: nobody waits for it but the threads that are made for it, what is lost is counted,
+// and all goes on when it answers again.
+#include <fcntl.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "daemon/console/control_server.hpp"
+#include "daemon/recorder/disk_errand.hpp"
+#include "daemon/app/log_queue.hpp"
+#include "hal/os/local_socket.hpp"
+#include "record/record_csv.hpp"
+#include "tests/daemon/rt/loop_fixture.hpp"
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/hung_disk.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::daemon::hung_disk_test {
+namespace {
+
+using nlohmann::json;
+using std::chrono::milliseconds;
+using test::eventually;
+
+constexpr std::size_t kQueue = 64;  // rows: the smallest that there is
+
+// A loop that is recorded, with all threads that work for it but the real-time one.
+struct Bench {
+  explicit Bench(const std::string& pipe = {})
+      : historian(loops, RecorderSettings{.state_directory = folder.path(), .queue_bytes = 0}) {
+    if (!pipe.empty()) REQUIRE(::mkfifo((folder / pipe).c_str(), 0600) == 0);
+    LoopRuntime loop;
+    loop.config.name = "FIC-101";
+    loop.config.controller = tests::plain_settings().controller;
+    loop.config.io = hal::modbus::LoopModbusSettings{};
+    loop.settings = std::make_unique<CurrentSettings>(settings_of(loop.config));
+    loop.io = std::make_unique<tests::FakeLoopIo>();
+    loop.channels = std::make_unique<rt::LoopChannels>(1024);
+    loops.push_back(std::move(loop));
+    journal.open();
+    journal.start();
+    evidence.start();
+    historian.start();
+    server = std::make_unique<ControlServer>((folder / "control.sock").string(), loops, historian,
+                                             board, journal, evidence, 10.0,
+                                             [this] { return daemon_status(); });
+    server->keep_metrics(folder / "metrics.prom");
+    server->start();
+  }
+
+  json daemon_status() {
+    const journal::JournalStatus lines = journal.status();
+    const json histogram{{"bins", json::array()}, {"sum", 0.0}};
+    return {
+        {"version", "test"},
+        {"uptime_s", 1.0},
+        {"ticks", 0},
+        {"overruns", 0},
+        {"skipped_ticks", 0},
+        {"real_time_missing", ""},
+        {"wake_up_us", histogram},
+        {"work_us", histogram},
+        {"events_dropped", 0},
+        {"log_lines_lost", 0},
+        {"recorder", {{"disk_wait_s", historian.recorder().disk_wait_s()}}},
+        {"journal", {{"lost", lines.lost}, {"waiting", lines.waiting}, {"error", lines.error}}}};
+  }
+  // Over the socket, as an operator does.
+  json ask(const json& request) {
+    hal::os::LocalClient client((folder / "control.sock").string());
+    return json::parse(client.request(request.dump(), std::chrono::seconds(30)));
+  }
+  json recording() { return ask({{"request", "status"}}).at("loops").at(0).at("recording"); }
+  // True once `count` more rows have been taken from the real-time thread.
+  bool take(std::uint64_t count) {
+    for (std::uint64_t i = 0; i < count; ++i) {
+      loops.front().channels->records.try_push({.period_index = next++, .pv = 5.0});
+    }
+    return eventually([&] { return historian.status(0).rows == next - 1; });
+  }
+  // Every thread that the watchdog judges has moved three times.
+  bool moves() {
+    const std::uint64_t rounds = historian.ticks() + 3;
+    const std::uint64_t served = server->ticks() + 3;
+    return eventually([&] { return historian.ticks() >= rounds && server->ticks() >= served; });
+  }
+
+  tests::TemporaryFolder folder;
+  std::vector<LoopRuntime> loops;
+  Historian historian;
+  journal::Journal journal{{.folder = folder.path(), .most_waiting = 8}};
+  EvidenceStore evidence{
+      {.folder = folder / "evidence"},
+      {},
+      [](const evidence::Evidence&, const std::filesystem::path&, const std::string&) {}};
+  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
+  std::unique_ptr<ControlServer> server;
+  std::uint64_t next = 1;
+};
+
+loopwarden::monitor::AlarmConditions stiction_on() {
+  loopwarden::monitor::AlarmConditions conditions{};
+  conditions[0] = {true, 6.5};
+  return conditions;
+}
+
+TEST_CASE(
+    "while the recorder's disk hangs, the watched threads move, the operator is answered, drops "
+    "are counted, and recording goes on afterwards",
+    "[disk]") {
+  Bench bench;
+  REQUIRE(bench.take(5));
+  REQUIRE(eventually([&] { return bench.historian.status(0).segments.rows >= 5; }));
+
+  tests::HungDisk disk(bench.folder.path());
+  REQUIRE(bench.take(1));
+  REQUIRE(eventually([&] { return disk.waiting() > 0; }));
+  CHECK(bench.moves());
+  REQUIRE(bench.take(kQueue + 10));
+  const json hung = bench.recording();
+  CHECK(hung.at("waiting") == kQueue);
+  CHECK(hung.at("queue_dropped").get<std::uint64_t>() >= 10);
+  CHECK(hung.at("dropped") == 0);
+  CHECK(bench.ask({{"request", "trend"}, {"loop", "FIC-101"}}).at("period").size() > kQueue);
+  CHECK(eventually([&] { return bench.historian.recorder().disk_wait_s() > 0.1; }));
+  CHECK(bench.moves());
+
+  disk.release();
+  REQUIRE(eventually([&] { return bench.historian.status(0).waiting == 0; }));
+  const std::uint64_t before = bench.historian.status(0).segments.rows;
+  REQUIRE(bench.take(5));
+  CHECK(eventually([&] { return bench.historian.status(0).segments.rows >= before + 5; }));
+  const RecordingStatus after = bench.historian.status(0);
+  CHECK(after.segments.rows + after.queue_dropped == after.rows);
+  CHECK(after.segments.disk_errors == 0);
+}
+
+TEST_CASE("a CSV record over a disk that hangs: status and threads go on, its rows come later",
+          "[disk]") {
+  Bench bench;
+  const json started = bench.ask({{"request", "record"}, {"loop", "FIC-101"}, {"start", "trial"}});
+  REQUIRE(started.at("ok") == true);
+  REQUIRE(bench.take(5));
+
+  tests::HungDisk disk(bench.folder.path());
+  REQUIRE(bench.take(3));
+  REQUIRE(eventually([&] { return disk.waiting() > 0; }));
+  CHECK(bench.recording().at("csv_file") == started.at("file"));
+  const json refused = bench.ask({{"request", "record"}, {"loop", "FIC-101"}, {"stop", true}});
+  CHECK(refused.at("ok") == false);
+  CHECK_THAT(refused.at("error").get<std::string>(),
+             Catch::Contains("has not answered") && Catch::Contains("completed once it does"));
+  CHECK(bench.moves());
+
+  disk.release();
+  REQUIRE(eventually([&] { return bench.recording().at("csv_file") == ""; }));
+  CHECK(bench.recording().at("csv_error") == "");
+  CHECK(record::read_record(started.at("file").get<std::string>()).size() == 8);
+}
+
+TEST_CASE("a CSV record that could not begin in time is not begun later behind the operator's back",
+          "[disk]") {
+  Bench bench;
+  tests::HungDisk disk(bench.folder.path());
+  const json order{{"request", "record"}, {"loop", "FIC-101"}, {"start", "late"}};
+  const json refused = bench.ask(order);
+  CHECK(refused.at("ok") == false);
+  CHECK_THAT(refused.at("error").get<std::string>(), Catch::Contains("no record was begun"));
+  CHECK(bench.recording().at("csv_file") == "");
+  CHECK(bench.ask(order).at("ok") == false);
+  disk.release();
+  REQUIRE(eventually([&] { return bench.ask(order).at("ok") == true; }));
+  REQUIRE(bench.take(4));
+  CHECK(bench.ask({{"request", "record"}, {"loop", "FIC-101"}, {"stop", true}}).at("ok") == true);
+  CHECK(record::read_record(bench.folder.path() / "records" / "late.csv").size() == 4);
+}
+
+TEST_CASE(
+    "while the journal's disk hangs: its lines wait in bounded memory, alarms are handled and "
+    "remembered, and the status says what is wrong",
+    "[disk]") {
+  Bench bench;
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  REQUIRE(eventually([&] { return bench.journal.status().waiting == 0; }));
+
+  tests::HungDisk disk(bench.folder.path());
+  bench.journal.post({});
+  REQUIRE(eventually([&] { return disk.waiting() > 0; }));
+  const json order{{"request", "alarm"},
+                   {"loop", "FIC-101"},
+                   {"alarm", "stiction"},
+                   {"action", "shelve"},
+                   {"minutes", 30}};
+  const json done = bench.ask(order);
+  CHECK(done.at("ok") == true);
+  CHECK(done.at("on_disk") == false);
+  for (int i = 0; i < 30; ++i) {
+    journal::JournalEntry line;
+    line.what = "line " + std::to_string(i);
+    bench.journal.post(std::move(line));
+  }
+  REQUIRE(eventually([&] { return !bench.journal.status().error.empty(); }));
+  const journal::JournalStatus hung = bench.journal.status();
+  CHECK_THAT(hung.error, Catch::Contains("has not answered"));
+  CHECK(hung.waiting <= 16);
+  CHECK(hung.lost > 0);
+  CHECK(bench.moves());
+  const json lines = bench.ask({{"request", "journal"}});
+  CHECK(lines.at("ok") == false);
+  CHECK_THAT(lines.at("error").get<std::string>(), Catch::Contains("disk does not answer"));
+  const json told = bench.ask({{"request", "explain"}, {"loop", "FIC-101"}, {"alarm", "stiction"}});
+  CHECK(told.at("disk_answers") == false);
+  CHECK_FALSE(told.at("action").get<std::string>().empty());
+  CHECK(bench.ask({{"request", "alarms"}}).at("ok") == true);
+
+  disk.release();
+  REQUIRE(eventually([&] { return bench.journal.status().error.empty(); }));
+  REQUIRE(eventually([&] { return bench.journal.status().waiting == 0; }));
+  CHECK(eventually([&] { return bench.ask({{"request", "journal"}}).at("ok") == true; }));
+  bench.journal.stop();
+  const journal::AlarmStates states = journal::Journal({.folder = bench.folder.path()}).open();
+  const auto memory = states.memories.find({"FIC-101", "stiction"});
+  REQUIRE(memory != states.memories.end());
+  CHECK(memory->second.shelved_until_ms > 0);  // its line was among those that found no room
+}
+
+TEST_CASE("while a disk hangs, every thread can be asked to end and nobody waits for long",
+          "[disk]") {
+  Bench bench;
+  tests::HungDisk disk(bench.folder.path());
+  REQUIRE(bench.take(1));
+  REQUIRE(eventually([&] { return disk.waiting() > 0; }));
+  bench.ask({{"request", "journal"}});
+  CHECK_FALSE(bench.historian.stop_for(milliseconds(20)));
+  CHECK_FALSE(bench.server->stop_for(milliseconds(20)));
+  bench.journal.post({});
+  CHECK_FALSE(bench.journal.stop_for(milliseconds(20)));
+  disk.release();
+  CHECK(bench.historian.stop_for(milliseconds(10'000)));
+  CHECK(bench.server->stop_for(milliseconds(10'000)));
+  CHECK(bench.journal.stop_for(milliseconds(10'000)));
+  CHECK(bench.historian.status(0).segments.rows == 1);
+}
+
+TEST_CASE("while the metrics' disk hangs the operator is answered and nothing stops", "[disk]") {
+  // Opening a pipe that nobody reads waits as a disk does.
+  const std::string pipe_name = "metrics.prom.tmp";
+  Bench bench(pipe_name);
+  CHECK(bench.moves());
+  CHECK(bench.ask({{"request", "status"}}).at("ok") == true);
+  CHECK_FALSE(bench.server->stop_for(milliseconds(20)));
+  const int reader = ::open((bench.folder / pipe_name).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  CHECK(bench.server->stop_for(milliseconds(10'000)));
+  ::close(reader);
+}
+
+TEST_CASE("an errand: nobody waits behind one that hangs, and its result may come too late",
+          "[disk]") {
+  std::atomic<bool> hangs{true};
+  DiskErrand errand("lw-test");
+  const std::function<int()> slow = [&hangs] {
+    while (hangs) std::this_thread::sleep_for(milliseconds(1));
+    return 1;
+  };
+  CHECK_FALSE(errand.ask<int>(slow, milliseconds(20)).has_value());
+  CHECK_FALSE(errand.begin([] {}));
+  REQUIRE(eventually([&] { return errand.seconds() > hal::os::DiskWait::kHung; }));
+  // Would last for ever if it waited.
+  CHECK_FALSE(errand.ask<int>([] { return 2; }, std::chrono::hours(1)).has_value());
+  hangs = false;
+  CHECK(eventually([&] { return errand.ask<int>([] { return 3; }, milliseconds(1000)) == 3; }));
+  CHECK_THROWS_WITH(errand.ask<int>([]() -> int { throw std::runtime_error("no such file"); },
+                                    std::chrono::seconds(10)),
+                    "no such file");
+  CHECK(errand.stop_for(milliseconds(10'000)));
+}
+
+TEST_CASE(
+    "the log: who logs never waits for who reads, lines beyond the room are counted, and what "
+    "waited comes in order",
+    "[disk]") {
+  std::array<int, 2> pipe{};
+  REQUIRE(::pipe2(pipe.data(), O_CLOEXEC) == 0);
+  REQUIRE(::fcntl(pipe[1], F_SETPIPE_SZ, 4096) > 0);
+  const auto queue = std::make_shared<LogQueue>(pipe[1], 100);
+  spdlog::logger log("test", queue);
+  log.set_pattern("%v");
+  const std::string line(200, 'x');
+  for (int i = 0; i < 1000; ++i) log.info("{} {}", i, line);  // nobody reads
+  CHECK(queue->lost() > 0);
+  CHECK_FALSE(queue->stop_for(milliseconds(20)));
+
+  std::string text;
+  while (!queue->stop_for(milliseconds(1))) {
+    std::array<char, 4096> some{};
+    pollfd ready{pipe[0], POLLIN, 0};
+    if (::poll(&ready, 1, 0) <= 0) continue;
+    const ssize_t n = ::read(pipe[0], some.data(), some.size());
+    if (n > 0) text.append(some.data(), static_cast<std::size_t>(n));
+  }
+  ::close(pipe[1]);
+  std::array<char, 65536> rest{};
+  for (ssize_t n = 0; (n = ::read(pipe[0], rest.data(), rest.size())) > 0;) {
+    text.append(rest.data(), static_cast<std::size_t>(n));
+  }
+  ::close(pipe[0]);
+  CHECK(text.starts_with("0 x"));
+  CHECK(text.find("\n1 x") < text.find("\n2 x"));
+  // One notice, or several where the pipe took a line in between: together they count every lost line.
+  std::uint64_t said = 0;
+  std::istringstream lines(text);
+  for (std::string one; std::getline(lines, one);) {
+    if (one.find(" lines of the log found no room") != std::string::npos) said += std::stoull(one);
+  }
+  CHECK(said == queue->lost());
+}
+
+}  // namespace
+}  // namespace loopwarden::daemon::hung_disk_test
