@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Written by `loopwarden diagnose-study --train FILE --cases 24000 --seed 1`; not edited by hand.
+// Written by `loopwarden-study diagnose --train FILE --cases 24000 --seed 1`; not edited by hand.
 #pragma once
 
 #include <array>

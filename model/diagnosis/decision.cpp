@@ -7,7 +7,7 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-// At once: w0, w1, w2, w3. `loopwarden diagnose-study --records` fits them again with each loop left out.
+// At once: w0, w1, w2, w3. `loopwarden-study diagnose --records` fits them again with each loop left out.
 constexpr double kBase = 0.3;
 constexpr double kPerPhase = 0.6;
 constexpr double kPerPlay = 0.4;

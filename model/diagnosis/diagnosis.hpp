@@ -37,7 +37,7 @@ inline constexpr double kBacklashOdds = 2.0;
 
 // The fit puts the band too low, as it can trade it for dead time; the range of CO puts it too high, as CO
 // overshoots the band. Their geometric mean is right in the median of simulated loops, and in nine of ten
-// within this factor (`loopwarden diagnose-study`).
+// within this factor (`loopwarden-study diagnose`).
 inline constexpr double kSizeFactor = 2.2;
 
 struct Diagnosis {

@@ -152,7 +152,7 @@ TEST_CASE("completion knows the daemon's loops, the alarms, and the words of an 
   CHECK(completed("register-map --format py") == "pymodbus\n");
   CHECK(completed("classify r.csv --form e") == "explaining\n");
   CHECK(completed("set FIC-101 --mode m") == "man\n");
-  CHECK(completed("ga") == "gap gallery\n");
+  CHECK(completed("ga") == "gap\n");
   CHECK(completed("gap --mod") == "--model\n");
 }
 

@@ -191,7 +191,7 @@ int replay(const std::filesystem::path& evidence, std::string& text) {
 TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, maintenance",
           "[closed_loop][plant_day]") {
   plant::LoopModel model = day_model(24.0);
-  // Of sizes that the specialists name alone. How often they don't, alarm-study tells: stiction of 20 % of span in
+  // Of sizes that the specialists name alone. How often they don't, `loopwarden-study alarm` tells: stiction of 20 % of span in
   // this very day raises hysteresis as well.
   model.scenario.faults = {
       fault("stiction", {{"s", 1.2}, {"j", 0.6}}, 4.0, 10.0, 2.0),

@@ -21,7 +21,7 @@
 
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "workbench/daemon_client.hpp"
+#include "workbench/live/daemon_client.hpp"
 
 namespace loopwarden::tests {
 

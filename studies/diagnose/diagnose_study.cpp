@@ -1,0 +1,661 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden-study diagnose: trains the table of `diagnose` on simulated loops, and measures `diagnose` on
+// others, or on labelled records.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "record/record_csv.hpp"
+#include "model/diagnosis/diagnosis.hpp"
+#include "workbench/command_line/command_line.hpp"
+#include "studies/diagnose/diagnosis_cases.hpp"
+#include "studies/diagnose/diagnosis_fit.hpp"
+#include "studies/diagnose/diagnosis_training.hpp"
+#include "workbench/files/output_files.hpp"
+#include "hal/os/parallel.hpp"
+#include "workbench/command_line/progress.hpp"
+#include "studies/program/studies.hpp"
+
+namespace loopwarden::studies {
+namespace {
+
+using diagnosis::Cause;
+using diagnosis::kCauseCount;
+
+struct StudyOptions {
+  std::size_t cases = 4000;
+  std::uint64_t seed = 1;
+  std::string train;                 // table to write
+  std::vector<std::string> records;  // folders with labels.csv
+  bool compare_too = false;          // the records beside the simulated loops
+  std::string evidence;              // CSV to write
+  std::string save;                  // folder to write cases to
+  bool unknown_kind = false;         // the kind of the simulated loops is not told
+  bool json = false;
+  unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+};
+
+struct Judged {
+  std::size_t index = 0;
+  LabelledEvidence labelled;
+  std::string kind;
+  std::string detail;
+  std::string mover;
+  double size = 0.0;  // CO units, true
+  diagnosis::Diagnosis diagnosis;
+};
+
+diagnosis::RoutineRecord view_of(const DiagnosisCase& c) {
+  return {.pv = c.pv, .co = c.co, .sp = c.sp, .sample_time_s = c.sample_time_s};
+}
+
+std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed, const char* what) {
+  std::vector<Judged> judged(options.cases);
+  workbench::Progress progress(what, options.cases);
+  hal::os::parallel_for(
+      options.cases, options.threads,
+      [&](std::size_t i) {
+        const DiagnosisCase c = diagnosis_case(seed, i);
+        Judged& j = judged[i];
+        j.index = i;
+        j.kind = c.kind;
+        j.detail = c.detail;
+        j.mover = c.mover;
+        j.size = c.size;
+        j.labelled.cause = c.cause;
+        const auto kind = diagnosis::loop_kind(c.kind).value_or(diagnosis::LoopKind::unknown);
+        j.diagnosis = diagnosis::diagnose(
+            view_of(c), options.unknown_kind ? diagnosis::LoopKind::unknown : kind);
+        const diagnosis::Gate gate = j.diagnosis.prepared.gate;
+        j.diagnosis.prepared = {};  // the series are large
+        j.diagnosis.prepared.gate = gate;
+      },
+      [&](std::size_t done) { progress.update(done); });
+  return judged;
+}
+
+struct Rate {
+  std::size_t hits = 0;
+  std::size_t all = 0;
+  void count(bool hit) {
+    hits += hit ? 1U : 0U;
+    ++all;
+  }
+  double percent() const {
+    return all > 0 ? 100.0 * static_cast<double>(hits) / static_cast<double>(all) : 0.0;
+  }
+};
+
+constexpr std::size_t kLeastInCell = 100;
+
+// Rates by name; cells of few cases are put together as "others".
+void print_cells(const std::map<std::string, Rate>& cells) {
+  Rate others;
+  for (const auto& [name, rate] : cells) {
+    if (rate.all >= kLeastInCell) {
+      fmt::print("  {:<28} {:5.1f} % of {}\n", name, rate.percent(), rate.all);
+    } else {
+      others.hits += rate.hits;
+      others.all += rate.all;
+    }
+  }
+  if (others.all > 0)
+    fmt::print("  {:<28} {:5.1f} % of {}\n", "others", others.percent(), others.all);
+}
+
+void report(const std::vector<Judged>& judged) {
+  using diagnosis::Grade;
+  using diagnosis::Verdict;
+  std::map<std::string, std::map<std::string, std::size_t>> confusion;
+  std::map<std::string, Rate> false_seen;
+  std::map<std::string, Rate> false_any;
+  std::map<std::string, Rate> found;
+  std::map<std::string, Rate> found_seen;
+  Rate right, right_decided, undecided, named, false_alarms, false_at_seen, wide_found, wide_seen,
+      levels;
+  std::array<Rate, 10> reliability;
+  std::vector<double> errors;
+  std::vector<double> wide_errors;
+  Rate within;
+  for (const Judged& j : judged) {
+    const diagnosis::Diagnosis& d = j.diagnosis;
+    const bool sticky = j.labelled.cause == Cause::stiction;
+    const bool backlash = j.labelled.cause == Cause::backlash;
+    const bool called = d.verdict == Verdict::valve_effect;
+    ++confusion[to_text(j.labelled.cause)][to_text(d.verdict)];
+    if (backlash) continue;  // either answer is sound
+    const bool open = d.verdict == Verdict::cant_tell || d.verdict == Verdict::not_enough_data;
+    const bool seen = called && d.grade == Grade::seen;
+    right.count(called == sticky);
+    undecided.count(d.verdict == Verdict::cant_tell);
+    if (!open) right_decided.count(called == sticky);
+    if (d.judged()) {
+      reliability[std::min<std::size_t>(9, static_cast<std::size_t>(d.probability * 10.0))].count(
+          sticky);
+    }
+    const std::string cell = j.kind + ", " + j.mover;
+    if (!sticky) {
+      false_alarms.count(called);
+      false_at_seen.count(seen);
+      false_seen[cell].count(seen);
+      false_any[cell].count(called);
+      if (j.kind == "level" && j.mover == "set point") levels.count(seen);
+      continue;
+    }
+    named.count(called);
+    found[cell].count(called);
+    found_seen[cell].count(seen);
+    const bool wide = j.size >= 3.0;
+    if (wide) {
+      wide_found.count(called);
+      wide_seen.count(seen);
+    }
+    if (!called || d.s <= 0.0) continue;
+    errors.push_back(std::abs(d.s / j.size - 1.0));
+    within.count(j.size >= d.s_low && j.size <= d.s_high);
+    if (wide) wide_errors.push_back(errors.back());
+  }
+  for (const auto& [truth, verdicts] : confusion) {
+    fmt::print("{:<12}", truth == "none" ? "healthy" : truth);
+    for (const auto& [verdict, count] : verdicts) fmt::print("  {} {}", verdict, count);
+    fmt::print("\n");
+  }
+  fmt::print(
+      "\nsticky or not, right: as answered {:.1f} % of {}, of the decided {:.1f} % of {}; can't "
+      "tell {:.1f} %\n",
+      right.percent(), right.all, right_decided.percent(), right_decided.all, undecided.percent());
+  fmt::print(
+      "sticky valves found {:.1f} % of {}; of 3 % of span or more {:.1f} % of {}, at 'seen' {:.1f} "
+      "%\n",
+      named.percent(), named.all, wide_found.percent(), wide_found.all, wide_seen.percent());
+  fmt::print(
+      "false alarms {:.1f} % of {}, at 'seen' {:.1f} %; levels with moving SP, at 'seen' {:.1f} % "
+      "of {}\n",
+      false_alarms.percent(), false_alarms.all, false_at_seen.percent(), levels.percent(),
+      levels.all);
+  fmt::print(
+      "size of the sticky valves found, relative error: median {:.0f} %, nine in ten below {:.0f} "
+      "%; "
+      "of 3 % of span or more {:.0f} %; truth within the interval {:.0f} %\n",
+      100.0 * diagnosis::quantile(errors, 0.5), 100.0 * diagnosis::quantile(errors, 0.9),
+      100.0 * diagnosis::quantile(wide_errors, 0.5), within.percent());
+  fmt::print("\nfalse at 'seen', by kind and what moves the loop\n");
+  print_cells(false_seen);
+  fmt::print("\nfalse at either grade\n");
+  print_cells(false_any);
+  fmt::print("\nsticky valves found at 'seen'\n");
+  print_cells(found_seen);
+  fmt::print("\nsticky valves found at either grade\n");
+  print_cells(found);
+  fmt::print("\nprobability of a valve effect at these shares of sticky loops: stated, found\n");
+  for (std::size_t i = 0; i < reliability.size(); ++i) {
+    if (reliability[i].all == 0) continue;
+    fmt::print("  {:.1f} to {:.1f}  {:5.1f} % of {}\n", 0.1 * static_cast<double>(i),
+               0.1 * static_cast<double>(i + 1), reliability[i].percent(), reliability[i].all);
+  }
+}
+
+nlohmann::json as_json(const Judged& j) {
+  return {{"case", j.index},
+          {"truth", to_text(j.labelled.cause)},
+          {"kind", j.kind},
+          {"mover", j.mover},
+          {"detail", j.detail},
+          {"size", j.size},
+          {"verdict", to_text(j.diagnosis.verdict)},
+          {"grade", to_text(j.diagnosis.grade)},
+          {"cause", to_text(j.diagnosis.cause)},
+          {"probability", j.diagnosis.probability}};
+}
+
+void write_evidence(const std::string& path, const std::vector<Judged>& judged) {
+  std::ostringstream file;
+  file << "index,cause,kind,mover,detail,size,verdict,grade,p,ph,pl,A,s,band,play_band,follows\n";
+  for (const Judged& j : judged) {
+    const diagnosis::Diagnosis& d = j.diagnosis;
+    file << fmt::format(
+        "{},{},{},{},{},{:.4g},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4g},{:.4g},{:.4g},{}\n",
+        j.index, to_text(j.labelled.cause), j.kind, j.mover, j.detail, j.size, to_text(d.verdict),
+        to_text(d.grade), d.probability, d.evidence.phase, d.evidence.play, d.evidence.hammerstein,
+        d.s, d.hammerstein.band, d.play.band, static_cast<int>(d.follows));
+  }
+  workbench::write_output(path, file.str());
+}
+
+int train_table(const StudyOptions& options) {
+  std::vector<LabelledEvidence> drawn(options.cases);
+  std::vector<char> usable(options.cases, 0);
+  workbench::Progress progress("simulate", options.cases);
+  hal::os::parallel_for(
+      options.cases, options.threads,
+      [&](std::size_t i) {
+        const DiagnosisCase c = diagnosis_case(options.seed, i);
+        const diagnosis::Prepared prepared = diagnosis::prepare(view_of(c));
+        if (!prepared.refusal.empty()) return;
+        drawn[i] = {.evidence = diagnosis::find_evidence(prepared).evidence, .cause = c.cause};
+        usable[i] = 1;
+      },
+      [&](std::size_t done) { progress.update(done); });
+  std::vector<LabelledEvidence> cases;
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    if (usable[i] != 0) cases.push_back(drawn[i]);
+  }
+  const TrainedTable table = train(
+      cases, TrainingSettings{}, [&](std::size_t count, const std::function<void(std::size_t)>& f) {
+        hal::os::parallel_for(count, options.threads, f);
+      });
+  workbench::write_output(
+      options.train,
+      table_source(table, fmt::format("loopwarden-study diagnose --train FILE --cases {} --seed {}",
+                                      options.cases, options.seed)));
+  fmt::print("{}: {} trees from {} cases\n", options.train, table.trees.size(), cases.size());
+  return kExitOk;
+}
+
+struct Label {
+  std::string file;
+  std::string loop;
+  bool sticky = false;
+};
+
+// The columns file, loop and sticky of labels.csv, in any order.
+std::vector<Label> read_labels(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) {
+    throw record::RecordError(record::RecordError::Kind::io, 0, 0,
+                              path.string() + ": can't be read");
+  }
+  const auto cells_of = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::istringstream stream(line.substr(0, line.find('\r')));
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  std::string line;
+  std::getline(file, line);
+  const std::vector<std::string> header = cells_of(line);
+  const auto column = [&](const char* name) {
+    const auto at = std::find(header.begin(), header.end(), name);
+    if (at == header.end()) {
+      throw record::RecordError(record::RecordError::Kind::data, 1, 0,
+                                path.string() + ":1: no column '" + name + "'");
+    }
+    return static_cast<std::size_t>(at - header.begin());
+  };
+  const std::size_t of_file = column("file");
+  const std::size_t of_loop = column("loop");
+  const std::size_t of_sticky = column("sticky");
+  std::vector<Label> labels;
+  for (std::size_t number = 2; std::getline(file, line); ++number) {
+    if (line.empty()) continue;
+    const std::vector<std::string> cells = cells_of(line);
+    if (cells.size() <= std::max({of_file, of_loop, of_sticky})) {
+      throw record::RecordError(record::RecordError::Kind::data, number, 0,
+                                fmt::format("{}:{}: too few cells", path.string(), number));
+    }
+    labels.push_back(
+        {.file = cells[of_file], .loop = cells[of_loop], .sticky = cells[of_sticky] == "1"});
+  }
+  return labels;
+}
+
+struct Window {
+  Label label;
+  diagnosis::Diagnosis diagnosis;
+  double left_out = 0.5;  // probability by weights fitted without this loop
+  ThreeNumbers numbers() const {
+    return {diagnosis.evidence.phase, diagnosis.evidence.play, diagnosis.evidence.hammerstein};
+  }
+  // The weights that are fitted are those of loops whose PV follows CO at once.
+  bool weighed() const {
+    return diagnosis.judged() && diagnosis.follows == diagnosis::Follows::at_once;
+  }
+};
+
+constexpr double kRidge = 0.3;
+
+std::vector<Window> read_windows(const std::vector<std::string>& folders) {
+  std::vector<Window> windows;
+  for (const std::string& folder : folders) {
+    for (const Label& label : read_labels(std::filesystem::path(folder) / "labels.csv")) {
+      const record::Record r = record::read_record(std::filesystem::path(folder) / label.file);
+      windows.push_back({.label = label,
+                         .diagnosis = diagnosis::diagnose(
+                             {.pv = r.pv, .co = r.co, .sp = r.sp, .sample_time_s = r.period_s})});
+    }
+  }
+  return windows;
+}
+
+// Loops count alike, and so do sticky and other loops.
+LogisticFit fit_without(const std::vector<Window>& windows, const std::string& loop) {
+  std::map<std::string, double> of_loop;
+  std::array<std::map<std::string, bool>, 2> loops;
+  for (const Window& w : windows) {
+    if (w.label.loop == loop || !w.weighed()) continue;
+    of_loop[w.label.loop] += 1.0;
+    loops[w.label.sticky ? 1 : 0][w.label.loop] = true;
+  }
+  std::vector<LogisticRow> rows;
+  for (const Window& w : windows) {
+    if (w.label.loop == loop || !w.weighed()) continue;
+    rows.push_back({.x = w.numbers(),
+                    .positive = w.label.sticky,
+                    .weight = 1.0 / of_loop[w.label.loop] /
+                              static_cast<double>(loops[w.label.sticky ? 1 : 0].size())});
+  }
+  return fit_logistic(rows, kRidge);
+}
+
+struct LoopFigures {
+  std::string name;
+  bool sticky = false;
+  std::size_t windows = 0;
+  std::size_t windows_right = 0;
+  std::size_t windows_decided = 0;
+  std::size_t windows_decided_right = 0;
+  double left_out = 0.5;  // from the mean logit
+  diagnosis::LoopVerdict verdict{};
+  ThreeNumbers numbers{};
+  double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
+  bool right() const { return (verdict.verdict == diagnosis::Verdict::valve_effect) == sticky; }
+};
+
+std::vector<LoopFigures> by_loop(const std::vector<Window>& windows) {
+  std::map<std::string, std::vector<const Window*>> grouped;
+  for (const Window& w : windows) grouped[w.label.loop].push_back(&w);
+  std::vector<LoopFigures> loops;
+  for (const auto& [name, members] : grouped) {
+    LoopFigures f{.name = name, .sticky = members.front()->label.sticky, .windows = members.size()};
+    std::vector<diagnosis::Diagnosis> diagnoses;
+    double logits = 0.0;
+    for (const Window* w : members) {
+      const auto verdict = w->diagnosis.verdict;
+      const bool right = (verdict == diagnosis::Verdict::valve_effect) == f.sticky;
+      const bool decided = verdict != diagnosis::Verdict::cant_tell &&
+                           verdict != diagnosis::Verdict::not_enough_data;
+      f.windows_right += right ? 1U : 0U;
+      f.windows_decided += decided ? 1U : 0U;
+      f.windows_decided_right += decided && right ? 1U : 0U;
+      logits += diagnosis::logit(w->left_out);
+      const ThreeNumbers x = w->numbers();
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        f.numbers[i] += x[i] / static_cast<double>(members.size());
+      }
+      diagnoses.push_back(w->diagnosis);
+    }
+    f.left_out = diagnosis::from_logit(logits / static_cast<double>(members.size()));
+    f.verdict = diagnosis::judge_loop(diagnoses);
+    loops.push_back(f);
+  }
+  return loops;
+}
+
+void print_share(const char* what, const std::vector<LoopFigures>& loops,
+                 std::size_t LoopFigures::*hits, std::size_t LoopFigures::*all) {
+  std::size_t hit = 0;
+  std::size_t of = 0;
+  for (const LoopFigures& f : loops) {
+    hit += f.*hits;
+    of += f.*all;
+  }
+  const auto interval = bootstrap(loops.size(), 1, [&](std::span<const std::size_t> drawn) {
+    double h = 0.0;
+    double a = 0.0;
+    for (const std::size_t i : drawn) {
+      h += static_cast<double>(loops[i].*hits);
+      a += static_cast<double>(loops[i].*all);
+    }
+    return a > 0.0 ? 100.0 * h / a : 100.0;
+  });
+  fmt::print("{:<46} {:>3} of {:<3} (95 % interval {:.0f} to {:.0f} %)\n", what, hit, of,
+             interval.low, interval.high);
+}
+
+void judge_without_own_loop(std::vector<Window>& windows) {
+  for (Window& w : windows) {
+    w.left_out = w.diagnosis.probability;
+    if (!w.weighed()) continue;
+    w.left_out =
+        std::clamp(diagnosis::from_logit(fit_without(windows, w.label.loop).logit_of(w.numbers())),
+                   diagnosis::kLeastProbability, diagnosis::kMostProbability);
+  }
+}
+
+void print_json(const std::vector<Window>& windows) {
+  nlohmann::json records = nlohmann::json::array();
+  for (const Window& w : windows) {
+    const diagnosis::Diagnosis& d = w.diagnosis;
+    records.push_back({{"record", w.label.file},
+                       {"loop", w.label.loop},
+                       {"sticky", w.label.sticky},
+                       {"verdict", to_text(d.verdict)},
+                       {"grade", to_text(d.grade)},
+                       {"cause", to_text(d.cause)},
+                       {"probability", d.probability},
+                       {"probability_left_out", w.left_out}});
+  }
+  nlohmann::json loops = nlohmann::json::array();
+  for (const LoopFigures& f : by_loop(windows)) {
+    loops.push_back({{"loop", f.name},
+                     {"sticky", f.sticky},
+                     {"windows", f.windows},
+                     {"windows_right", f.windows_right},
+                     {"verdict", to_text(f.verdict.verdict)},
+                     {"probability", f.verdict.probability},
+                     {"probability_left_out", f.left_out}});
+  }
+  const nlohmann::json result = {{"records", std::move(records)}, {"loops", std::move(loops)}};
+  fmt::print("{}\n", result.dump(2));
+}
+
+int judge_records(const StudyOptions& options) {
+  std::vector<Window> windows = read_windows(options.records);
+  judge_without_own_loop(windows);
+  if (options.json) {
+    print_json(windows);
+    return kExitOk;
+  }
+  fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6} {:>6} {:>6} {:>6} {:>8}\n", "record",
+             "loop", "sticky", "verdict", "grade", "cause", "ph", "pl", "A", "p", "left out");
+  for (const Window& w : windows) {
+    const diagnosis::Diagnosis& d = w.diagnosis;
+    const bool called = d.verdict == diagnosis::Verdict::valve_effect;
+    fmt::print(
+        "{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6.2f} {:>6.2f} {:>6.3f} {:>6.2f} {:>8.2f}{}\n",
+        w.label.file, w.label.loop, w.label.sticky ? "yes" : "no", to_text(d.verdict),
+        to_text(d.grade), to_text(d.cause), d.evidence.phase, d.evidence.play,
+        d.evidence.hammerstein, d.probability, w.left_out,
+        called == w.label.sticky ? "" : "  wrong");
+  }
+  const std::vector<LoopFigures> loops = by_loop(windows);
+  fmt::print("\n");
+  for (const LoopFigures& f : loops) {
+    fmt::print("loop {:<7} {:<6} {}/{} windows; loop: {} {}p {:.2f}{}\n", f.name,
+               f.sticky ? "sticky" : "", f.windows_right, f.windows, to_text(f.verdict.verdict),
+               f.verdict.grade == diagnosis::Grade::none
+                   ? ""
+                   : std::string(to_text(f.verdict.grade)) + " ",
+               f.verdict.probability, f.right() ? "" : "  wrong");
+  }
+  fmt::print("\n");
+  print_share("windows right, as answered", loops, &LoopFigures::windows_right,
+              &LoopFigures::windows);
+  print_share("windows right, of the decided", loops, &LoopFigures::windows_decided_right,
+              &LoopFigures::windows_decided);
+  std::size_t loops_right = 0;
+  Rate decided;
+  Rate left_out_right;
+  Rate left_out_windows;
+  for (const LoopFigures& f : loops) {
+    loops_right += f.right() ? 1U : 0U;
+    if (f.verdict.verdict != diagnosis::Verdict::cant_tell) decided.count(f.right());
+    left_out_right.count((f.left_out >= diagnosis::kDecidedFrom) == f.sticky);
+  }
+  for (const Window& w : windows) {
+    left_out_windows.count((w.left_out >= diagnosis::kDecidedFrom) == w.label.sticky);
+  }
+  fmt::print("loops right, as answered {} of {}; of the decided {} of {}\n", loops_right,
+             loops.size(), decided.hits, decided.all);
+  fmt::print("with weights fitted without the loop judged: windows {} of {}, loops {} of {}\n",
+             left_out_windows.hits, left_out_windows.all, left_out_right.hits, left_out_right.all);
+  const auto mean_loss = [&loops](std::span<const std::size_t> drawn) {
+    double sum = 0.0;
+    for (const std::size_t i : drawn) sum += loops[i].log_loss();
+    return sum / static_cast<double>(drawn.size());
+  };
+  std::vector<std::size_t> all(loops.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const BootstrapInterval loss = bootstrap(loops.size(), 1, mean_loss);
+  fmt::print("log-loss by loop, left out: {:.3f} (95 % interval {:.3f} to {:.3f}; a coin 0.693)\n",
+             mean_loss(all), loss.low, loss.high);
+  constexpr std::array kNames{"phase", "play", "Hammerstein"};
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    std::vector<double> scores;
+    for (const LoopFigures& f : loops) scores.push_back(f.numbers[i]);
+    const auto auc = [&](std::span<const std::size_t> drawn) {
+      std::vector<double> s;
+      const auto positive = std::make_unique<bool[]>(drawn.size());
+      for (std::size_t k = 0; k < drawn.size(); ++k) {
+        s.push_back(scores[drawn[k]]);
+        positive[k] = loops[drawn[k]].sticky;
+      }
+      return area_under_curve(s, {positive.get(), drawn.size()});
+    };
+    const BootstrapInterval interval = bootstrap(loops.size(), 2, auc);
+    fmt::print("AUC by loop, {:<12} {:.2f} (95 % interval {:.2f} to {:.2f})\n", kNames[i], auc(all),
+               interval.low, interval.high);
+  }
+  const LogisticFit fit = fit_without(windows, "");
+  fmt::print("weights fitted to all: {:.2f} + {:.2f} ph + {:.2f} pl + {:.2f} A\n", fit.base,
+             fit.per[0], fit.per[1], fit.per[2]);
+  return kExitOk;
+}
+
+// Medians, quartiles and the overlap of the two distributions: twice the share of pairs in the rarer order.
+void compare_distributions(const char* what, std::vector<double> simulated,
+                           std::vector<double> measured) {
+  if (simulated.empty() || measured.empty()) return;
+  std::vector<double> scores = simulated;
+  scores.insert(scores.end(), measured.begin(), measured.end());
+  const auto positive = std::make_unique<bool[]>(scores.size());
+  for (std::size_t k = 0; k < scores.size(); ++k) positive[k] = k >= simulated.size();
+  const double auc = area_under_curve(scores, {positive.get(), scores.size()});
+  const auto q = [](const std::vector<double>& x, double share) {
+    return diagnosis::quantile(x, share);
+  };
+  fmt::print(
+      "{:<22} {:>7.2f} ({:>6.2f} to {:>6.2f})   {:>7.2f} ({:>6.2f} to {:>6.2f})   {:>4.0f} %\n",
+      what, q(simulated, 0.5), q(simulated, 0.25), q(simulated, 0.75), q(measured, 0.5),
+      q(measured, 0.25), q(measured, 0.75), 200.0 * std::min(auc, 1.0 - auc));
+}
+
+int compare(const StudyOptions& options) {
+  const std::vector<Window> measured = read_windows(options.records);
+  const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
+  constexpr std::array kNames{"phase", "play", "Hammerstein"};
+  fmt::print("{:<22} {:<27} {:<27} overlap\n", "", "simulated (quartiles)", "measured (quartiles)");
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    for (const bool sticky : {false, true}) {
+      std::vector<double> s;
+      std::vector<double> m;
+      for (const Judged& j : simulated) {
+        if (j.labelled.cause == Cause::backlash || !j.diagnosis.judged() ||
+            (j.labelled.cause == Cause::stiction) != sticky)
+          continue;
+        const auto& e = j.diagnosis.evidence;
+        s.push_back(std::array{e.phase, e.play, e.hammerstein}[i]);
+      }
+      for (const Window& w : measured) {
+        if (w.diagnosis.judged() && w.label.sticky == sticky) m.push_back(w.numbers()[i]);
+      }
+      compare_distributions(fmt::format("{}, {}", kNames[i], sticky ? "sticky" : "not").c_str(), s,
+                            m);
+    }
+  }
+  return kExitOk;
+}
+
+int save_cases(const StudyOptions& options) {
+  workbench::OutputFiles files;
+  files.make_folder(options.save);
+  for (std::size_t i = 0; i < options.cases; ++i) {
+    const DiagnosisCase c = diagnosis_case(options.seed, i);
+    record::RecordCsvWriter writer(
+        files.stage(std::filesystem::path(options.save) /
+                    fmt::format("c{:04}_{}_{}_{}.csv", i, to_text(c.cause), c.kind, c.detail)),
+        {.sp = !c.sp.empty(), .stem = false});
+    for (std::size_t k = 0; k < c.pv.size(); ++k) {
+      record::RecordSample sample{
+          .time_s = static_cast<double>(k) * c.sample_time_s, .pv = c.pv[k], .co = c.co[k]};
+      if (!c.sp.empty()) sample.sp = c.sp[k];
+      writer.add(sample);
+    }
+    writer.finish();
+  }
+  files.commit();
+  return kExitOk;
+}
+
+int run_study(const StudyOptions& options) {
+  try {
+    if (options.compare_too) return compare(options);
+    if (!options.records.empty()) return judge_records(options);
+    if (!options.save.empty()) return save_cases(options);
+    if (!options.train.empty()) return train_table(options);
+    const std::vector<Judged> judged = judge_cases(options, options.seed, "diagnose");
+    if (!options.evidence.empty()) write_evidence(options.evidence, judged);
+    if (options.json) {
+      nlohmann::json cases = nlohmann::json::array();
+      for (const Judged& j : judged) cases.push_back(as_json(j));
+      fmt::print("{}\n", cases.dump(2));
+    } else {
+      report(judged);
+    }
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<StudyOptions>();
+  CLI::App* sub = app.add_subcommand(
+      "diagnose", "how well diagnose does on simulated loops or labelled records");
+  sub->add_option("--cases", options->cases, "simulated loops")->check(CLI::Range(1, 1000000));
+  sub->add_option("--seed", options->seed, "of the simulated loops; training and report need two");
+  sub->add_option("--train", options->train, "fit the table to these loops and write it here");
+  CLI::Option* records =
+      sub->add_option("--records", options->records,
+                      "folders of records with labels.csv (file, loop, sticky), instead");
+  CLI::Option* compare =
+      sub->add_flag("--compare", options->compare_too,
+                    "the evidence of the simulated loops beside that of the records")
+          ->needs(records);
+  sub->add_flag("--unknown-kind", options->unknown_kind,
+                "do not tell the kind of the simulated loops");
+  sub->add_option("--evidence", options->evidence, "write the evidence of each loop, CSV");
+  sub->add_option("--save", options->save, "write the simulated loops into this folder, instead");
+  sub->add_option("--threads", options->threads, "at once")->check(CLI::Range(1, 1024));
+  workbench::add_json_flag(*sub, options->json)->excludes(compare);
+  sub->footer("Example: loopwarden-study diagnose --cases 200 --seed 7");
+  sub->callback([options, &exit_code] { exit_code = run_study(*options); });
+}
+
+}  // namespace loopwarden::studies

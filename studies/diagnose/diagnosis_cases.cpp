@@ -1,0 +1,607 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "studies/diagnose/diagnosis_cases.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "model/plant/random.hpp"
+
+namespace loopwarden::studies {
+namespace {
+
+using diagnosis::Cause;
+using plant::Random;
+
+constexpr double kPi = std::numbers::pi;
+
+double log_uniform(Random& random, double low, double high) {
+  return std::exp(random.uniform(std::log(low), std::log(high)));
+}
+bool chance(Random& random, double share) { return random.uniform() < share; }
+std::size_t choice(Random& random, std::size_t count) {
+  return std::min(count - 1,
+                  static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));
+}
+
+// Times in units of the logging interval.
+struct ProcessDraw {
+  bool integrating = false;
+  double gain = 1.0;  // PV % per CO %, per time unit where integrating
+  double tau1 = 1.0;
+  double tau2 = 0.0;
+  double dead_time = 0.0;
+};
+
+struct ControllerDraw {
+  double gain = 1.0;
+  double integral_time = 1.0;
+  double derivative_time = 0.0;
+};
+
+std::complex<double> loop_gain(const ProcessDraw& p, const ControllerDraw& c, double interval,
+                               double w) {
+  const std::complex<double> s(0.0, w);
+  const std::complex<double> lag =
+      p.integrating ? s * (p.tau2 * s + 1.0) : (p.tau1 * s + 1.0) * (p.tau2 * s + 1.0);
+  const std::complex<double> process = p.gain * std::exp(-s * (p.dead_time + 0.5 * interval)) / lag;
+  return process * c.gain *
+         (1.0 + 1.0 / (c.integral_time * s) +
+          c.derivative_time * s / (0.1 * c.derivative_time * s + 1.0));
+}
+
+// Largest sensitivity 1/|1 + L|; infinite where L encircles -1.
+double sensitivity(const ProcessDraw& p, const ControllerDraw& c, double interval) {
+  const double scale = p.dead_time + p.tau1 + p.tau2 + c.integral_time + interval;
+  double worst = 0.0;
+  std::complex<double> before = 0.0;
+  for (double w = 1e-3 / scale; w < 300.0 / (p.dead_time + p.tau2 + interval + 0.02 * scale);
+       w *= 1.04) {
+    const std::complex<double> l = loop_gain(p, c, interval, w);
+    worst = std::max(worst, 1.0 / std::abs(1.0 + l));
+    // Crossing the negative real axis beyond -1 from above to below: an encirclement here.
+    if (w > 1e-3 / scale && before.imag() < 0.0 && l.imag() >= 0.0 && l.real() < -1.0) {
+      return std::numeric_limits<double>::infinity();
+    }
+    before = l;
+  }
+  return worst;
+}
+
+// What sticks. Truths differ from the laws that are fitted: friction differs from slip to slip, and a slip
+// takes time.
+class Friction {
+ public:
+  enum class Law { none, choudhury, he, play, creeping };
+  Friction(Law law, double s, double j, double scatter, Random random)
+      : law_(law), fs_((s + j) / 2.0), fd_((s - j) / 2.0), scatter_(scatter), random_(random) {
+    draw();
+  }
+  void reset(double u) { x_ = last_ = u; }
+  std::size_t slips() const { return slips_; }
+
+  double step(double u) {
+    const double before = x_;
+    const double r = u - x_;
+    switch (law_) {
+      case Law::none: x_ = u; break;
+      case Law::play: x_ = std::clamp(x_, u - fs_ * draw_, u + fs_ * draw_); break;
+      case Law::he:
+        if (std::abs(r) > fs_ * draw_) x_ = u - std::copysign(fd_ * draw_, r);
+        break;
+      case Law::choudhury: {
+        const double change = u - last_;
+        if (direction_ != 0.0 && change * direction_ <= 0.0) direction_ = 0.0;
+        if (direction_ == 0.0 && std::abs(r) > fs_ * draw_) direction_ = std::copysign(1.0, r);
+        if (direction_ != 0.0) x_ = u - direction_ * fd_ * draw_;
+        break;
+      }
+      case Law::creeping:  // slips, but creeps under force before
+        if (std::abs(r) > fs_ * draw_) {
+          x_ = u - std::copysign(fd_ * draw_, r);
+        } else if (std::abs(r) > fd_ * draw_) {
+          x_ += 0.003 * r;
+        }
+        break;
+    }
+    last_ = u;
+    if (law_ != Law::play && std::abs(x_ - before) > 0.4 * (fs_ - fd_) && direction_ == 0.0) slip();
+    if (law_ == Law::choudhury && direction_ != 0.0 && moved_ != direction_) slip();
+    moved_ = direction_;
+    if (law_ == Law::play && (x_ - before) * travel_ < 0.0) ++slips_;
+    if (x_ != before) travel_ = x_ - before;
+    return x_;
+  }
+
+ private:
+  void slip() {
+    ++slips_;
+    draw();
+  }
+  void draw() { draw_ = std::clamp(1.0 + scatter_ * random_.normal(), 0.3, 2.0); }
+
+  Law law_;
+  double fs_;
+  double fd_;
+  double scatter_;
+  Random random_;
+  double draw_ = 1.0;
+  double x_ = 0.0;
+  double last_ = 0.0;
+  double direction_ = 0.0;
+  double moved_ = 0.0;
+  double travel_ = 0.0;
+  std::size_t slips_ = 0;
+};
+
+// An oscillation from elsewhere: not sinusoidal, and neither its period nor its size is constant.
+class Oscillator {
+ public:
+  enum class Shape { sine, harmonics, square, triangle, sawtooth, pulses };
+  Oscillator(Shape shape, double amplitude, double period, double jitter, double swelling,
+             double smoothing, Random random)
+      : shape_(shape),
+        amplitude_(amplitude),
+        period_(period),
+        jitter_(jitter),
+        swelling_(swelling),
+        smoothing_(smoothing),
+        random_(random),
+        phase_(random_.uniform()),
+        second_(random_.uniform(0.0, 0.35)),
+        third_(random_.uniform(-0.2, 0.2)),
+        duty_(random_.uniform(0.3, 0.7)) {}
+
+  double step(double dt) {
+    if (amplitude_ <= 0.0) return 0.0;
+    phase_ += dt / period_ + jitter_ * std::sqrt(dt / period_) * random_.normal();
+    phase_ -= std::floor(phase_);
+    const double forget = std::exp(-dt / (4.0 * period_));
+    swell_ = forget * swell_ + std::sqrt(1.0 - forget * forget) * swelling_ * random_.normal();
+    const double angle = 2.0 * kPi * phase_;
+    double value = 0.0;
+    switch (shape_) {
+      case Shape::sine: value = std::sin(angle); break;
+      case Shape::harmonics:
+        value = std::sin(angle) + second_ * std::sin(2.0 * angle + 1.0) +
+                third_ * std::sin(3.0 * angle);
+        break;
+      case Shape::square: value = phase_ < duty_ ? 1.0 : -1.0; break;
+      case Shape::triangle: value = phase_ < 0.5 ? 4.0 * phase_ - 1.0 : 3.0 - 4.0 * phase_; break;
+      case Shape::sawtooth: value = 2.0 * phase_ - 1.0; break;
+      case Shape::pulses: value = phase_ < 0.2 * duty_ + 0.05 ? 2.0 : -0.3; break;
+    }
+    const double b = smoothing_ > 0.0 ? 1.0 - std::exp(-dt / (smoothing_ * period_)) : 1.0;
+    first_ += b * (value - first_);
+    smooth_ += b * (first_ - smooth_);
+    return amplitude_ * std::max(0.0, 1.0 + swell_) * smooth_;
+  }
+
+ private:
+  Shape shape_;
+  double amplitude_, period_, jitter_, swelling_, smoothing_;
+  Random random_;
+  double phase_, second_, third_, duty_;
+  double swell_ = 0.0, first_ = 0.0, smooth_ = 0.0;
+};
+
+// First-order noise of given standard deviation and correlation time.
+class Wander {
+ public:
+  Wander(double deviation, double time, double dt, Random random)
+      : forget_(std::exp(-dt / time)),
+        drive_(deviation * std::sqrt(1.0 - forget_ * forget_)),
+        random_(random),
+        state_(deviation * random_.normal()) {}
+  double step() { return state_ = forget_ * state_ + drive_ * random_.normal(); }
+
+ private:
+  double forget_, drive_;
+  Random random_;
+  double state_;
+};
+
+constexpr std::array<const char*, 6> kShapeNames{"sine",     "harmonics", "square",
+                                                 "triangle", "sawtooth",  "pulses"};
+
+struct Draw {
+  ProcessDraw process;
+  ControllerDraw controller;
+  double interval = 1.0;  // of the controller
+};
+
+// A process and a controller with margins (largest sensitivity 1.1 to 2.5), or at the edge of stability.
+Draw draw_loop(Random& random, bool integrating, bool tight, bool integral_heavy,
+               double time_scale) {
+  Draw d;
+  ProcessDraw& p = d.process;
+  p.integrating = integrating;
+  const double dead_share = random.uniform(0.03, 0.75);
+  p.dead_time = time_scale * dead_share;
+  p.tau1 = time_scale * (1.0 - dead_share);
+  p.tau2 = p.tau1 * random.uniform(0.0, 0.6);
+  p.gain = log_uniform(random, 0.3, 3.0);
+  if (integrating) {
+    p.tau2 = p.tau1 * random.uniform(0.1, 1.0);
+    p.tau1 = 0.0;
+    p.gain = log_uniform(random, 0.002, 0.2) / time_scale;
+  }
+  ControllerDraw& c = d.controller;
+  const double theta = p.dead_time + 0.5 * p.tau2;
+  const double closed = theta * log_uniform(random, 0.6, 6.0);
+  if (integrating) {
+    c.gain = 1.0 / (p.gain * (closed + theta));
+    c.integral_time = 4.0 * (closed + theta) * log_uniform(random, 0.3, 4.0);
+  } else {
+    c.gain = p.tau1 / (p.gain * (closed + theta));
+    c.integral_time = std::min(p.tau1, 4.0 * (closed + theta)) * log_uniform(random, 0.4, 2.0);
+    if (integral_heavy) {
+      const double weaker = log_uniform(random, 0.1, 0.8);
+      c.gain *= weaker;
+      c.integral_time *= weaker * log_uniform(random, 0.6, 1.6);
+    }
+  }
+  if (chance(random, 0.12)) c.derivative_time = 0.2 * c.integral_time * random.uniform();
+  d.interval = std::min(1.0, time_scale / 15.0);
+  const auto at = [&](double factor, bool by_gain) {
+    ControllerDraw changed = c;
+    if (by_gain) {
+      changed.gain *= factor;
+    } else {
+      changed.integral_time /= factor;
+      changed.gain *= integrating ? 1.0 / std::sqrt(factor) : 1.0;
+    }
+    return changed;
+  };
+  const double wanted = tight ? log_uniform(random, 8.0, 60.0) : random.uniform(1.15, 2.5);
+  const bool by_gain = tight ? chance(random, 0.5) : true;
+  // Up to the wanted sensitivity where tight; down to it where the draw has less margin than wanted.
+  double factor = 1.0;
+  if (tight) {
+    double low = 1.0;
+    double high = 1.0;
+    while (sensitivity(p, at(high, by_gain), d.interval) < wanted && high < 1e4) high *= 1.5;
+    low = high / 1.5;
+    for (int i = 0; i < 20; ++i) {
+      const double middle = std::sqrt(low * high);
+      (sensitivity(p, at(middle, by_gain), d.interval) < wanted ? low : high) = middle;
+    }
+    factor = low;
+  } else {
+    while (sensitivity(p, at(factor, by_gain), d.interval) > wanted && factor > 1e-4)
+      factor *= 0.85;
+  }
+  c = at(factor, by_gain);
+  return d;
+}
+
+// Straight lines between the points that a historian would keep.
+void compress(std::vector<double>& x, double deviation) {
+  std::size_t kept = 0;
+  double low_slope = -std::numeric_limits<double>::infinity();
+  double high_slope = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    const double length = static_cast<double>(k - kept);
+    low_slope = std::max(low_slope, (x[k] - deviation - x[kept]) / length);
+    high_slope = std::min(high_slope, (x[k] + deviation - x[kept]) / length);
+    if (low_slope <= high_slope && k + 1 < x.size()) continue;
+    const std::size_t to = low_slope <= high_slope ? k : k - 1;
+    if (to > kept) {
+      for (std::size_t j = kept + 1; j < to; ++j) {
+        const double share = static_cast<double>(j - kept) / static_cast<double>(to - kept);
+        x[j] = x[kept] + share * (x[to] - x[kept]);
+      }
+      kept = to;
+    }
+    low_slope = -std::numeric_limits<double>::infinity();
+    high_slope = std::numeric_limits<double>::infinity();
+    if (kept < k) {
+      low_slope = x[k] - deviation - x[kept];
+      high_slope = x[k] + deviation - x[kept];
+    }
+  }
+}
+
+// Exception reporting: a value is kept until it has moved by more than the dead band.
+void hold_last(std::vector<double>& x, double dead_band) {
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    if (std::abs(x[k] - x[k - 1]) <= dead_band) x[k] = x[k - 1];
+  }
+}
+
+double deviation_of(const std::vector<double>& x) {
+  double m = 0.0;
+  for (const double v : x) m += v;
+  m /= static_cast<double>(x.size());
+  double sum = 0.0;
+  for (const double v : x) sum += (v - m) * (v - m);
+  return std::sqrt(sum / static_cast<double>(x.size()));
+}
+
+void round_to(std::vector<double>& x, double step) {
+  if (step <= 0.0) return;
+  for (double& v : x) v = std::round(v / step) * step;
+}
+
+// One try; false where the case does not show what its cause says.
+bool try_case(Random& random, DiagnosisCase& out) {
+  out = {};
+  const double of_cause = random.uniform();
+  out.cause = of_cause < 0.30   ? Cause::stiction
+              : of_cause < 0.37 ? Cause::backlash
+              : of_cause < 0.47 ? Cause::tuning
+              : of_cause < 0.64 ? Cause::disturbance
+              : of_cause < 0.68 ? Cause::saturation
+                                : Cause::none;
+  const bool valve = out.cause == Cause::stiction || out.cause == Cause::backlash;
+  const bool tight = out.cause == Cause::tuning;
+
+  // Kinds differ in time scale against logging interval.
+  struct Kind {
+    const char* name;
+    double share, integrating, fastest, slowest;
+  };
+  constexpr std::array<Kind, 5> kKinds{{{"flow", 0.40, 0.0, 0.1, 15.0},
+                                        {"pressure", 0.20, 0.25, 1.0, 40.0},
+                                        {"level", 0.25, 0.95, 0.5, 25.0},
+                                        {"temperature", 0.10, 0.15, 3.0, 60.0},
+                                        {"analyser", 0.05, 0.0, 3.0, 30.0}}};
+  double of_kind = random.uniform();
+  std::size_t k = 0;
+  while (k + 1 < kKinds.size() && of_kind > kKinds[k].share) of_kind -= kKinds[k++].share;
+  out.kind = kKinds[k].name;
+  out.integrating = chance(random, kKinds[k].integrating);
+  const double time_scale = log_uniform(random, kKinds[k].fastest, kKinds[k].slowest);
+  const Draw loop = draw_loop(random, out.integrating, tight,
+                              valve ? chance(random, 0.6) : chance(random, 0.35), time_scale);
+  const ProcessDraw& p = loop.process;
+
+  const auto samples = static_cast<std::size_t>(log_uniform(random, 200.0, 3000.0));
+  const auto steps_per_sample = static_cast<std::size_t>(std::ceil(1.0 / loop.interval - 1e-9));
+  const double dt = 1.0 / static_cast<double>(steps_per_sample);
+
+  // Sizes in % of span of CO; loads act at the input of the process, in the same unit.
+  const double reach = log_uniform(random, 0.5, 25.0);
+  const double process_memory = p.integrating ? 2.0 * p.tau2 + p.dead_time : p.tau1 + p.dead_time;
+  const double load_time = process_memory * log_uniform(random, 0.3, 60.0);
+  double load = reach * log_uniform(random, 0.01, 0.4);
+  if (!valve) load = reach * log_uniform(random, 0.003, 1.0);
+  if (out.cause == Cause::disturbance || tight) load = reach * log_uniform(random, 0.01, 0.4);
+  Wander wander(load, std::max(load_time, 2.0 * dt), dt, Random(random.bits()));
+  double fast_load = chance(random, 0.45) ? load * random.uniform(0.0, 1.0) : 0.0;
+  if (tight) fast_load = std::max(fast_load, 0.1 * load);
+  Wander flutter(fast_load, std::max(time_scale * log_uniform(random, 0.02, 0.5), 0.5 * dt), dt,
+                 Random(random.bits()));
+
+  double swing = 0.0;
+  const auto shape = static_cast<Oscillator::Shape>(
+      chance(random, 0.45) ? 0 : 1 + choice(random, kShapeNames.size() - 1));
+  if (out.cause == Cause::disturbance) {
+    swing = reach;
+    out.detail = kShapeNames[static_cast<std::size_t>(shape)];
+  } else if (valve && chance(random, 0.15)) {
+    swing = reach * log_uniform(random, 0.03, 0.3);
+  } else if (out.cause == Cause::saturation) {
+    swing = chance(random, 0.5) ? reach : 0.0;
+  }
+  const double longest = std::max(8.0, static_cast<double>(samples) / 5.0);
+  const double swing_period = std::clamp(time_scale * log_uniform(random, 1.0, 40.0), 5.0, longest);
+  Oscillator oscillator(
+      shape, swing, swing_period, chance(random, 0.6) ? random.uniform(0.0, 0.12) : 0.0,
+      chance(random, 0.6) ? random.uniform(0.0, 0.5) : 0.0,
+      chance(random, 0.7) ? log_uniform(random, 0.01, 0.25) : 0.0, Random(random.bits()));
+  const bool load_at_output = chance(random, 0.3) && !p.integrating;
+
+  // A healthy valve has a little friction too.
+  Friction::Law law = Friction::Law::play;
+  double s = reach * random.uniform(0.0, 0.04);
+  double j = 0.0;
+  if (out.cause == Cause::stiction) {
+    constexpr std::array<Friction::Law, 4> kLaws{Friction::Law::choudhury, Friction::Law::he,
+                                                 Friction::Law::creeping, Friction::Law::choudhury};
+    constexpr std::array<const char*, 4> kLawNames{"choudhury", "he", "creeping", "choudhury"};
+    const std::size_t i = choice(random, kLaws.size());
+    law = kLaws[i];
+    out.detail = kLawNames[i];
+    s = reach;
+    j = s * (chance(random, 0.3) ? random.uniform(0.05, 0.3) : random.uniform(0.3, 1.0));
+    out.size = s;
+  } else if (out.cause == Cause::backlash) {
+    s = reach;
+    out.detail = "play";
+    out.size = s;
+  } else if (chance(random, 0.3)) {
+    law = Friction::Law::none;
+  }
+  Friction friction(law, s, j, valve ? random.uniform(0.0, 0.25) : 0.0, Random(random.bits()));
+  const double before_valve = chance(random, 0.5) ? random.uniform(0.0, 0.3) * time_scale : 0.0;
+  const double behind_valve = chance(random, 0.4) ? random.uniform(0.0, 0.25) * time_scale : 0.0;
+  const double bend = random.uniform(-0.012, 0.02);  // of the characteristic, per % of CO
+
+  // SP: constant, an operator's steps and ramps, or the output of a master; where it moves it is often what moves the loop most.
+  const double of_sp = random.uniform();
+  const double pv_swing = reach * (p.integrating ? p.gain * time_scale * 3.0 : p.gain);
+  const bool steps = of_sp < 0.15;
+  const bool ramps = of_sp >= 0.15 && of_sp < 0.22;
+  const bool mastered = of_sp >= 0.22 && of_sp < 0.42;
+  const bool set_point_leads = of_sp < 0.42 && !valve && chance(random, 0.7);
+  const double lead = set_point_leads ? log_uniform(random, 1.0, 6.0) : 1.0;
+  Wander master(mastered ? lead * pv_swing * log_uniform(random, 0.1, 1.5) : 0.0,
+                time_scale * log_uniform(random, 2.0, 100.0), dt, Random(random.bits()));
+  double step_level = 0.0;
+  double sp_level = 0.0;
+  double next_step =
+      steps || ramps ? random.uniform(0.0, 0.7) * static_cast<double>(samples) : 1e300;
+  const double ramp_rate = lead * pv_swing / (time_scale * log_uniform(random, 3.0, 60.0));
+  out.mover = out.cause == Cause::disturbance ? "oscillation"
+              : tight                         ? "tuning"
+              : steps || ramps || mastered    ? "set point"
+              : valve && load < 0.1 * reach   ? "valve"
+                                              : "load";
+
+  const double u0 = 50.0 + random.uniform(-25.0, 25.0);
+  double low = 0.0;
+  double high = 100.0;
+  if (out.cause == Cause::saturation) {
+    // The valve would have to go beyond its end a good part of the time.
+    const double room = reach * random.uniform(0.0, 0.5);
+    chance(random, 0.5) ? (high = u0 + room) : (low = u0 - room);
+  }
+
+  // An analyser gives a value every few samples and holds it.
+  const bool analyser = out.kind == std::string("analyser");
+  const auto hold = analyser
+                        ? steps_per_sample * static_cast<std::size_t>(std::clamp(
+                                                 time_scale * random.uniform(0.1, 0.5), 2.0, 20.0))
+                        : std::size_t{1};
+  // An upset of the plant, and a stretch in manual.
+  const double length = static_cast<double>(samples);
+  const double upset_from = chance(random, 0.12) ? random.uniform() * length : 1e300;
+  const double upset_to = upset_from + time_scale * log_uniform(random, 0.5, 8.0);
+  const double upset = reach * random.uniform(-4.0, 4.0);
+  const double manual_from = chance(random, 0.06) ? random.uniform(0.0, 0.8) * length : 1e300;
+  const double manual_to = manual_from + length * random.uniform(0.03, 0.2);
+
+  const auto delay = static_cast<std::size_t>(p.dead_time / dt + 0.5);
+  std::vector<double> line(delay + 1, 0.0);
+  std::size_t line_at = 0;
+  friction.reset(u0);
+  double actuator = u0, flow = 0.0, x1 = 0.0, x2 = 0.0, transmitter = 0.0;
+  double integral = u0, derivative_state = 0.0, measured = 0.0;
+  const double filter = chance(random, 0.35) ? random.uniform(0.0, 0.3) * time_scale : 0.0;
+  const double noise = pv_swing * (chance(random, 0.25) ? 0.0 : log_uniform(random, 0.002, 0.2));
+  const bool averaged = chance(random, 0.3);
+  const double leak =
+      p.integrating ? 1.0 / (process_memory * log_uniform(random, 20.0, 400.0)) : 0.0;
+  const auto warm_up = static_cast<std::size_t>(
+      std::min(20.0 * (process_memory + loop.controller.integral_time), 3000.0 * dt * 10.0) / dt);
+  const auto follow = [dt](double time) { return time > dt ? 1.0 - std::exp(-dt / time) : 1.0; };
+  const double b_actuator = follow(before_valve);
+  const double b_flow = follow(behind_valve);
+  const double b1 = follow(p.tau1);
+  const double b2 = follow(p.tau2);
+  const double b_filter = follow(filter);
+  Random noise_source(random.bits());
+  std::size_t slips_before = 0;
+
+  double pv_sum = 0.0, co_sum = 0.0, sp_sum = 0.0;
+  const std::size_t total = warm_up + samples * steps_per_sample;
+  double u = u0;
+  for (std::size_t n = 0; n < total; ++n) {
+    const bool logging = n >= warm_up;
+    const double t = logging ? static_cast<double>(n - warm_up) * dt : 0.0;
+    if (logging && t >= next_step) {
+      step_level += lead * pv_swing * random.uniform(-2.0, 2.0);
+      next_step += log_uniform(random, 0.2, 1.0) * static_cast<double>(samples);
+    }
+    sp_level = ramps ? std::clamp(step_level, sp_level - ramp_rate * dt, sp_level + ramp_rate * dt)
+                     : step_level;
+    const double sp = sp_level + master.step();
+    // Controller on the filtered measurement, a sample of its own each step.
+    if (n % hold == 0) measured = transmitter + noise * noise_source.normal();
+    const double error = sp - measured;
+    double out_now = loop.controller.gain * error;
+    if (loop.controller.derivative_time > 0.0) {
+      const double b = follow(0.1 * loop.controller.derivative_time + dt);
+      const double slow_before = derivative_state;
+      derivative_state += b * (measured - derivative_state);
+      out_now -= loop.controller.gain * loop.controller.derivative_time *
+                 (derivative_state - slow_before) / dt;
+    }
+    const bool manual = t >= manual_from && t < manual_to;
+    if (manual) integral = u - out_now;
+    const double wish = out_now + integral;
+    u = std::clamp(wish, low, high);
+    if (!manual && (wish == u || (wish - u) * error < 0.0)) {
+      integral += loop.controller.gain * error * dt / loop.controller.integral_time;
+    }
+    actuator += b_actuator * (u - actuator);
+    const double stem = friction.step(actuator);
+    const double opened = stem - u0;
+    flow += b_flow * (opened * (1.0 + bend * opened) - flow);
+    const double disturbance = wander.step() + flutter.step() + oscillator.step(dt) +
+                               (t >= upset_from && t < upset_to ? upset : 0.0);
+    line[line_at] = flow + (load_at_output ? 0.0 : disturbance);
+    line_at = (line_at + 1) % line.size();
+    const double arrived = line[line_at];
+    if (p.integrating) {
+      x2 += b2 * (arrived - x2);
+      x1 += dt * (p.gain * x2 - leak * x1);
+    } else {
+      x1 += b1 * (arrived - x1);
+      x2 += b2 * (x1 - x2);
+    }
+    const double value = p.integrating ? x1 : p.gain * (x2 + (load_at_output ? disturbance : 0.0));
+    transmitter += b_filter * (value - transmitter);
+    if (!std::isfinite(value) || std::abs(value) > 1e6) return false;
+    if (!logging) {
+      slips_before = friction.slips();
+      continue;
+    }
+    pv_sum += measured;
+    co_sum += u;
+    sp_sum += sp;
+    const std::size_t within = (n - warm_up) % steps_per_sample;
+    if (within + 1 < steps_per_sample) continue;
+    const double share = 1.0 / static_cast<double>(steps_per_sample);
+    out.pv.push_back(averaged ? pv_sum * share : measured);
+    out.co.push_back(averaged ? co_sum * share : u);
+    out.sp.push_back(averaged ? sp_sum * share : sp);
+    pv_sum = co_sum = sp_sum = 0.0;
+  }
+
+  const double co_deviation = deviation_of(out.co);
+  const std::size_t slips = friction.slips() - slips_before;
+  if (co_deviation < 0.02) return false;
+  if (out.cause == Cause::stiction && (slips < 2 || co_deviation > 6.0 * s)) return false;
+  if (out.cause == Cause::backlash && (slips < 2 || co_deviation > 5.0 * s)) return false;
+  std::size_t at_limit = 0;
+  for (const double v : out.co) at_limit += v <= low || v >= high ? 1U : 0U;
+  const double limit_share = static_cast<double>(at_limit) / static_cast<double>(out.co.size());
+  if (out.cause == Cause::saturation) {
+    if (limit_share < 0.1 || limit_share > 0.95) return false;
+  } else if (limit_share > 0.02) {
+    return false;
+  }
+
+  const double pv_deviation = deviation_of(out.pv);
+  if (pv_deviation <= 0.0) return false;
+  if (chance(random, 0.3)) round_to(out.pv, pv_deviation * log_uniform(random, 0.02, 1.0));
+  if (chance(random, 0.4)) round_to(out.co, co_deviation * log_uniform(random, 0.01, 0.3));
+  if (chance(random, 0.1)) {
+    compress(out.pv, pv_deviation * log_uniform(random, 0.02, 0.3));
+    compress(out.co, co_deviation * log_uniform(random, 0.02, 0.2));
+  }
+  if (chance(random, 0.12)) {
+    hold_last(out.pv, pv_deviation * log_uniform(random, 0.02, 0.3));
+    hold_last(out.co, co_deviation * log_uniform(random, 0.02, 0.2));
+  }
+  // Any unit, any action.
+  const double pv_unit = log_uniform(random, 0.01, 100.0);
+  const double pv_zero = pv_unit * random.uniform(-10.0, 100.0);
+  for (double& v : out.pv) v = pv_zero + pv_unit * v;
+  for (double& v : out.sp) v = pv_zero + pv_unit * v;
+  if (chance(random, 0.4)) {
+    for (double& v : out.co) v = 100.0 - v;
+  }
+  if (chance(random, 0.25)) out.sp.clear();
+  out.sample_time_s = log_uniform(random, 0.2, 60.0);
+  return true;
+}
+
+}  // namespace
+
+DiagnosisCase diagnosis_case(std::uint64_t seed, std::size_t index) {
+  // The generator mixes its seed well enough for neighbouring numbers.
+  Random random(seed * 0x9e3779b97f4a7c15ULL + index);
+  DiagnosisCase drawn;
+  while (!try_case(random, drawn)) {
+  }
+  return drawn;
+}
+
+}  // namespace loopwarden::studies

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Statistics of a small set of labelled loops: a ridge logistic regression, areas under the curve, bootstrap
+// intervals over loops.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace loopwarden::studies {
+
+// Phase, play and Hammerstein evidence (model/diagnosis/decision.hpp).
+using ThreeNumbers = std::array<double, 3>;
+
+struct LogisticRow {
+  ThreeNumbers x{};
+  bool positive = false;
+  double weight = 1.0;
+};
+struct LogisticFit {
+  double base = 0.0;
+  ThreeNumbers per{};  // none below 0
+  double logit_of(const ThreeNumbers& x) const;
+};
+// Greatest likelihood less ridge/2 times the squared weights of the numbers over their usual spread, the weights
+// not below 0. The rows' weights are scaled to a mean of 1.
+LogisticFit fit_logistic(std::span<const LogisticRow> rows, double ridge);
+
+// Share of pairs that a score puts in the right order, ties half; 0.5 without pairs.
+double area_under_curve(std::span<const double> scores, std::span<const bool> positive);
+
+struct BootstrapInterval {
+  double low = 0.0;
+  double high = 0.0;
+};
+// 95 % of a figure of `count` items drawn with replacement: `figure` gets the indices drawn.
+BootstrapInterval bootstrap(std::size_t count, std::uint64_t seed,
+                            const std::function<double(std::span<const std::size_t>)>& figure);
+
+}  // namespace loopwarden::studies

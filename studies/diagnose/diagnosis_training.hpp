@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits the table of model/diagnosis/classifier.hpp to simulated cases.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "model/diagnosis/classifier.hpp"
+
+namespace loopwarden::studies {
+
+struct LabelledEvidence {
+  diagnosis::Evidence evidence{};
+  diagnosis::Cause cause = diagnosis::Cause::none;
+};
+
+struct TrainedTable {
+  std::array<float, diagnosis::kCauseCount> base{};
+  std::vector<diagnosis::Tree> trees;
+  diagnosis::TreeTable view() const { return {.base = base, .trees = trees}; }
+};
+
+struct TrainingSettings {
+  std::size_t rounds = 200;
+  double rate = 0.07;         // share of each step that is taken
+  double rows = 0.6;          // share of the cases that a round sees
+  double columns = 0.4;       // share of the evidence that a tree may use
+  double least_weight = 8.0;  // of a leaf, in units of p (1 - p)
+  double ridge = 4.0;         // added to the weight of each leaf
+  std::uint64_t seed = 1;
+};
+
+// `parallel(count, body)` calls body(0..count-1); the table does not depend on how.
+using ParallelFor = std::function<void(std::size_t, const std::function<void(std::size_t)>&)>;
+TrainedTable train(const std::vector<LabelledEvidence>& cases, const TrainingSettings& settings,
+                   const ParallelFor& parallel);
+
+// The source text of model/diagnosis/classifier_table.hpp.
+std::string table_source(const TrainedTable& table, const std::string& provenance);
+
+}  // namespace loopwarden::studies

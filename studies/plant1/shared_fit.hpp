@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Joint fit of several records by one set of shared parameters and a set of own parameters for each.
+//
+//   least  sum over records r of  cost(r, shared, own[r])
+//
+// Differential evolution (Storn and Price, J. Global Optimization 11, 1997), a member that wins
+// taking its parent's place at once, on islands that know nothing of each other; the best of all
+// islands is the result. Since the sum separates once the shared parameters are given, a trial is
+// offered two sets of own parameters for each record, the parent's and a mutated one, and keeps the
+// better. An island is one thread's work from a stream of random numbers of its own: the result
+// depends on the seed and not on the number of threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace loopwarden::studies {
+
+struct FitBound {
+  std::string name;
+  double low = 0.0;
+  double high = 1.0;  // >= low
+};
+
+using FitCost = std::function<double(std::size_t record, std::span<const double> shared,
+                                     std::span<const double> own)>;
+
+struct SharedFitProblem {
+  std::vector<FitBound> shared;            // may be empty
+  std::vector<std::vector<FitBound>> own;  // one list for each record
+  FitCost cost;                            // not negative; called from several threads
+};
+
+struct SharedFit {
+  std::vector<double> shared;
+  std::vector<std::vector<double>> own;
+  std::vector<double> cost;  // of each record
+  double total = 0.0;
+};
+
+struct SharedFitWork {
+  std::size_t population = 60;  // of an island, at least 4
+  std::size_t generations = 200;
+  std::size_t islands = 1;  // at least 1
+  std::uint64_t seed = 1;
+  unsigned threads = 1;
+  // Told how many generations are done on all islands; by one thread at a time; may be empty.
+  std::function<void(std::size_t generations)> progress{};
+};
+
+// `start`, where given, joins the first population of every island.
+SharedFit fit_shared(const SharedFitProblem& problem, const SharedFitWork& work,
+                     const SharedFit* start = nullptr);
+
+}  // namespace loopwarden::studies

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every study is a subcommand that registers itself with its options. The exit code of the one that ran ends up
+// in `exit_code`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "hal/os/exit_code.hpp"
+
+namespace loopwarden::studies {
+
+void add_alarm(CLI::App& app, int& exit_code);
+void add_diagnose(CLI::App& app, int& exit_code);
+void add_gallery(CLI::App& app, int& exit_code);
+void add_gap(CLI::App& app, int& exit_code);
+void add_jacket(CLI::App& app, int& exit_code);
+void add_plant1(CLI::App& app, int& exit_code);
+void add_specialist(CLI::App& app, int& exit_code);
+
+}  // namespace loopwarden::studies

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// A line of bash, as users type it.
+#pragma once
+
+#include <sys/wait.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+
+namespace loopwarden::tests {
+
+struct ShellOutcome {
+  int exit_code;
+  std::string text;  // standard output, and the error output where the line says so
+};
+
+inline ShellOutcome bash(const std::string& line) {
+  FILE* pipe = popen(("exec bash -c '" + line + "'").c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
+       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+    text.append(buffer.data(), n);
+  }
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+}  // namespace loopwarden::tests

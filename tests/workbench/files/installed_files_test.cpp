@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/files/installed_files.hpp"
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <string>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace installed_files_test {
+
+using loopwarden::tests::TemporaryFolder;
+using loopwarden::workbench::installed;
+using loopwarden::workbench::look_in_package;
+namespace fs = std::filesystem;
+
+namespace {
+
+void write(const fs::path& path) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path) << "here\n";
+}
+
+}  // namespace
+
+TEST_CASE("Files of the source tree are found where the package has them") {
+  const TemporaryFolder share;
+  const std::string root = share.path().string();
+  write(share / "loopwarden/some-data/record.csv");
+  write(share / "doc/loopwarden/examples/some-models/plant.yaml");
+  CHECK(installed("data/some-data/record.csv", root) == root + "/loopwarden/some-data/record.csv");
+  CHECK(installed("./data/some-data", root) == root + "/loopwarden/some-data");
+  CHECK(installed("config/examples/some-models/plant.yaml", root) ==
+        root + "/doc/loopwarden/examples/some-models/plant.yaml");
+  // What the package does not have, or what is named otherwise, keeps its name for the message.
+  CHECK(installed("data/some-data/other.csv", root) == "data/some-data/other.csv");
+  CHECK(installed("some-data/record.csv", root) == "some-data/record.csv");
+  CHECK(installed("/data/some-data/record.csv", root) == "/data/some-data/record.csv");
+  CHECK(installed("", root).empty());
+}
+
+TEST_CASE("A file that is there goes before the package's") {
+  const TemporaryFolder share;
+  const TemporaryFolder here;
+  write(share / "loopwarden/some-data/record.csv");
+  write(here / "data/some-data/record.csv");
+  const fs::path before = fs::current_path();
+  fs::current_path(here.path());
+  const std::string found = installed("data/some-data/record.csv", share.path().string());
+  fs::current_path(before);
+  CHECK(found == "data/some-data/record.csv");
+}
+
+TEST_CASE("What a command reads is looked for in the package, what it writes is not") {
+  const TemporaryFolder share;
+  write(share / "loopwarden/some-data/record.csv");
+  write(share / "loopwarden/some-data/model.yaml");
+  std::string record;
+  std::string model;
+  std::string out;
+  CLI::App app("test");
+  CLI::App* sub = app.add_subcommand("gap");
+  sub->add_option("record", record);
+  sub->add_option("--model", model);
+  sub->add_option("--out", out);
+  look_in_package(app, share.path().string());
+  app.parse("gap data/some-data/record.csv --model data/some-data/model.yaml --out data/some-data");
+  CHECK(record == (share / "loopwarden/some-data/record.csv").string());
+  CHECK(model == (share / "loopwarden/some-data/model.yaml").string());
+  CHECK(out == "data/some-data");
+}
+
+TEST_CASE("Documents of the package link only to what is in it") {
+  const TemporaryFolder tree;
+  const fs::path source = LOOPWARDEN_SOURCE_DIR;
+  const fs::path share = tree / "usr/share";
+  for (const char* name : {"gap-example", "specialists"}) {
+    fs::create_directories(share / "loopwarden");
+    fs::copy(source / "data" / name, share / "loopwarden" / name, fs::copy_options::recursive);
+  }
+  const std::string command =
+      (source / "tools/installed-documents").string() + " " + tree.path().string();
+  REQUIRE(std::system(command.c_str()) == 0);
+  CHECK(fs::exists(share / "doc/loopwarden/docs/gap-how-to.md"));
+  std::size_t links = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(share)) {
+    if (entry.path().extension() != ".md") continue;
+    std::ifstream in(entry.path());
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    const std::regex link(R"(\]\(([^)#\s]+))");
+    for (std::sregex_iterator at(text.begin(), text.end(), link), end; at != end; ++at) {
+      const std::string target = (*at)[1];
+      if (target.starts_with("http")) continue;
+      ++links;
+      INFO(entry.path() << ": " << target);
+      CHECK(fs::exists(entry.path().parent_path() / target));
+    }
+  }
+  CHECK(links > 30);
+}
+
+}  // namespace installed_files_test

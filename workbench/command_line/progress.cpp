@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/command_line/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <utility>
+
+namespace loopwarden::workbench {
+namespace {
+constexpr std::chrono::milliseconds kRedraw{100};
+constexpr std::chrono::seconds kNextLine{15};  // where no terminal shows a bar
+constexpr std::size_t kLongRecord = 50'000;    // rows
+constexpr int kBarWidth = 30;
+}  // namespace
+
+Progress::Progress(std::string what, std::uint64_t total)
+    : what_(std::move(what)),
+      total_(total),
+      visible_(isatty(STDERR_FILENO) == 1),
+      started_(std::chrono::steady_clock::now()),
+      drawn_at_(started_) {}
+
+Progress::~Progress() {
+  if (drawn_) fmt::print(stderr, "\r\x1b[K");
+}
+
+void Progress::update(std::uint64_t done) {
+  const auto now = std::chrono::steady_clock::now();
+  if (total_ == 0 || now - drawn_at_ < (visible_ ? std::chrono::nanoseconds(kRedraw) : kNextLine)) {
+    return;
+  }
+  drawn_at_ = now;
+  const double share = static_cast<double>(done) / static_cast<double>(total_);
+  const double spent_s = std::chrono::duration<double>(now - started_).count();
+  const double left_s = share > 0.0 ? spent_s * (1.0 - share) / share : 0.0;
+  if (!visible_) {
+    fmt::print(stderr, "{}: {:.0f} %, {:.0f} s left\n", what_, share * 100.0, left_s);
+    return;
+  }
+  drawn_ = true;
+  const int filled = static_cast<int>(share * kBarWidth);
+  fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %  {:.0f} s left \x1b[K", what_, "", filled, "",
+             kBarWidth - filled, share * 100.0, left_s);
+}
+
+void say_if_long(const std::string& record, std::size_t rows) {
+  if (rows < kLongRecord) return;
+  fmt::print(stderr, "{}: {} rows: this may take minutes; a stretch of the record takes less\n",
+             record, rows);
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden alarms: the running daemon's alarms, and an operator's hand on them.
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <ctime>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/diagnostic.hpp"
+#include "model/monitor/alarm_kind.hpp"
+#include "workbench/command_line/command_line.hpp"
+#include "workbench/live/daemon_client.hpp"
+#include "workbench/live/loop_view.hpp"
+#include "workbench/commands/subcommands.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+using nlohmann::json;
+
+struct Options {
+  std::string socket;
+  bool json = false;
+  bool all = false;
+  std::string loop;
+  std::string alarm;
+  std::string reason;
+  std::uint64_t minutes = 60;
+  std::size_t lines = 50;
+};
+
+std::string utc(std::int64_t ms) {
+  if (ms <= 0) return "-";
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::gmtime(static_cast<std::time_t>(ms / 1000)));
+}
+
+std::string describe(const json& alarm, std::int64_t now_ms) {
+  std::string text = alarm.at("state").get<std::string>();
+  if (text == "shelved") {
+    const std::int64_t left_ms = alarm.at("shelved_until_ms").get<std::int64_t>() - now_ms;
+    text += fmt::format(", {} min left", (left_ms + 59'999) / 60'000);
+  }
+  if (alarm.at("consequence").get<bool>()) text += ", consequence of low_air_supply";
+  return text;
+}
+
+void print_table(const json& answer, bool all) {
+  const auto now_ms = answer.at("now_ms").get<std::int64_t>();
+  std::size_t shown = 0;
+  std::size_t suppressed = 0;
+  for (const json& alarm : answer.at("alarms")) {
+    const std::string state = alarm.at("state").get<std::string>();
+    suppressed += state == "suppressed" ? 1U : 0U;
+    const bool quiet =
+        (state == "normal" || state == "suppressed") && !alarm.at("active").get<bool>();
+    if (quiet && !all) continue;
+    if (shown++ == 0) {
+      fmt::print("{:<14} {:<15} {:<10} {:<20} {:>5}  {}\n", "LOOP", "ALARM", "SEVERITY",
+                 "RAISED (UTC)", "TIMES", "STATE");
+    }
+    fmt::print("{:<14} {:<15} {:>8.1f} % {:<20} {:>5}  {}\n", alarm.at("loop").get<std::string>(),
+               alarm.at("alarm").get<std::string>(), alarm.value("severity_percent", 0.0),
+               utc(alarm.at("raised_ms").get<std::int64_t>()),
+               alarm.at("times_raised").get<std::uint64_t>(), describe(alarm, now_ms));
+  }
+  if (shown == 0) fmt::print("no alarms\n");
+  if (suppressed > 0 && !all) {
+    fmt::print(
+        "{} alarms are suppressed at present: their windows can't be judged, or another alarm "
+        "explains them (--all shows them)\n",
+        suppressed);
+  }
+}
+
+// What is wrong with an alarm's name; empty: nothing.
+std::string no_alarm(const std::string& word) {
+  std::vector<std::string> names;
+  for (const monitor::AlarmKind kind : monitor::kAlarmKinds) names.emplace_back(to_text(kind));
+  if (std::find(names.begin(), names.end(), word) != names.end()) return {};
+  return fmt::format("no alarm is called '{}'{}", config::quotable(word),
+                     config::suggestion(word, names));
+}
+
+int run_list(const Options& options) {
+  DaemonClient daemon(options.socket);
+  const json answer = daemon.alarms();
+  if (options.json) {
+    fmt::print("{}\n", answer.dump(2));
+  } else {
+    print_table(answer, options.all);
+  }
+  return kExitOk;
+}
+
+int run_action(const Options& options, const char* action) {
+  DaemonClient daemon(options.socket);
+  loop_index(daemon.status(), options.loop);
+  json order = {{"alarm", options.alarm}, {"action", action}};
+  if (std::string(action) == "shelve") order["minutes"] = options.minutes;
+  if (!options.reason.empty()) order["reason"] = options.reason;
+  const json answer = daemon.act(options.loop, order);
+  if (options.json) {
+    fmt::print("{}\n", answer.dump(2));
+  } else {
+    fmt::print("{} of {}: {}{}\n", options.alarm, options.loop,
+               answer.at("alarm").at("state").get<std::string>(),
+               answer.at("on_disk").get<bool>()
+                   ? ""
+                   : "; the journal can't write: a restart may not remember it");
+  }
+  return kExitOk;
+}
+
+int run_veto(const Options& options, bool veto) {
+  DaemonClient daemon(options.socket);
+  loop_index(daemon.status(), options.loop);
+  const json answer = daemon.veto(options.loop, veto, options.reason);
+  if (options.json) {
+    fmt::print("{}\n", answer.dump(2));
+  } else {
+    fmt::print("corrective action of {}: {}{}\n", options.loop, veto ? "vetoed" : "allowed",
+               answer.at("on_disk").get<bool>() ? "" : "; the journal can't write");
+  }
+  return kExitOk;
+}
+
+std::string journal_line(const json& line) {
+  std::string text = utc(line.at("utc_ms").get<std::int64_t>()) + "  ";
+  const auto part = [&](const char* key) { return line.at(key).get<std::string>(); };
+  if (!part("loop").empty()) text += part("loop") + " ";
+  if (!part("alarm").empty()) text += part("alarm") + " ";
+  if (!part("from").empty()) text += part("from") + " -> " + part("to") + " ";
+  if (line.at("severity_percent").is_number()) {
+    text += fmt::format("{:.1f} % ", line.at("severity_percent").get<double>());
+  }
+  if (!part("what").empty()) text += part("what") + " ";
+  if (!part("new").empty()) {
+    text += part("old").empty() ? part("new") + " " : part("old") + " -> " + part("new") + " ";
+  }
+  if (!part("peer").empty()) text += "by " + part("peer") + " ";
+  if (!part("reason").empty()) text += "(" + part("reason") + ") ";
+  if (!part("result").empty() && part("result") != "done") text += part("result");
+  return text;
+}
+
+int run_explain(const Options& options) {
+  DaemonClient daemon(options.socket);
+  loop_index(daemon.status(), options.loop);
+  const json answer = daemon.explain(options.loop, options.alarm);
+  if (options.json) {
+    fmt::print("{}\n", answer.dump(2));
+    return kExitOk;
+  }
+  const json& alarm = answer.at("alarm");
+  const json& m = answer.at("monitor");
+  fmt::print("{} of {}: {}, {:.1f} % of the CO span (worst {:.1f} %), raised {} UTC\n",
+             options.alarm, options.loop, alarm.at("state").get<std::string>(),
+             alarm.value("severity_percent", 0.0), alarm.value("worst_severity_percent", 0.0),
+             utc(alarm.at("raised_ms").get<std::int64_t>()));
+  if (alarm.at("consequence").get<bool>()) fmt::print("explained by low_air_supply\n");
+  fmt::print("\nwhat it is:     {}\nwhat it leads to: {}\nwhat to do:     {}\n\n",
+             answer.at("cause").get<std::string>(), answer.at("consequence").get<std::string>(),
+             answer.at("action").get<std::string>());
+  fmt::print("newest window ({}): ", m.at("window_state").get<std::string>());
+  std::string separator;
+  for (const auto& [name, p] : m.at("probability").items()) {
+    fmt::print("{}{} {:.2f}", separator, name, p.get<double>());
+    separator = ", ";
+  }
+  fmt::print(
+      "\noscillation index {:.2f}, period {:.1f} s; variability {:.2f} % of PV span; {:.1f} % of "
+      "the "
+      "time saturated\ntravel {:.0f} % of CO span/h, {:.0f} reversals/h; stick {}\n\n",
+      m.value("oscillation_index", 0.0), m.value("oscillation_period_s", 0.0),
+      m.value("variability_percent", 0.0), m.value("saturated_percent", 0.0),
+      m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
+      m.at("stick_percent").is_number()
+          ? fmt::format("{:.2f} % of CO span (from {})", m.at("stick_percent").get<double>(),
+                        m.value("stick_source", ""))
+          : std::string("not measured"));
+  if (answer.at("evidence").is_string()) {
+    const auto folder = answer.at("evidence").get<std::string>();
+    fmt::print(
+        "evidence: {}\nthe window that raised it, judged once more: loopwarden replay {}\n\n",
+        folder, folder);
+  } else {
+    fmt::print("{}\n\n", answer.value("disk_answers", true)
+                             ? "evidence: none on the disk"
+                             : "the disk does not answer: evidence and history can't be read");
+  }
+  for (const json& line : answer.at("history")) fmt::print("{}\n", journal_line(line));
+  return kExitOk;
+}
+
+int run_journal(const Options& options) {
+  DaemonClient daemon(options.socket);
+  if (!options.loop.empty()) loop_index(daemon.status(), options.loop);
+  const json lines = daemon.journal(options.lines, options.loop);
+  if (options.json) {
+    fmt::print("{}\n", lines.dump(2));
+    return kExitOk;
+  }
+  // The newest last, as in a log.
+  for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+    fmt::print("{}\n", journal_line(*line));
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_alarms(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* sub =
+      app.add_subcommand("alarms", "a running daemon's alarms: list, ack, shelve, explain");
+  sub->require_subcommand(0, 1);
+  add_socket_option(*sub, options->socket);
+  sub->add_flag("--json", options->json, "print JSON");
+  sub->add_flag("--all", options->all, "list those that are off, too");
+  sub->fallthrough();
+  sub->footer(
+      "Alarms: stiction, backlash, hysteresis, low_air_supply, unknown.\n"
+      "Example: loopwarden alarms shelve FIC-101 stiction --minutes 120 --reason \"packing "
+      "ordered\"");
+
+  const auto action = [=, &exit_code](const char* name, const char* wire, const char* meaning) {
+    CLI::App* verb = sub->add_subcommand(name, meaning);
+    verb->fallthrough();
+    verb->add_option("loop", options->loop, "tag of the loop")->required();
+    verb->add_option("alarm", options->alarm, "name of the alarm")
+        ->required()
+        ->check([](const std::string& word) { return no_alarm(word); });
+    if (std::string(wire) == "shelve") {
+      verb->add_option("--minutes", options->minutes, "time on the shelf")
+          ->check(CLI::Range(1, 1440))
+          ->capture_default_str();
+    }
+    if (std::string(wire) != "explain") {
+      verb->add_option("--reason", options->reason, "why, for the journal");
+    }
+    verb->callback([=, &exit_code] {
+      exit_code =
+          std::string(wire) == "explain" ? run_explain(*options) : run_action(*options, wire);
+    });
+  };
+  action("ack", "acknowledge", "acknowledge an alarm");
+  action("reset", "reset", "reset an alarm that is latched");
+  action("shelve", "shelve", "put an alarm aside for a limited time");
+  action("unshelve", "unshelve", "take an alarm off the shelf");
+  action("explain", "explain", "what an alarm means, what was measured, and its history");
+
+  for (const bool veto : {true, false}) {
+    CLI::App* verb =
+        sub->add_subcommand(veto ? "veto" : "allow",
+                            veto ? "stop a loop's corrective action: the jacket goes back to shadow"
+                                 : "lift the veto of a loop's corrective action");
+    verb->fallthrough();
+    verb->add_option("loop", options->loop, "tag of the loop")->required();
+    verb->add_option("--reason", options->reason, "why, for the journal");
+    verb->callback([=, &exit_code] { exit_code = run_veto(*options, veto); });
+  }
+
+  CLI::App* journal = sub->add_subcommand("journal", "the newest lines of the journal");
+  journal->fallthrough();
+  journal->add_option("loop", options->loop, "tag of a loop; every loop without it");
+  journal->add_option("--lines", options->lines, "how many")
+      ->check(CLI::Range(1, 200))
+      ->capture_default_str();
+  journal->callback([=, &exit_code] { exit_code = run_journal(*options); });
+
+  sub->callback([=, &exit_code] {
+    if (sub->get_subcommands().empty()) exit_code = run_list(*options);
+  });
+}
+
+}  // namespace loopwarden::workbench

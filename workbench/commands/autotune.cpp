@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden autotune: controller settings from the relay experiment.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/analysis/relay_test.hpp"
+#include "workbench/commands/bench_options.hpp"
+#include "workbench/commands/subcommands.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+using nlohmann::json;
+
+struct AutotuneOptions {
+  BenchOptions bench;
+  std::optional<double> amplitude, hysteresis;
+  double time_limit_s = 1800.0;
+  std::string action = "reverse";
+  bool json = false;
+};
+
+int run_autotune(const AutotuneOptions& options) {
+  if (!limits_make_sense(options.bench)) return kExitUsage;
+  std::optional<analysis::RelayResult> found;
+  try {
+    const std::unique_ptr<TestBench> bench = bench_of(options.bench);
+    if (!bench) return kExitConfiguration;
+    const double span = bench->output_high() - bench->output_low();
+    const double amplitude = options.amplitude.value_or(0.05 * span);
+    const double low = options.bench.low.value_or(bench->output_low());
+    const double high = options.bench.high.value_or(bench->output_high());
+    if (bench->output() - amplitude < low || bench->output() + amplitude > high) {
+      throw TestAborted(
+          fmt::format("the relay's outputs, {:.4g} -+ {:.4g}, leave the limits {:g} to {:g}",
+                      bench->output(), amplitude, low, high));
+    }
+    // First the loop's own noise, at its own output.
+    const std::vector<BenchRow> quiet = bench->hold(bench->output(), 50.0 * bench->sample_time_s());
+    double mean = 0.0;
+    double squares = 0.0;
+    for (std::size_t k = 0; k < quiet.size(); ++k) {
+      mean += quiet[k].pv / static_cast<double>(quiet.size());
+      if (k > 0) squares += std::pow(quiet[k].pv - quiet[k - 1].pv, 2) / 2.0;
+    }
+    const double noise = std::sqrt(squares / static_cast<double>(quiet.size()));
+    analysis::RelayTest relay({.output = bench->output(),
+                               .amplitude = amplitude,
+                               .target = mean,
+                               .hysteresis = options.hysteresis.value_or(4.0 * noise),
+                               .action = options.action == "direct" ? control::Action::direct
+                                                                    : control::Action::reverse});
+    double co = relay.step(quiet.back().time_s, quiet.back().pv);
+    const double until_s = quiet.back().time_s + options.time_limit_s;
+    while (!relay.result()) {
+      for (const BenchRow& row : bench->hold(co, bench->sample_time_s())) {
+        co = relay.step(row.time_s, row.pv);
+        if (row.time_s > until_s) throw TestAborted("no steady cycle within the time limit");
+        if (relay.result()) break;
+      }
+    }
+    found = relay.result();
+  } catch (const TestAborted& e) {
+    fmt::print(stderr, "{}: autotune ended: {}\n", options.bench.target, e.what());
+    return kExitTryAgain;
+  }
+  const control::PidGains calm = found->tyreus_luyben();
+  const control::PidGains lively = found->ziegler_nichols();
+  if (options.json) {
+    const json result = {{"ultimate_gain", found->ultimate_gain},
+                         {"ultimate_period_s", found->ultimate_period_s},
+                         {"pv_amplitude", found->amplitude},
+                         {"periods", found->periods},
+                         {"tyreus_luyben", {{"kp", calm.kp}, {"ki", calm.ki}}},
+                         {"ziegler_nichols", {{"kp", lively.kp}, {"ki", lively.ki}}}};
+    fmt::print("{}\n", result.dump(2));
+    return kExitOk;
+  }
+  fmt::print("ultimate gain {:.4g}, ultimate period {:.4g} s (PV +-{:.4g}, {} periods)\n",
+             found->ultimate_gain, found->ultimate_period_s, found->amplitude, found->periods);
+  fmt::print("Recommended (Tyreus and Luyben):\n  kp: {:.5g}\n  ki: {:.5g}\n", calm.kp, calm.ki);
+  fmt::print(
+      "Livelier (Ziegler and Nichols): kp {:.4g}, ki {:.4g}\nNothing was changed: the settings "
+      "go into the loop's file.\n",
+      lively.kp, lively.ki);
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_autotune(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<AutotuneOptions>();
+  CLI::App* sub = app.add_subcommand(
+      "autotune", "controller settings from a relay experiment, simulated or live");
+  add_bench_options(*sub, options->bench);
+  sub->add_option("--amplitude", options->amplitude, "CO units, of the relay; 5 % of the range")
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--hysteresis", options->hysteresis, "PV units; four times PV's noise")
+      ->check(CLI::NonNegativeNumber);
+  sub->add_option("--time-limit", options->time_limit_s, "s of the loop's time")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub->add_option("--action", options->action, "of the controller")
+      ->check(CLI::IsMember({"reverse", "direct"}))
+      ->capture_default_str();
+  sub->add_flag("--json", options->json, "print the result as JSON");
+  sub->footer(
+      "Example: loopwarden autotune FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 "
+      "--amplitude 0.5");
+  sub->callback([options, &exit_code] { exit_code = run_autotune(*options); });
+}
+
+}  // namespace loopwarden::workbench

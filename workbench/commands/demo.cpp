@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden demo: walks through what ./demo shows, on a daemon that runs config/examples/demo: the
+// set point moves, the valve begins to stick, the jacket is switched on, and a table sums it up.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "model/analysis/loop_metrics.hpp"
+#include "workbench/command_line/command_line.hpp"
+#include "workbench/live/daemon_client.hpp"
+#include "workbench/live/loop_view.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/live/terminal.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+struct DemoOptions {
+  std::string socket;
+  std::string loop = "FIC-101";
+  bool keep = false;
+  bool json = false;
+};
+
+// A stretch of the demonstration, in seconds of the simulated plant.
+struct Phase {
+  const char* name;   // in the table; empty: not measured
+  const char* story;  // what the viewer sees
+  double until_s;
+  double measured_from_s;  // after things have settled
+  nlohmann::json command;  // at its start; null: none
+};
+
+// The times go with the fault schedule of config/examples/demo/models/plant1-sticking.yaml.
+std::vector<Phase> phases() {
+  return {
+      {"", "Plant 1 at rest on 3 L/min; the loop is in automatic.", 10.0, 0.0, {{"mode", "auto"}}},
+      {"healthy valve",
+       "Set point to 5 L/min: a healthy valve follows.",
+       140.0,
+       90.0,
+       {{"set_point", 5.0}}},
+      {"", "The packing tightens: stiction grows.", 260.0, 0.0, nullptr},
+      {"", "Set point to 6 L/min: the valve sticks, then jumps.", 360.0, 0.0, {{"set_point", 6.0}}},
+      {"sticking", "Limit cycle: CO a saw-tooth, PV square.", 860.0, 360.0, nullptr},
+      {"", "The stickband jacket is switched on.", 960.0, 0.0, {{"jacket", "on"}}},
+      {"sticking, jacket", "Same valve, same tuning, with the jacket.", 1960.0, 960.0, nullptr},
+  };
+}
+
+struct Measured {
+  std::string name;
+  analysis::LoopMetrics metrics;
+};
+
+class Demo {
+ public:
+  explicit Demo(const DemoOptions& options)
+      : daemon_(options.socket), trend_(options.loop), loop_(options.loop), json_(options.json) {
+    if (is_terminal(STDOUT_FILENO) && is_terminal(STDIN_FILENO) && !options.json) {
+      screen_.emplace();
+    }
+  }
+
+  // False if the viewer left before the end, or the loop left automatic.
+  bool run() {
+    record_ = daemon_.start_record(loop_, "demo");
+    for (const Phase& phase : phases()) {
+      if (!phase.command.is_null()) daemon_.set(loop_, phase.command);
+      if (!screen_) say(fmt::format("{:6.0f} s  {}", now_s(), phase.story));
+      if (!play(phase)) return false;
+      left_automatic_ = !in_automatic();
+      if (left_automatic_) return false;
+      if (*phase.name != '\0') measured_.push_back(measure(phase));
+    }
+    record_ = daemon_.stop_record(loop_);
+    return true;
+  }
+
+  // A computer that can't keep up makes the daemon give the loop to the operator: its late cycles
+  // are a fault. Then the figures would mean nothing.
+  bool left_automatic() const { return left_automatic_; }
+
+  void keep_running() {
+    while (!interrupted() && draw("The daemon runs on; Ctrl-C or q ends it.")) {
+    }
+  }
+
+  void leave_screen() { screen_.reset(); }
+
+  void print_table() const {
+    fmt::print("\n{}\n", coloured("What the record says", Colour::bold));
+    fmt::print("{:<18} {:>12} {:>12} {:>12} {:>10} {:>12} {:>12}\n", "", "rms SP-PV", "mean SP-PV",
+               "PV swing +-", "period", "stem travel", "reversals");
+    fmt::print("{:<18} {:>12} {:>12} {:>12} {:>10} {:>12} {:>12}\n", "", "L/min", "L/min", "L/min",
+               "s", "V/h", "1/h");
+    for (const Measured& m : measured_) {
+      fmt::print("{:<18} {:>12.3f} {:>12.3f} {:>12.3f} {:>10} {:>12.1f} {:>12.0f}\n", m.name,
+                 m.metrics.rms_error, m.metrics.mean_error, m.metrics.amplitude,
+                 m.metrics.period_s > 0.0 ? fmt::format("{:.1f}", m.metrics.period_s) : "-",
+                 m.metrics.travel_per_hour, m.metrics.reversals_per_hour);
+    }
+    fmt::print("\nRecord: {}\n", record_);
+  }
+
+  void print_json() const {
+    nlohmann::json phases = nlohmann::json::array();
+    for (const Measured& m : measured_) {
+      phases.push_back({{"phase", m.name},
+                        {"rms_error", m.metrics.rms_error},
+                        {"mean_error", m.metrics.mean_error},
+                        {"amplitude", m.metrics.amplitude},
+                        {"period_s", m.metrics.period_s},
+                        {"travel_per_hour", m.metrics.travel_per_hour},
+                        {"reversals_per_hour", m.metrics.reversals_per_hour}});
+    }
+    const nlohmann::json result = {
+        {"loop", loop_}, {"phases", std::move(phases)}, {"alarms", alarms_}, {"record", record_}};
+    fmt::print("{}\n", result.dump(2));
+  }
+
+  void print_alarms() {
+    fmt::print("\n{}\n", coloured("What the operator was told", Colour::bold));
+    for (const std::string& line : alarms_) fmt::print("{}\n", line);
+    if (alarms_.empty()) {
+      fmt::print("no alarms; {} cycles came too late on this computer, and a window bears few\n",
+                 daemon_.status().at("daemon").at("skipped_ticks").get<std::uint64_t>());
+    }
+    for (const std::string& name : active_) {
+      const nlohmann::json explained = daemon_.explain(loop_, name);
+      fmt::print("{} is still there, jacket or not: {}.\n{}.\n", name,
+                 explained.at("cause").get<std::string>(),
+                 explained.at("action").get<std::string>());
+      if (explained.at("evidence").is_string()) {
+        fmt::print("The window that raised it, judged once more: loopwarden replay {}\n",
+                   explained.at("evidence").get<std::string>());
+      }
+    }
+  }
+
+ private:
+  // With --json, standard output is the result's alone.
+  void say(const std::string& line) const {
+    fmt::print(json_ ? stderr : stdout, "{}\n", line);
+    std::fflush(stdout);
+  }
+
+  double now_s() {
+    const auto& rows = trend_.rows();
+    return rows.period.empty() ? 0.0 : static_cast<double>(rows.period.back()) * rows.sample_time_s;
+  }
+
+  bool in_automatic() {
+    const nlohmann::json status = daemon_.status();
+    const auto& loops = status.at("loops");
+    return std::any_of(loops.begin(), loops.end(), [&](const auto& l) {
+      return l.at("name") == loop_ && l.value("mode", "") == "AUTO";
+    });
+  }
+
+  // What the operator is told, in the order in which it came.
+  void watch_alarms() {
+    const nlohmann::json told = daemon_.alarms();
+    for (const nlohmann::json& alarm : told.at("alarms")) {
+      if (alarm.at("loop") != loop_) continue;
+      const auto name = alarm.at("alarm").get<std::string>();
+      const bool active = alarm.at("active").get<bool>();
+      if (active == (active_.count(name) != 0)) continue;
+      if (active) {
+        active_.insert(name);
+        alarms_.push_back(fmt::format("{:6.0f} s  ALARM  {}: {:.1f} % of the output's span",
+                                      now_s(), name, alarm.value("severity_percent", 0.0)));
+      } else {
+        active_.erase(name);
+        alarms_.push_back(fmt::format("{:6.0f} s  gone   {}", now_s(), name));
+      }
+      if (!screen_) say(alarms_.back());
+    }
+  }
+
+  bool play(const Phase& phase) {
+    while (now_s() < phase.until_s) {
+      if (interrupted() || !draw(phase.story)) return false;
+    }
+    return true;
+  }
+
+  // One picture; false when the viewer pressed q.
+  bool draw(const std::string& story) {
+    trend_.update(daemon_);
+    watch_alarms();
+    if (!screen_) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      return true;
+    }
+    const nlohmann::json status = daemon_.status();
+    const auto& loops = status.at("loops");
+    const auto loop = std::find_if(loops.begin(), loops.end(),
+                                   [&](const auto& l) { return l.at("name") == loop_; });
+    const TerminalSize size = terminal_size();
+    std::string text = coloured(daemon_line(status), Colour::grey) + "\n\n";
+    for (const std::string& line :
+         loop_table(status, static_cast<std::size_t>(loop - loops.begin()))) {
+      text += line + "\n";
+    }
+    text += "\n" + coloured(fmt::format("  {:4.0f} s  {}", now_s(), story), Colour::bold) + "\n\n";
+    if (!alarms_.empty()) text += coloured(alarms_.back(), Colour::red) + "\n\n";
+    for (const std::string& line :
+         trend_view(*loop, trend_.rows(), 300.0, size.columns, size.rows - 11)) {
+      text += line + "\n";
+    }
+    screen_->show(text);
+    return screen_->key(std::chrono::milliseconds(100)).value_or(' ') != 'q';
+  }
+
+  Measured measure(const Phase& phase) const {
+    const Trend& t = trend_.rows();
+    const auto index_of = [&](double time_s) {
+      const auto period = static_cast<std::uint64_t>(time_s / t.sample_time_s);
+      return static_cast<std::size_t>(std::lower_bound(t.period.begin(), t.period.end(), period) -
+                                      t.period.begin());
+    };
+    const std::size_t first = index_of(phase.measured_from_s);
+    const std::size_t count = index_of(phase.until_s) - first;
+    const auto part = [&](const std::vector<double>& values) {
+      return std::span<const double>(values).subspan(first, count);
+    };
+    // The stem of a healthy valve follows the noise of CO; moves below 0.2 % of span are no travel.
+    constexpr double kStemResolution = 0.02;  // V
+    return {phase.name, analysis::loop_metrics(part(t.sp), part(t.pv), part(t.stem),
+                                               t.sample_time_s, kStemResolution)};
+  }
+
+  DaemonClient daemon_;
+  TrendBuffer trend_;
+  std::string loop_;
+  bool json_;
+  std::string record_;
+  std::vector<Measured> measured_;
+  std::set<std::string> active_;     // alarms
+  std::vector<std::string> alarms_;  // what was told of them
+  bool left_automatic_ = false;
+  std::optional<Screen> screen_;
+};
+
+int run_demo(const DemoOptions& options) {
+  use_colours(is_terminal(STDOUT_FILENO));
+  watch_interrupts();
+  Demo demo(options);
+  const bool complete = demo.run();
+  if (complete && options.keep) demo.keep_running();
+  demo.leave_screen();
+  if (demo.left_automatic()) {
+    fmt::print(stderr,
+               "The loop left automatic: this computer is too busy for the demonstration's pace. "
+               "Try again when it is not.\n");
+  }
+  if (!complete) return kExitTryAgain;
+  if (options.json) {
+    demo.print_json();
+    return kExitOk;
+  }
+  demo.print_table();
+  demo.print_alarms();
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_demo(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<DemoOptions>();
+  CLI::App* sub = app.add_subcommand("demo", "the demonstration that ./demo shows");
+  add_socket_option(*sub, options->socket);
+  sub->add_option("--loop", options->loop, "tag of the demonstrated loop")->capture_default_str();
+  sub->add_flag("--keep", options->keep, "go on watching until q is pressed");
+  add_json_flag(*sub, options->json);
+  sub->footer("Example: ./demo (starts the daemon, then this)");
+  sub->callback([options, &exit_code] { exit_code = run_demo(*options); });
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden gap: where a model and a record disagree, the missing effect, the corrected model.
+#include "model/gap/workflow.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "config/loop_model_writer.hpp"
+#include "record/record_csv.hpp"
+#include "model/plant/effect_catalogue.hpp"
+#include "workbench/files/model_file.hpp"
+#include "workbench/text/gap_json.hpp"
+#include "workbench/report/gap_report.hpp"
+#include "workbench/files/output_files.hpp"
+#include "hal/os/parallel.hpp"
+#include "workbench/command_line/progress.hpp"
+#include "workbench/commands/subcommands.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+constexpr double kLargestLoadPercent = 0.15;  // of PV span per root second
+
+struct GapOptions {
+  std::string record;
+  std::string model;
+  std::string out;
+  std::string without;
+  double largest_load_percent = kLargestLoadPercent;
+  double from_s = -std::numeric_limits<double>::infinity();
+  double to_s = std::numeric_limits<double>::infinity();
+  unsigned jobs = 0;
+  bool json = false;
+};
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+void print_result(const gap::Result& r, const std::string& out) {
+  fmt::print("{}\n", r.sentence);
+  for (const gap::RecordNote& note : r.check.notes) fmt::print("record: {}\n", note.text);
+  for (const gap::FoundEffect& e : r.effects) {
+    std::string parameters;
+    for (const auto& [name, value] : e.spec.parameters) {
+      const auto it = e.interval.find(name);
+      parameters += fmt::format("  {} {:.4g}", name, value);
+      if (it != e.interval.end()) {
+        parameters += fmt::format(" [{:.4g}, {:.4g}]", it->second[0], it->second[1]);
+      }
+    }
+    std::string others;
+    for (const std::string& name : e.alternatives) others += (others.empty() ? "" : ", ") + name;
+    fmt::print("{} ({}), confidence {:.2f}{}\n  {}\n  {}\n", e.spec.name, to_text(e.block),
+               e.confidence, others.empty() ? "" : "; or: " + others, parameters, e.evidence);
+  }
+  const auto percent = [](double v) {
+    return std::isfinite(v) ? fmt::format("{:.1f} %", v) : std::string("-");
+  };
+  fmt::print("{:<22}{:>10}{:>12}{:>10}\n", "", "rmse", "holdout", "fit");
+  fmt::print("{:<22}{:>10.4g}{:>12.4g}{:>10}\n", "model as given", r.before.rmse,
+             r.before.holdout_rmse, percent(r.before.holdout_fit_percent));
+  fmt::print("{:<22}{:>10.4g}{:>12.4g}{:>10}\n", "model corrected", r.after.rmse,
+             r.after.holdout_rmse, percent(r.after.holdout_fit_percent));
+  fmt::print("{:<22}{:>10.4g}\n", "noise floor", r.noise_floor_rmse);
+  if (std::isfinite(r.controller_before_rmse)) {
+    fmt::print("controller: rmse of CO {:.3g}, corrected {:.3g}\n", r.controller_before_rmse,
+               r.controller_after_rmse);
+  }
+  for (const gap::Located& l : r.located) {
+    fmt::print("  {:>5.1f} %  {:<10} {:<12} {} ({:.1f} s to {:.1f} s)\n", 100.0 * l.share_of_gap,
+               l.by, to_text(l.block), l.what, l.from_s, l.to_s);
+  }
+  fmt::print("{0}/report.html, {0}/gap.json, {0}/model.corrected.yaml\n", out);
+}
+
+gap::Options search_options(const GapOptions& options) {
+  gap::Options out;
+  out.search.several = options.without != "several";
+  out.search.load = options.without != "load";
+  out.search.allowances = options.without != "allowances";
+  out.largest_load = options.largest_load_percent / 100.0;
+  return out;
+}
+
+// The options that change the answer, for the command in the report.
+std::string used_options(const GapOptions& options) {
+  std::string text;
+  const auto add = [&](const std::string& option) { text += (text.empty() ? "" : " ") + option; };
+  if (std::isfinite(options.from_s)) add(fmt::format("--from {}", options.from_s));
+  if (std::isfinite(options.to_s)) add(fmt::format("--to {}", options.to_s));
+  if (options.largest_load_percent != kLargestLoadPercent) {
+    add(fmt::format("--largest-load {}", options.largest_load_percent));
+  }
+  if (!options.without.empty()) add("--without " + options.without);
+  return text;
+}
+
+// The reason as a page too, unless it would hide the results of an earlier run.
+void write_refusal(OutputFiles& files, const gap::Result& result, const GapReportContext& context) {
+  const std::filesystem::path out(context.out);
+  if (std::filesystem::exists(out / "gap.json")) {
+    fmt::print(stderr, "{}: the results of an earlier run were left as they are\n", context.out);
+    return;
+  }
+  files.add(out / "report.html", gap_report_html(result, context));
+  files.commit();
+}
+
+// The columns between --from and --to. `first_s` is the time of the first sample in the file.
+gap::Record stretch_of(const record::Record& file, const GapOptions& options, double& first_s) {
+  const auto& time = file.time_s;
+  const auto begin = std::lower_bound(time.begin(), time.end(), options.from_s) - time.begin();
+  const auto end = std::upper_bound(time.begin(), time.end(), options.to_s) - time.begin();
+  if (begin >= end) {
+    throw record::RecordError(
+        record::RecordError::Kind::data, 0, 0,
+        fmt::format("{}: no samples{}{}; the record runs from {:g} s to {:g} s", options.record,
+                    std::isfinite(options.from_s) ? fmt::format(" from {:g} s on", options.from_s)
+                                                  : std::string(),
+                    std::isfinite(options.to_s) ? fmt::format(" up to {:g} s", options.to_s)
+                                                : std::string(),
+                    time.front(), time.back()));
+  }
+  first_s = time[static_cast<std::size_t>(begin)];
+  const auto part = [&](const std::vector<double>& column, bool known) {
+    return known ? std::vector<double>(column.begin() + begin, column.begin() + end)
+                 : std::vector<double>();
+  };
+  return {file.period_s, part(file.pv, true), part(file.sp, file.has_sp),
+          part(file.co, file.has_co), part(file.stem, file.has_stem)};
+}
+
+int run_gap(const GapOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto model = load_model(options.model);
+  if (!model) return kExitConfiguration;
+  const std::filesystem::path out(options.out);
+  OutputFiles files({options.record, options.model});
+  files.make_folder(out);  // before the work, not after it
+  for (const char* name : {"model.corrected.yaml", "gap.json", "report.html"}) {
+    files.stage(out / name);
+  }
+  gap::Result result;
+  try {
+    double first_s = 0.0;
+    const gap::Record record = stretch_of(record::read_record(options.record), options, first_s);
+    say_if_long(options.record, record.pv.size());
+    Progress progress("gap", 100);
+    const unsigned jobs =
+        options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+    result = gap::find_gap(
+        record, *model, search_options(options),
+        [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
+          hal::os::parallel_for(count, jobs, body);
+        },
+        [&progress](double share) { progress.update(static_cast<std::uint64_t>(100.0 * share)); });
+    if (first_s != 0.0) {
+      result.check.notes.push_back(
+          {"stretch", fmt::format("Times count from {:g} s of the record.", first_s)});
+    }
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
+  } catch (const plant::EffectError& e) {
+    fmt::print(stderr, "{}: {}\n", options.model, e.what());
+    return kExitConfiguration;
+  }
+  GapReportContext context{
+      .record = options.record,
+      .model = options.model,
+      .model_text = text_of(options.model),
+      .corrected_text = "",
+      .out = options.out,
+      .options = used_options(options),
+      .seconds_of_work =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+      .version = LOOPWARDEN_VERSION};
+  const nlohmann::json answer = gap_json(result);
+  if (!result.check.usable) {
+    fmt::print(stderr, "{}: {}\n", options.record, result.check.refusal);
+    write_refusal(files, result, context);
+    return kExitData;
+  }
+  context.corrected_text = config::write_model(
+      result.corrected, "loop model corrected by loopwarden gap\n" + result.sentence);
+  files.add(out / "model.corrected.yaml", context.corrected_text);
+  files.add(out / "gap.json", answer.dump(2) + "\n");
+  files.add(out / "report.html", gap_report_html(result, context));
+  files.commit();
+  if (options.json) {
+    fmt::print("{}\n", answer.dump(2));
+  } else {
+    print_result(result, options.out);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_gap(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<GapOptions>();
+  CLI::App* sub = app.add_subcommand(
+      "gap", "where a model and a record disagree, the missing effect, the corrected model");
+  sub->add_option("record", options->record,
+                  "measured record, CSV: time, pv, and where known sp, co")
+      ->required();
+  sub->add_option("--model", options->model, "loop model as its engineers believe it, YAML")
+      ->required();
+  sub->add_option("--out", options->out, "folder for gap.json, model.corrected.yaml, report.html")
+      ->required();
+  sub->add_option("--from", options->from_s, "leave out what lies before, s of the record");
+  sub->add_option("--to", options->to_s, "leave out what lies behind, s of the record");
+  sub->add_option("--largest-load", options->largest_load_percent,
+                  "unmeasured load up to here is no gap, % of PV span per root second")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  sub->add_option("--without", options->without, "leave a step out, to see what it brings")
+      ->check(CLI::IsMember({"several", "load", "allowances"}));
+  sub->add_option("--jobs", options->jobs,
+                  "threads; 0: one a core. The answer does not depend on it")
+      ->capture_default_str();
+  sub->add_flag("--json", options->json, "print gap.json");
+  sub->footer("Example: loopwarden gap record.csv --model model.yaml --out result");
+  sub->callback([options, &exit_code] { exit_code = run_gap(*options); });
+}
+
+}  // namespace loopwarden::workbench

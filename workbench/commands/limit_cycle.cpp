@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden limit-cycle: what the describing function predicts for a loop, and what the simulation does.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "model/analysis/limit_cycle.hpp"
+#include "model/analysis/loop_metrics.hpp"
+#include "model/analysis/tuning_rules.hpp"
+#include "workbench/report/chart.hpp"
+#include "workbench/files/model_file.hpp"
+#include "workbench/text/json_number.hpp"
+#include "model/analysis/loop_trial.hpp"
+#include "workbench/files/output_files.hpp"
+#include "workbench/commands/subcommands.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+struct LimitCycleOptions {
+  std::string model;
+  std::string out;
+  std::optional<double> s, j, backlash;
+  bool grid = false;
+  bool json = false;
+};
+
+struct Simulated {
+  bool cycles = false;
+  double co_amplitude = 0.0;  // CO units
+  double pv_amplitude = 0.0;  // PV units, half of what PV goes through
+  double period_s = 0.0;
+};
+
+// The model's loop on this valve, without noise and converter steps, after a step of the set point.
+Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlinearity& valve) {
+  model.scenario.faults.clear();
+  std::erase_if(model.valve_effects, [](const plant::EffectSpec& spec) {
+    return spec.name == "stiction" || spec.name == "backlash";
+  });
+  plant::EffectSpec spec{.name = valve.backlash ? "backlash" : "stiction"};
+  if (valve.backlash) {
+    spec.parameters = {{"deadband", valve.s}};
+  } else {
+    spec.parameters = {{"s", valve.s}, {"j", valve.j}};
+  }
+  model.valve_effects.push_back(spec);
+  model.transmitter.noise = 0.0;
+  model.transmitter.resolution = 0.0;
+  const double span = model.transmitter.high - model.transmitter.low;
+  const double middle = model.transmitter.low + 0.5 * span;
+  model.scenario.set_point = {{0.0, middle - 0.1 * span}, {10.0 * model.sample_time_s, middle}};
+  const analysis::LinearLoop linear = analysis::linear_loop(model);
+  double answer_s = linear.dead_time_s;
+  for (const double lag : linear.lags_s) answer_s += lag;
+  if (model.controller.pid.gains.ki > 0.0) {
+    answer_s += 1.0 / (model.controller.pid.gains.ki * linear.gain);
+  }
+  // Slow cycles take about 2 S / (ki K J); a sixth of the run is some ten of them.
+  const double slow_s =
+      valve.backlash ? 0.0 : 2.0 * valve.s / std::max(valve.j, 0.02 * valve.s) * answer_s;
+  const double duration_s = std::clamp(60.0 * (answer_s + slow_s), 0.0, 2e6 * model.sample_time_s);
+  const analysis::LoopRecord r = analysis::run_model(model, duration_s);
+  const auto tail = [&](const std::vector<double>& column) {
+    return std::vector<double>(column.end() - static_cast<std::ptrdiff_t>(column.size() / 2),
+                               column.end());
+  };
+  const std::vector<double> pv = tail(r.true_pv);
+  const std::vector<double> co = tail(r.co);
+  const auto half_range = [](const std::vector<double>& values) {
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    return (*most - *least) / 2.0;
+  };
+  Simulated s{.co_amplitude = half_range(co), .pv_amplitude = half_range(pv)};
+  // What still dies away is no limit cycle.
+  const std::vector<double> last(pv.end() - static_cast<std::ptrdiff_t>(pv.size() / 3), pv.end());
+  s.cycles =
+      half_range(last) > 0.02 * linear.gain * valve.s && half_range(last) > 0.5 * s.pv_amplitude;
+  const analysis::LoopMetrics m =
+      analysis::loop_metrics(tail(r.sp), pv, {}, model.sample_time_s, 0.0);
+  s.period_s = m.period_s;
+  return s;
+}
+
+struct Row {
+  std::string plant;
+  analysis::ValveNonlinearity valve;
+  std::optional<analysis::LimitCycle> predicted;  // stable
+  Simulated simulated;
+  bool out_of_reach = false;  // -1/N begins beyond where L crosses its axis: none can be predicted
+};
+
+std::optional<analysis::LimitCycle> stable_cycle(const std::vector<analysis::LimitCycle>& cycles) {
+  for (const analysis::LimitCycle& cycle : cycles) {
+    if (cycle.stable) return cycle;
+  }
+  return std::nullopt;
+}
+
+Row compared(const std::string& name, const plant::LoopModel& model,
+             const analysis::ValveNonlinearity& valve) {
+  const analysis::LinearLoop loop = analysis::linear_loop(model);
+  const analysis::AxisReach reach = analysis::axis_reach(loop, valve);
+  return {name, valve, stable_cycle(limit_cycles(loop, valve)), simulate_cycle(model, valve),
+          reach.loop < reach.valve && std::isfinite(reach.valve)};
+}
+
+// The model's loop with its own settings and those of the rules, with valves of several kinds.
+std::vector<Row> grid_of(const plant::LoopModel& model) {
+  std::vector<Row> rows;
+  const double span = model.controller.pid.output_high - model.controller.pid.output_low;
+  std::vector<std::pair<std::string, control::PidGains>> tunings{
+      {"its own", model.controller.pid.gains}};
+  using analysis::TuningRule;
+  for (const TuningRule rule :
+       {TuningRule::zn, TuningRule::amigo, TuningRule::simc, TuningRule::cohen_coon}) {
+    if (const auto gains = analysis::tune(rule, model.process)) {
+      tunings.emplace_back(analysis::to_text(rule), *gains);
+    }
+  }
+  for (const auto& [name, gains] : tunings) {
+    plant::LoopModel tuned = model;
+    tuned.controller.pid.gains = gains;
+    for (const double share : {0.02, 0.1}) {
+      const double s = share * span;
+      for (const double j : {0.1, 0.3, 0.6, 1.0}) {
+        rows.push_back(compared(name, tuned, {false, s, j * s}));
+      }
+      rows.push_back(compared(name, tuned, {true, s, 0.0}));
+    }
+  }
+  return rows;
+}
+
+std::string pair_text(double predicted, double simulated) {
+  return fmt::format("{:>9.4g} {:>9.4g} {:>6.2f}", predicted, simulated, predicted / simulated);
+}
+
+void print_grid(const std::vector<Row>& rows) {
+  fmt::print("{:<12} {:<24} {:>28} {:>28} {:>28}\n", "", "", "period, s", "PV amplitude",
+             "CO amplitude");
+  fmt::print("{:<12} {:<24} {:>9} {:>9} {:>6}   {:>9} {:>9} {:>6}   {:>9} {:>9} {:>6}\n", "loop",
+             "valve", "predicted", "simulated", "ratio", "predicted", "simulated", "ratio",
+             "predicted", "simulated", "ratio");
+  std::size_t agree = 0;
+  std::size_t missed = 0;
+  std::size_t out_of_reach = 0;
+  for (const Row& row : rows) {
+    const std::string valve = row.valve.backlash
+                                  ? fmt::format("backlash {:g}", row.valve.s)
+                                  : fmt::format("stiction S {:g} J {:g}", row.valve.s, row.valve.j);
+    agree += row.predicted.has_value() == row.simulated.cycles ? 1U : 0U;
+    if (!row.predicted && row.simulated.cycles) {
+      ++missed;
+      out_of_reach += row.out_of_reach ? 1U : 0U;
+    }
+    if (row.predicted && row.simulated.cycles) {
+      fmt::print("{:<12} {:<24} {}   {}   {}\n", row.plant, valve,
+                 pair_text(row.predicted->period_s, row.simulated.period_s),
+                 pair_text(row.predicted->pv_amplitude, row.simulated.pv_amplitude),
+                 pair_text(row.predicted->co_amplitude, row.simulated.co_amplitude));
+    } else {
+      fmt::print("{:<12} {:<24} predicted: {}, simulated: {}\n", row.plant, valve,
+                 row.predicted ? "cycle" : "none", row.simulated.cycles ? "cycle" : "none");
+    }
+  }
+  const auto spread = [&](auto value) {
+    std::vector<double> ratios;
+    for (const Row& row : rows) {
+      if (row.predicted && row.simulated.cycles) ratios.push_back(value(row));
+    }
+    std::sort(ratios.begin(), ratios.end());
+    return ratios.empty() ? std::string("-")
+                          : fmt::format("{:.2f} ({:.2f} to {:.2f})", ratios[ratios.size() / 2],
+                                        ratios.front(), ratios.back());
+  };
+  fmt::print(
+      "\nWhether it cycles: {} of {} as predicted. Simulated cycles without a predicted one: {}, "
+      "of them {} "
+      "with L(jw)\ncrossing the negative imaginary axis below pi S/(4 J), where -1/N begins. "
+      "Predicted over simulated, median (least to "
+      "largest):\n  period {}\n  PV amplitude {}\n  CO amplitude {}\n",
+      agree, rows.size(), missed, out_of_reach,
+      spread([](const Row& r) { return r.predicted->period_s / r.simulated.period_s; }),
+      spread([](const Row& r) { return r.predicted->pv_amplitude / r.simulated.pv_amplitude; }),
+      spread([](const Row& r) { return r.predicted->co_amplitude / r.simulated.co_amplitude; }));
+}
+
+nlohmann::json as_json(const Row& row) {
+  nlohmann::json result = {
+      {"loop", row.plant},    {"effect", row.valve.backlash ? "backlash" : "stiction"},
+      {"s", row.valve.s},     {"j", row.valve.j},
+      {"predicted", nullptr}, {"simulated", nullptr}};
+  if (row.predicted) {
+    result["predicted"] = {{"period_s", row.predicted->period_s},
+                           {"pv_amplitude", row.predicted->pv_amplitude},
+                           {"co_amplitude", row.predicted->co_amplitude}};
+  }
+  if (row.simulated.cycles) {
+    result["simulated"] = {{"period_s", row.simulated.period_s},
+                           {"pv_amplitude", row.simulated.pv_amplitude},
+                           {"co_amplitude", row.simulated.co_amplitude}};
+  }
+  return result;
+}
+
+std::string nyquist(const analysis::LinearLoop& loop, const analysis::ValveNonlinearity& valve,
+                    const std::vector<analysis::LimitCycle>& cycles) {
+  Chart chart{.title = "Nyquist curve and -1/N",
+              .x_label = "real",
+              .y_label = "imaginary",
+              .lines = {},
+              .width = 620.0,
+              .height = 560.0};
+  ChartLine l{"open loop L(jw)", "#0072b2", {}, {}};
+  for (const double w : analysis::frequencies(loop, 3000)) {
+    const std::complex<double> value = loop.open_loop(w);
+    l.x.push_back(value.real());
+    l.y.push_back(value.imag());
+  }
+  ChartLine n{"-1/N, growing amplitude towards -1", "#d55e00", {}, {}};
+  for (const analysis::CriticalPoint& point : analysis::critical_locus(valve, 200.0, 400)) {
+    n.x.push_back(point.value.real());
+    n.y.push_back(point.value.imag());
+  }
+  ChartLine critical{"-1", "#1b1f24", {-1.0}, {0.0}, false, true};
+  double reach = 2.5;
+  ChartLine stable{"limit cycle, stable", "#009e73", {}, {}, false, true};
+  ChartLine unstable{"limit cycle, unstable", "#cc79a7", {}, {}, false, true};
+  for (const analysis::LimitCycle& cycle : cycles) {
+    const std::complex<double> at = -1.0 / valve.describing_function(cycle.co_amplitude);
+    ChartLine& line = cycle.stable ? stable : unstable;
+    line.x.push_back(at.real());
+    line.y.push_back(at.imag());
+    reach = std::max(reach, 1.3 * std::abs(at));
+  }
+  chart.lines = {l, n, critical};
+  if (!stable.x.empty()) chart.lines.push_back(stable);
+  if (!unstable.x.empty()) chart.lines.push_back(unstable);
+  chart.x_range = PlotRange{-reach, 0.6 * reach};
+  chart.y_range = PlotRange{-1.2 * reach, 0.25 * reach};
+  return chart_svg(chart);
+}
+
+// What a prediction of none is worth where the simulation cycles; empty elsewhere.
+std::string missed_why(const analysis::AxisReach& reach, const Row& row) {
+  if (row.predicted || !row.simulated.cycles) return {};
+  if (reach.loop < reach.valve && std::isfinite(reach.valve)) {
+    return fmt::format(
+        "           L(jw) crosses the negative imaginary axis at {:.3g}, below {:.3g} = pi S/(4 J) "
+        "where "
+        "-1/N begins:\n           they don't meet. The describing function takes CO for a "
+        "sinusoid; here it is a "
+        "triangle\n           with steps, so that this none is no evidence of rest",
+        reach.loop, reach.valve);
+  }
+  return "           the describing function takes CO for a sinusoid: its none is no evidence of "
+         "rest";
+}
+
+void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, const Row& row,
+               const std::vector<analysis::LimitCycle>& cycles) {
+  fmt::print("valve: {}\n",
+             row.valve.backlash
+                 ? fmt::format("backlash, dead band {:g}", row.valve.s)
+                 : fmt::format("stiction, S {:g}, J {:g}", row.valve.s, row.valve.j));
+  fmt::print(
+      "linear loop: gain margin {:.3g}, phase margin {:.3g} deg, delay margin {:.3g} s, Ms "
+      "{:.3g}\n",
+      m.gain_margin, m.phase_margin_deg, m.delay_margin_s, m.sensitivity);
+  for (const std::string& name : loop.left_out) {
+    if (name == "stiction" || name == "backlash") continue;
+    fmt::print("not in the linear loop: {}\n", name);
+  }
+  for (const analysis::LimitCycle& cycle : cycles) {
+    fmt::print("predicted: {} limit cycle, period {:.4g} s, PV +-{:.4g}, CO +-{:.4g}\n",
+               cycle.stable ? "stable" : "unstable", cycle.period_s, cycle.pv_amplitude,
+               cycle.co_amplitude);
+  }
+  if (cycles.empty()) fmt::print("predicted: no limit cycle\n");
+  const std::string why = missed_why(analysis::axis_reach(loop, row.valve), row);
+  if (!why.empty()) fmt::print("{}\n", why);
+  if (row.simulated.cycles) {
+    fmt::print("simulated: period {:.4g} s, PV +-{:.4g}, CO +-{:.4g}\n", row.simulated.period_s,
+               row.simulated.pv_amplitude, row.simulated.co_amplitude);
+  } else {
+    fmt::print("simulated: no limit cycle\n");
+  }
+}
+
+std::optional<analysis::ValveNonlinearity> wanted_valve(const LimitCycleOptions& options,
+                                                        const plant::LoopModel& model) {
+  if (options.backlash) return analysis::ValveNonlinearity{true, *options.backlash, 0.0};
+  if (options.s) {
+    return analysis::ValveNonlinearity{false, *options.s, options.j.value_or(0.3 * *options.s)};
+  }
+  return analysis::valve_nonlinearity(model);
+}
+
+int run_limit_cycle(const LimitCycleOptions& options) {
+  const auto model = load_model(options.model);
+  if (!model) return kExitConfiguration;
+  if (options.grid) {
+    const std::vector<Row> rows = grid_of(*model);
+    if (!options.json) {
+      print_grid(rows);
+      return kExitOk;
+    }
+    nlohmann::json list = nlohmann::json::array();
+    for (const Row& row : rows) list.push_back(as_json(row));
+    fmt::print("{}\n", list.dump(2));
+    return kExitOk;
+  }
+  const auto valve = wanted_valve(options, *model);
+  if (!valve) {
+    fmt::print(stderr,
+               "{}: has neither stiction nor backlash; name one with --s and --j, or --backlash\n",
+               options.model);
+    return kExitUsage;
+  }
+  const analysis::LinearLoop loop = analysis::linear_loop(*model);
+  const analysis::Margins m = analysis::margins(loop);
+  const std::vector<analysis::LimitCycle> cycles = limit_cycles(loop, *valve);
+  const Row row = compared("model", *model, *valve);
+  if (!options.out.empty()) {
+    write_output(options.out, nyquist(loop, *valve, cycles), {options.model});
+  }
+  if (options.json) {
+    nlohmann::json result = as_json(row);
+    const analysis::AxisReach reach = analysis::axis_reach(loop, *valve);
+    result["loop_crosses_axis_at"] = finite_or_null(reach.loop);
+    result["valve_begins_at"] = finite_or_null(reach.valve);
+    result["gain_margin"] = m.gain_margin;
+    result["phase_margin_deg"] = m.phase_margin_deg;
+    result["sensitivity"] = m.sensitivity;
+    fmt::print("{}\n", result.dump(2));
+  } else {
+    print_one(loop, m, row, cycles);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_limit_cycle(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<LimitCycleOptions>();
+  CLI::App* sub = app.add_subcommand(
+      "limit-cycle", "the limit cycle that stiction or backlash makes: predicted and simulated");
+  sub->add_option("model", options->model, "loop model, YAML")->required();
+  auto* s =
+      sub->add_option("--s", options->s, "CO units, stiction of this S instead of the model's")
+          ->check(CLI::PositiveNumber);
+  sub->add_option("--j", options->j, "CO units, its slip jump; 0.3 S without it")
+      ->needs(s)
+      ->check(CLI::NonNegativeNumber);
+  sub->add_option("--backlash", options->backlash, "CO units, backlash of this dead band instead")
+      ->excludes(s)
+      ->check(CLI::PositiveNumber);
+  sub->add_flag("--grid", options->grid, "agreement over gains and valves");
+  sub->add_option("--out", options->out, "Nyquist picture to write, SVG");
+  sub->add_flag("--json", options->json, "print the result as JSON");
+  sub->footer(
+      "Example: loopwarden limit-cycle config/examples/models/plant1.yaml --s 1 --j 0.4 "
+      "--out nyquist.svg");
+  sub->callback([options, &exit_code] { exit_code = run_limit_cycle(*options); });
+}
+
+}  // namespace loopwarden::workbench

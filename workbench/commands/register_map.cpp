@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden register-map: the Modbus map as a document, an address list or a master's configuration.
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "config/config_reader.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/text/register_map_text.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+struct Options {
+  std::string format = "markdown";
+  std::string config;
+  std::string host;
+  int port = 0;
+  bool json = false;
+};
+
+int run(const Options& options) {
+  MapOptions map_options;
+  if (!options.config.empty()) {
+    const auto configuration = config::read_configuration(options.config);
+    fmt::print(stderr, "{}", config::to_text(configuration.diagnostics));
+    if (!configuration) return kExitConfiguration;
+    map_options.loops.clear();
+    for (const config::LoopConfig& loop : configuration->loops) {
+      map_options.loops.push_back(loop.name);
+    }
+    if (const auto& server = configuration->daemon.modbus_server) {
+      map_options.port = server->port;
+      map_options.unit = server->unit;
+      map_options.word_order = server->word_order;
+    }
+  }
+  if (!options.host.empty()) map_options.host = options.host;
+  if (options.port > 0) map_options.port = static_cast<std::uint16_t>(options.port);
+  using Make = std::string (*)(const MapOptions&);
+  static const std::map<std::string, Make> kFormats{
+      {"markdown", [](const MapOptions&) { return map_markdown(); }},
+      {"csv", map_csv},
+      {"mbpoll", map_mbpoll},
+      {"pymodbus", map_pymodbus},
+      {"telegraf", map_telegraf},
+      {"node-red", map_node_red},
+      {"ignition", map_ignition}};
+  if (options.json) {
+    fmt::print("{}\n", map_json(map_options).dump(2));
+    return kExitOk;
+  }
+  fmt::print("{}", kFormats.at(options.format)(map_options));
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_register_map(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* sub =
+      app.add_subcommand("register-map", "the daemon's Modbus map, for people and for masters");
+  sub->add_option("--format", options->format,
+                  "markdown, csv, mbpoll, pymodbus, telegraf, node-red or ignition")
+      ->check(CLI::IsMember(
+          {"markdown", "csv", "mbpoll", "pymodbus", "telegraf", "node-red", "ignition"}))
+      ->capture_default_str();
+  sub->add_option("--config", options->config,
+                  "the daemon's configuration folder: its loops, port, unit and word order");
+  sub->add_option("--host", options->host, "the daemon's address as masters see it");
+  sub->add_option("--port", options->port, "port, if it differs from the configuration")
+      ->check(CLI::Range(1, 65535));
+  sub->add_flag("--json", options->json, "print every address as JSON, instead of a format");
+  sub->footer("Example: loopwarden register-map --format pymodbus --config /etc/loopwardend");
+  sub->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace loopwarden::workbench

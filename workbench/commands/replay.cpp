@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden replay: the daemon's monitor and alarms over a record, faster than real time; or the window
+// that raised an alarm, once more.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "config/specialists/specialist_folder.hpp"
+#include "record/record_csv.hpp"
+#include "model/monitor/loop_alarms.hpp"
+#include "model/monitor/loop_monitor.hpp"
+#include "model/monitor/specialist_judge.hpp"
+#include "workbench/commands/replay_evidence.hpp"
+#include "workbench/commands/subcommands.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+using monitor::AlarmState;
+using monitor::MonitorStep;
+
+constexpr double kPeriodTolerance = 0.01;  // relative
+
+struct ReplayOptions {
+  std::string record;
+  std::string specialists;
+  double overlap = 0.5;
+  bool json = false;
+};
+
+struct TimedTransition {
+  double time_s = 0.0;
+  monitor::AlarmTransition transition;
+};
+
+struct Replay {
+  std::vector<TimedTransition> transitions;
+  std::size_t windows = 0;
+  std::size_t suppressed = 0;
+};
+
+// As in the journal: whether an alarm that is off could have come is no news.
+bool worth_a_line(const monitor::AlarmTransition& t) {
+  const auto quiet = [](AlarmState s) {
+    return s == AlarmState::normal || s == AlarmState::suppressed;
+  };
+  return !(quiet(t.from) && quiet(t.to));
+}
+
+Replay replay(const record::Record& record, const specialist::Team& team,
+              const ReplayOptions& options) {
+  monitor::SpecialistJudge judge(team);
+  const auto decimation = std::max<long>(1, std::lround(team.facts.period_s / record.period_s));
+  monitor::LoopMonitor loop({.overlap = options.overlap,
+                             .decimation = static_cast<std::size_t>(decimation),
+                             .sample_time_s = record.period_s,
+                             .pv_low = team.facts.pv_low,
+                             .pv_high = team.facts.pv_high,
+                             .co_low = team.facts.co_low,
+                             .co_high = team.facts.co_high},
+                            monitor::kAlarmRule, &judge);
+  monitor::LoopAlarms alarms{monitor::AlarmSettings{}};
+  Replay result;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    // A cycle that left nothing behind is missing, as in the daemon.
+    if (!std::isfinite(record.pv[k]) && !std::isfinite(record.co[k])) continue;
+    const MonitorStep step = loop.add({.period_index = k,
+                                       .sp = record.has_sp ? record.sp[k] : record.pv[k],
+                                       .pv = record.pv[k],
+                                       .co = record.co[k],
+                                       .stem = record.has_stem ? record.stem[k] : std::nan(""),
+                                       .automatic = true,
+                                       .pv_good = std::isfinite(record.pv[k])});
+    const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record.time_s[k]));
+    monitor::AlarmTransitions changed;
+    switch (step.kind) {
+      case MonitorStep::Kind::nothing: continue;
+      case MonitorStep::Kind::interrupted: changed = alarms.window_not_valid(); break;
+      case MonitorStep::Kind::not_fit:
+        ++result.windows;
+        ++result.suppressed;
+        changed = alarms.window_not_valid();
+        break;
+      case MonitorStep::Kind::judged:
+        ++result.windows;
+        changed = alarms.window_judged(now_ms, step.conditions);
+        break;
+    }
+    for (const monitor::AlarmTransition& t : changed.view()) {
+      if (worth_a_line(t)) result.transitions.push_back({record.time_s[k], t});
+    }
+  }
+  return result;
+}
+
+void print_json(const Replay& result) {
+  nlohmann::json transitions = nlohmann::json::array();
+  for (const auto& [time_s, t] : result.transitions) {
+    transitions.push_back({{"time_s", time_s},
+                           {"alarm", to_text(t.kind)},
+                           {"from", to_text(t.from)},
+                           {"to", to_text(t.to)},
+                           {"severity_percent", t.severity_percent}});
+  }
+  fmt::print("{}\n", nlohmann::json{{"transitions", std::move(transitions)},
+                                    {"windows", result.windows},
+                                    {"suppressed_windows", result.suppressed}}
+                         .dump(2));
+}
+
+void print_text(const Replay& result) {
+  if (!result.transitions.empty()) {
+    fmt::print("{:>10}  {:<15} {:<24} {:<24} {:>8}\n", "time s", "alarm", "from", "to", "severity");
+  }
+  for (const auto& [time_s, t] : result.transitions) {
+    fmt::print("{:10.1f}  {:<15} {:<24} {:<24} {:6.1f} %\n", time_s, to_text(t.kind),
+               to_text(t.from), to_text(t.to), t.severity_percent);
+  }
+  fmt::print("{} alarm transition{} in {} window{}, {} of them suppressed: not fit to be judged\n",
+             result.transitions.size(), result.transitions.size() == 1 ? "" : "s", result.windows,
+             result.windows == 1 ? "" : "s", result.suppressed);
+}
+
+int run_replay(const ReplayOptions& options) {
+  if (std::filesystem::is_directory(options.record)) {
+    return replay_evidence(options.record, options.json);
+  }
+  if (options.specialists.empty()) {
+    fmt::print(stderr, "--specialists is needed to replay a record\n");
+    return kExitUsage;
+  }
+  const auto loaded = config::read_specialists(options.specialists);
+  fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
+  if (!loaded) return kExitConfiguration;
+  if (!loaded->team) {
+    fmt::print(stderr, "{}: no specialists of the explaining form\n", options.specialists);
+    return kExitConfiguration;
+  }
+  try {
+    const record::Record record = record::read_record(options.record);
+    if (!record.has_co) {
+      fmt::print(stderr, "{}: no column 'co': the specialists need it\n", options.record);
+      return kExitData;
+    }
+    const double sample_s = loaded->team->facts.period_s;
+    const double cycles = std::max(1.0, std::round(sample_s / record.period_s));
+    if (std::abs(cycles * record.period_s - sample_s) > kPeriodTolerance * sample_s) {
+      fmt::print(stderr,
+                 "{}: its period is {:g} s, of which no whole number makes the {:g} s that the "
+                 "specialists know\n",
+                 options.record, record.period_s, sample_s);
+      return kExitData;
+    }
+    const Replay result = replay(record, *loaded->team, options);
+    options.json ? print_json(result) : print_text(result);
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<ReplayOptions>();
+  CLI::App* sub = app.add_subcommand("replay", "the daemon's monitor and alarms over a record");
+  sub->add_option(
+         "record", options->record,
+         "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's "
+         "evidence")
+      ->required();
+  sub->add_option("--specialists", options->specialists,
+                  "folder with manifest.yaml; evidence has its own");
+  sub->add_option("--overlap", options->overlap, "share of a window that the next has in common")
+      ->check(CLI::Range(0.0, 0.95))
+      ->capture_default_str();
+  sub->add_flag("--json", options->json, "print the transitions as JSON");
+  sub->footer(
+      "A row without pv and co is a missing cycle; one without pv alone is a bad PV.\n"
+      "Of evidence: exit code 0 if the verdict is the same, 65 if it is not.\n"
+      "Example: loopwarden replay run.csv --specialists data/specialists/plant1 --json");
+  sub->callback([options, &exit_code] { exit_code = run_replay(*options); });
+}
+
+}  // namespace loopwarden::workbench

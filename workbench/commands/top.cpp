@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden top: live view of a running daemon.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "workbench/command_line/command_line.hpp"
+#include "workbench/live/daemon_client.hpp"
+#include "workbench/live/loop_view.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/live/terminal.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+struct TopOptions {
+  std::string loop;  // empty: none in particular
+  std::string socket;
+  bool json = false;
+  bool once = false;
+};
+
+void print_once(const nlohmann::json& status, const std::string& loop) {
+  const std::size_t selected = loop.empty() ? status.at("loops").size() : loop_index(status, loop);
+  fmt::print("{}\n", daemon_line(status));
+  for (const std::string& line : loop_table(status, selected)) fmt::print("{}\n", line);
+  if (loop.empty()) return;
+  for (const std::string& line : loop_details(status.at("loops")[selected])) {
+    fmt::print("{}\n", line);
+  }
+}
+
+// `trouble`: why there is nothing newer than `status`; empty while the daemon answers.
+std::string page(const nlohmann::json& status, std::size_t selected, const Trend& trend,
+                 double window_s, const std::string& trouble) {
+  const TerminalSize size = terminal_size();
+  std::string text = trouble.empty()
+                         ? coloured(daemon_line(status), Colour::bold)
+                         : coloured(trouble + "; as it was last; trying again", Colour::red);
+  text += "\n\n";
+  const std::vector<std::string> table = loop_table(status, selected);
+  // The table scrolls so that the selected loop stays visible in at most a third of the screen.
+  const std::size_t most = std::max<std::size_t>(static_cast<std::size_t>(size.rows) / 3, 2);
+  const std::size_t first = selected + 2 > most ? selected + 2 - most : 0;
+  text += table.front() + "\n";
+  std::size_t shown = 0;
+  for (std::size_t i = first; i + 1 < table.size() && shown + 1 < most; ++i, ++shown) {
+    text += table[i + 1] + "\n";
+  }
+  text += "\n";
+  const auto& loop = status.at("loops").at(selected);
+  const int used = static_cast<int>(shown) + 9;
+  for (const std::string& line :
+       trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
+    text += line + "\n";
+  }
+  for (const std::string& line : loop_details(loop)) text += coloured(line, Colour::grey) + "\n";
+  text += coloured("q quit   up/down select loop   +/- longer or shorter trend", Colour::grey);
+  return text;
+}
+
+void watch(const std::string& socket, const std::string& first) {
+  auto daemon = std::make_unique<DaemonClient>(socket);
+  nlohmann::json status = daemon->status();
+  std::size_t selected = first.empty() ? 0 : loop_index(status, first);
+  watch_interrupts();
+  Screen screen;
+  double window_s = 60.0;
+  std::optional<TrendBuffer> trend;
+  while (!interrupted()) {
+    std::string trouble;
+    try {
+      if (!daemon) {
+        daemon = std::make_unique<DaemonClient>(socket);
+        trend.reset();  // another run counts its periods anew
+      }
+      status = daemon->status();
+      selected = std::min(selected, status.at("loops").size() - 1);
+      const auto name = status["loops"][selected].at("name").get<std::string>();
+      if (!trend || trend->loop() != name) trend.emplace(name);
+      trend->update(*daemon);
+    } catch (const std::exception& e) {
+      daemon.reset();
+      trouble = e.what();
+      selected = std::min(selected, status.at("loops").size() - 1);
+    }
+    screen.show(page(status, selected, trend ? trend->rows() : Trend{}, window_s, trouble));
+    switch (screen.key(std::chrono::milliseconds(200)).value_or(' ')) {
+      case 'q': return;
+      case 'U':
+      case 'k': selected -= selected > 0 ? 1 : 0; break;
+      case 'D':
+      case 'j': ++selected; break;
+      case '+': window_s = std::min(window_s * 2.0, 1920.0); break;
+      case '-': window_s = std::max(window_s / 2.0, 15.0); break;
+      default: break;
+    }
+  }
+}
+
+int run_top(const TopOptions& options) {
+  const bool terminal = is_terminal(STDOUT_FILENO) && is_terminal(STDIN_FILENO);
+  if (terminal && !options.once && !options.json) {
+    use_colours(true);
+    watch(options.socket, options.loop);
+    return kExitOk;
+  }
+  DaemonClient daemon(options.socket);
+  if (options.json) {
+    fmt::print("{}\n", daemon.status().dump(2));
+  } else {
+    use_colours(is_terminal(STDOUT_FILENO));
+    print_once(daemon.status(), options.loop);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_top(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<TopOptions>();
+  CLI::App* sub = app.add_subcommand("top", "live view of a running daemon");
+  sub->add_option("loop", options->loop,
+                  "tag of the loop to begin with; with --once, to say more of");
+  add_socket_option(*sub, options->socket);
+  sub->add_flag("--once", options->once, "print the state once, without the live view");
+  sub->add_flag("--json", options->json, "print the state once as JSON");
+  sub->footer("Example: loopwarden top --once FIC-101");
+  sub->callback([options, &exit_code] { exit_code = run_top(*options); });
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden train: specialists from the simulated loop, or from measured signatures.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "record/record_csv.hpp"
+#include "workbench/files/model_file.hpp"
+#include "workbench/files/output_files.hpp"
+#include "workbench/training/specialist_training.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/training/training_checkpoint.hpp"
+#include "workbench/report/training_page.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+namespace fs = std::filesystem;
+using specialist::Condition;
+
+struct TrainOptions {
+  std::string model;
+  std::string signatures;
+  std::string out;
+  std::string plant = "P1";
+  std::string form;  // empty: what the data allow and need least time
+  std::uint64_t seed = 1;
+  std::size_t windows = 16000;
+  std::optional<std::size_t> restarts;
+  std::size_t components = specialist::kSide;
+  std::size_t most_epochs = 1000;
+  std::vector<std::size_t> sizes{10, 20, 31};
+  std::vector<std::string> classes;
+  unsigned jobs = 0;
+  bool json = false;
+};
+
+// What is wrong with the data, with its place.
+struct BadData : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+std::vector<std::string> cells_of(std::string line) {
+  if (!line.empty() && line.back() == '\r') line.pop_back();
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+std::vector<double> read_signature(const fs::path& path) {
+  const record::Record record = record::read_record(path);
+  if (record.size() != specialist::kSignatureSamples) {
+    throw BadData(fmt::format("{}: a signature has {} samples (got {})", path.string(),
+                              specialist::kSignatureSamples, record.size()));
+  }
+  for (const double value : record.pv) {
+    if (!std::isfinite(value)) {
+      throw BadData(fmt::format("{}: a signature has no missing samples", path.string()));
+    }
+  }
+  return record.pv;
+}
+
+// labels.csv: file, class, plant, role; the role may be empty: then it goes 3 : 1 : 1 by order.
+std::vector<specialist::Signature> read_signatures(const fs::path& folder,
+                                                   const std::string& plant) {
+  const fs::path path = folder / "labels.csv";
+  std::ifstream in(path);
+  if (!in) throw BadData(fmt::format("{}: can't be read", path.string()));
+  std::string line;
+  std::getline(in, line);
+  const std::vector<std::string> header = cells_of(line);
+  const auto column = [&](const std::string& name) {
+    const auto found = std::find(header.begin(), header.end(), name);
+    if (found == header.end()) {
+      throw BadData(fmt::format("{}:1: no column '{}'; columns are file, class, plant, role",
+                                path.string(), name));
+    }
+    return static_cast<std::size_t>(found - header.begin());
+  };
+  const std::size_t file = column("file");
+  const std::size_t condition = column("class");
+  const std::size_t of_plant = column("plant");
+  const std::size_t role = column("role");
+  std::vector<specialist::Signature> signatures;
+  std::array<std::size_t, specialist::kKnownConditions> seen{};
+  for (std::size_t number = 2; std::getline(in, line); ++number) {
+    std::vector<std::string> cells = cells_of(line);
+    if (cells.empty()) continue;
+    cells.resize(std::max(cells.size(), header.size()));
+    if (cells[of_plant] != plant) continue;
+    const auto known = specialist::condition_of(cells[condition]);
+    if (!known) {
+      throw BadData(
+          fmt::format("{}:{}: unknown class '{}'; one of no_fault, stiction, backlash, "
+                      "hysteresis, low_air_supply",
+                      path.string(), number, cells[condition]));
+    }
+    specialist::Signature s;
+    s.condition = *known;
+    s.role = specialist::role_of(seen[static_cast<std::size_t>(*known)]++);
+    const std::string& word = cells[role];
+    if (word == "training") {
+      s.role = specialist::Role::training;
+    } else if (word == "validation") {
+      s.role = specialist::Role::validation;
+    } else if (word == "test") {
+      s.role = specialist::Role::test;
+    } else if (!word.empty()) {
+      throw BadData(fmt::format("{}:{}: unknown role '{}'; training, validation, test or empty",
+                                path.string(), number, word));
+    }
+    s.pv = read_signature(folder / cells[file]);
+    signatures.push_back(std::move(s));
+  }
+  if (signatures.empty()) {
+    throw BadData(fmt::format("{}: no signature of plant '{}'", path.string(), plant));
+  }
+  return signatures;
+}
+
+void print_summary(const TrainOptions& options, const TrainingResult& result, double seconds) {
+  const config::SpecialistFolder& f = result.folder;
+  if (options.json) {
+    nlohmann::json specialists = nlohmann::json::array();
+    if (f.team) {
+      for (const auto& m : f.team->members) {
+        specialists.push_back(
+            {{"name", m.name}, {"form", "explaining"}, {"class", to_text(m.condition)}});
+      }
+    }
+    for (const auto& m : f.signatures) {
+      specialists.push_back(
+          {{"name", m.name}, {"form", "signature"}, {"class", to_text(m.condition)}});
+    }
+    nlohmann::json out = {{"folder", options.out},
+                          {"plant", f.plant},
+                          {"seed", options.seed},
+                          {"seconds", seconds},
+                          {"specialists", std::move(specialists)},
+                          {"figures", nullptr}};
+    if (f.figures) {
+      out["figures"] = {{"windows", f.figures->windows},
+                        {"named_percent", f.figures->named_percent},
+                        {"false_alarm_percent", f.figures->false_alarm_percent},
+                        {"undecided_percent", f.figures->undecided_percent},
+                        {"calibration_error", f.figures->calibration_error}};
+    }
+    fmt::print("{}\n", out.dump(2));
+    return;
+  }
+  fmt::print("{}: {} specialists in {:.1f} s, seed {}\n", options.out,
+             (f.team ? specialist::kConditions : 0) + f.signatures.size(), seconds, options.seed);
+  if (f.figures) {
+    fmt::print(
+        "explaining form on {} simulated windows it never saw: {:.1f} % of the faulty ones named, "
+        "{:.2f} % of the others called a fault,\n{:.1f} % of all without enough movement; "
+        "calibration error {:.3f}\n",
+        f.figures->windows, f.figures->named_percent, f.figures->false_alarm_percent,
+        f.figures->undecided_percent, f.figures->calibration_error);
+  }
+  fmt::print("errors over epochs: {}\n", (fs::path(options.out) / "training.html").string());
+}
+
+TrainingListener listener_of(bool quiet) {
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  TrainingListener listener;
+  if (!quiet) {
+    listener.say = [terminal](const std::string& text) {
+      fmt::print(stderr, "{}{}\n", terminal ? "\r\x1b[K" : "", text);
+    };
+  }
+  if (terminal) {
+    listener.live = [](const std::string& text) {
+      fmt::print(stderr, "\r{}\x1b[K", text);
+      std::fflush(stderr);
+    };
+  }
+  return listener;
+}
+
+// Effects of the model between CO and PV that the explaining form does not have.
+void warn_of_effects(const plant::LoopModel& model) {
+  std::string names;
+  for (const auto* effects :
+       {&model.valve_effects, &model.process_effects, &model.transmitter_effects}) {
+    for (const plant::EffectSpec& effect : *effects) names += " " + effect.name;
+  }
+  if (!names.empty()) {
+    fmt::print(stderr,
+               "warning: the explaining form knows gain, lag and dead time; it takes these effects "
+               "of the model for part of the healthy loop only as far as they look like those:{}\n",
+               names);
+  }
+}
+
+// A folder is written again only where the manifest is one of ours: its user may need what it holds.
+bool may_replace(const fs::path& folder) {
+  const fs::path manifest = folder / "manifest.yaml";
+  std::ifstream in(manifest);
+  if (!in) return true;
+  std::string line;
+  while (std::getline(in, line)) {
+    if (line.starts_with("format: loopwarden-specialists")) return true;
+  }
+  fmt::print(stderr, "{}: not written by loopwarden train; give --out another folder\n",
+             manifest.string());
+  return false;
+}
+
+int run_train(const TrainOptions& options) {
+  if (options.model.empty() == options.signatures.empty()) {
+    fmt::print(stderr, "train: give a model, or --signatures, and not both\n");
+    return kExitUsage;
+  }
+  TrainingJob job;
+  job.plant = options.plant;
+  const std::string form = !options.form.empty()   ? options.form
+                           : options.model.empty() ? "signature"
+                                                   : "explaining";
+  job.explaining = form != "signature" && !options.model.empty();
+  job.signature = form != "explaining";
+  if (!job.explaining && !job.signature) {
+    fmt::print(stderr, "train: the explaining form needs a model: signatures have no CO\n");
+    return kExitUsage;
+  }
+  job.team.seed = job.growing.seed = options.seed;
+  job.team.windows = options.windows;
+  if (options.restarts) job.team.restarts = job.growing.restarts = *options.restarts;
+  job.growing.components = options.components;
+  job.growing.learning.most_epochs = options.most_epochs;
+  job.growing.sizes = options.sizes;
+  if (!options.classes.empty()) {
+    job.conditions.clear();
+    for (const std::string& name : options.classes) {
+      job.conditions.push_back(*specialist::condition_of(name));
+    }
+  }
+  job.threads = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+  job.checkpoint = fs::path(options.out) / "unfinished";
+  if (!may_replace(options.out)) return kExitUsage;
+  OutputFiles files({options.model});
+  files.make_folder(options.out);
+  try {
+    if (!options.model.empty()) {
+      job.model = load_model(options.model);
+      if (!job.model) return kExitConfiguration;
+      warn_of_effects(*job.model);
+      job.source = "simulated loop of " + fs::path(options.model).filename().string();
+    } else {
+      job.signatures = read_signatures(options.signatures, options.plant);
+      job.source = fmt::format("{} measured signatures of {}", job.signatures.size(),
+                               fs::path(options.signatures).filename().string());
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    const TrainingResult result = train_specialists(job, listener_of(options.json));
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    files.add(fs::path(options.out) / "training.html", training_page(result));
+    config::write_specialists(result.folder, [&](const std::string& name, const std::string& text) {
+      files.add(fs::path(options.out) / name, text);
+    });
+    files.commit();
+    TrainingCheckpoint::remove(*job.checkpoint);
+    print_summary(options, result, seconds);
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  } catch (const BadData& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return kExitData;
+  } catch (const std::invalid_argument& e) {
+    fmt::print(stderr, "train: {}\n", e.what());
+    return options.model.empty() ? kExitData : kExitConfiguration;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_train(CLI::App& app, int& exit_code) {
+  const auto o = std::make_shared<TrainOptions>();
+  CLI::App* sub = app.add_subcommand("train", "specialists that tell valve faults apart");
+  sub->add_option("model", o->model, "loop model, YAML: train on its simulation");
+  sub->add_option("--signatures", o->signatures,
+                  "folder of measured signatures with labels.csv: file, class, plant, role");
+  sub->add_option("--out", o->out, "folder for the specialists")->required();
+  sub->add_option("--plant", o->plant, "what their names begin with; of --signatures, which to use")
+      ->capture_default_str()
+      ->check([](const std::string& name) {
+        const bool good =
+            !name.empty() && name.size() <= 16 && std::all_of(name.begin(), name.end(), [](char c) {
+              return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                     c == '-' || c == '_';
+            });
+        return good ? std::string() : std::string("letters, digits, - and _, at most 16");
+      });
+  sub->add_option(
+         "--form", o->form,
+         "explaining: any window, from CO and PV, the default with a model; signature: the "
+         "thesis's networks, with --signatures the only ones; both takes minutes")
+      ->check(CLI::IsMember({"both", "explaining", "signature"}));
+  sub->add_option("--seed", o->seed, "of all random numbers")->capture_default_str();
+  sub->add_option("--windows", o->windows, "simulated windows of the explaining form")
+      ->check(CLI::Range(700, 1000000))
+      ->capture_default_str();
+  sub->add_option("--restarts", o->restarts,
+                  "starts of each network; default 2, of the signature form 1")
+      ->check(CLI::Range(1, 32));
+  sub->add_option("--components", o->components,
+                  "principal components that the signature form reduces its inputs to; 31: none")
+      ->check(CLI::Range(1, 31))
+      ->capture_default_str();
+  sub->add_option("--epochs", o->most_epochs, "most epochs of the signature form")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  sub->add_option("--sizes", o->sizes, "neurons of the hidden layers to grow over")
+      ->check(CLI::Range(1, 64))
+      ->delimiter(',')
+      ->capture_default_str();
+  sub->add_option("--classes", o->classes, "of the signature form with a model; default: all five")
+      ->check(CLI::IsMember({"no_fault", "stiction", "backlash", "hysteresis", "low_air_supply"}))
+      ->delimiter(',');
+  sub->add_option("--jobs", o->jobs, "threads; 0: one a core. The result does not depend on it")
+      ->capture_default_str();
+  sub->add_flag("--json", o->json, "print the result as JSON");
+  sub->footer(
+      "A run that was killed goes on where it stopped when it is started again the same way.\n"
+      "Example: loopwarden train config/examples/models/plant1-believed.yaml --out specialists");
+  sub->callback([o, &exit_code] { exit_code = run_train(*o); });
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/files/output_files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+namespace loopwarden::workbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What goes when a signal ends the program. Entries are only ever added, at the front, so that the handler
+// can walk the list at any moment; files therefore go before the folders made for them.
+struct Passing {
+  std::string path;
+  bool folder = false;
+  std::atomic<bool> present{true};
+  Passing* next = nullptr;
+};
+std::atomic<Passing*> passing{nullptr};
+
+void remove_passing() noexcept {
+  for (Passing* entry = passing.load(); entry != nullptr; entry = entry->next) {
+    if (!entry->present.exchange(false)) continue;
+    if (entry->folder) {
+      ::rmdir(entry->path.c_str());
+    } else {
+      ::unlink(entry->path.c_str());
+    }
+  }
+}
+
+void on_end(int signal) {
+  remove_passing();
+  // The handler has been reset: this ends the program as the signal would have.
+  raise(signal);
+}
+
+void watch_signals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    // Commands that end in order upon a signal, and nohup, keep their way.
+    if (before.sa_handler != SIG_DFL) continue;
+    struct sigaction action {};
+    action.sa_handler = on_end;
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigaction(signal, &action, nullptr);
+  }
+}
+
+void remember(const fs::path& path, bool folder) {
+  auto entry = std::make_unique<Passing>();
+  entry->path = path.string();
+  entry->folder = folder;
+  entry->next = passing.load();
+  passing.store(entry.release());  // never freed: the handler may be reading it
+}
+
+void forget(const fs::path& path) {
+  for (Passing* entry = passing.load(); entry != nullptr; entry = entry->next) {
+    if (entry->path == path.native()) entry->present = false;
+  }
+}
+
+[[noreturn]] void fail(const fs::path& path, std::string_view what, int error) {
+  throw OutputError(kExitIo, path.string() + ": " + std::string(what) + ": " +
+                                 std::generic_category().message(error));
+}
+
+// What follows its own name again and again (a file in /proc, standard output) is no file to replace.
+bool is_stream(const fs::path& path) {
+  struct stat of {};
+  if (::stat(path.c_str(), &of) != 0 || S_ISDIR(of.st_mode)) return false;
+  struct stat output {};
+  const bool own = ::fstat(STDOUT_FILENO, &output) == 0 && output.st_dev == of.st_dev &&
+                   output.st_ino == of.st_ino;
+  return !S_ISREG(of.st_mode) || own;
+}
+
+// Returns errno, 0 when all was written.
+int write_to(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(fd, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+int write_file(const fs::path& path, int flags, std::string_view text) {
+  const int fd = ::open(path.c_str(), flags | O_WRONLY | O_CLOEXEC, 0666);
+  if (fd < 0) return errno;
+  const int error = write_to(fd, text);
+  return ::close(fd) != 0 && error == 0 ? errno : error;
+}
+
+int copy_to_stream(const fs::path& from, const fs::path& stream) {
+  const int in = ::open(from.c_str(), O_RDONLY | O_CLOEXEC);
+  if (in < 0) return errno;
+  std::fflush(stdout);
+  const int out = ::open(stream.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  int error = out < 0 ? errno : 0;
+  std::string block(1UL << 16U, '\0');
+  while (error == 0) {
+    const ssize_t got = ::read(in, block.data(), block.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) error = errno;
+    if (got <= 0) break;
+    error = write_to(out, std::string_view(block).substr(0, static_cast<std::size_t>(got)));
+  }
+  ::close(in);
+  if (out >= 0 && ::close(out) != 0 && error == 0) error = errno;
+  return error;
+}
+
+// Between the first and the last name given no signal comes through.
+class SignalsHeld {
+ public:
+  SignalsHeld() {
+    sigset_t held;
+    sigemptyset(&held);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&held, signal);
+    pthread_sigmask(SIG_BLOCK, &held, &before_);
+  }
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+  ~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+ private:
+  sigset_t before_{};
+};
+
+fs::path beside(const fs::path& path, const char* what) {
+  return path.parent_path() /
+         ("." + path.filename().string() + "." + std::to_string(::getpid()) + what);
+}
+
+void remove_file(const fs::path& path) {
+  ::unlink(path.c_str());
+  forget(path);
+}
+
+}  // namespace
+
+OutputFiles::OutputFiles(std::vector<std::string> inputs) {
+  for (std::string& input : inputs) {
+    if (!input.empty()) inputs_.emplace_back(std::move(input));
+  }
+  watch_signals();
+}
+
+OutputFiles::~OutputFiles() {
+  for (const Staged& staged : staged_) {
+    remove_file(staged.temporary);
+    remove_file(staged.temporary.string() + ".tmp");
+  }
+  for (auto folder = folders_.rbegin(); folder != folders_.rend(); ++folder) {
+    ::rmdir(folder->c_str());  // stays where something else is in it by now
+    forget(*folder);
+  }
+}
+
+void OutputFiles::refuse_input(const fs::path& path) const {
+  for (const fs::path& input : inputs_) {
+    std::error_code ignored;
+    if (fs::is_regular_file(path, ignored) && fs::equivalent(path, input, ignored)) {
+      throw OutputError(kExitUsage, path.string() + ": is the input " + input.string() +
+                                        "; give the output another name");
+    }
+  }
+}
+
+void OutputFiles::make_folder(const fs::path& folder) {
+  std::error_code error;
+  if (folder.empty() || fs::is_directory(folder, error)) return;
+  make_folder(folder.parent_path());
+  if (::mkdir(folder.c_str(), 0777) == 0) {
+    folders_.push_back(folder);
+    remember(folder, true);
+  } else if (errno != EEXIST || !fs::is_directory(folder, error)) {
+    fail(folder, "can't be made", errno);
+  }
+}
+
+fs::path OutputFiles::stage(const fs::path& path) {
+  for (const Staged& staged : staged_) {
+    if (staged.asked == path) return staged.temporary;
+  }
+  refuse_input(path);
+  Staged staged{.asked = path, .target = path, .temporary = {}, .stream = is_stream(path)};
+  if (staged.stream) {
+    staged.temporary = beside(fs::temp_directory_path() / "loopwarden", ".tmp");
+    staged.temporary += std::to_string(staged_.size());
+  } else {
+    // Through links, also those that lead to nothing yet: the link stays.
+    std::error_code error;
+    if (fs::is_symlink(path)) staged.target = fs::weakly_canonical(path, error);
+    if (error) fail(path, "can't be written", error.value());
+    if (fs::is_directory(staged.target, error)) fail(path, "can't be written", EISDIR);
+    if (staged.target.filename().empty()) fail(path, "can't be written", EISDIR);
+    if (::access(staged.target.c_str(), W_OK) != 0 && errno != ENOENT) {
+      fail(path, "can't be written", errno);
+    }
+    const fs::path folder = staged.target.has_parent_path() ? staged.target.parent_path() : ".";
+    if (::access(folder.c_str(), W_OK) != 0) fail(path, "can't be written", errno);
+    staged.temporary = beside(staged.target, ".tmp");
+  }
+  remember(staged.temporary, false);
+  remember(staged.temporary.string() + ".tmp", false);
+  staged_.push_back(std::move(staged));
+  return staged_.back().temporary;
+}
+
+void OutputFiles::add(const fs::path& path, std::string_view text) {
+  const int error = write_file(stage(path), O_CREAT | O_TRUNC, text);
+  if (error != 0) fail(path, "can't be written", error);
+}
+
+void OutputFiles::commit() {
+  const SignalsHeld held;
+  struct Done {
+    const Staged* staged;
+    bool replaced = false;
+    fs::path earlier;  // the file that was there; empty where the file system keeps no second name
+  };
+  std::vector<Done> done;
+  int error = 0;
+  for (const Staged& staged : staged_) {
+    // Staged before the work, and not needed after it.
+    if (::access(staged.temporary.c_str(), F_OK) != 0) continue;
+    Done now{.staged = &staged, .replaced = false, .earlier = {}};
+    if (staged.stream) {
+      error = copy_to_stream(staged.temporary, staged.target);
+    } else {
+      struct stat target {};
+      if (::stat(staged.target.c_str(), &target) == 0) {
+        ::chmod(staged.temporary.c_str(), target.st_mode & 07777U);
+        now.replaced = true;
+        now.earlier = beside(staged.target, ".earlier");
+        if (::link(staged.target.c_str(), now.earlier.c_str()) != 0) now.earlier.clear();
+      }
+      if (::rename(staged.temporary.c_str(), staged.target.c_str()) != 0) {
+        error = errno;
+        if (!now.earlier.empty()) ::unlink(now.earlier.c_str());
+      }
+    }
+    done.push_back(std::move(now));
+    if (error != 0) break;
+  }
+  const fs::path failed = error != 0 ? done.back().staged->asked : fs::path();
+  if (error != 0) {
+    done.pop_back();
+    for (const Done& one : done) {
+      if (!one.earlier.empty()) {
+        ::rename(one.earlier.c_str(), one.staged->target.c_str());
+      } else if (!one.replaced && !one.staged->stream) {
+        ::unlink(one.staged->target.c_str());
+      }
+    }
+  }
+  for (const Done& one : done) {
+    if (!one.earlier.empty()) ::unlink(one.earlier.c_str());
+  }
+  if (error != 0) fail(failed, "can't be written", error);
+  for (const Staged& staged : staged_) {
+    remove_file(staged.temporary);  // of a stream
+    forget(staged.temporary.string() + ".tmp");
+  }
+  for (const fs::path& folder : folders_) forget(folder);
+  staged_.clear();
+  folders_.clear();
+}
+
+std::string OutputFiles::in_users_words(std::string message) const {
+  for (const Staged& staged : staged_) {
+    for (const std::string& name :
+         {staged.temporary.string() + ".tmp", staged.temporary.string()}) {
+      const std::size_t at = message.find(name);
+      if (at != std::string::npos) message.replace(at, name.size(), staged.asked.string());
+    }
+  }
+  return message;
+}
+
+void write_output(const fs::path& path, std::string_view text, std::vector<std::string> inputs) {
+  OutputFiles files(std::move(inputs));
+  files.add(path, text);
+  files.commit();
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/live/test_bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <thread>
+#include <utility>
+
+#include "workbench/live/terminal.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+double number(const nlohmann::json& loop, const char* key) {
+  const auto it = loop.find(key);
+  return it != loop.end() && it->is_number() ? it->get<double>() : std::nan("");
+}
+
+// Does not throw where the terminal is gone.
+void say(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
+}  // namespace
+
+SimulatedBench::SimulatedBench(const plant::LoopModel& model)
+    : plant_(model, model.scenario.seed),
+      sample_time_s_(model.sample_time_s),
+      low_(model.controller.pid.output_low),
+      high_(model.controller.pid.output_high),
+      start_(model.scenario.set_point.empty()
+                 ? (low_ + high_) / 2.0
+                 : plant_.output_for(model.scenario.set_point.front().second)) {
+  plant_.reset(start_);
+  start_pv_ = plant_.process_variable();
+}
+
+std::vector<BenchRow> SimulatedBench::hold(double co, double seconds) {
+  std::vector<BenchRow> rows;
+  const auto samples = std::max(1L, std::lround(seconds / sample_time_s_));
+  for (long k = 0; k < samples; ++k) {
+    plant_.step(co);
+    rows.push_back({plant_.time_s(), co, plant_.process_variable(), plant_.stem()});
+  }
+  return rows;
+}
+
+LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimits& limits)
+    : daemon_(socket), loop_(std::move(loop)), limits_(limits) {
+  const nlohmann::json before = status();
+  sample_time_s_ = before.at("sample_time_s").get<double>();
+  range_low_ = before.at("co_range").at(0).get<double>();
+  range_high_ = before.at("co_range").at(1).get<double>();
+  start_ = number(before, "co");
+  start_pv_ = number(before, "pv");
+  start_sp_ = number(before, "sp");
+  was_automatic_ = before.value("requested_mode", "") == "AUTO";
+  if (before.value("fault", "") != "none" || !std::isfinite(start_) || !std::isfinite(start_pv_)) {
+    throw TestAborted(fmt::format("{} is not fit for a test: fault {}, CO or PV not known", loop_,
+                                  before.value("fault", "?")));
+  }
+  if (start_ < limits_.co_low || start_ > limits_.co_high || start_pv_ < limits_.pv_low ||
+      start_pv_ > limits_.pv_high) {
+    throw TestAborted(fmt::format("{} stands outside of the limits given: CO {:.4g}, PV {:.4g}",
+                                  loop_, start_, start_pv_));
+  }
+  watch_interrupts();
+  next_period_ = before.value("period", std::uint64_t{0}) + 1;
+  due_period_ = next_period_;
+  taken_ = true;
+  try {
+    daemon_.set(loop_, {{"mode", "man"}});
+    if (!order_taken()) throw TestAborted(loop_ + " does not go to manual");
+  } catch (const std::exception&) {
+    // The order may have been taken though its answer was lost, and a constructor that throws has no destructor.
+    put_back();
+    throw;
+  }
+}
+
+bool LiveBench::order_taken() {
+  using Clock = std::chrono::steady_clock;
+  const auto patience = std::chrono::duration<double>(3.0 * sample_time_s_ / accelerate_ + 5.0);
+  const auto deadline = Clock::now() + patience;
+  while (status().value("requested_mode", "") != "MAN") {
+    if (Clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  in_manual_ = true;
+  return true;
+}
+
+nlohmann::json LiveBench::status() {
+  const nlohmann::json all = daemon_.status();
+  accelerate_ = all.at("daemon").value("accelerate", 1.0);
+  for (const auto& loop : all.at("loops")) {
+    if (loop.at("name") == loop_) return loop;
+  }
+  throw TestAborted("the daemon has no loop '" + loop_ + "'");
+}
+
+std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
+  const double wanted = std::clamp(co, limits_.co_low, limits_.co_high);
+  if (!sent_ || wanted != last_sent_) {
+    order_output(wanted);
+    last_sent_ = wanted;
+    sent_ = true;
+  }
+  const auto wanted_rows =
+      static_cast<std::size_t>(std::max(1L, std::lround(seconds / sample_time_s_)));
+  // Three times the time that this takes, and five seconds, without a row: the daemon hangs.
+  const auto patience = std::chrono::duration<double>(3.0 * seconds / accelerate_ + 5.0);
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  std::vector<BenchRow> rows;
+  // By absolute periods, so that a late answer does not stretch the test.
+  due_period_ = std::max(due_period_, next_period_) + wanted_rows;
+  while (next_period_ < due_period_ || rows.empty()) {
+    if (interrupted()) throw TestAborted("interrupted");
+    if (std::chrono::steady_clock::now() > deadline) throw TestAborted("no samples arrive");
+    const Trend fresh = daemon_.trend(loop_, next_period_);
+    for (std::size_t i = 0; i < fresh.period.size(); ++i) {
+      const BenchRow row{static_cast<double>(fresh.period[i]) * fresh.sample_time_s, fresh.co[i],
+                         fresh.pv[i], fresh.stem[i]};
+      next_period_ = fresh.period[i] + 1;
+      rows.push_back(row);
+      if (!(row.pv >= limits_.pv_low && row.pv <= limits_.pv_high)) {
+        throw TestAborted(fmt::format("PV {:.4g} is outside of {:g} to {:g}", row.pv,
+                                      limits_.pv_low, limits_.pv_high));
+      }
+    }
+    const nlohmann::json now = status();
+    if (now.value("requested_mode", "") != "MAN") {
+      given_up_ = true;
+      throw TestAborted("somebody took the loop out of manual");
+    }
+    if (now.value("fault", "none") != "none") {
+      throw TestAborted("the loop has a fault: " + now.value("fault", "?"));
+    }
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(std::clamp(0.5 * sample_time_s_ / accelerate_, 0.005, 0.1)));
+  }
+  return rows;
+}
+
+void LiveBench::order_output(double co) {
+  try {
+    daemon_.set(loop_, {{"output", co}});
+  } catch (const DaemonRefused& e) {
+    given_up_ = out_of_manual();
+    throw TestAborted(given_up_ ? "somebody took the loop out of manual" : e.what());
+  }
+}
+
+// Whether it was for the mode that an output was refused. The daemon judges by orders that are on their way,
+// the status shows them a little later.
+bool LiveBench::out_of_manual() {
+  using Clock = std::chrono::steady_clock;
+  const auto patience = std::chrono::duration<double>(3.0 * sample_time_s_ / accelerate_ + 1.0);
+  const auto deadline = Clock::now() + patience;
+  for (;;) {
+    const nlohmann::json now = status();
+    if (now.value("requested_mode", "") != "MAN") return true;
+    if (now.value("fault", "none") != "none" || Clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+bool LiveBench::restore() {
+  // An order still on its way would take the loop to manual behind our back.
+  if (!in_manual_ && !order_taken()) return false;
+  if (status().value("requested_mode", "") != "MAN") return false;
+  std::string refused;
+  try {
+    daemon_.set(loop_, {{"output", start_}});
+  } catch (const DaemonRefused& e) {
+    if (out_of_manual()) return false;
+    refused = e.what();  // a fault's action has the output; the mode is put back all the same
+  }
+  // In manual the set point may have followed PV.
+  if (was_automatic_) daemon_.set(loop_, {{"mode", "auto"}, {"set_point", start_sp_}});
+  if (!refused.empty()) throw DaemonRefused(kExitData, refused);
+  return true;
+}
+
+LiveBench::~LiveBench() { put_back(); }
+
+void LiveBench::put_back() noexcept {
+  if (!taken_ || given_up_) return;
+  const char* const mode = was_automatic_ ? "auto" : "man";
+  try {
+    if (restore()) {
+      say(fmt::format("{}: output back at {:.4g}, mode {}\n", loop_, start_, mode));
+    } else {
+      say(fmt::format("{}: not in manual any more, left as it is\n", loop_));
+    }
+  } catch (const std::exception& e) {
+    say(fmt::format("{}: could not be put back (output {:.4g}, mode {}): {}\n", loop_, start_, mode,
+                    e.what()));
+  }
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// A loop in manual whose output a test moves: a simulated one, or one of a running daemon.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "model/plant/plant.hpp"
+#include "workbench/live/daemon_client.hpp"
+
+namespace loopwarden::workbench {
+
+// The test must end now; the text says why. The output is restored by ~LiveBench.
+class TestAborted : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct BenchRow {
+  double time_s = 0.0;  // of the loop
+  double co = 0.0;      // CO units
+  double pv = 0.0;      // PV units
+  double stem = 0.0;    // CO units; NaN: no read-back
+};
+
+class TestBench {
+ public:
+  TestBench() = default;
+  TestBench(const TestBench&) = delete;
+  TestBench& operator=(const TestBench&) = delete;
+  virtual ~TestBench() = default;
+
+  // Holds `co` for `seconds` of the loop's time; the rows of that time. Throws TestAborted.
+  virtual std::vector<BenchRow> hold(double co, double seconds) = 0;
+  virtual double sample_time_s() const = 0;
+  virtual double output() const = 0;            // CO units, where the test began
+  virtual double process_variable() const = 0;  // PV units, where the test began
+  virtual double output_low() const = 0;
+  virtual double output_high() const = 0;
+};
+
+class SimulatedBench : public TestBench {
+ public:
+  explicit SimulatedBench(const plant::LoopModel& model);
+  std::vector<BenchRow> hold(double co, double seconds) override;
+  double sample_time_s() const override { return sample_time_s_; }
+  double output() const override { return start_; }
+  double process_variable() const override { return start_pv_; }
+  double output_low() const override { return low_; }
+  double output_high() const override { return high_; }
+
+ private:
+  plant::Plant plant_;
+  double sample_time_s_;
+  double low_;
+  double high_;
+  double start_;
+  double start_pv_;
+};
+
+struct LiveLimits {
+  double co_low, co_high;  // CO units
+  double pv_low, pv_high;  // PV units: beyond them the test ends
+};
+
+// Takes the loop to manual. However it ends (limit of PV, Ctrl-C, SIGTERM, SIGHUP, an error), the destructor puts the
+// output back to where it was, and then mode and set point. Where somebody else took the loop out of
+// manual, it is left to him. What it can't do: kill -9 of the workbench leaves the loop in manual, at the last
+// output of the test.
+class LiveBench : public TestBench {
+ public:
+  // Throws TestAborted if the loop is not fit for a test, std::runtime_error from the daemon.
+  LiveBench(const std::string& socket, std::string loop, const LiveLimits& limits);
+  ~LiveBench() override;
+
+  std::vector<BenchRow> hold(double co, double seconds) override;
+  double sample_time_s() const override { return sample_time_s_; }
+  double output() const override { return start_; }
+  double process_variable() const override { return start_pv_; }
+  double output_low() const override { return range_low_; }
+  double output_high() const override { return range_high_; }
+
+ private:
+  nlohmann::json status();
+  // Waits for the loop to take our order for manual; false: it had the time and did not.
+  bool order_taken();
+  void order_output(double co);  // throws TestAborted
+  bool out_of_manual();
+  // False: somebody else has the loop now.
+  bool restore();
+  void put_back() noexcept;  // restores, and says whether it could
+
+  DaemonClient daemon_;
+  std::string loop_;
+  LiveLimits limits_;
+  double sample_time_s_ = 0.1;
+  double accelerate_ = 1.0;
+  double range_low_ = 0.0;
+  double range_high_ = 100.0;
+  double start_ = 0.0;
+  double start_pv_ = 0.0;
+  double start_sp_ = 0.0;
+  bool was_automatic_ = false;
+  bool taken_ = false;      // in manual by us, or ordered to be
+  bool in_manual_ = false;  // and seen there
+  bool given_up_ = false;   // somebody else took it
+  double last_sent_ = 0.0;
+  bool sent_ = false;
+  std::uint64_t next_period_ = 0;  // not yet seen
+  std::uint64_t due_period_ = 0;   // end of the present hold
+};
+
+}  // namespace loopwarden::workbench

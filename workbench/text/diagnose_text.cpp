@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/text/diagnose_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace loopwarden::workbench {
+namespace {
+
+using diagnosis::Cause;
+using diagnosis::Diagnosis;
+using diagnosis::Follows;
+using diagnosis::Grade;
+using diagnosis::Verdict;
+
+double explained_gain_percent(const Diagnosis& d) {
+  return 100.0 * (1.0 - std::exp(-std::max(0.0, d.evidence.hammerstein)));
+}
+
+// What speaks for the verdict, with the figures of this record.
+std::string because(const Diagnosis& d) {
+  switch (d.verdict) {
+    case Verdict::valve_effect:
+      if (d.grade == Grade::seen) {
+        return fmt::format(
+            "CO travels and PV does not follow until a band is crossed: behind a sticking valve PV "
+            "is foretold "
+            "with {:.0f} % less error than straight from CO",
+            explained_gain_percent(d));
+      }
+      return fmt::format(
+          "PV lags CO by about a quarter period where it should follow at once, and a play "
+          "explains {:.0f} % of "
+          "PV, a straight line {:.0f} %; no band is seen step by step, so test the valve",
+          100.0 * d.play.play_r2, 100.0 * d.play.linear_r2);
+    case Verdict::other_cause:
+      switch (d.cause) {
+        case Cause::master_loop: return "PV swings with its set point, at the same period";
+        case Cause::sensor:
+        case Cause::no_flow: return d.reason;
+        case Cause::saturation:
+          if (!d.reason.empty()) return d.reason;
+          return fmt::format("CO rests at its limit in {:.0f} % of the samples",
+                             100.0 * d.prepared.share_at_limit);
+        default:
+          return "the loop cycles, and PV follows CO without a band; shapes and timing point to " +
+                 std::string(d.cause == Cause::tuning ? "the controller" : "a load");
+      }
+    case Verdict::healthy: return "PV follows CO without a band, and the loop does not cycle";
+    case Verdict::not_enough_data:
+    case Verdict::cant_tell: return d.reason;
+  }
+  return {};
+}
+
+// What speaks against the verdict; empty where nothing does.
+std::string against(const Diagnosis& d) {
+  if (!d.judged()) return {};
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
+  const bool effect = d.verdict == Verdict::valve_effect;
+  const auto oppose = [&](bool vote, const char* for_valve, const char* against_valve) {
+    if (effect && !vote) add(against_valve);
+    if (!effect && d.verdict != Verdict::cant_tell && vote) add(for_valve);
+  };
+  if (d.follows == Follows::at_once) {
+    oppose(d.evidence.phase > 0.0, "PV lags CO by about a quarter period",
+           "PV moves in step with CO");
+    oppose(d.evidence.play > 0.0, "a play explains PV better than a straight line",
+           "a straight line explains PV as well as a play");
+  }
+  oppose(d.evidence.hammerstein > diagnosis::kSeenFrom,
+         "a sticking valve foretells PV better step by step",
+         "step by step a sticking valve foretells PV no better");
+  return text;
+}
+
+nlohmann::json effects_of(const Diagnosis& d, double probability, double span) {
+  nlohmann::json effects = nlohmann::json::array();
+  if (d.verdict != Verdict::valve_effect) return effects;
+  nlohmann::json parameters;
+  const bool sticks = d.cause == Cause::stiction;
+  if (sticks) {
+    parameters = {{"s", d.s}, {"j", d.j}};
+  } else {
+    parameters = {{"deadband", d.s}};
+  }
+  nlohmann::json alternatives = nlohmann::json::array();
+  if (d.alternative != Cause::none) alternatives.push_back(to_text(d.alternative));
+  effects.push_back(
+      {{"name", to_text(d.cause)},
+       {"block", "valve"},
+       {"parameters", parameters},
+       {"percent_of_span", 100.0 * d.s / span},
+       {"confidence", probability * (sticks ? d.stiction_share : 1.0 - d.stiction_share)},
+       {"alternatives", alternatives},
+       {"interval", {{sticks ? "s" : "deadband", {d.s_low, d.s_high}}}},
+       {"evidence", because(d)}});
+  return effects;
+}
+
+nlohmann::json or_null(const std::string& text) {
+  return text.empty() ? nlohmann::json(nullptr) : nlohmann::json(text);
+}
+
+nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
+  const bool open = d.verdict == Verdict::not_enough_data || d.verdict == Verdict::cant_tell;
+  nlohmann::json result = {
+      {"verdict", to_text(d.verdict)},
+      {"grade", d.verdict == Verdict::valve_effect ? nlohmann::json(to_text(d.grade)) : nullptr},
+      {"effects", effects_of(d, probability, span)},
+      {"cause", d.verdict == Verdict::other_cause ? nlohmann::json(to_text(d.cause)) : nullptr},
+      {"reason", open ? or_null(d.reason) : nullptr},
+      {"settle", open ? or_null(d.settle) : nullptr},
+      {"oscillating", d.oscillating},
+      {"period_s", d.oscillating ? nlohmann::json(d.period_s) : nullptr},
+      {"kind", to_text(d.kind)},
+      {"evidence", because(d)},
+      {"against", or_null(against(d))},
+      {"probability", nullptr},
+      {"votes", nullptr}};
+  if (!d.judged()) return result;
+  const auto vote = [](double value, double threshold) {
+    return nlohmann::json{
+        {"value", value}, {"threshold", threshold}, {"valve_effect", value > threshold}};
+  };
+  result["probability"] = probability;
+  result["votes"] = {{"phase", vote(d.evidence.phase, 0.0)},
+                     {"play", vote(d.evidence.play, 0.0)},
+                     {"hammerstein", vote(d.evidence.hammerstein, diagnosis::kSeenFrom)}};
+  return result;
+}
+
+// The window that stands for the loop, with the loop's verdict.
+Diagnosis for_loop(const DiagnosedLoop& loop) {
+  Diagnosis d = loop.windows[loop.verdict.like].diagnosis;
+  d.verdict = loop.verdict.verdict;
+  d.grade = loop.verdict.grade;
+  d.cause = loop.verdict.cause;
+  d.reason = loop.verdict.reason;
+  d.settle = loop.verdict.settle;
+  d.probability = loop.verdict.probability;
+  return d;
+}
+std::string votes_line(const Diagnosis& d) {
+  const auto vote = [](bool yes) { return yes ? "valve" : "no"; };
+  return fmt::format("votes: phase {:.2f} ({}), play {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
+                     d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play,
+                     vote(d.evidence.play > 0.0), d.evidence.hammerstein,
+                     vote(d.evidence.hammerstein > diagnosis::kSeenFrom),
+                     d.follows == Follows::at_once ? "" : "; only the last counts on such a loop");
+}
+
+}  // namespace
+
+std::string headline(const Diagnosis& d, const std::vector<double>& co_range) {
+  switch (d.verdict) {
+    case Verdict::valve_effect:
+      return fmt::format(
+          "valve effect: {} ({}), {:.2g} % of the CO span ({:g} to {:g}), probability {:.0f} %",
+          to_text(d.cause), to_text(d.grade), 100.0 * d.s / (co_range[1] - co_range[0]),
+          co_range[0], co_range[1], 100.0 * d.probability);
+    case Verdict::other_cause: return fmt::format("no valve effect: {}", to_text(d.cause));
+    case Verdict::healthy:
+      return fmt::format("healthy, probability of a valve effect {:.0f} %", 100.0 * d.probability);
+    case Verdict::not_enough_data: return "not enough data";
+    case Verdict::cant_tell: return "can't tell";
+  }
+  return {};
+}
+
+nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
+  const double span = loop.co_range[1] - loop.co_range[0];
+  const Diagnosis whole = for_loop(loop);
+  nlohmann::json result = json_of(whole, whole.probability, span);
+  result["co_range"] = loop.co_range;
+  if (loop.windows.size() == 1) return result;
+  result["since_s"] = whole.verdict == Verdict::valve_effect
+                          ? nlohmann::json(loop.windows[loop.verdict.since].from_s)
+                          : nullptr;
+  result["since_file"] = whole.verdict == Verdict::valve_effect
+                             ? nlohmann::json(loop.windows[loop.verdict.since].file)
+                             : nullptr;
+  result["windows"] = nlohmann::json::array();
+  for (const DiagnosedWindow& w : loop.windows) {
+    nlohmann::json window = json_of(w.diagnosis, w.diagnosis.probability, span);
+    window["file"] = w.file;
+    window["from_s"] = w.from_s;
+    window["to_s"] = w.to_s;
+    result["windows"].push_back(window);
+  }
+  return result;
+}
+
+std::string diagnosis_text(const DiagnosedLoop& loop) {
+  const Diagnosis d = for_loop(loop);
+  std::string text = headline(d, loop.co_range) + "\n";
+  if (d.verdict == Verdict::valve_effect) {
+    const double span = loop.co_range[1] - loop.co_range[0];
+    text += fmt::format("size in nine of ten cases within {:.2g} to {:.2g} %\n",
+                        100.0 * d.s_low / span, 100.0 * d.s_high / span);
+    if (d.alternative != Cause::none) {
+      text += fmt::format("or {}: this record does not tell them apart\n", to_text(d.alternative));
+    }
+  }
+  text += fmt::format("because: {}\n", because(d));
+  if (const std::string contra = against(d); !contra.empty()) {
+    text += fmt::format("against it: {}\n", contra);
+  }
+  if (!d.settle.empty() && d.verdict != Verdict::valve_effect) {
+    text += fmt::format("what would settle it: {}\n", d.settle);
+  }
+  if (loop.windows.size() > 1) {
+    if (d.verdict == Verdict::valve_effect) {
+      const DiagnosedWindow& since = loop.windows[loop.verdict.since];
+      text += fmt::format("since {:g} s of {}\n", since.from_s, since.file);
+    }
+    for (const DiagnosedWindow& w : loop.windows) {
+      text += fmt::format("  {} {:g} to {:g} s: {}\n", w.file, w.from_s, w.to_s,
+                          headline(w.diagnosis, loop.co_range));
+    }
+  }
+  if (!d.judged()) return text;
+  text += votes_line(d);
+  text += fmt::format("kind of loop: {}\n", to_text(d.kind));
+  text += d.oscillating ? fmt::format("oscillates with a period of {:.4g} s\n", d.period_s)
+                        : std::string("does not oscillate\n");
+  text += fmt::format("{} samples used, {:.0f} periods\n", d.prepared.used, d.prepared.cycles);
+  return text;
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `diagnose` says of a loop, as JSON and as text.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "record/record_csv.hpp"
+#include "model/diagnosis/diagnosis.hpp"
+
+namespace loopwarden::workbench {
+
+struct DiagnosedWindow {
+  std::string file;
+  double from_s = 0.0;  // in the time of its file
+  double to_s = 0.0;
+  double period_s = 1.0;
+  diagnosis::Diagnosis diagnosis;
+};
+
+struct DiagnosedLoop {
+  std::vector<DiagnosedWindow> windows;  // in the order given
+  diagnosis::LoopVerdict verdict;
+  std::vector<double> co_range;  // CO units, lower and upper end
+};
+
+// The verdict in one line.
+std::string headline(const diagnosis::Diagnosis& d, const std::vector<double>& co_range);
+nlohmann::json diagnosis_json(const DiagnosedLoop& loop);
+std::string diagnosis_text(const DiagnosedLoop& loop);
+
+}  // namespace loopwarden::workbench
