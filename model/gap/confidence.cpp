@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/control/root_sum_square.hpp"
+#include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
 namespace {

@@ -32,13 +32,6 @@ struct ConfidenceTable {
 };
 extern const ConfidenceTable kConfidenceTable;
 
-// What a hypothesis leaves counts as noise and a quiet load up to here.
-inline constexpr double kMostNoiseRatio = 1.15;  // of the innovations' noise over the record's own
-inline constexpr double kMostTail = 5.0;         // kurtosis of the innovations
-inline constexpr double kMostAnswer = 6.0;       // F ratio of the innovations on the moves of CO
-// So large a share of the gap closed, and the name stands although more than noise is left.
-inline constexpr double kEnoughClosed = 0.85;
-
 struct Residuals {
   double noise_ratio = 1.0;  // innovations' noise over the record's own, 1 where all is explained
   double load_intensity = 0.0;  // PV units per root second

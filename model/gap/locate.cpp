@@ -8,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "model/gap/constants.hpp"
 #include "model/gap/record_check.hpp"
 
 namespace loopwarden::gap {
@@ -34,9 +35,8 @@ constexpr std::array<const char*, kConditions> kConditionText{
     "while the controller output rises",
     "while the controller output falls"};
 
-std::vector<Condition> conditions_of(const Series& series, const plant::LoopModel& model,
+std::vector<Condition> conditions_of(const std::vector<double>& co, const plant::LoopModel& model,
                                      double period_s) {
-  const std::vector<double>& co = series.co;
   const double low = model.controller.pid.output_low;
   const double span = model.controller.pid.output_high - low;
   const auto [used_low, used_high] = std::minmax_element(co.begin(), co.end());
@@ -140,55 +140,44 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
 
 }  // namespace
 
-void locate(Result& result, const ControllerFinding& controller,
-            const std::vector<double>& energy_by_effect) {
-  const Series& s = result.series;
-  const std::size_t n = s.time_s.size();
-  const double period_s = result.model.sample_time_s;
+std::vector<Located> locate(const Disagreement& d) {
+  std::vector<Located> located;
+  const std::size_t n = d.time_s.size();
+  const double period_s = d.model.sample_time_s;
   std::vector<double> energy(n, 0.0);
   std::vector<double> residual(n, 0.0);
   double total = 0.0;
   for (std::size_t k = 0; k < n; ++k) {
-    const double r = s.pv[k] - s.pv_before[k];
+    const double r = d.pv[k] - d.pv_before[k];
     if (!std::isfinite(r)) continue;
     residual[k] = r;
     energy[k] = r * r;
     total += energy[k];
   }
-  if (!(total > 0.0)) return;
+  if (!(total > 0.0)) return located;
 
   // By block: relative to the spans, the controller's difference beside that of PV.
-  const double pv_span = result.model.transmitter.high - result.model.transmitter.low;
-  const double co_span =
-      result.model.controller.pid.output_high - result.model.controller.pid.output_low;
-  const double floor = std::min(result.noise_floor_rmse, result.before.rmse);
-  const double plant_energy =
-      (result.before.rmse * result.before.rmse - floor * floor) / (pv_span * pv_span) + 1e-15;
-  const double controller_energy =
-      controller.compared && (controller.mismatch || controller.unexplained)
-          ? controller.before_rmse * controller.before_rmse / (co_span * co_span)
-          : 0.0;
+  const double pv_span = d.model.transmitter.high - d.model.transmitter.low;
+  const double co_span = d.model.controller.pid.output_high - d.model.controller.pid.output_low;
+  const double floor = std::min(d.noise_floor_rmse, d.rmse);
+  const double plant_energy = (d.rmse * d.rmse - floor * floor) / (pv_span * pv_span) + 1e-15;
+  const double controller_energy = d.controller_rmse * d.controller_rmse / (co_span * co_span);
   const double sum = plant_energy + controller_energy;
   std::map<plant::Block, double> blocks;
   if (controller_energy > 0.0) blocks[plant::Block::controller] = controller_energy / sum;
-  const double by_effects = std::accumulate(energy_by_effect.begin(), energy_by_effect.end(), 0.0);
-  std::size_t next = 0;
-  for (const FoundEffect& effect : result.effects) {
-    if (effect.block == plant::Block::controller) continue;
-    const double part = by_effects > 0.0 ? energy_by_effect[next] / by_effects : 1.0;
-    ++next;
+  const double by_effects =
+      std::accumulate(d.effects.begin(), d.effects.end(), 0.0,
+                      [](double to, const LocatedEffect& e) { return to + e.energy; });
+  for (const LocatedEffect& effect : d.effects) {
+    const double part = by_effects > 0.0 ? effect.energy / by_effects : 1.0;
     blocks[effect.block] += plant_energy / sum * part;
   }
-  if (next == 0) {
-    const plant::Block likely =
-        result.candidates.empty() ? plant::Block::process : result.candidates.front().block;
-    blocks[likely] += plant_energy / sum;
-  }
+  if (d.effects.empty()) blocks[d.likely] += plant_energy / sum;
   for (const auto& [block, share] : blocks) {
-    result.located.push_back(
-        {"block", block,
+    located.push_back(
+        {LocatedBy::block, block,
          block == plant::Block::controller ? "controller, from SP and PV to CO" : "from CO to PV",
-         0.0, s.time_s.back(), share});
+         0.0, d.time_s.back(), share});
   }
   const plant::Block worst =
       std::max_element(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
@@ -196,24 +185,23 @@ void locate(Result& result, const ControllerFinding& controller,
       })->first;
 
   // By time: stretches that stand out.
-  constexpr std::size_t kBins = 24;
-  std::array<double, kBins> bins{};
-  for (std::size_t k = 0; k < n; ++k) bins[k * kBins / n] += energy[k] / total;
+  std::array<double, kTimeBins> bins{};
+  for (std::size_t k = 0; k < n; ++k) bins[k * kTimeBins / n] += energy[k] / total;
   const auto bin_s = [&](std::size_t bin) {
-    return static_cast<double>(bin * n / kBins) * period_s;
+    return static_cast<double>(bin * n / kTimeBins) * period_s;
   };
   std::vector<Located> stretches;
   double rest = 0.0;
-  for (std::size_t begin = 0; begin < kBins;) {
-    if (bins[begin] < 1.25 / kBins) {
+  for (std::size_t begin = 0; begin < kTimeBins;) {
+    if (bins[begin] < kStandsOut / kTimeBins) {
       rest += bins[begin++];
       continue;
     }
     std::size_t end = begin;
     double share = 0.0;
-    while (end < kBins && bins[end] >= 1.25 / kBins) share += bins[end++];
+    while (end < kTimeBins && bins[end] >= kStandsOut / kTimeBins) share += bins[end++];
     stretches.push_back(
-        {"time", worst, "a stretch that stands out", bin_s(begin), bin_s(end), share});
+        {LocatedBy::time, worst, "a stretch that stands out", bin_s(begin), bin_s(end), share});
     begin = end;
   }
   std::sort(stretches.begin(), stretches.end(),
@@ -222,24 +210,24 @@ void locate(Result& result, const ControllerFinding& controller,
     rest += stretches.back().share_of_gap;
     stretches.pop_back();
   }
-  result.located.insert(result.located.end(), stretches.begin(), stretches.end());
+  located.insert(located.end(), stretches.begin(), stretches.end());
   if (rest > 0.0) {
-    result.located.push_back(
-        {"time", worst,
+    located.push_back(
+        {LocatedBy::time, worst,
          stretches.empty() ? "spread over the whole record" : "the rest of the record", 0.0,
-         s.time_s.back(), rest});
+         d.time_s.back(), rest});
   }
 
   // By condition.
   std::vector<Located> list;
   const Pattern pattern = best_pattern(residual, period_s);
   double left = 1.0;
-  if (pattern.what != nullptr && pattern.share > 0.6) {
-    list.push_back(
-        {"condition", worst, pattern.what, pattern.from_s, s.time_s.back(), pattern.share});
+  if (pattern.what != nullptr && pattern.share > kClearPattern) {
+    list.push_back({LocatedBy::condition, worst, pattern.what, pattern.from_s, d.time_s.back(),
+                    pattern.share});
     left -= pattern.share;
   }
-  const std::vector<Condition> conditions = conditions_of(s, result.model, period_s);
+  const std::vector<Condition> conditions = conditions_of(d.co, d.model, period_s);
   std::array<double, kConditions> shares{};
   std::array<double, kConditions> peak{};
   std::array<std::size_t, kConditions> peak_at{};
@@ -257,12 +245,13 @@ void locate(Result& result, const ControllerFinding& controller,
   for (std::size_t c = 0; c < kConditions; ++c) {
     if (shares[c] <= 0.0) continue;
     const std::size_t begin = peak_at[c] >= window ? peak_at[c] - window : 0;
-    list.push_back({"condition", worst, kConditionText[c], s.time_s[begin], s.time_s[peak_at[c]],
-                    shares[c] * left});
+    list.push_back({LocatedBy::condition, worst, kConditionText[c], d.time_s[begin],
+                    d.time_s[peak_at[c]], shares[c] * left});
   }
   std::sort(list.begin(), list.end(),
             [](const Located& a, const Located& b) { return a.share_of_gap > b.share_of_gap; });
-  result.located.insert(result.located.end(), list.begin(), list.end());
+  located.insert(located.end(), list.begin(), list.end());
+  return located;
 }
 
 }  // namespace loopwarden::gap

@@ -3,17 +3,42 @@
 // of time, and conditions that an engineer can act on. Each sample belongs to one condition, so that
 // the shares add up; a pattern in time (a drift, a level from one moment on, a period) that explains
 // most of the difference stands before them with what it explains.
+//
+//   energy of sample k = (pv - pv_before)^2;   share = its part of the sum over the record
+//
+// Conditions are judged on CO a dead time before, over the time constant. By block the controller's energy
+// counts beside that of PV, both relative to their spans.
+//
+// What it can't do: say why. A share tells where the gap shows, not what makes it.
 #pragma once
 
 #include <vector>
 
-#include "model/gap/controller_block.hpp"
 #include "model/gap/result.hpp"
 
 namespace loopwarden::gap {
 
-// From result.series, effects, check and model; fills result.located.
-void locate(Result& result, const ControllerFinding& controller,
-            const std::vector<double>& energy_by_effect);
+// An effect that was named, and what it accounts for, in any one unit.
+struct LocatedEffect {
+  plant::Block block = plant::Block::valve;
+  double energy = 0.0;
+};
+
+// Columns of equal length; PV may have missing samples.
+struct Disagreement {
+  const plant::LoopModel& model;
+  const std::vector<double>& time_s;
+  const std::vector<double>& pv;         // PV units
+  const std::vector<double>& pv_before;  // PV units, of the model as given
+  const std::vector<double>& co;         // CO units
+  double rmse = 0.0;                     // PV units, of pv - pv_before
+  double noise_floor_rmse = 0.0;         // PV units
+  double controller_rmse = 0.0;  // CO units, of a controller that is not the model's; 0: it is
+  const std::vector<LocatedEffect>& effects;
+  plant::Block likely = plant::Block::process;  // where nothing was named
+};
+
+// By block, then by time, then by condition; empty where model and record agree exactly.
+std::vector<Located> locate(const Disagreement& disagreement);
 
 }  // namespace loopwarden::gap

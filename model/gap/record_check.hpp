@@ -10,17 +10,11 @@
 // Source of the median's factor: Huber, Robust Statistics (1981).
 #pragma once
 
+#include "model/gap/constants.hpp"
 #include "model/gap/record.hpp"
 #include "model/gap/result.hpp"
 
 namespace loopwarden::gap {
-
-// Shorter records are refused.
-inline constexpr std::size_t kFewestSamples = 200;
-// Less movement of CO, of its span, tells nothing of the valve.
-inline constexpr double kLeastMovement = 0.01;
-// A PV that changes less often stands still.
-inline constexpr std::size_t kFewestMoves = 5;
 
 // The record with what no transmitter of this range can have sent, a span or more outside, taken as
 // missing.

@@ -12,4 +12,13 @@ const char* to_text(Verdict verdict) noexcept {
   return "unexplained";
 }
 
+const char* to_text(LocatedBy by) noexcept {
+  switch (by) {
+    case LocatedBy::block: return "block";
+    case LocatedBy::time: return "time";
+    case LocatedBy::condition: break;
+  }
+  return "condition";
+}
+
 }  // namespace loopwarden::gap

@@ -68,13 +68,18 @@ struct Rest {
 };
 
 struct Step {
-  std::string added;    // effect; a leading '-' means taken out again
+  enum class Change : std::uint8_t { added, taken_out };
+  std::string effect;
+  Change change = Change::added;
   double rmse = kNone;  // PV units, first two thirds
   double holdout_rmse = kNone;
 };
 
+enum class LocatedBy : std::uint8_t { block, time, condition };
+const char* to_text(LocatedBy by) noexcept;
+
 struct Located {
-  std::string by;  // block, time, condition
+  LocatedBy by = LocatedBy::block;
   plant::Block block = plant::Block::valve;
   std::string what;
   double from_s = 0.0;  // where it shows most

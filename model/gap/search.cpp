@@ -6,14 +6,12 @@
 #include <numeric>
 #include <set>
 
+#include "model/gap/accept.hpp"
+#include "model/gap/constants.hpp"
+
 namespace loopwarden::gap {
 namespace {
 
-constexpr double kFirstGain = 5.0;     // nats, to call one effect missing
-constexpr double kFurtherGain = 12.0;  // nats, for each further one
-constexpr double kLeastPart = 0.05;    // of the score before: less is the first one's own misfit
-constexpr double kLeastT = 1.7;        // over the blocks of the record
-constexpr std::size_t kBlocks = 12;
 constexpr std::size_t kPolish = 1280;  // evaluations
 constexpr std::size_t kPolishLast = 3840;
 constexpr std::size_t kPolished = 4;  // of the best with one more effect
@@ -41,19 +39,19 @@ double block_t(const Fitter& fitter, const Fit& more, const Fit& less) {
   const std::size_t n = a.size();
   const double constant = (less.deviance - more.deviance) / (2.0 * static_cast<double>(n));
   std::vector<double> gains;
-  for (std::size_t block = 0; block < kBlocks; ++block) {
+  for (std::size_t block = 0; block < kGainBlocks; ++block) {
     double gain = 0.0;
-    const std::size_t end = (block + 1) * n / kBlocks;
-    for (std::size_t i = block * n / kBlocks; i < end; ++i) {
+    const std::size_t end = (block + 1) * n / kGainBlocks;
+    for (std::size_t i = block * n / kGainBlocks; i < end; ++i) {
       gain += constant + 0.5 * (b[i] * b[i] - a[i] * a[i]);
     }
     gains.push_back(gain);
   }
-  const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / kBlocks;
+  const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / kGainBlocks;
   double spread = 0.0;
   for (const double g : gains) spread += (g - mean) * (g - mean);
-  spread = std::sqrt(spread / (kBlocks - 1));
-  return spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kBlocks))) : 0.0;
+  spread = std::sqrt(spread / (kGainBlocks - 1));
+  return spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0;
 }
 
 struct Job {
@@ -169,17 +167,22 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
     }
     return kept;
   };
-  const auto accepted = [&](const Hypothesis& more, const Hypothesis& less, double gain) {
-    return more.score - less.score > std::max(gain, kLeastPart * less.score) &&
-           rms_apart(fitter.simulate(more.fit), fitter.simulate(less.fit), end) > least_rms &&
-           (less.fit.terms.empty() || more.fit.terms.back()->kind == Kind::step_disturbance ||
-            block_t(fitter, more.fit, less.fit) > kLeastT);
+  const auto accepted = [&](const Hypothesis& more, const Hypothesis& less) {
+    const bool first = less.fit.terms.empty();
+    return worth_adding(
+        {.score_with = more.score,
+         .score_without = less.score,
+         .first = first,
+         .at_one_moment = more.fit.terms.back()->kind == Kind::step_disturbance,
+         .moves_pv = rms_apart(fitter.simulate(more.fit), fitter.simulate(less.fit), end),
+         .least_rms = least_rms,
+         .block_t = first ? 0.0 : block_t(fitter, more.fit, less.fit)});
   };
 
   result.singles = distinct(add_each({result.chosen}, true));
   result.tried = result.singles;
   progress(options.several ? 0.3 : 0.9);
-  if (accepted(result.singles.front(), result.chosen, kFirstGain)) {
+  if (accepted(result.singles.front(), result.chosen)) {
     result.chosen = result.singles.front();
     result.path.push_back({result.chosen.fit.terms[0]->name});
   }
@@ -195,7 +198,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
       std::sort(more.begin(), more.end(), better);
       progress(count == 2 ? 0.75 : 0.95);
       result.tried.insert(result.tried.end(), more.begin(), more.end());
-      if (!accepted(more.front(), result.chosen, kFurtherGain)) break;
+      if (more.empty() || !accepted(more.front(), result.chosen)) break;
       // Step back: an effect that the others have made superfluous goes, and so does the last one if
       // without it the others, fitted from here, do as well.
       Hypothesis next = more.front();
@@ -205,7 +208,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
           if (names_of(h.fit) == names_of(without.fit) && better(h, without)) without = h;
         }
         result.tried.push_back(without);
-        if (next.score - without.score < kFurtherGain) {
+        if (superfluous(next.score, without.score)) {
           next = std::move(without);
         } else {
           ++i;
@@ -223,15 +226,6 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
     }
   }
   result.chosen = hypothesis(fitter.polish(result.chosen.fit, kPolishLast));
-  for (const Candidate* term : result.chosen.fit.terms) {
-    double rival = 0.0;  // the model alone
-    for (const Hypothesis& h : result.tried) {
-      if (h.fit.terms.size() <= result.chosen.fit.terms.size() && !contains(h.fit, term->name)) {
-        rival = std::max(rival, h.score);
-      }
-    }
-    result.margins.push_back(result.chosen.score - rival);
-  }
   progress(1.0);
   return result;
 }

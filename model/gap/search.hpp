@@ -38,6 +38,7 @@ struct Hypothesis {
   double training_rmse = 0.0;  // PV units, free run
 };
 
+// Its fits point into the candidates that were searched, and must not outlive them.
 struct SearchResult {
   Fit base;                                    // the model alone, within its uncertainty
   double base_rmse = 0.0;                      // PV units, first two thirds
@@ -45,7 +46,6 @@ struct SearchResult {
   std::vector<Hypothesis> singles;             // best of each name, best first
   std::vector<Hypothesis> tried;               // all
   std::vector<std::vector<std::string>> path;  // names after each step
-  std::vector<double> margins;  // nats, for each term of `chosen`: to the best one without it
 };
 
 bool contains(const Fit& fit, std::string_view name);

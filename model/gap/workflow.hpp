@@ -2,10 +2,18 @@
 // The gap workflow: where a loop model and a record disagree, which effect the model lacks, and the
 // corrected model. From a record and a model to a Result; nothing else goes in but the options.
 //
-//   check the record -> controller alone -> plant alone, driven by the measured CO: fit, name, add
-//   -> locate -> prove on the last third
+//   check       is the record to be believed; what of it counts         check.hpp, record_check.hpp
+//   controller  alone, from SP and PV to CO                             controller.hpp
+//   fit         the plant alone, driven by the measured CO              fit_model.hpp, fit.hpp, free_run.hpp
+//   search      which effects, added to the model, explain PV           search.hpp, accept.hpp, candidate.hpp
+//   decide      what is missing, how sure, what else it may be          decide.hpp, confidence.hpp
+//   prove       on the last third                                       prove.hpp, model_run.hpp
+//   locate      where in the loop, when, and under which condition      locate.hpp
+//   say         names, parameters, intervals, sentences                 say.hpp
 //
-// Without CO the model's controller is replayed on SP and PV, and the misfit is that of the closed loop.
+// Each stage takes and returns a small struct of its own; the Result is put together at the end. Every
+// limit stands in constants.hpp. Without CO the model's controller is replayed on SP and PV, and the misfit
+// is that of the closed loop.
 //
 // What it can't do: effects that come and go during the record, processes of another form than gain,
 // lag and dead time, several loops at once. Then it says `unexplained`.
@@ -29,11 +37,5 @@ struct Options {
 // with check.usable false.
 Result find_gap(const Record& record, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress);
-
-// PV of the model as it stands, driven by `co`; only the unknown state at the start is fitted, a
-// stem's place from a grid and, where one is known already, `start_offset` (CO units below CO).
-std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
-                             const std::vector<double>& pv, const std::vector<bool>& used,
-                             double start_offset = 0.0);
 
 }  // namespace loopwarden::gap

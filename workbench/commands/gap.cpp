@@ -83,7 +83,7 @@ void print_result(const gap::Result& r, const std::string& out) {
   }
   for (const gap::Located& l : r.located) {
     fmt::print("  {:>5.1f} %  {:<10} {:<12} {} ({:.1f} s to {:.1f} s)\n", 100.0 * l.share_of_gap,
-               l.by, to_text(l.block), l.what, l.from_s, l.to_s);
+               to_text(l.by), to_text(l.block), l.what, l.from_s, l.to_s);
   }
   fmt::print("{0}/report.html, {0}/gap.json, {0}/model.corrected.yaml\n", out);
 }

@@ -246,7 +246,7 @@ class Page {
   static std::string place_of(const gap::Located& row) {
     const std::string block = plant::to_text(row.block);
     if (row.what.empty() || row.what == block) return block;
-    if (row.by != "block") return escaped(row.what);
+    if (row.by != gap::LocatedBy::block) return escaped(row.what);
     return fmt::format("{} <span class=\"note\">{}</span>", block, escaped(row.what));
   }
 
@@ -255,23 +255,22 @@ class Page {
     add("<h2>Where they part</h2>\n"
         "<p class=\"note\">The squared residual of the model as given, split three ways. The spans "
         "lead to the plots.</p>\n");
-    const std::array<std::array<const char*, 2>, 3> kinds{
-        {{"block", "By block"}, {"time", "By time"}, {"condition", "By condition"}}};
-    for (const auto& kind : kinds) {
-      const char* const by = kind[0];
-      const char* const title = kind[1];
+    for (const auto& [by, title] :
+         {std::pair{gap::LocatedBy::block, "By block"}, std::pair{gap::LocatedBy::time, "By time"},
+          std::pair{gap::LocatedBy::condition, "By condition"}}) {
       std::vector<const gap::Located*> rows;
       for (const gap::Located& row : result_.located) {
         if (row.by == by) rows.push_back(&row);
       }
       if (rows.empty()) continue;
+      const bool in_time = by == gap::LocatedBy::time;
       std::stable_sort(rows.begin(), rows.end(), [&](const auto* a, const auto* b) {
-        return std::string_view(by) != "time" && a->share_of_gap > b->share_of_gap;
+        return !in_time && a->share_of_gap > b->share_of_gap;
       });
       add("<h3>{}</h3><div class=\"wide\"><table "
           "class=\"shares\"><thead><tr><th>{}</th><th>share</th>"
           "<th class=\"n\">%</th><th>shows most</th></tr></thead><tbody>",
-          title, by);
+          title, gap::to_text(by));
       for (const gap::Located* row : rows) {
         const bool links = row->to_s > row->from_s && std::isfinite(row->to_s - row->from_s);
         const std::string span = links ? span_text(row->from_s, row->to_s) : "";
@@ -299,10 +298,9 @@ class Page {
                            std::isfinite(before.training_rmse) ? before.training_rmse : before.rmse,
                            before.holdout_rmse}};
     for (const gap::Step& step : result_.steps) {
-      const bool taken_out = step.added.starts_with('-');
-      rows.push_back({(taken_out ? "&minus; " : "+ ") +
-                          words(std::string_view(step.added).substr(taken_out ? 1 : 0)),
-                      step.rmse, step.holdout_rmse});
+      const bool taken_out = step.change == gap::Step::Change::taken_out;
+      rows.push_back(
+          {(taken_out ? "&minus; " : "+ ") + words(step.effect), step.rmse, step.holdout_rmse});
     }
     double most = std::isfinite(result_.noise_floor_rmse) ? result_.noise_floor_rmse : 0.0;
     for (const Row& row : rows) {

@@ -232,11 +232,11 @@ std::vector<Shade> shades_of(const gap::Result& result, const TimeAxis& axis) {
   std::vector<Shade> shades;
   for (const gap::Located& located : result.located) {
     const double length_s = located.to_s - located.from_s;
-    if (located.by == "block" || !(length_s > 0.0) || length_s > most_s) continue;
+    if (located.by == gap::LocatedBy::block || !(length_s > 0.0) || length_s > most_s) continue;
     if (!(located.share_of_gap > 0.0)) continue;
     shades.push_back({located.from_s, located.to_s, located.share_of_gap,
                       fmt::format("{}: {:.0f} % of the gap by {}", located.what,
-                                  100.0 * located.share_of_gap, located.by)});
+                                  100.0 * located.share_of_gap, gap::to_text(located.by))});
   }
   return shades;
 }
@@ -329,7 +329,7 @@ bool has_controller_gap(const gap::Result& result) {
     if (effect.block == plant::Block::controller) return true;
   }
   for (const gap::Located& located : result.located) {
-    if (located.by == "block" && located.block == plant::Block::controller &&
+    if (located.by == gap::LocatedBy::block && located.block == plant::Block::controller &&
         located.share_of_gap >= kControllerShare) {
       return true;
     }

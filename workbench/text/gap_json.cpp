@@ -67,13 +67,14 @@ json of(const gap::Rest& rest) {
 }
 
 json of(const gap::Step& step) {
-  return {{"added", step.added},
+  const bool taken_out = step.change == gap::Step::Change::taken_out;
+  return {{"added", (taken_out ? "-" : "") + step.effect},
           {"rmse", finite_or_null(step.rmse)},
           {"holdout_rmse", finite_or_null(step.holdout_rmse)}};
 }
 
 json of(const gap::Located& located) {
-  return {{"by", located.by},
+  return {{"by", gap::to_text(located.by)},
           {"block", plant::to_text(located.block)},
           {"what", located.what},
           {"from_s", finite_or_null(located.from_s)},

@@ -21,43 +21,63 @@ namespace {
 
 constexpr std::size_t kSamples = 1000;
 
-// A result whose model misses PV by `residual` of the time in s.
-Result missing(const std::function<double(double)>& residual,
-               const std::vector<double>& co = exciting_output(kSamples)) {
-  Result r;
-  r.model = believed_model();
-  r.series.co = co;
+struct Case {
+  loopwarden::plant::LoopModel model = believed_model();
+  std::vector<double> time_s, pv, pv_before, co;
+  double rmse = 0.0;
+  double noise_floor_rmse = 0.0;
+  double controller_rmse = 0.0;
+  std::vector<LocatedEffect> effects;
+
+  std::vector<Located> located() const {
+    return locate({.model = model,
+                   .time_s = time_s,
+                   .pv = pv,
+                   .pv_before = pv_before,
+                   .co = co,
+                   .rmse = rmse,
+                   .noise_floor_rmse = noise_floor_rmse,
+                   .controller_rmse = controller_rmse,
+                   .effects = effects});
+  }
+};
+
+// A case whose model misses PV by `residual` of the time in s.
+Case missing(const std::function<double(double)>& residual,
+             const std::vector<double>& co = exciting_output(kSamples)) {
+  Case r;
+  r.co = co;
   double sum = 0.0;
   for (std::size_t k = 0; k < kSamples; ++k) {
     const double time_s = 0.1 * static_cast<double>(k);
     const double by = residual(time_s);
     sum += by * by;
-    r.series.time_s.push_back(time_s);
-    r.series.pv_before.push_back(5.0);
-    r.series.pv.push_back(5.0 + by);
+    r.time_s.push_back(time_s);
+    r.pv_before.push_back(5.0);
+    r.pv.push_back(5.0 + by);
   }
-  r.before.rmse = std::sqrt(sum / kSamples);
+  r.rmse = std::sqrt(sum / kSamples);
   return r;
 }
 
 double wobble(double time_s) { return 0.1 * std::sin(7.3 * time_s) * std::cos(0.9 * time_s); }
 
-std::vector<Located> located_by(const Result& r, const std::string& by) {
+std::vector<Located> located_by(const std::vector<Located>& all, LocatedBy by) {
   std::vector<Located> list;
-  std::copy_if(r.located.begin(), r.located.end(), std::back_inserter(list),
+  std::copy_if(all.begin(), all.end(), std::back_inserter(list),
                [&](const Located& l) { return l.by == by; });
   return list;
 }
 
-double share(const Result& r, const std::string& what) {
+double share(const std::vector<Located>& all, const std::string& what) {
   double sum = 0.0;
-  for (const Located& l : r.located) sum += l.what == what ? l.share_of_gap : 0.0;
+  for (const Located& l : all) sum += l.what == what ? l.share_of_gap : 0.0;
   return sum;
 }
 
-void check_shares(const Result& r) {
-  std::map<std::string, double> sums;
-  for (const Located& l : r.located) {
+void check_shares(const std::vector<Located>& all) {
+  std::map<LocatedBy, double> sums;
+  for (const Located& l : all) {
     CAPTURE(l.what);
     CHECK(l.share_of_gap >= 0.0);
     CHECK(l.from_s <= l.to_s);
@@ -66,45 +86,38 @@ void check_shares(const Result& r) {
   }
   CHECK(sums.size() == 3);
   for (const auto& [by, sum] : sums) {
-    CAPTURE(by);
+    CAPTURE(to_text(by));
     CHECK(sum == Approx(1.0).epsilon(1e-6));
   }
-}
-
-FoundEffect found(const char* name, plant::Block block) {
-  FoundEffect effect;
-  effect.spec.name = name;
-  effect.block = block;
-  return effect;
 }
 
 }  // namespace
 
 TEST_CASE("a level from one moment on is named, with its moment", "[gap][locate]") {
-  Result r = missing([](double t) { return (t >= 40.0 ? 0.5 : 0.0) + 0.1 * wobble(t); });
-  locate(r, {}, {});
-  check_shares(r);
-  const Located first = located_by(r, "condition").front();
+  Case r = missing([](double t) { return (t >= 40.0 ? 0.5 : 0.0) + 0.1 * wobble(t); });
+  std::vector<Located> all = r.located();
+  check_shares(all);
+  const Located first = located_by(all, LocatedBy::condition).front();
   CHECK(first.what == "from one moment on");
   CHECK(first.from_s == Approx(40.0).margin(0.5));
   CHECK(first.share_of_gap > 0.95);
 }
 
 TEST_CASE("a constant, a drift and a sine have names of their own", "[gap][locate]") {
-  Result r = missing([](double) { return -0.3; });
-  locate(r, {}, {});
-  check_shares(r);
-  CHECK(located_by(r, "condition").front().what == "all the time, by a constant");
+  Case r = missing([](double) { return -0.3; });
+  std::vector<Located> all = r.located();
+  check_shares(all);
+  CHECK(located_by(all, LocatedBy::condition).front().what == "all the time, by a constant");
 
   r = missing([](double t) { return 0.01 * t; });
-  locate(r, {}, {});
-  check_shares(r);
-  CHECK(located_by(r, "condition").front().what == "a slow drift");
+  all = r.located();
+  check_shares(all);
+  CHECK(located_by(all, LocatedBy::condition).front().what == "a slow drift");
 
   r = missing([](double t) { return 0.3 * std::sin(2.0 * std::numbers::pi * t / 9.0); });
-  locate(r, {}, {});
-  check_shares(r);
-  CHECK(located_by(r, "condition").front().what == "periodically");
+  all = r.located();
+  check_shares(all);
+  CHECK(located_by(all, LocatedBy::condition).front().what == "periodically");
 }
 
 TEST_CASE("without a pattern the conditions share the gap", "[gap][locate]") {
@@ -112,26 +125,26 @@ TEST_CASE("without a pattern the conditions share the gap", "[gap][locate]") {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
   const double upper = *low + 0.7 * (*high - *low);
   // PV differs while CO was high a dead time before.
-  Result r = missing(
+  Case r = missing(
       [&](double t) {
         const auto k = static_cast<std::size_t>(std::lround(t / 0.1));
         return k >= 8 && co[k - 8] > upper ? 4.0 * wobble(t) : 0.0;
       },
       co);
-  locate(r, {}, {});
-  check_shares(r);
-  CHECK(share(r, "at low opening") == 0.0);
-  CHECK(share(r, "a slow drift") + share(r, "from one moment on") == 0.0);
+  std::vector<Located> all = r.located();
+  check_shares(all);
+  CHECK(share(all, "at low opening") == 0.0);
+  CHECK(share(all, "a slow drift") + share(all, "from one moment on") == 0.0);
 
   std::vector<double> limited(kSamples, 10.0);
   r = missing(wobble, limited);
-  locate(r, {}, {});
-  check_shares(r);
-  CHECK(share(r, "while the controller output stands at a limit") == Approx(1.0));
+  all = r.located();
+  check_shares(all);
+  CHECK(share(all, "while the controller output stands at a limit") == Approx(1.0));
 
   r = missing(wobble, std::vector<double>(kSamples, 5.0));
-  locate(r, {}, {});
-  CHECK(share(r, "while the valve should rest") == Approx(1.0));
+  all = r.located();
+  CHECK(share(all, "while the valve should rest") == Approx(1.0));
 }
 
 TEST_CASE("a reversal is blamed for what follows it", "[gap][locate]") {
@@ -141,22 +154,22 @@ TEST_CASE("a reversal is blamed for what follows it", "[gap][locate]") {
     const double phase = std::fmod(0.1 * static_cast<double>(k), 40.0) / 20.0;
     co.push_back(3.0 + 4.0 * (phase < 1.0 ? phase : 2.0 - phase));
   }
-  Result r = missing(
+  Case r = missing(
       [](double t) {
         const double since = std::fmod(t, 20.0);
         return t > 20.0 && since > 1.5 && since < 4.5 ? 3.0 * wobble(t) : 0.0;
       },
       co);
-  locate(r, {}, {});
-  check_shares(r);
-  CHECK(share(r, "after the controller output reverses") > 0.95);
+  std::vector<Located> all = r.located();
+  check_shares(all);
+  CHECK(share(all, "after the controller output reverses") > 0.95);
 }
 
 TEST_CASE("a stretch that stands out is found in time", "[gap][locate]") {
-  Result r = missing([](double t) { return wobble(t) * (t >= 25.0 && t < 37.5 ? 5.0 : 0.2); });
-  locate(r, {}, {});
-  check_shares(r);
-  const Located first = located_by(r, "time").front();
+  Case r = missing([](double t) { return wobble(t) * (t >= 25.0 && t < 37.5 ? 5.0 : 0.2); });
+  std::vector<Located> all = r.located();
+  check_shares(all);
+  const Located first = located_by(all, LocatedBy::time).front();
   CHECK(first.what == "a stretch that stands out");
   CHECK(first.from_s == Approx(25.0).margin(4.2));
   CHECK(first.to_s == Approx(37.5).margin(4.2));
@@ -164,27 +177,24 @@ TEST_CASE("a stretch that stands out is found in time", "[gap][locate]") {
 }
 
 TEST_CASE("the blocks share the gap by what each effect brings", "[gap][locate]") {
-  Result r = missing(wobble);
-  r.effects = {found("backlash", plant::Block::valve), found("drift", plant::Block::transmitter)};
-  locate(r, {}, {3.0, 1.0});
-  check_shares(r);
-  for (const Located& l : located_by(r, "block")) {
+  Case r = missing(wobble);
+  r.effects = {{plant::Block::valve, 3.0}, {plant::Block::transmitter, 1.0}};
+  const std::vector<Located> all = r.located();
+  check_shares(all);
+  for (const Located& l : located_by(all, LocatedBy::block)) {
     CHECK(l.share_of_gap == Approx(l.block == plant::Block::valve ? 0.75 : 0.25));
   }
-  for (const Located& l : located_by(r, "condition")) CHECK(l.block == plant::Block::valve);
+  for (const Located& l : located_by(all, LocatedBy::condition))
+    CHECK(l.block == plant::Block::valve);
 }
 
 TEST_CASE("a controller that differs takes its part of the gap", "[gap][locate]") {
-  Result r = missing(wobble);
-  r.effects = {found("controller_mismatch", plant::Block::controller)};
-  r.noise_floor_rmse = r.before.rmse;  // nothing is left for the plant
-  ControllerFinding controller;
-  controller.compared = true;
-  controller.mismatch = true;
-  controller.before_rmse = 0.5;
-  locate(r, controller, {});
-  check_shares(r);
-  const std::vector<Located> blocks = located_by(r, "block");
+  Case r = missing(wobble);
+  r.noise_floor_rmse = r.rmse;  // nothing is left for the plant
+  r.controller_rmse = 0.5;
+  const std::vector<Located> all = r.located();
+  check_shares(all);
+  const std::vector<Located> blocks = located_by(all, LocatedBy::block);
   const auto it = std::find_if(blocks.begin(), blocks.end(), [](const Located& l) {
     return l.block == plant::Block::controller;
   });
@@ -193,13 +203,13 @@ TEST_CASE("a controller that differs takes its part of the gap", "[gap][locate]"
 }
 
 TEST_CASE("missing samples and an exact model do no harm", "[gap][locate]") {
-  Result r = missing([](double) { return 0.0; });
-  locate(r, {}, {});
-  CHECK(r.located.empty());
+  Case r = missing([](double) { return 0.0; });
+  std::vector<Located> all = r.located();
+  CHECK(all.empty());
   r = missing(wobble);
-  for (std::size_t k = 100; k < 140; ++k) r.series.pv[k] = kNone;
-  locate(r, {}, {});
-  check_shares(r);
+  for (std::size_t k = 100; k < 140; ++k) r.pv[k] = kNone;
+  all = r.located();
+  check_shares(all);
 }
 
 }  // namespace locate_test

@@ -6,6 +6,7 @@
 #include <map>
 #include <thread>
 
+#include "model/gap/model_run.hpp"
 #include "tests/model/gap/gap_support.hpp"
 
 namespace workflow_test {
@@ -47,8 +48,8 @@ TEST_CASE("a changed gain is named, located and added", "[gap][long]") {
   CHECK(factor < interval[1]);
   CHECK(result.after.holdout_rmse < 0.1 * result.before.holdout_rmse);
   REQUIRE(result.steps.size() == 1);
-  CHECK(result.steps[0].added == "gain_change");
-  std::map<std::string, double> shares;
+  CHECK(result.steps[0].effect == "gain_change");
+  std::map<gap::LocatedBy, double> shares;
   for (const gap::Located& located : result.located) shares[located.by] += located.share_of_gap;
   CHECK(shares.size() == 3);
   for (const auto& [by, share] : shares) CHECK(share == Approx(1.0));

@@ -156,7 +156,8 @@ TEST_CASE("the controller's curves show where the controller has a part in the g
           "[gap][report]") {
   gap::Result result = complete_gap_result();
   CHECK_FALSE(contains(page_of(result), "controller as given"));
-  result.located[1] = {"block", plant::Block::controller, "controller", 0.0, 0.0, 0.2};
+  result.located[1] = {
+      gap::LocatedBy::block, plant::Block::controller, "controller", 0.0, 0.0, 0.2};
   CHECK(contains(page_of(result), "controller as given"));
   result.located.clear();
   result.effects[0].block = plant::Block::controller;
@@ -173,7 +174,7 @@ TEST_CASE("text from files can't become markup", "[gap][report]") {
   result.effects[0].alternatives = {hostile};
   result.effects[0].evidence = hostile;
   result.check.notes = {{hostile, hostile}};
-  result.steps[0].added = hostile;
+  result.steps[0].effect = hostile;
   for (gap::Located& located : result.located) located.what = hostile;
   result.candidates[0] = {hostile, plant::Block::valve, {hostile}, 1.0, 1.0, false, hostile};
   GapReportContext context = context_of(result);
@@ -270,7 +271,7 @@ TEST_CASE("every state of a result makes a page", "[gap][report]") {
     result.noise_floor_rmse = result.load_intensity = none;
     result.controller_before_rmse = result.controller_after_rmse = none;
     result.holdout_from_s = none;
-    result.steps = {{"stiction", none, none}};
+    result.steps = {{"stiction", gap::Step::Change::added, none, none}};
     for (gap::Located& located : result.located) {
       located.from_s = located.to_s = located.share_of_gap = none;
     }

@@ -43,13 +43,15 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
   result.after = {0.02, 97.4, 0.019, 0.021, 97.1};
   result.controller_before_rmse = 0.01;
   result.controller_after_rmse = 0.009;
-  result.steps = {{"drift", 0.2, 0.4}, {"stiction", 0.018, 0.021}, {"-drift", 0.019, 0.021}};
-  result.located = {
-      {"block", plant::Block::valve, "valve", 0.0, 0.0, 0.8},
-      {"block", plant::Block::process, "process", 0.0, 0.0, 0.2},
-      {"time", plant::Block::valve, "20 to 30 s", 20.0, 30.0, 0.4},
-      {"time", plant::Block::valve, "the rest", 0.0, 60.0, 0.6},
-      {"condition", plant::Block::valve, "after the output reverses", 22.0, 25.0, 1.0}};
+  result.steps = {{"drift", gap::Step::Change::added, 0.2, 0.4},
+                  {"stiction", gap::Step::Change::added, 0.018, 0.021},
+                  {"drift", gap::Step::Change::taken_out, 0.019, 0.021}};
+  result.located = {{gap::LocatedBy::block, plant::Block::valve, "valve", 0.0, 0.0, 0.8},
+                    {gap::LocatedBy::block, plant::Block::process, "process", 0.0, 0.0, 0.2},
+                    {gap::LocatedBy::time, plant::Block::valve, "20 to 30 s", 20.0, 30.0, 0.4},
+                    {gap::LocatedBy::time, plant::Block::valve, "the rest", 0.0, 60.0, 0.6},
+                    {gap::LocatedBy::condition, plant::Block::valve, "after the output reverses",
+                     22.0, 25.0, 1.0}};
   result.candidates = {{"backlash",
                         plant::Block::valve,
                         {"backlash", {{"deadband", 1.1}}},

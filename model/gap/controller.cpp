@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/gap/controller_block.hpp"
+#include "model/gap/controller.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlopt.hpp>
 
+#include "model/gap/constants.hpp"
 #include "model/gap/record_check.hpp"
 
 namespace loopwarden::gap {
@@ -166,7 +167,7 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
   found.kp = settings.gains.kp;
   found.ki = settings.gains.ki;
 
-  const double least = 0.002 * span;  // less does not matter
+  const double least = kLeastControllerRms * span;
   if (found.training_rmse_before < least) return found;
 
   // Another anti-windup first: it shows only near the limits.
@@ -224,9 +225,9 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
   const std::vector<double> after = replay(with(kp, ki));
   const double after_rms = rms_difference(after, record.co, end);
   const bool other_settings =
-      std::abs(kp / settings.gains.kp - 1.0) > 0.03 ||
-      std::abs(ki - settings.gains.ki) > 0.03 * std::max(settings.gains.ki, 1e-12);
-  if (other_settings && after_rms < 0.3 * found.training_rmse_before) {
+      std::abs(kp / settings.gains.kp - 1.0) > kSameSettings ||
+      std::abs(ki - settings.gains.ki) > kSameSettings * std::max(settings.gains.ki, 1e-12);
+  if (other_settings && after_rms < kSettingsLeave * found.training_rmse_before) {
     found.mismatch = true;
     found.kp = kp;
     found.ki = ki;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/gap/controller_block.hpp"
+#include "model/gap/controller.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,7 +8,7 @@
 
 #include "tests/model/gap/gap_support.hpp"
 
-namespace controller_block_test {
+namespace controller_test {
 
 using namespace loopwarden;
 
@@ -174,4 +174,4 @@ TEST_CASE("without CO or SP there is nothing to compare", "[gap][controller]") {
   CHECK_FALSE(gap::compare_controller(record, model).compared);
 }
 
-}  // namespace controller_block_test
+}  // namespace controller_test

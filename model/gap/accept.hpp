@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules of the search, on scores alone: when one more effect is taken in, when one is stepped back
+// from, and by how much a name leads. Limits: constants.hpp.
+//
+// What they can't do: a score compares explanations of one record; whether the best one is good is asked
+// by decide.hpp.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace loopwarden::gap {
+
+// A set of effects that was tried.
+struct Explanation {
+  std::vector<std::string> names;  // none: the model alone
+  double score = 0.0;              // nats above the model alone
+  double training_rmse = 0.0;      // PV units, free run
+
+  bool has(std::string_view name) const noexcept;
+};
+
+// One more effect.
+struct Addition {
+  double score_with = 0.0;     // nats
+  double score_without = 0.0;  // nats
+  bool first = true;           // nothing was missing yet
+  bool at_one_moment = false;  // it shows at one place of the record: need not gain in all of it
+  double moves_pv = 0.0;       // PV units rms, apart from the free run without it
+  double least_rms = 0.0;      // PV units, of what matters
+  double block_t = 0.0;        // Student's t of the gain over the blocks of the record
+};
+bool worth_adding(const Addition& addition) noexcept;
+
+// The others do as well without it.
+bool superfluous(double score_with, double score_without) noexcept;
+
+// Nats by which each name of `chosen` leads over the best explanation of as many effects or fewer that does
+// without it.
+std::vector<double> leads(const Explanation& chosen, std::span<const Explanation> tried);
+
+}  // namespace loopwarden::gap

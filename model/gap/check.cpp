@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/check.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "model/gap/controller.hpp"
+#include "model/gap/model_run.hpp"
+#include "model/gap/record_check.hpp"
+#include "model/gap/text.hpp"
+#include "model/plant/plant.hpp"
+
+namespace loopwarden::gap {
+namespace {
+
+std::vector<double> assumed_set_point(const plant::LoopModel& model, const std::vector<double>& pv,
+                                      std::vector<RecordNote>& notes) {
+  const std::size_t n = pv.size();
+  const auto& profile = model.scenario.set_point;
+  if (profile.empty()) {
+    double mean = 0.0;
+    for (std::size_t k = n / 2; k < n; ++k) mean += pv[k] / static_cast<double>(n - n / 2);
+    notes.push_back(
+        {"no set point", text("SP was not measured and the model has no scenario: %.4g, "
+                              "the mean of PV's second half, stands for it",
+                              mean)});
+    return std::vector<double>(n, mean);
+  }
+  const auto shifted = [&](double shift_s) {
+    std::vector<double> sp(n, profile.front().second);
+    for (std::size_t k = 0; k < n; ++k) {
+      for (const auto& [time_s, value] : profile) {
+        if (static_cast<double>(k) * model.sample_time_s + 1e-9 >= time_s + shift_s) sp[k] = value;
+      }
+    }
+    return sp;
+  };
+  double best_shift_s = 0.0;
+  double best = -1.0;
+  for (int i = -100; i <= 100; ++i) {
+    const double shift_s = i * model.sample_time_s;
+    const std::vector<double> simulated = closed_loop(model, shifted(shift_s), pv.front());
+    double sum = 0.0;
+    for (std::size_t k = 0; k < n; ++k) sum += (pv[k] - simulated[k]) * (pv[k] - simulated[k]);
+    if (best < 0.0 || sum < best) {
+      best = sum;
+      best_shift_s = shift_s;
+    }
+  }
+  notes.push_back(
+      {"no set point", text("SP was not measured: the scenario's profile, %.3g s later, "
+                            "stands for it",
+                            best_shift_s)});
+  return shifted(best_shift_s);
+}
+
+}  // namespace
+
+CheckedRecord check(const Record& given, const plant::LoopModel& model) {
+  CheckedRecord out;
+  Record record = believed(given, model);
+  out.quality = check_record(record, model);
+  if (!out.quality.usable) return out;
+
+  out.model = model;
+  out.model.sample_time_s = record.period_s;
+  out.model.transmitter.noise = 0.0;
+  out.model.transmitter.resolution = 0.0;
+  out.pv = held(record.pv);
+  if (record.has_sp()) out.sp = held(record.sp);
+  if (!record.has_co()) {
+    out.closed_loop = true;
+    if (out.sp.empty()) out.sp = assumed_set_point(out.model, out.pv, out.quality.notes);
+    plant::Plant rest(out.model, 1);
+    record.co = replay_controller(out.model.controller.pid, out.model.sample_time_s, out.sp, out.pv,
+                                  rest.output_for(out.pv.front()));
+    out.quality.notes.push_back(
+        {"no output",
+         "CO was not measured: the model's controller, replayed on SP and PV, stands for it"});
+  }
+  out.co = held(record.co);
+  out.used = usable_samples(record, out.model);
+  out.training_end = training_samples(record.size());
+  out.training = out.used;
+  std::fill(out.training.begin() + static_cast<std::ptrdiff_t>(out.training_end),
+            out.training.end(), false);
+  out.record = std::move(record);
+  return out;
+}
+
+}  // namespace loopwarden::gap

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/decide.hpp"
+
+#include <algorithm>
+
+#include "model/control/root_sum_square.hpp"
+#include "model/gap/constants.hpp"
+
+namespace loopwarden::gap {
+namespace {
+
+Explanation explanation_of(const Hypothesis& hypothesis) {
+  Explanation out{{}, hypothesis.score, hypothesis.training_rmse};
+  for (const Candidate* term : hypothesis.fit.terms) out.names.emplace_back(term->name);
+  return out;
+}
+
+std::vector<std::string> alternatives_to(const std::string& name, const Competition& competition) {
+  const Explanation& chosen = competition.chosen;
+  std::vector<std::string> out;
+  for (const Explanation& other : competition.tried) {
+    if (other.names.size() != chosen.names.size() || other.has(name)) continue;
+    if (chosen.score - other.score > kTooClose) continue;
+    for (const std::string& instead : other.names) {
+      if (!chosen.has(instead) && std::find(out.begin(), out.end(), instead) == out.end()) {
+        out.push_back(instead);
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Competition competition_of(const SearchResult& search) {
+  Competition out{explanation_of(search.chosen), {}, search.base_rmse};
+  for (const Hypothesis& hypothesis : search.tried) out.tried.push_back(explanation_of(hypothesis));
+  return out;
+}
+
+Decision decide(const Competition& competition, const Residuals& left,
+                const ControllerFinding& controller, const Scale& scale,
+                const ConfidenceTable& table) {
+  Decision out;
+  out.other_settings = controller.mismatch;
+  // Load counts as floor only where a quiet one accounts for what is left.
+  const double floor = left.adequate ? left.floor_rmse : kNoiseFloor * scale.noise_rms;
+  // What the model's own uncertainty covers is no gap.
+  const bool material = competition.model_rmse > control::root_sum_square(floor, scale.least_rms);
+  out.unexplained = controller.unexplained || (material && !left.adequate);
+  if (!left.believable) return out;
+  const std::vector<double> by = leads(competition.chosen, competition.tried);
+  for (std::size_t i = 0; i < by.size(); ++i) {
+    const std::string& name = competition.chosen.names[i];
+    out.named.push_back(
+        {name, by[i], confidence(by[i], left.adequate, table), alternatives_to(name, competition)});
+  }
+  return out;
+}
+
+Verdict verdict_of(const Decision& decision, bool refuted) noexcept {
+  if (refuted) return Verdict::unexplained;
+  if (!decision.named.empty() || decision.other_settings) return Verdict::missing_effect;
+  return decision.unexplained ? Verdict::unexplained : Verdict::no_gap;
+}
+
+}  // namespace loopwarden::gap

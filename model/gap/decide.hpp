@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fifth stage: what is missing, how sure, and what else it may be. From scores, from what the chosen
+// explanation leaves, and from what the controller did; the holdout has no part in it (prove.hpp).
+//
+//   named         the search chose effects, and what they leave is noise and a quiet load, or they close
+//                 so much of the gap that the name stands although more is left
+//   alternatives  names of explanations of as many effects, too near in score to be told apart
+//   unexplained   more is left than noise and load, of a size that matters, and nothing accounts for it
+//
+// Limits: constants.hpp; confidence: confidence.hpp.
+//
+// What it can't do: a cause that none of the candidates resembles is not named, but one that resembles it
+// may be, with the confidence of its lead.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/gap/accept.hpp"
+#include "model/gap/confidence.hpp"
+#include "model/gap/controller.hpp"
+#include "model/gap/result.hpp"
+
+namespace loopwarden::gap {
+
+// What the search brought, by names and scores alone.
+struct Competition {
+  Explanation chosen;
+  std::vector<Explanation> tried;
+  double model_rmse = 0.0;  // PV units: of the model alone, first two thirds
+};
+Competition competition_of(const SearchResult& search);
+
+// What counts as large.
+struct Scale {
+  double noise_rms = 0.0;  // PV units, of the record
+  double least_rms = 0.0;  // PV units, of what matters
+};
+
+struct NamedEffect {
+  std::string name;
+  double lead_nats = 0.0;
+  double confidence = 0.0;
+  std::vector<std::string> alternatives;
+};
+
+struct Decision {
+  std::vector<NamedEffect> named;  // in the order in which they were found
+  bool other_settings = false;     // of the controller
+  bool unexplained = false;        // more is left than noise and a quiet load
+};
+
+Decision decide(const Competition& competition, const Residuals& left,
+                const ControllerFinding& controller, const Scale& scale,
+                const ConfidenceTable& table = kConfidenceTable);
+
+// `refuted`: the holdout contradicts what was decided.
+Verdict verdict_of(const Decision& decision, bool refuted) noexcept;
+
+}  // namespace loopwarden::gap

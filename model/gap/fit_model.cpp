@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/fit_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/gap/constants.hpp"
+
+namespace loopwarden::gap {
+namespace {
+
+std::vector<Candidate> candidates_for(const CheckedRecord& r) {
+  const control::PidSettings& pid = r.model.controller.pid;
+  const auto [co_low, co_high] =
+      std::minmax_element(r.co.begin(), r.co.begin() + static_cast<std::ptrdiff_t>(r.training_end));
+  std::vector<Candidate> all = candidates({.output_low = pid.output_low,
+                                           .output_high = pid.output_high,
+                                           .output_used_low = *co_low,
+                                           .output_used_high = *co_high,
+                                           .period_s = r.record.period_s,
+                                           .duration_s = r.record.time_s(r.training_end),
+                                           .time_constant_s = r.model.process.time_constant_s,
+                                           .dead_time_s = r.model.process.dead_time_s});
+  if (*co_high - *co_low < kLeastMovement * (pid.output_high - pid.output_low)) {
+    // A valve that is never moved shows nothing of itself, nor of the process.
+    std::erase_if(all, [](const Candidate& candidate) {
+      return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;
+    });
+  }
+  if (r.closed_loop) {
+    std::erase_if(all, [](const Candidate& c) { return c.kind == Kind::output_bias; });
+  }
+  return all;
+}
+
+double pv_span(const CheckedRecord& r) {
+  return r.model.transmitter.high - r.model.transmitter.low;
+}
+
+double load_ratio(const CheckedRecord& r, const SearchOptions& options, double largest_load) {
+  return options.load && r.quality.noise_rms > 0.0
+             ? largest_load * pv_span(r) * std::sqrt(r.record.period_s) / r.quality.noise_rms
+             : 0.0;
+}
+
+}  // namespace
+
+ModelFit::ModelFit(const CheckedRecord& record, const SearchOptions& options, double largest_load)
+    : run(record.model, record.co, !record.closed_loop),
+      searched(candidates_for(record)),
+      least_rms(
+          std::max(kLeastEffect * pv_span(record), kLeastEffectNoise * record.quality.noise_rms)),
+      record_(record),
+      options_(options),
+      largest_load_ratio_(load_ratio(record, options, largest_load)),
+      fitter(run, record.pv, record.training, largest_load_ratio_, options.allowances) {}
+
+Fitter ModelFit::over_whole_record() const {
+  return {run, record_.pv, record_.used, largest_load_ratio_, options_.allowances};
+}
+
+}  // namespace loopwarden::gap

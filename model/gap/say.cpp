@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/say.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "model/control/root_sum_square.hpp"
+#include "model/gap/constants.hpp"
+#include "model/gap/text.hpp"
+
+namespace loopwarden::gap {
+namespace {
+
+std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size_t index,
+                                                       const Fitter& fitter,
+                                                       const plant::EffectSpec& spec) {
+  const std::vector<double> spread = fitter.spread(fit, index);
+  const Candidate& term = *fit.terms[index];
+  const std::vector<double>& searched = fit.point.searched[index];
+  std::map<std::string, double> deviations;
+  for (std::size_t j = 0; j < term.search.size(); ++j) deviations[term.search[j].name] = spread[j];
+  switch (term.kind) {
+    case Kind::stiction:
+      deviations["j"] = control::root_sum_square(searched[1] * spread[0], searched[0] * spread[1]);
+      break;
+    case Kind::cam_obstruction:
+      deviations["jump"] =
+          control::root_sum_square(searched[2] * spread[1], searched[1] * spread[2]);
+      break;
+    case Kind::gain_change: deviations["factor"] = spread[0]; break;
+    case Kind::output_bias: deviations["bias"] = spread[0]; break;
+    case Kind::drift: deviations["rate"] = spread[0]; break;
+    case Kind::step_disturbance: deviations["size"] = spread[1]; break;
+    case Kind::oscillating_disturbance: {
+      deviations["amplitude"] = std::max(spread[1], spread[2]);
+      const double amplitude = spec.parameters.at("amplitude");
+      deviations["phase"] =
+          amplitude > 0.0 ? deviations["amplitude"] / amplitude : std::numbers::pi;
+      break;
+    }
+    case Kind::backlash:
+    case Kind::hysteresis_width:
+    case Kind::hysteresis_offset:
+    case Kind::low_air_supply:
+    case Kind::equal_percentage:
+    case Kind::quick_opening:
+    case Kind::butterfly:
+    case Kind::curve_table:
+    case Kind::positioner_overshoot:
+    case Kind::extra_dead_time:
+    case Kind::extra_lag: break;  // what is searched is what is named
+  }
+  std::map<std::string, std::array<double, 2>> out;
+  for (const auto& [name, value] : spec.parameters) {
+    const auto it = deviations.find(name);
+    if (it != deviations.end()) {
+      out[name] = {value - k95 * it->second, value + k95 * it->second};
+    }
+  }
+  return out;
+}
+
+std::string parameters_text(const plant::EffectSpec& spec) {
+  std::string out;
+  const auto curve = spec.options.find("curve");
+  if (curve != spec.options.end()) out = curve->second;
+  for (const auto& [name, value] : spec.parameters) {
+    // How the stem answers to its actuator is part of the law, not what an engineer asks for.
+    if (spec.name == "stiction" && name != "s" && name != "j") continue;
+    out += (out.empty() ? "" : ", ") + name + " " + text("%.3g", value);
+  }
+  return out;
+}
+
+plant::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index) {
+  const plant::LoopModel model = run.corrected(fit.terms, fit.point, fit.solved);
+  const char* name = fit.terms[index]->name;
+  for (const auto* list : {&model.valve_effects, &model.process_effects, &model.transmitter_effects,
+                           &model.disturbances}) {
+    for (auto it = list->rbegin(); it != list->rend(); ++it) {
+      if (it->name == name) return *it;
+    }
+  }
+  return {};
+}
+
+std::string why_not(const Hypothesis& tried, const SearchResult& search, Verdict verdict) {
+  if (verdict == Verdict::no_gap) return "nothing is missing that it could explain";
+  const double behind = search.chosen.score - tried.score;
+  if (search.chosen.fit.terms.empty()) {
+    return text("explains too little: %.3g of the gap's rmse %.3g is left", tried.training_rmse,
+                search.base_rmse);
+  }
+  if (behind < kTooClose) {
+    return text("can't be told apart here: only %.1f nats behind", behind);
+  }
+  return text("leaves an rmse of %.3g where the choice leaves %.3g; %.0f nats less likely",
+              tried.training_rmse, search.chosen.training_rmse, behind);
+}
+
+}  // namespace
+
+std::vector<FoundEffect> describe_effects(const Decision& decision, const SearchResult& search,
+                                          const ModelFit& model_fit) {
+  const Fit& fit = search.chosen.fit;
+  std::vector<FoundEffect> out;
+  for (std::size_t i = 0; i < decision.named.size(); ++i) {
+    const NamedEffect& named = decision.named[i];
+    FoundEffect effect;
+    effect.spec = spec_of(model_fit.run, fit, i);
+    effect.block = fit.terms[i]->block;
+    effect.interval = intervals(fit, i, model_fit.fitter, effect.spec);
+    effect.confidence = named.confidence;
+    effect.lead_nats = named.lead_nats;
+    effect.alternatives = named.alternatives;
+    effect.evidence = text(
+        "with it (%s) the free run's rmse falls from %.3g to %.3g on the data of the fit; the best "
+        "explanation without it is %.0f nats less likely",
+        parameters_text(effect.spec).c_str(), search.base_rmse, search.chosen.training_rmse,
+        named.lead_nats);
+    out.push_back(std::move(effect));
+  }
+  return out;
+}
+
+FoundEffect describe_controller(const ControllerFinding& found, const control::PidGains& model) {
+  FoundEffect effect;
+  effect.spec = {"controller_mismatch", {{"kp", found.kp}, {"ki", found.ki}}};
+  effect.block = plant::Block::controller;
+  effect.confidence = controller_confidence();
+  effect.interval["kp"] = {found.kp - k95 * found.kp_spread, found.kp + k95 * found.kp_spread};
+  effect.interval["ki"] = {found.ki - k95 * found.ki_spread, found.ki + k95 * found.ki_spread};
+  effect.evidence = text(
+      "replayed on the measured SP and PV, the model's controller misses CO by %.3g; "
+      "with kp %.4g and ki %.4g (model: %.4g and %.4g) by %.2g",
+      found.before_rmse, found.kp, found.ki, model.kp, model.ki, found.after_rmse);
+  return effect;
+}
+
+std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
+                                           Verdict verdict) {
+  std::vector<TriedCandidate> out;
+  for (const Hypothesis& h : search.singles) {
+    TriedCandidate tried;
+    tried.name = h.fit.terms[0]->name;
+    tried.block = h.fit.terms[0]->block;
+    tried.spec = spec_of(model_fit.run, h.fit, 0);
+    tried.rmse = h.training_rmse;
+    tried.score = h.score;
+    tried.chosen = verdict == Verdict::missing_effect && contains(search.chosen.fit, tried.name);
+    if (!tried.chosen) tried.why_not = why_not(h, search, verdict);
+    out.push_back(std::move(tried));
+  }
+  return out;
+}
+
+std::string sentence_of(const Summary& r) {
+  if (r.verdict == Verdict::no_gap) {
+    return text("The model explains the record: what is left, %.3g rms, is %s.", r.before.rmse,
+                r.with_load ? "noise and an unmeasured load" : "the noise of the record");
+  }
+  if (r.verdict == Verdict::unexplained) {
+    return text(
+        "Model and record disagree by %.3g rms, and no effect that is known here explains it.",
+        r.before.rmse);
+  }
+  std::string names;
+  for (std::size_t i = 0; i < r.effects.size(); ++i) {
+    names += i == 0 ? "" : i + 1 == r.effects.size() ? " and " : ", ";
+    names += r.effects[i].spec.name + " (" + parameters_text(r.effects[i].spec) + ")";
+  }
+  if (r.closed_loop && !(r.after.holdout_rmse < r.before.holdout_rmse)) {
+    return text(
+        "The model lacks %s. Without CO the closed loop runs free and does not keep the phase of a "
+        "cycle: its misfit can't show that, the evidence from the replayed controller does.",
+        names.c_str());
+  }
+  return text(
+      "The model lacks %s: with it the misfit on data the fit never saw falls from %.3g to %.3g.",
+      names.c_str(), r.before.holdout_rmse, r.after.holdout_rmse);
+}
+
+}  // namespace loopwarden::gap

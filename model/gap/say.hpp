@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Last stage: what was found, in words and with its parameters and their intervals.
+//
+//   interval = value +- 1.96 standard deviations by the curvature of the likelihood (Fitter::spread)
+//
+// What it can't do: intervals count noise only. Where the model's law is not the plant's they are too
+// narrow.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/gap/decide.hpp"
+#include "model/gap/fit_model.hpp"
+#include "model/gap/result.hpp"
+
+namespace loopwarden::gap {
+
+// The effects that were named, in their order.
+std::vector<FoundEffect> describe_effects(const Decision& decision, const SearchResult& search,
+                                          const ModelFit& model_fit);
+
+// Other settings of the controller than the model's.
+FoundEffect describe_controller(const ControllerFinding& found, const control::PidGains& model);
+
+// Every effect that was fitted alone. `chosen` and the reasons are those of the verdict.
+std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
+                                           Verdict verdict);
+
+// What the sentence is about.
+struct Summary {
+  Verdict verdict = Verdict::no_gap;
+  const std::vector<FoundEffect>& effects;
+  const Misfit& before;
+  const Misfit& after;
+  bool closed_loop = false;
+  bool with_load = false;  // an unmeasured load was seen
+};
+std::string sentence_of(const Summary& summary);
+
+}  // namespace loopwarden::gap

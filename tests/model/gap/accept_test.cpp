@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/accept.hpp"
+
+#include <catch2/catch.hpp>
+#include <vector>
+
+namespace accept_test {
+
+using namespace loopwarden::gap;
+
+namespace {
+
+// Clear of every limit.
+constexpr Addition kFirst{
+    .score_with = 100.0, .score_without = 0.0, .first = true, .moves_pv = 0.5, .least_rms = 0.1};
+constexpr Addition kFurther{.score_with = 200.0,
+                            .score_without = 100.0,
+                            .first = false,
+                            .moves_pv = 0.5,
+                            .least_rms = 0.1,
+                            .block_t = 5.0};
+
+}  // namespace
+
+TEST_CASE("a first effect needs five nats", "[gap][accept]") {
+  Addition a = kFirst;
+  CHECK(worth_adding(a));
+  a.score_with = 5.01;
+  CHECK(worth_adding(a));
+  a.score_with = 4.99;
+  CHECK_FALSE(worth_adding(a));
+  // It need not gain everywhere: nothing says yet what the record's own misfit looks like.
+  a = kFirst;
+  a.block_t = -1.0;
+  CHECK(worth_adding(a));
+}
+
+TEST_CASE("a further effect needs twelve nats, and a part of what the others brought",
+          "[gap][accept]") {
+  Addition a = kFurther;
+  CHECK(worth_adding(a));
+  a.score_with = 112.01;
+  CHECK(worth_adding(a));
+  a.score_with = 111.99;
+  CHECK_FALSE(worth_adding(a));
+  a.score_without = 1000.0;
+  a.score_with = 1050.1;
+  CHECK(worth_adding(a));
+  a.score_with = 1049.9;
+  CHECK_FALSE(worth_adding(a));
+}
+
+TEST_CASE("a further effect gains all over the record, unless it shows at one moment",
+          "[gap][accept]") {
+  Addition a = kFurther;
+  a.block_t = 1.71;
+  CHECK(worth_adding(a));
+  a.block_t = 1.69;
+  CHECK_FALSE(worth_adding(a));
+  a.at_one_moment = true;
+  CHECK(worth_adding(a));
+}
+
+TEST_CASE("what does not move PV is not missing, however sure it is", "[gap][accept]") {
+  for (Addition a : {kFirst, kFurther}) {
+    a.moves_pv = 0.101;
+    CHECK(worth_adding(a));
+    a.moves_pv = 0.099;
+    CHECK_FALSE(worth_adding(a));
+  }
+}
+
+TEST_CASE("an effect without which the others do nearly as well is stepped back from",
+          "[gap][accept]") {
+  CHECK(superfluous(100.0, 88.01));
+  CHECK_FALSE(superfluous(100.0, 87.99));
+}
+
+TEST_CASE("a name leads over the best explanation without it, of as many effects or fewer",
+          "[gap][accept]") {
+  const Explanation chosen{{"gain_change", "stiction"}, 90.0};
+  const std::vector<Explanation> tried{{{"gain_change"}, 20.0},
+                                       {{"backlash"}, 30.0},
+                                       {{"backlash", "gain_change"}, 60.0},
+                                       {{"drift", "extra_lag", "backlash"}, 85.0},
+                                       {{"stiction"}, 40.0}};
+  CHECK(leads(chosen, tried) == std::vector<double>{50.0, 30.0});
+  // The model alone is a rival too.
+  CHECK(leads({{"drift"}, 7.0}, std::vector<Explanation>{{{"extra_lag"}, -3.0}}) ==
+        std::vector<double>{7.0});
+}
+
+}  // namespace accept_test

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/decide.hpp"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+namespace decide_test {
+
+using namespace loopwarden::gap;
+
+namespace {
+
+constexpr std::array kNoise{ConfidenceRow{0.0, 8, 3}, ConfidenceRow{12.0, 18, 15},
+                            ConfidenceRow{40.0, 98, 98}};
+constexpr std::array kMore{ConfidenceRow{0.0, 18, 9}};
+const ConfidenceTable kTable{kNoise, kMore, {0.0, 38, 38}};
+constexpr Scale kScale{.noise_rms = 0.01, .least_rms = 0.015};
+
+// One clear name over noise.
+Competition one_name() {
+  return {{{"stiction"}, 100.0, 0.01}, {{{"backlash"}, 50.0}, {{"stiction"}, 100.0}}, 0.5};
+}
+Residuals noise() { return {.noise_ratio = 1.0, .floor_rmse = 0.01, .closed = 1.0}; }
+Residuals more_than_noise() {
+  return {.noise_ratio = 3.0,
+          .floor_rmse = 0.01,
+          .closed = 0.5,
+          .adequate = false,
+          .believable = false};
+}
+
+Decision decided(const Competition& competition, const Residuals& left,
+                 const ControllerFinding& controller = {}) {
+  return decide(competition, left, controller, kScale, kTable);
+}
+
+}  // namespace
+
+TEST_CASE("a name over noise is given with the confidence of its lead", "[gap][decide]") {
+  const Decision d = decided(one_name(), noise());
+  REQUIRE(d.named.size() == 1);
+  CHECK(d.named[0].name == "stiction");
+  CHECK(d.named[0].lead_nats == 50.0);
+  CHECK(d.named[0].confidence == Approx(0.99));
+  CHECK(d.named[0].alternatives.empty());
+  CHECK(verdict_of(d, false) == Verdict::missing_effect);
+}
+
+TEST_CASE("each of a pair has a lead and a confidence of its own", "[gap][decide]") {
+  const Competition pair{{{"stiction", "gain_change"}, 200.0},
+                         {{{"stiction"}, 185.0}, {{"gain_change", "backlash"}, 100.0}},
+                         0.5};
+  const Decision d = decided(pair, noise());
+  REQUIRE(d.named.size() == 2);
+  CHECK(d.named[0].lead_nats == 100.0);
+  CHECK(d.named[0].confidence == Approx(0.99));
+  CHECK(d.named[1].name == "gain_change");
+  CHECK(d.named[1].lead_nats == 15.0);
+  CHECK(d.named[1].confidence == Approx(0.8));
+}
+
+TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
+  Competition near = one_name();
+  near.tried[0].score = 94.01;
+  CHECK(decided(near, noise()).named[0].alternatives == std::vector<std::string>{"backlash"});
+  near.tried[0].score = 93.99;
+  CHECK(decided(near, noise()).named[0].alternatives.empty());
+  // Of a pair only what stands in place of the name, each once.
+  const Competition pair{{{"stiction", "drift"}, 100.0},
+                         {{{"backlash", "drift"}, 97.0},
+                          {{"backlash", "extra_lag"}, 96.0},
+                          {{"hysteresis"}, 99.0},
+                          {{"stiction", "output_bias"}, 98.0}},
+                         0.5};
+  const Decision d = decided(pair, noise());
+  CHECK(d.named[0].alternatives == std::vector<std::string>{"backlash", "extra_lag"});
+  CHECK(d.named[1].alternatives ==
+        std::vector<std::string>{"backlash", "extra_lag", "output_bias"});
+}
+
+TEST_CASE("a rest that is more than noise takes the name, and says so", "[gap][decide]") {
+  const Decision d = decided(one_name(), more_than_noise());
+  CHECK(d.named.empty());
+  CHECK(d.unexplained);
+  CHECK(verdict_of(d, false) == Verdict::unexplained);
+
+  // Unless so much is closed that the name stands, with what such names are worth.
+  Residuals mostly = more_than_noise();
+  mostly.believable = true;
+  const Decision named = decided(one_name(), mostly);
+  REQUIRE(named.named.size() == 1);
+  CHECK(named.named[0].confidence == Approx(0.5));
+  CHECK(verdict_of(named, false) == Verdict::missing_effect);
+}
+
+TEST_CASE("a rest that is more than noise but does not matter is no gap", "[gap][decide]") {
+  Competition none{{{}, 0.0, 0.02}, {}, 0.02};
+  // sqrt((1.5 x 0.01)^2 + 0.015^2) = 0.0212
+  CHECK_FALSE(decided(none, more_than_noise()).unexplained);
+  CHECK(verdict_of(decided(none, more_than_noise()), false) == Verdict::no_gap);
+  none.model_rmse = 0.0211;
+  CHECK_FALSE(decided(none, more_than_noise()).unexplained);
+  none.model_rmse = 0.0213;
+  CHECK(decided(none, more_than_noise()).unexplained);
+}
+
+TEST_CASE("noise and a quiet load are no gap, whatever their size", "[gap][decide]") {
+  const Competition none{{{}, 0.0, 0.4}, {{{"drift"}, 3.0}}, 0.4};
+  const Decision d = decided(none, noise());
+  CHECK(d.named.empty());
+  CHECK(verdict_of(d, false) == Verdict::no_gap);
+}
+
+TEST_CASE("a controller speaks for itself", "[gap][decide]") {
+  const Competition none{{{}, 0.0, 0.01}, {}, 0.01};
+  ControllerFinding other;
+  other.compared = true;
+  other.mismatch = true;
+  CHECK(verdict_of(decided(none, noise(), other), false) == Verdict::missing_effect);
+  other.mismatch = false;
+  other.unexplained = true;
+  CHECK(verdict_of(decided(none, noise(), other), false) == Verdict::unexplained);
+}
+
+TEST_CASE("what the holdout refutes is unexplained", "[gap][decide]") {
+  CHECK(verdict_of(decided(one_name(), noise()), true) == Verdict::unexplained);
+}
+
+}  // namespace decide_test

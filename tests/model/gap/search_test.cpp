@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// The search itself, among few candidates that are quick to fit.
+#include "model/gap/search.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/model/gap/gap_support.hpp"
+
+namespace search_test {
+
+using namespace loopwarden;
+using namespace loopwarden::gap;
+
+namespace {
+
+constexpr std::size_t kSamples = 900;
+
+struct Found {
+  std::set<std::string> names;
+  SearchResult search;
+};
+
+// What is found among the candidates named, where PV is that of `truth` with noise.
+Found search_for(const plant::LoopModel& truth, const std::set<std::string>& among,
+                 const SearchOptions& options = {}, double least_rms = 0.015) {
+  const plant::LoopModel believed = test::believed_model();
+  const std::vector<double> co = test::exciting_output(kSamples);
+  std::vector<double> pv = test::driven(truth, co);
+  plant::Random random(5);
+  for (double& v : pv) v += 0.015 * random.normal();
+  static std::vector<Candidate> searched;  // the result points into it
+  searched = test::candidates_for(believed, co);
+  std::erase_if(searched, [&](const Candidate& c) { return among.count(c.name) == 0; });
+  const FreeRun run(believed, co);
+  const Fitter fitter(run, pv, std::vector<bool>(kSamples, true), options.load ? 0.3 : 0.0, true);
+  Found found;
+  found.search = search_effects(fitter, searched, least_rms, options, test::serial, [](double) {});
+  for (const Candidate* term : found.search.chosen.fit.terms) found.names.insert(term->name);
+  return found;
+}
+
+const std::set<std::string> kQuick{"gain_change", "output_bias", "drift", "step_disturbance"};
+
+}  // namespace
+
+TEST_CASE("nothing is chosen where the model is right", "[gap][search]") {
+  const Found found = search_for(test::believed_model(), kQuick);
+  CHECK(found.names.empty());
+  CHECK(found.search.path.empty());
+  CHECK(found.search.singles.size() == kQuick.size());
+}
+
+TEST_CASE("one effect is chosen alone", "[gap][search]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.process.gain *= 0.75;
+  const Found found = search_for(truth, kQuick);
+  CHECK(found.names == std::set<std::string>{"gain_change"});
+  CHECK(found.search.path == std::vector<std::vector<std::string>>{{"gain_change"}});
+  CHECK(found.search.singles.front().fit.terms[0]->name == std::string("gain_change"));
+}
+
+TEST_CASE("two effects are both chosen, and only where several are asked for", "[gap][search]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.process.gain *= 0.75;
+  truth.transmitter_effects = {{"drift", {{"rate", 0.02}}}};
+  CHECK(search_for(truth, kQuick, {.load = false}).names ==
+        std::set<std::string>{"gain_change", "drift"});
+  CHECK(search_for(truth, kQuick, {.several = false, .load = false}).names.size() == 1);
+}
+
+TEST_CASE("a first name that was wrong is stepped back from", "[gap][search]") {
+  // A step early and one late in the record look most like a drift, until both are there.
+  plant::LoopModel truth = test::believed_model();
+  truth.process.gain *= 1.12;
+  truth.disturbances = {{"step_disturbance", {{"size", 0.9}, {"time", 45.0}}}};
+  const Found found = search_for(truth, {"drift", "step_disturbance", "gain_change"});
+  CHECK(found.names == std::set<std::string>{"gain_change", "step_disturbance"});
+}
+
+TEST_CASE("an effect too small to matter is not chosen, however clear", "[gap][search]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.transmitter_effects = {{"output_bias", {{"bias", 0.3}}}};
+  const auto chosen = [&](double least_rms) {
+    return search_for(truth, {"output_bias"}, {.load = false}, least_rms).names;
+  };
+  CHECK(chosen(0.1) == std::set<std::string>{"output_bias"});
+  CHECK(chosen(0.5).empty());
+}
+
+}  // namespace search_test
