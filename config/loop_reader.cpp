@@ -280,7 +280,7 @@ class LoopReader {
     }
     std::optional<MapReader> section = in.maybe_section(kKey, kMeaning);
     position.source = ValvePosition::Source::model;
-    const plant::EffectContext context{.sample_time_s = config().sample_time_s,
+    const effects::EffectContext context{.sample_time_s = config().sample_time_s,
                                        .output_low = output_range_.value.first,
                                        .output_high = output_range_.value.second};
     position.model =
