@@ -83,10 +83,13 @@ bool RoutineWatch::add(const Cycle& cycle) {
     if (!usable) {
       leave_out(level, 1);
     } else if (take(level, cycle)) {
-      judge(level);
+      const Judgement of_level = judge(level);
+      // Of several at once the one that says most.
+      if (!judged || of_level.sum > judgement_.sum) judgement_ = of_level;
       judged = true;
     }
   }
+  if (judged) settle_conditions();
   return judged;
 }
 
@@ -106,7 +109,7 @@ void RoutineWatch::specialists(const WindowJudgement& judgement) noexcept {
   }
 }
 
-void RoutineWatch::judge(Level& level) {
+RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
   const std::vector<double> sp(level.sp.begin(), level.sp.end());
   const std::vector<double> pv(level.pv.begin(), level.pv.end());
   const std::vector<double> co(level.co.begin(), level.co.end());
@@ -116,18 +119,18 @@ void RoutineWatch::judge(Level& level) {
                                                           .sample_time_s = level.sample_time_s,
                                                           .co_low = co_low_,
                                                           .co_high = co_high_});
-  judgement_ = {.window_s = level.sample_time_s * static_cast<double>(kSamples),
-                .verdict = found.verdict,
-                .grade = found.grade,
-                .probability = found.probability};
+  Judgement judgement{.window_s = level.sample_time_s * static_cast<double>(kSamples),
+                      .verdict = found.verdict,
+                      .grade = found.grade,
+                      .probability = found.probability};
   if (speaks(found.verdict)) {
     if (level.specialist_windows > 0) {
       const double mean = level.from_specialists / static_cast<double>(level.specialist_windows);
-      judgement_.from_specialists =
+      judgement.from_specialists =
           std::clamp(0.5 * logit(mean), -kMostFromSpecialists, kMostFromSpecialists);
     }
     level.sum = std::clamp(
-        level.sum + logit(found.probability) + judgement_.from_specialists - kDrift, 0.0, kMost);
+        level.sum + logit(found.probability) + judgement.from_specialists - kDrift, 0.0, kMost);
     if (found.verdict == diagnosis::Verdict::valve_effect) {
       level.fault =
           found.cause == diagnosis::Cause::backlash ? AlarmKind::backlash : AlarmKind::stiction;
@@ -139,13 +142,13 @@ void RoutineWatch::judge(Level& level) {
       restored_ = {};
     }
   }
-  judgement_.sum = level.sum;
-  judgement_.fault = level.fault;
-  judgement_.severity_percent = level.severity_percent;
+  judgement.sum = level.sum;
+  judgement.fault = level.fault;
+  judgement.severity_percent = level.severity_percent;
   level.count = 0;
   level.from_specialists = 0.0;
   level.specialist_windows = 0;
-  settle_conditions();
+  return judgement;
 }
 
 void RoutineWatch::settle_conditions() noexcept {

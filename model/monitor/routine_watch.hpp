@@ -97,7 +97,7 @@ class RoutineWatch {
   };
   void leave_out(Level& level, std::uint64_t cycles) noexcept;
   bool take(Level& level, const Cycle& cycle) noexcept;  // true if it is full
-  void judge(Level& level);
+  Judgement judge(Level& level);
   void settle_conditions() noexcept;
 
   std::vector<Level> levels_;
