@@ -373,7 +373,8 @@ class LoopReader {
                               monitor.routine);
     const Value<std::string> specialists = in.text(
         "specialists",
-        "folder that `loopwarden train` made; without it windows have the classical measures alone",
+        "folder that `loopwarden train` made; without it there are classical measures and routine "
+        "evidence",
         "");
     if (specialists.given && specialists.valid) {
       monitor.specialists = resolve(config().file, specialists.value);

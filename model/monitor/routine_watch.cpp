@@ -42,7 +42,7 @@ RoutineWatch::RoutineWatch(const WindowSettings& settings)
   }
 }
 
-void RoutineWatch::leave_out(Level& level, std::uint64_t cycles) noexcept {
+void RoutineWatch::leave_out(Level& level, std::uint64_t cycles, bool manual) noexcept {
   const std::uint64_t longest = kLongestBreak * level.decimation;
   level.left_out = static_cast<std::size_t>(std::min(longest, level.left_out + cycles));
   if (level.left_out < longest) return;
@@ -51,8 +51,8 @@ void RoutineWatch::leave_out(Level& level, std::uint64_t cycles) noexcept {
   level.sum_sp = level.sum_pv = level.sum_co = 0.0;
   level.from_specialists = 0.0;
   level.specialist_windows = 0;
-  // The valve may have been worked on: what was gathered counts no more, and what is raised must show again.
-  level.sum = level.on ? std::min(level.sum, kRaise) : 0.0;
+  // In manual the valve may have been worked on: what was seen counts no more, but what is raised must be refuted.
+  if (manual) level.sum = level.on ? std::min(level.sum, kRaise) : 0.0;
 }
 
 bool RoutineWatch::take(Level& level, const Cycle& cycle) noexcept {
@@ -79,9 +79,9 @@ bool RoutineWatch::add(const Cycle& cycle) {
                       std::isfinite(cycle.co) && std::isfinite(cycle.sp);
   bool judged = false;
   for (Level& level : levels_) {
-    if (missing > 0) leave_out(level, missing);
+    if (missing > 0) leave_out(level, missing, false);
     if (!usable) {
-      leave_out(level, 1);
+      leave_out(level, 1, !cycle.automatic);
     } else if (take(level, cycle)) {
       const Judgement of_level = judge(level);
       // Of several at once the one that says most.

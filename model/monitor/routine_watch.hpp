@@ -16,8 +16,8 @@
 //
 // Levels: samples of 1, 4, 16 and 64 s (a whole number of cycles, at least one), kSamples of each: 12 minutes to 13
 // hours. Windows of one level share no sample, so that their logits may be added. Time in manual, with a PV that is not
-// good, or without cycles is left out; kLongestBreak samples of it or more, and the level starts over: a condition
-// stays until a window speaks against it.
+// good, or without cycles is left out; kLongestBreak samples of it or more, and the level's window begins again. In manual the valve may be
+// worked on, so S begins again as well; a condition that is on stays until a window speaks against it.
 //
 // Memory: 36 kB a loop, held from the start. add() allocates only where a window is full. Nothing of it outlives the
 // program: after a restart the first window of each level must fill again.
@@ -95,7 +95,7 @@ class RoutineWatch {
     AlarmKind fault = AlarmKind::stiction;
     double severity_percent = 0.0;
   };
-  void leave_out(Level& level, std::uint64_t cycles) noexcept;
+  void leave_out(Level& level, std::uint64_t cycles, bool manual) noexcept;
   bool take(Level& level, const Cycle& cycle) noexcept;  // true if it is full
   Judgement judge(Level& level);
   void settle_conditions() noexcept;

@@ -114,6 +114,24 @@ TEST_CASE("manual, a bad PV or a gap of more than four samples begin the window 
   CHECK(first == (length == 4 ? stop : 0) + RoutineWatch::kSamples);
 }
 
+TEST_CASE("evidence outlives a gap, and not a stretch in manual", "[routine]") {
+  const auto run = sticky(2 * RoutineWatch::kSamples);
+  const bool manual = GENERATE(true, false);
+  RoutineWatch watch(kSettings);
+  std::uint64_t period = 0;
+  for (std::size_t k = 0; k < run.pv.size(); ++k) {
+    if (k == RoutineWatch::kSamples) {
+      for (std::size_t i = 0; i < 10; ++i, ++period) {
+        Cycle out = cycle_of(run, k, period);
+        out.automatic = false;
+        if (manual) watch.add(out);
+      }
+    }
+    watch.add(cycle_of(run, k, period++));
+  }
+  CHECK(stiction_on(watch) == !manual);
+}
+
 TEST_CASE(
     "specialists that see no fault outweigh weak routine evidence, those that agree add to it",
     "[routine]") {
