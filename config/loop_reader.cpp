@@ -367,9 +367,14 @@ class LoopReader {
         in.maybe_integer("decimation", {1, 10'000, "", "cycles averaged into one sample", false,
                                         "as many as fit into 0.1 s, so that a window is 96 s"});
     if (decimation.given) monitor.decimation = static_cast<std::size_t>(decimation.value);
+    monitor.routine = in.flag("routine",
+                              "alarms from routine evidence of minutes and hours, too; needs no "
+                              "specialists",
+                              monitor.routine);
     const Value<std::string> specialists = in.text(
         "specialists",
-        "folder that `loopwarden train` made; without it there are the classical measures alone",
+        "folder that `loopwarden train` made; without it there are classical measures and routine "
+        "evidence",
         "");
     if (specialists.given && specialists.valid) {
       monitor.specialists = resolve(config().file, specialists.value);

@@ -44,7 +44,8 @@ loopwarden::monitor::WindowSettings window_of(const config::LoopConfig& loop) {
           .pv_low = loop.pv.low,
           .pv_high = loop.pv.high,
           .co_low = loop.controller.pid.output_low,
-          .co_high = loop.controller.pid.output_high};
+          .co_high = loop.controller.pid.output_high,
+          .routine = loop.monitor.routine};
 }
 
 config::Loaded<Specialists> load_specialists(const config::Configuration& configuration) {

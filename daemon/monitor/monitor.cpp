@@ -91,7 +91,12 @@ bool Monitor::take_turn(std::size_t index) {
     const model::Cycle cycle = cycle_of(row);
     track.condition.add(cycle, static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
                         (row.flags & (record::kLateCycle | record::kOutputLost)) != 0);
-    window = pass_on(index, track.monitor.add(cycle));
+    const model::MonitorStep step = track.monitor.add(cycle);
+    window = pass_on(index, step);
+    if (step.routine) {
+      board_.routine_judged(index, *step.routine, step.conditions);
+      window = true;  // it took as long as one
+    }
   }
   if (taken == 0) return false;
   cycles_.fetch_add(taken, std::memory_order_relaxed);

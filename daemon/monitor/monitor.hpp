@@ -47,7 +47,8 @@ class Monitor {
  public:
   static constexpr std::size_t kCyclesATurn = 256;
 
-  // Called by the monitor's thread with the window that raised an alarm; the window is valid meanwhile.
+  // Called by the monitor's thread with the window that raised an alarm; the window is valid meanwhile. An alarm of
+  // routine evidence has no such window.
   using Raised = std::function<void(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
                                     const loopwarden::monitor::Window& window,
                                     const loopwarden::monitor::MonitorStep& step)>;

@@ -68,12 +68,29 @@ std::vector<AlarmKind> WatchBoard::window_judged(std::size_t loop,
   watch.measures = measures;
   watch.judgement = judgement;
   write_down(loop, before, watch.alarms.window_judged(utc_ms_(), conditions));
+  return raised_since(loop, before);
+}
+
+std::vector<AlarmKind> WatchBoard::raised_since(std::size_t loop, const Memories& before) const {
   std::vector<AlarmKind> raised;
   for (const AlarmKind kind : model::kAlarmKinds) {
-    const model::AlarmMemory& memory = watch.alarms.alarm(kind).memory();
+    const model::AlarmMemory& memory = watches_[loop].alarms.alarm(kind).memory();
     if (memory.times_raised != before[model::index_of(kind)].times_raised) raised.push_back(kind);
   }
   return raised;
+}
+
+std::vector<AlarmKind> WatchBoard::routine_judged(std::size_t loop,
+                                                  const model::RoutineWatch::Judgement& judgement,
+                                                  const model::AlarmConditions& conditions) {
+  const std::lock_guard lock(mutex_);
+  const Memories before = memories(loop);
+  const std::string why =
+      fmt::format("routine: the last {:.0f} min, probability of a valve effect {:.2f}",
+                  judgement.window_s / 60.0, judgement.probability);
+  write_down(loop, before,
+             watches_[loop].alarms.judged(utc_ms_(), conditions, model::AlarmReason::routine), why);
+  return raised_since(loop, before);
 }
 
 void WatchBoard::window_not_fit(std::size_t loop, const model::WindowMeasures& measures,
@@ -226,7 +243,7 @@ WatchBoard::Memories WatchBoard::memories(std::size_t loop) const {
 }
 
 std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
-                                     const AlarmTransitions& transitions) {
+                                     const AlarmTransitions& transitions, const std::string& why) {
   std::uint64_t ticket = 0;
   for (const AlarmKind kind : model::kAlarmKinds) {
     const model::Alarm& alarm = watches_[loop].alarms.alarm(kind);
@@ -243,6 +260,7 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
       entry.from = model::to_text(t.from);
       entry.to = model::to_text(t.to);
       entry.severity_percent = t.severity_percent;
+      entry.reason = why;
     }
     if (alarm.explained() && alarm.active()) entry.what = "consequence of low_air_supply";
     // What changes under a shelf or a suppression must be remembered, too.

@@ -19,6 +19,7 @@
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/mode_times.hpp"
+#include "model/monitor/routine_watch.hpp"
 #include "model/monitor/window_judge.hpp"
 #include "model/monitor/window_measures.hpp"
 
@@ -77,6 +78,10 @@ class WatchBoard {
       std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
       const loopwarden::monitor::WindowJudgement& judgement,
       const loopwarden::monitor::AlarmConditions& conditions);
+  // Minutes or hours were judged. Returns the alarms whose condition came with it.
+  std::vector<loopwarden::monitor::AlarmKind> routine_judged(
+      std::size_t loop, const loopwarden::monitor::RoutineWatch::Judgement& judgement,
+      const loopwarden::monitor::AlarmConditions& conditions);
   // A window that is full but can't be judged.
   void window_not_fit(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
                       loopwarden::monitor::WindowState why);
@@ -115,7 +120,10 @@ class WatchBoard {
   void suppressed(std::size_t loop, loopwarden::monitor::WindowState why);
   // Journals what an event changed; returns the last ticket.
   std::uint64_t write_down(std::size_t loop, const Memories& before,
-                           const loopwarden::monitor::AlarmTransitions& transitions);
+                           const loopwarden::monitor::AlarmTransitions& transitions,
+                           const std::string& why = {});
+  std::vector<loopwarden::monitor::AlarmKind> raised_since(std::size_t loop,
+                                                           const Memories& before) const;
   std::uint64_t write_order(std::size_t loop, const AlarmOrder& order, const OrderResult& result);
 
   std::vector<std::string> names_;

@@ -14,16 +14,16 @@ void LoopAlarms::restore(AlarmKind kind, const AlarmMemory& memory) noexcept {
 }
 
 template <class Change>
-AlarmTransitions LoopAlarms::after(Change change) noexcept {
+AlarmTransitions LoopAlarms::after(AlarmReason reason, Change change) noexcept {
   const States before = states();
   change();
   find_root();
-  return since(before);
+  return since(before, reason);
 }
 
-AlarmTransitions LoopAlarms::window_judged(std::int64_t now_ms,
-                                           const AlarmConditions& conditions) noexcept {
-  return after([&] {
+AlarmTransitions LoopAlarms::judged(std::int64_t now_ms, const AlarmConditions& conditions,
+                                    AlarmReason by) noexcept {
+  return after(by, [&] {
     for (std::size_t i = 0; i < kAlarmKindCount; ++i) {
       if (conditions[i].on) {
         alarms_[i].condition_on(now_ms, conditions[i].severity_percent);
@@ -35,13 +35,13 @@ AlarmTransitions LoopAlarms::window_judged(std::int64_t now_ms,
 }
 
 AlarmTransitions LoopAlarms::window_not_valid() noexcept {
-  return after([&] {
+  return after(AlarmReason::windows, [&] {
     for (Alarm& alarm : alarms_) alarm.window_not_valid();
   });
 }
 
 AlarmTransitions LoopAlarms::pass_time(std::int64_t now_ms) noexcept {
-  return after([&] {
+  return after(AlarmReason::by_operator, [&] {
     for (Alarm& alarm : alarms_) alarm.pass_time(now_ms);
   });
 }
@@ -49,7 +49,7 @@ AlarmTransitions LoopAlarms::pass_time(std::int64_t now_ms) noexcept {
 LoopAlarms::ActionResult LoopAlarms::act(AlarmKind kind, AlarmAction action, std::int64_t now_ms,
                                          std::int64_t until_ms) noexcept {
   ActionResult result;
-  result.transitions = after([&] {
+  result.transitions = after(AlarmReason::by_operator, [&] {
     Alarm& alarm = alarms_[index_of(kind)];
     switch (action) {
       case AlarmAction::acknowledge: result.accepted = alarm.acknowledge(now_ms); break;
@@ -74,12 +74,12 @@ LoopAlarms::States LoopAlarms::states() const noexcept {
   return now;
 }
 
-AlarmTransitions LoopAlarms::since(const States& before) const noexcept {
+AlarmTransitions LoopAlarms::since(const States& before, AlarmReason reason) const noexcept {
   AlarmTransitions changed;
   for (const AlarmKind kind : kAlarmKinds) {
     const AlarmState now = alarm(kind).state();
     const AlarmState was = before[index_of(kind)];
-    if (now != was) changed.add({kind, was, now, alarm(kind).memory().severity_percent});
+    if (now != was) changed.add({kind, was, now, alarm(kind).memory().severity_percent, reason});
   }
   return changed;
 }

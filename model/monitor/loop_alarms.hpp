@@ -28,11 +28,23 @@ struct AlarmCondition {
 };
 using AlarmConditions = std::array<AlarmCondition, kAlarmKindCount>;
 
+// Why an alarm changed.
+enum class AlarmReason : std::uint8_t { windows, routine, by_operator };
+constexpr const char* to_text(AlarmReason reason) noexcept {
+  switch (reason) {
+    case AlarmReason::windows: return "windows";
+    case AlarmReason::routine: return "routine";
+    case AlarmReason::by_operator: break;
+  }
+  return "operator";
+}
+
 struct AlarmTransition {
   AlarmKind kind = AlarmKind::stiction;
   AlarmState from = AlarmState::normal;
   AlarmState to = AlarmState::normal;
   double severity_percent = 0.0;
+  AlarmReason reason = AlarmReason::windows;
 };
 
 // At most one for each alarm; no allocation.
@@ -56,7 +68,12 @@ class LoopAlarms {
   // Goes on from before a restart.
   void restore(AlarmKind kind, const AlarmMemory& memory) noexcept;
 
-  AlarmTransitions window_judged(std::int64_t now_ms, const AlarmConditions& conditions) noexcept;
+  // `by`: windows or routine, whichever was judged.
+  AlarmTransitions judged(std::int64_t now_ms, const AlarmConditions& conditions,
+                          AlarmReason by) noexcept;
+  AlarmTransitions window_judged(std::int64_t now_ms, const AlarmConditions& conditions) noexcept {
+    return judged(now_ms, conditions, AlarmReason::windows);
+  }
   AlarmTransitions window_not_valid() noexcept;
   AlarmTransitions pass_time(std::int64_t now_ms) noexcept;
 
@@ -77,9 +94,9 @@ class LoopAlarms {
   using States = std::array<AlarmState, kAlarmKindCount>;
   States states() const noexcept;
   void find_root() noexcept;
-  AlarmTransitions since(const States& before) const noexcept;
+  AlarmTransitions since(const States& before, AlarmReason reason) const noexcept;
   template <class Change>
-  AlarmTransitions after(Change change) noexcept;
+  AlarmTransitions after(AlarmReason reason, Change change) noexcept;
 
   std::array<Alarm, kAlarmKindCount> alarms_;
 };

@@ -3,7 +3,37 @@
 
 namespace loopwarden::monitor {
 
+void LoopMonitor::restore(AlarmKind kind, bool on, double severity_percent) noexcept {
+  // Without specialists nothing but routine evidence will ever speak against it.
+  if (judge_ == nullptr && routine_) {
+    routine_->restore(kind, on, severity_percent);
+  } else {
+    rule_.restore(kind, on, severity_percent);
+  }
+}
+
+AlarmConditions LoopMonitor::conditions() const noexcept {
+  AlarmConditions all = rule_.conditions();
+  if (!routine_) return all;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const AlarmCondition& routine = routine_->conditions()[k];
+    if (!routine.on) continue;
+    if (!all[k].on) all[k] = routine;
+  }
+  return all;
+}
+
 MonitorStep LoopMonitor::add(const Cycle& cycle) {
+  MonitorStep step = judge_windows(cycle);
+  if (routine_) {
+    if (step.kind == MonitorStep::Kind::judged) routine_->specialists(step.judgement);
+    if (routine_->add(cycle)) step.routine = routine_->judgement();
+  }
+  if (step.kind == MonitorStep::Kind::judged || step.routine) step.conditions = conditions();
+  return step;
+}
+
+MonitorStep LoopMonitor::judge_windows(const Cycle& cycle) {
   MonitorStep step;
   const WindowBuilder::Event event = builder_.add(cycle);
   step.state = builder_.state();
@@ -25,7 +55,7 @@ MonitorStep LoopMonitor::add(const Cycle& cycle) {
     return step;
   }
   step.judgement = judge_->judge(window);
-  step.conditions = rule_.add(step.judgement);
+  rule_.add(step.judgement);
   if (step.judgement.result == WindowJudgement::Result::not_enough_movement) {
     step.state = WindowState::not_enough_movement;
     return step;

@@ -3,6 +3,10 @@
 // and `loopwarden replay` step this same class.
 //
 //   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule -> conditions
+//         -> RoutineWatch -----------------------------------------------------------------^
+//
+// A condition is on where either says so. The specialists' opinion has its weight in the routine evidence, too
+// (routine_watch.hpp); without specialists that evidence stands alone.
 //
 // A window with CO at an end of its range for more than kMostSaturated of its samples is not judged: the
 // loop is open there, and every valve looks stuck. In manual the valve may be worked on: what was seen
@@ -13,8 +17,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "model/monitor/loop_alarms.hpp"
+#include "model/monitor/routine_watch.hpp"
 #include "model/monitor/verdict_rule.hpp"
 #include "model/monitor/window_builder.hpp"
 #include "model/monitor/window_judge.hpp"
@@ -36,28 +42,34 @@ struct MonitorStep {
   WindowMeasures measures;
   WindowJudgement judgement;
   AlarmConditions conditions{};
+  // Minutes or hours were judged as well: this step's conditions hold, whatever `kind` is.
+  std::optional<RoutineWatch::Judgement> routine;
 };
 
 class LoopMonitor {
  public:
   // `judge` may be null, then there are only the classical measures; it outlives this.
   LoopMonitor(const WindowSettings& window, const VerdictRuleSettings& rule, WindowJudge* judge)
-      : builder_(window), rule_(rule), judge_(judge) {}
+      : builder_(window), rule_(rule), judge_(judge) {
+    if (window.routine) routine_.emplace(window);
+  }
 
-  // No allocation but what the measures need for a full window.
+  // No allocation but what the measures and the routine evidence need for a full window.
   MonitorStep add(const Cycle& cycle);
 
   // A condition from before a restart.
-  void restore(AlarmKind kind, bool on, double severity_percent) noexcept {
-    rule_.restore(kind, on, severity_percent);
-  }
+  void restore(AlarmKind kind, bool on, double severity_percent) noexcept;
   WindowState state() const noexcept { return builder_.state(); }
   // The window of the step that was just made, where there was one; until the next call of add().
   Window window() const noexcept { return builder_.window(); }
 
  private:
+  MonitorStep judge_windows(const Cycle& cycle);
+  AlarmConditions conditions() const noexcept;
+
   WindowBuilder builder_;
   VerdictRule rule_;
+  std::optional<RoutineWatch> routine_;
   WindowJudge* judge_;
 };
 

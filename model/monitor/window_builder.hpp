@@ -47,6 +47,7 @@ struct WindowSettings {
   double pv_high = 100.0;
   double co_low = 0.0;  // CO units
   double co_high = 100.0;
+  bool routine = true;  // routine evidence is weighed, see routine_watch.hpp
 };
 
 class WindowBuilder {

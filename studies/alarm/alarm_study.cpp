@@ -22,6 +22,8 @@
 #include "workbench/command_line/command_line.hpp"
 #include "workbench/files/model_file.hpp"
 #include "hal/os/parallel.hpp"
+#include "record/record_csv.hpp"
+#include "studies/alarm/routine_replay.hpp"
 #include "studies/program/studies.hpp"
 
 namespace loopwarden::studies {
@@ -61,6 +63,7 @@ struct AlarmStudyOptions {
   std::uint64_t seed = 200'000;
   unsigned jobs = 0;
   double missing_percent = 0.0;
+  std::vector<std::string> records;  // folders with labels.csv
   bool json = false;
 };
 
@@ -270,7 +273,23 @@ class AlarmStudy {
   nlohmann::json found_ = nlohmann::json::object();
 };
 
+int run_replay(const AlarmStudyOptions& options) {
+  try {
+    const nlohmann::json loops = replay_loops(options.records);
+    if (options.json) {
+      fmt::print("{}\n", loops.dump(2));
+    } else {
+      print_loops(loops);
+    }
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  }
+  return kExitOk;
+}
+
 int run_alarm_study(const AlarmStudyOptions& options) {
+  if (!options.records.empty()) return run_replay(options);
   const auto model =
       workbench::load_model((std::filesystem::path(options.specialists) / "model.yaml").string());
   const auto loaded = config::read_specialists(options.specialists);
@@ -302,6 +321,11 @@ void add_alarm(CLI::App& app, int& exit_code) {
                   "share of cycles that come too late, in stretches of 1 to 4, %")
       ->check(CLI::Range(0.0, 50.0))
       ->capture_default_str();
+  sub->add_option(
+         "--records", o->records,
+         "folders of records with labels.csv (file, loop, sticky), replayed instead: which "
+         "alarms routine evidence raises")
+      ->type_name("DIR");
   sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
   workbench::add_json_flag(*sub, o->json);
   sub->footer("Example: loopwarden-study alarm --days 365");

@@ -24,6 +24,7 @@
 #include "studies/diagnose/diagnosis_cases.hpp"
 #include "studies/diagnose/diagnosis_fit.hpp"
 #include "studies/diagnose/diagnosis_training.hpp"
+#include "studies/program/labels.hpp"
 #include "workbench/files/output_files.hpp"
 #include "hal/os/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
@@ -286,53 +287,6 @@ int train_table(const StudyOptions& options) {
                                       options.cases, options.seed)));
   fmt::print("{}: {} trees from {} cases\n", options.train, table.trees.size(), cases.size());
   return kExitOk;
-}
-
-struct Label {
-  std::string file;
-  std::string loop;
-  bool sticky = false;
-};
-
-// The columns file, loop and sticky of labels.csv, in any order.
-std::vector<Label> read_labels(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) {
-    throw record::RecordError(record::RecordError::Kind::io, 0, 0,
-                              path.string() + ": can't be read");
-  }
-  const auto cells_of = [](const std::string& line) {
-    std::vector<std::string> cells;
-    std::istringstream stream(line.substr(0, line.find('\r')));
-    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-    return cells;
-  };
-  std::string line;
-  std::getline(file, line);
-  const std::vector<std::string> header = cells_of(line);
-  const auto column = [&](const char* name) {
-    const auto at = std::find(header.begin(), header.end(), name);
-    if (at == header.end()) {
-      throw record::RecordError(record::RecordError::Kind::data, 1, 0,
-                                path.string() + ":1: no column '" + name + "'");
-    }
-    return static_cast<std::size_t>(at - header.begin());
-  };
-  const std::size_t of_file = column("file");
-  const std::size_t of_loop = column("loop");
-  const std::size_t of_sticky = column("sticky");
-  std::vector<Label> labels;
-  for (std::size_t number = 2; std::getline(file, line); ++number) {
-    if (line.empty()) continue;
-    const std::vector<std::string> cells = cells_of(line);
-    if (cells.size() <= std::max({of_file, of_loop, of_sticky})) {
-      throw record::RecordError(record::RecordError::Kind::data, number, 0,
-                                fmt::format("{}:{}: too few cells", path.string(), number));
-    }
-    labels.push_back(
-        {.file = cells[of_file], .loop = cells[of_loop], .sticky = cells[of_sticky] == "1"});
-  }
-  return labels;
 }
 
 struct Window {

@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
@@ -31,6 +33,8 @@ struct ReplayOptions {
   std::string record;
   std::string specialists;
   double overlap = 0.5;
+  std::vector<double> pv_range{0.0, 100.0};  // PV units, without specialists
+  std::vector<double> co_range{0.0, 100.0};  // CO units, without specialists
   bool json = false;
 };
 
@@ -43,6 +47,7 @@ struct Replay {
   std::vector<TimedTransition> transitions;
   std::size_t windows = 0;
   std::size_t suppressed = 0;
+  std::size_t routine_windows = 0;  // minutes or hours that were judged
 };
 
 // As in the journal: whether an alarm that is off could have come is no news.
@@ -53,18 +58,34 @@ bool worth_a_line(const monitor::AlarmTransition& t) {
   return !(quiet(t.from) && quiet(t.to));
 }
 
-Replay replay(const record::Record& record, const specialist::Team& team,
+monitor::WindowSettings settings_of(const record::Record& record, const ReplayOptions& options,
+                                    const specialist::Team* team) {
+  constexpr double kSample = 0.1;  // s, as the daemon cuts a loop without specialists
+  const double sample_s = team != nullptr ? team->facts.period_s : kSample;
+  const auto decimation = std::max<long>(1, std::lround(sample_s / record.period_s));
+  monitor::WindowSettings settings{.overlap = options.overlap,
+                                   .decimation = static_cast<std::size_t>(decimation),
+                                   .sample_time_s = record.period_s,
+                                   .pv_low = options.pv_range[0],
+                                   .pv_high = options.pv_range[1],
+                                   .co_low = options.co_range[0],
+                                   .co_high = options.co_range[1]};
+  if (team != nullptr) {
+    settings.pv_low = team->facts.pv_low;
+    settings.pv_high = team->facts.pv_high;
+    settings.co_low = team->facts.co_low;
+    settings.co_high = team->facts.co_high;
+  }
+  return settings;
+}
+
+// `team` may be null: routine evidence alone.
+Replay replay(const record::Record& record, const specialist::Team* team,
               const ReplayOptions& options) {
-  monitor::SpecialistJudge judge(team);
-  const auto decimation = std::max<long>(1, std::lround(team.facts.period_s / record.period_s));
-  monitor::LoopMonitor loop({.overlap = options.overlap,
-                             .decimation = static_cast<std::size_t>(decimation),
-                             .sample_time_s = record.period_s,
-                             .pv_low = team.facts.pv_low,
-                             .pv_high = team.facts.pv_high,
-                             .co_low = team.facts.co_low,
-                             .co_high = team.facts.co_high},
-                            monitor::kAlarmRule, &judge);
+  std::optional<monitor::SpecialistJudge> judge;
+  if (team != nullptr) judge.emplace(*team);
+  monitor::LoopMonitor loop(settings_of(record, options, team), monitor::kAlarmRule,
+                            judge ? &*judge : nullptr);
   monitor::LoopAlarms alarms{monitor::AlarmSettings{}};
   Replay result;
   for (std::size_t k = 0; k < record.size(); ++k) {
@@ -78,9 +99,14 @@ Replay replay(const record::Record& record, const specialist::Team& team,
                                        .automatic = true,
                                        .pv_good = std::isfinite(record.pv[k])});
     const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record.time_s[k]));
+    const auto keep = [&](const monitor::AlarmTransitions& changed) {
+      for (const monitor::AlarmTransition& t : changed.view()) {
+        if (worth_a_line(t)) result.transitions.push_back({record.time_s[k], t});
+      }
+    };
     monitor::AlarmTransitions changed;
     switch (step.kind) {
-      case MonitorStep::Kind::nothing: continue;
+      case MonitorStep::Kind::nothing: break;
       case MonitorStep::Kind::interrupted: changed = alarms.window_not_valid(); break;
       case MonitorStep::Kind::not_fit:
         ++result.windows;
@@ -92,8 +118,10 @@ Replay replay(const record::Record& record, const specialist::Team& team,
         changed = alarms.window_judged(now_ms, step.conditions);
         break;
     }
-    for (const monitor::AlarmTransition& t : changed.view()) {
-      if (worth_a_line(t)) result.transitions.push_back({record.time_s[k], t});
+    keep(changed);
+    if (step.routine) {
+      ++result.routine_windows;
+      keep(alarms.judged(now_ms, step.conditions, monitor::AlarmReason::routine));
     }
   }
   return result;
@@ -106,58 +134,73 @@ void print_json(const Replay& result) {
                            {"alarm", to_text(t.kind)},
                            {"from", to_text(t.from)},
                            {"to", to_text(t.to)},
-                           {"severity_percent", t.severity_percent}});
+                           {"severity_percent", t.severity_percent},
+                           {"reason", to_text(t.reason)}});
   }
   fmt::print("{}\n", nlohmann::json{{"transitions", std::move(transitions)},
                                     {"windows", result.windows},
-                                    {"suppressed_windows", result.suppressed}}
+                                    {"suppressed_windows", result.suppressed},
+                                    {"routine_windows", result.routine_windows}}
                          .dump(2));
 }
 
 void print_text(const Replay& result) {
   if (!result.transitions.empty()) {
-    fmt::print("{:>10}  {:<15} {:<24} {:<24} {:>8}\n", "time s", "alarm", "from", "to", "severity");
+    fmt::print("{:>10}  {:<15} {:<24} {:<24} {:>8}  {}\n", "time s", "alarm", "from", "to",
+               "severity", "by");
   }
   for (const auto& [time_s, t] : result.transitions) {
-    fmt::print("{:10.1f}  {:<15} {:<24} {:<24} {:6.1f} %\n", time_s, to_text(t.kind),
-               to_text(t.from), to_text(t.to), t.severity_percent);
+    fmt::print("{:10.1f}  {:<15} {:<24} {:<24} {:6.1f} %  {}\n", time_s, to_text(t.kind),
+               to_text(t.from), to_text(t.to), t.severity_percent, to_text(t.reason));
   }
-  fmt::print("{} alarm transition{} in {} window{}, {} of them suppressed: not fit to be judged\n",
-             result.transitions.size(), result.transitions.size() == 1 ? "" : "s", result.windows,
-             result.windows == 1 ? "" : "s", result.suppressed);
+  fmt::print(
+      "{} alarm transition{} in {} window{}, {} of them suppressed: not fit to be judged; routine "
+      "evidence of {} longer window{}\n",
+      result.transitions.size(), result.transitions.size() == 1 ? "" : "s", result.windows,
+      result.windows == 1 ? "" : "s", result.suppressed, result.routine_windows,
+      result.routine_windows == 1 ? "" : "s");
 }
 
 int run_replay(const ReplayOptions& options) {
   if (std::filesystem::is_directory(options.record)) {
     return replay_evidence(options.record, options.json);
   }
-  if (options.specialists.empty()) {
-    fmt::print(stderr, "--specialists is needed to replay a record\n");
-    return kExitUsage;
+  for (const std::vector<double>* range : {&options.pv_range, &options.co_range}) {
+    if (!((*range)[0] < (*range)[1])) {
+      fmt::print(stderr, "a range needs a lower and an upper end, as 0 100\n");
+      return kExitUsage;
+    }
   }
-  const auto loaded = config::read_specialists(options.specialists);
-  fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
-  if (!loaded) return kExitConfiguration;
-  if (!loaded->team) {
-    fmt::print(stderr, "{}: no specialists of the explaining form\n", options.specialists);
-    return kExitConfiguration;
+  std::optional<config::SpecialistFolder> folder;
+  if (!options.specialists.empty()) {
+    auto loaded = config::read_specialists(options.specialists);
+    fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
+    if (!loaded) return kExitConfiguration;
+    if (!loaded->team) {
+      fmt::print(stderr, "{}: no specialists of the explaining form\n", options.specialists);
+      return kExitConfiguration;
+    }
+    folder = std::move(*loaded);
   }
   try {
     const record::Record record = record::read_record(options.record);
     if (!record.has_co) {
-      fmt::print(stderr, "{}: no column 'co': the specialists need it\n", options.record);
+      fmt::print(stderr, "{}: no column 'co': without it nothing can be said of the valve\n",
+                 options.record);
       return kExitData;
     }
-    const double sample_s = loaded->team->facts.period_s;
-    const double cycles = std::max(1.0, std::round(sample_s / record.period_s));
-    if (std::abs(cycles * record.period_s - sample_s) > kPeriodTolerance * sample_s) {
-      fmt::print(stderr,
-                 "{}: its period is {:g} s, of which no whole number makes the {:g} s that the "
-                 "specialists know\n",
-                 options.record, record.period_s, sample_s);
-      return kExitData;
+    if (folder) {
+      const double sample_s = folder->team->facts.period_s;
+      const double cycles = std::max(1.0, std::round(sample_s / record.period_s));
+      if (std::abs(cycles * record.period_s - sample_s) > kPeriodTolerance * sample_s) {
+        fmt::print(stderr,
+                   "{}: its period is {:g} s, of which no whole number makes the {:g} s that the "
+                   "specialists know\n",
+                   options.record, record.period_s, sample_s);
+        return kExitData;
+      }
     }
-    const Replay result = replay(record, *loaded->team, options);
+    const Replay result = replay(record, folder ? &*folder->team : nullptr, options);
     options.json ? print_json(result) : print_text(result);
   } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
@@ -177,7 +220,10 @@ void add_replay(CLI::App& app, int& exit_code) {
          "evidence")
       ->required();
   sub->add_option("--specialists", options->specialists,
-                  "folder with manifest.yaml; evidence has its own");
+                  "folder with manifest.yaml; evidence has its own. Without it only routine "
+                  "evidence is weighed");
+  sub->add_option("--pv-range", options->pv_range, "PV units, without specialists")->expected(2);
+  sub->add_option("--co-range", options->co_range, "CO units, without specialists")->expected(2);
   sub->add_option("--overlap", options->overlap, "share of a window that the next has in common")
       ->check(CLI::Range(0.0, 0.95))
       ->capture_default_str();

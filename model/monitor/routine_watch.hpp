@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Routine evidence on a running loop: what diagnose() says of the last minutes and hours. It needs no model and no
+// specialists, and sees the slow and wide dead band that no window of 96 s shows.
+//
+//   cycles -> kLevels of samples, each four times as long -> full: diagnose() -> logit -> CUSUM -> condition
+//
+//   S <- min(kMost, max(0, S + ln(p / (1 - p)) + w - kDrift))      once for each full window of a level
+//   off -> on   S >= kRaise: more than one window must agree
+//   on  -> off  S <= kClear
+//
+//   p  probability of a valve effect, of diagnose(), at its stated prior; where it can't tell or has not enough
+//      data, S stays
+//   w  what the specialists think of the same stretch: half the logit of the mean probability that they give to
+//      stiction, backlash and hysteresis, within kMostFromSpecialists; 0 without them
+//   S  nats, one for each level
+//
+// Levels: samples of 1, 4, 16 and 64 s (a whole number of cycles, at least one), kSamples of each: 12 minutes to 13
+// hours. Windows of one level share no sample, so that their logits may be added. Time in manual, with a PV that is not
+// good, or without cycles is left out; kLongestBreak samples of it or more, and the level's window begins again. In manual the valve may be
+// worked on, so S begins again as well; a condition that is on stays until a window speaks against it.
+//
+// Memory: 36 kB a loop, held from the start. add() allocates only where a window is full. Nothing of it outlives the
+// program: after a restart the first window of each level must fill again.
+//
+// Source: E. S. Page, Continuous inspection schemes, Biometrika 41 (1954), for the sum; kDrift and kRaise are set so that
+// one window at diagnose()'s highest probability is not enough and two are.
+// Errors: none.
+// What it can't do: see a dead band in less than one full window, or in a loop that nothing moves; tell valve
+// effects apart better than diagnose() does.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "model/diagnosis/diagnosis.hpp"
+#include "model/monitor/loop_alarms.hpp"
+#include "model/monitor/window_builder.hpp"
+#include "model/monitor/window_judge.hpp"
+
+namespace loopwarden::monitor {
+
+class RoutineWatch {
+ public:
+  static constexpr std::size_t kLevels = 4;
+  static constexpr std::array<double, kLevels> kSampleTimes{1.0, 4.0, 16.0, 64.0};  // s
+  static constexpr std::size_t kSamples = 750;
+  static constexpr std::size_t kLongestBreak = 4;      // samples
+  static constexpr double kDrift = 0.3;                // nats a window
+  static constexpr double kRaise = 3.0;                // nats
+  static constexpr double kClear = 0.5;                // nats
+  static constexpr double kMost = 6.0;                 // nats
+  static constexpr double kMostFromSpecialists = 1.5;  // nats
+
+  // What a window said.
+  struct Judgement {
+    double window_s = 0.0;  // its length
+    diagnosis::Verdict verdict = diagnosis::Verdict::not_enough_data;
+    diagnosis::Grade grade = diagnosis::Grade::none;
+    double probability = 0.5;       // of a valve effect
+    double from_specialists = 0.0;  // nats, w
+    double sum = 0.0;               // nats, S after it
+    AlarmKind fault = AlarmKind::stiction;
+    double severity_percent = 0.0;  // % of the CO span
+  };
+
+  explicit RoutineWatch(const WindowSettings& settings);
+
+  // True if a window was judged; judgement() and conditions() then speak of it.
+  bool add(const Cycle& cycle);
+  // A condition from before a restart: stays until a window speaks against it.
+  void restore(AlarmKind kind, bool on, double severity_percent) noexcept;
+  // A window of the specialists that was judged, for the weighing.
+  void specialists(const WindowJudgement& judgement) noexcept;
+
+  const Judgement& judgement() const noexcept { return judgement_; }
+  const AlarmConditions& conditions() const noexcept { return conditions_; }
+
+ private:
+  struct Level {
+    std::size_t decimation = 1;  // cycles to a sample
+    double sample_time_s = 1.0;
+    std::vector<float> sp, pv, co;  // kSamples places
+    std::size_t count = 0;          // samples that are there
+    std::size_t in_sample = 0;      // cycles in the sums
+    std::size_t left_out = 0;       // cycles since the last that could be used
+    double sum_sp = 0.0;
+    double sum_pv = 0.0;
+    double sum_co = 0.0;
+    double from_specialists = 0.0;  // sum of probabilities since the level's last window
+    std::size_t specialist_windows = 0;
+    double sum = 0.0;  // nats, S
+    bool on = false;
+    AlarmKind fault = AlarmKind::stiction;
+    double severity_percent = 0.0;
+  };
+  void leave_out(Level& level, std::uint64_t cycles, bool manual) noexcept;
+  bool take(Level& level, const Cycle& cycle) noexcept;  // true if it is full
+  Judgement judge(Level& level);
+  void settle_conditions() noexcept;
+
+  std::vector<Level> levels_;
+  double co_low_;
+  double co_high_;
+  std::uint64_t last_period_ = 0;
+  bool any_ = false;
+  Judgement judgement_;
+  AlarmConditions restored_{};
+  AlarmConditions conditions_{};
+};
+
+}  // namespace loopwarden::monitor
