@@ -100,10 +100,10 @@ class Explainer {
 
   bool prepare(const LoopWindow& window, Findings& findings) noexcept;
   void measure_movement(Findings& findings) const noexcept;
-  template <class Lanes>
-  void try_lanes(Candidate* candidates, Lanes lanes) const noexcept;
-  template <class Lanes>
-  void try_fine(Candidate* candidates, Lanes lanes) const noexcept;
+  template <class Stems>
+  void try_lanes(Candidate* candidates, Stems stems) const noexcept;
+  template <class Stems>
+  void try_fine(Candidate* candidates, Stems stems) const noexcept;
   void evaluate(Candidate* candidates, Grain grain) const noexcept;
   void trace(const Candidate& candidate) noexcept;
   void believe(double dead_time_off_s, double lag_off_s) noexcept;
