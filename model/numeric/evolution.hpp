@@ -5,7 +5,7 @@
 //
 // own: the member that the trial is to replace; from: half the time the best member, else own or any
 // (settings); a, b: any members. One place, drawn, is always changed, every other with the chance
-// `crossover`; reach is drawn anew for each trial. A trial as good as its own member takes its place.
+// `crossover`; reach is drawn anew for each trial. A trial better than its own member takes its place.
 //
 // Trials are judged a batch at a time: what one batch finds, the next one builds on. With a batch of one
 // every trial builds on the one before it.
@@ -23,8 +23,6 @@
 #include <cstdint>
 #include <span>
 #include <utility>
-
-#include "model/numeric/random.hpp"
 
 namespace loopwarden::numeric {
 
@@ -45,16 +43,18 @@ struct Population {
   std::span<double> costs;  // already judged
   std::span<Member> trials;
   std::span<double> trial_costs;
+  std::size_t best = 0;  // which member the first trials build on
 };
 
-inline std::size_t drawn_below(std::size_t count, Random& random) noexcept {
+template <class Generator>
+std::size_t drawn_below(std::size_t count, Generator& random) noexcept {
   return static_cast<std::size_t>(random.uniform() * static_cast<double>(count));
 }
 
 // Changes `trial`, a copy of its own member.
-template <class Member>
+template <class Member, class Generator>
 void cross(Member& trial, const Member& from, const Member& a, const Member& b,
-           const EvolutionSettings& settings, Random& random) noexcept {
+           const EvolutionSettings& settings, Generator& random) noexcept {
   const double reach = random.uniform(settings.least_reach, settings.most_reach);
   const std::size_t always = drawn_below(trial.size(), random);
   for (std::size_t j = 0; j < trial.size(); ++j) {
@@ -63,12 +63,12 @@ void cross(Member& trial, const Member& from, const Member& a, const Member& b,
   }
 }
 
-// `judge(trials, costs)` fills the costs of a batch. Returns the place of the best member.
-template <class Member, class Judge>
-std::size_t evolve(const Population<Member>& p, const EvolutionSettings& settings, Random& random,
-                   Judge&& judge) {
-  auto best =
-      static_cast<std::size_t>(std::min_element(p.costs.begin(), p.costs.end()) - p.costs.begin());
+// `judge(trials, costs)` fills the costs of a batch; `random` is one of random.hpp. Returns the place of the best
+// member.
+template <class Member, class Generator, class Judge>
+std::size_t evolve(const Population<Member>& p, const EvolutionSettings& settings,
+                   Generator& random, Judge&& judge) {
+  std::size_t best = p.best;
   const auto any = [&]() -> const Member& {
     return p.members[drawn_below(p.members.size(), random)];
   };
@@ -86,7 +86,7 @@ std::size_t evolve(const Population<Member>& p, const EvolutionSettings& setting
     judge(p.trials, p.trial_costs);
     for (std::size_t i = 0; i < p.trials.size(); ++i) {
       const std::size_t at = next + i;
-      if (!(p.trial_costs[i] <= p.costs[at])) continue;
+      if (!(p.trial_costs[i] < p.costs[at])) continue;
       std::swap(p.members[at], p.trials[i]);
       p.costs[at] = p.trial_costs[i];
       if (p.costs[at] < p.costs[best]) best = at;

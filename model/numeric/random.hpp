@@ -93,4 +93,21 @@ class Random {
   std::array<std::uint64_t, 4> state_;
 };
 
+// A quarter of the state and coarser numbers (24 bits), for searches that begin anew from the same few numbers:
+// xorshift of 32 bits (Marsaglia, J. Statistical Software 8(14), 2003).
+class ShortRandom {
+ public:
+  // In [0, 1).
+  double uniform() noexcept {
+    bits_ ^= bits_ << 13U;
+    bits_ ^= bits_ >> 17U;
+    bits_ ^= bits_ << 5U;
+    return static_cast<double>(bits_ >> 8U) * 0x1.0p-24;
+  }
+  double uniform(double low, double high) noexcept { return low + (high - low) * uniform(); }
+
+ private:
+  std::uint32_t bits_ = 0x9e3779b9U;
+};
+
 }  // namespace loopwarden::numeric

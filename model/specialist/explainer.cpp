@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/specialist/explainer.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 
+#include "model/numeric/evolution.hpp"
 #include "model/numeric/lanes.hpp"
+#include "model/numeric/random.hpp"
 #include "model/plant/backlash.hpp"
 #include "model/plant/hysteresis_offset.hpp"
 #include "model/plant/hysteresis_width.hpp"
@@ -17,7 +21,7 @@
 namespace loopwarden::specialist {
 namespace {
 
-constexpr std::size_t kBatch = 8;     // candidates tried in step
+constexpr std::size_t kStems = 8;     // candidates tried in step
 constexpr double kLeastNoise = 0.01;  // % of span: converters are no better
 constexpr double kMostMissing = 0.1;  // share of the window
 constexpr double kFewestBlocks = 60;
@@ -48,7 +52,7 @@ constexpr int kMostSteps = 3;  // of a play's size in one direction, in the end
 constexpr double kEnough = 1.2;
 
 using numeric::Lanes;
-static_assert(kBatch == 2 * numeric::kLanes);
+static_assert(kStems == 2 * numeric::kLanes);
 
 Lanes every(float value) noexcept { return numeric::every<Lanes>(static_cast<double>(value)); }
 
@@ -161,31 +165,23 @@ namespace {
 constexpr int kMostRounds = 24;
 constexpr double kMostOff = 2.5;  // standard deviations
 
-using System = std::array<std::array<double, 5>, 4>;  // lower triangle and right-hand side
+// Normal equations of at most four unknowns, the lower triangle. What is not asked for has no say.
+struct System {
+  std::array<std::array<double, 4>, 4> normal{};
+  std::array<double, 4> right{};
+};
 
-// Ridge regression by Cholesky: at most four unknowns, positive definite by the prior.
-std::array<double, 4> solved(System system, std::size_t count,
-                             const std::array<double, 4>& deviation,
-                             const std::array<double, 4>& taken, double trust) noexcept {
-  std::array<double, 4> solution{};
-  for (std::size_t i = 0; i < count; ++i) {
-    const double weight = trust / (deviation[i] * deviation[i]);
-    system[i][i] += weight;
-    system[i][4] -= weight * taken[i];
-    for (std::size_t k = 0; k <= i; ++k) {
-      double sum = system[i][k];
-      for (std::size_t j = 0; j < k; ++j) sum -= system[i][j] * system[k][j];
-      system[i][k] = i == k ? std::sqrt(std::max(sum, 1e-300)) : sum / system[k][k];
-    }
-    double sum = system[i][4];
-    for (std::size_t j = 0; j < i; ++j) sum -= system[i][j] * solution[j];
-    solution[i] = sum / system[i][i];
-  }
-  for (std::size_t i = count; i-- > 0;) {
-    for (std::size_t j = i + 1; j < count; ++j) solution[i] -= system[j][i] * solution[j];
-    solution[i] /= system[i][i];
-  }
-  return solution;
+// Ridge regression, positive definite by the prior: each unknown and what of it is `taken` already stays as near
+// to 0 as `deviation` and `trust` ask.
+Eigen::Vector4d solved(const System& system, const Eigen::Vector4d& deviation,
+                       const Eigen::Vector4d& taken, double trust) noexcept {
+  using Rows = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  Eigen::Matrix4d normal = Eigen::Map<const Rows>(system.normal.front().data());
+  const Eigen::Vector4d weight = trust * deviation.cwiseAbs2().cwiseInverse();
+  normal.diagonal() += weight;
+  const Eigen::Vector4d right =
+      Eigen::Map<const Eigen::Vector4d>(system.right.data()) - weight.cwiseProduct(taken);
+  return normal.llt().solve(right);
 }
 
 }  // namespace
@@ -342,84 +338,96 @@ void Explainer::measure_movement(Findings& findings) const noexcept {
   findings.shut_share = static_cast<double>(shut) / static_cast<double>(blocks_);
 }
 
-// What eight candidates leave of the target once gain and basis have taken their best.
+// What a row of candidates leaves of the target once gain and basis have taken their best.
 struct Explainer::Projection {
-  Lanes square[2] = {every(0.0F), every(0.0F)};
-  Lanes with_target[2] = {every(0.0F), every(0.0F)};
-  Lanes along[3][2] = {
-      {every(0.0F), every(0.0F)}, {every(0.0F), every(0.0F)}, {every(0.0F), every(0.0F)}};
+  Lanes first;  // a constant is free: near zero the sums keep their digits
+  Lanes square = every(0.0F);
+  Lanes with_target = every(0.0F);
+  Lanes along[3] = {every(0.0F), every(0.0F), every(0.0F)};
 
-  Lanes first[2];  // a constant is free: near zero the sums keep their digits
-
-  void add(const Explainer& e, std::size_t p, std::size_t b, Lanes y) noexcept {
-    y = y - first[p];
-    square[p] = square[p] + y * y;
-    with_target[p] = with_target[p] + y * every(e.target_lanes_[b]);
-    for (std::size_t i = 0; i < 3; ++i) {
-      along[i][p] = along[i][p] + y * every(e.basis_lanes_[i][b]);
-    }
+  void add(const Explainer& e, std::size_t b, Lanes y) noexcept {
+    y = y - first;
+    square = square + y * y;
+    with_target = with_target + y * every(e.target_lanes_[b]);
+    for (std::size_t i = 0; i < 3; ++i) along[i] = along[i] + y * every(e.basis_lanes_[i][b]);
   }
   void judge(const Explainer& e, Candidate* candidates) const noexcept {
-    for (std::size_t lane = 0; lane < kBatch; ++lane) {
-      const std::size_t p = lane / numeric::kLanes;
-      const std::size_t i = lane % numeric::kLanes;
-      float own = square[p][i];
-      for (std::size_t k = 0; k < 3; ++k) own -= along[k][p][i] * along[k][p][i];
-      const float both = with_target[p][i];
+    for (std::size_t i = 0; i < numeric::kLanes; ++i) {
+      float own = square[i];
+      for (std::size_t k = 0; k < 3; ++k) own -= along[k][i] * along[k][i];
+      const float both = with_target[i];
       const float gain =
-          std::clamp(own > 1e-4F * square[p][i] ? both / own : 1.0F, kGainLow, kGainHigh);
-      candidates[lane].misfit =
+          std::clamp(own > 1e-4F * square[i] ? both / own : 1.0F, kGainLow, kGainHigh);
+      candidates[i].misfit =
           e.target_square_ + static_cast<double>(gain * (gain * own - 2.0F * both));
     }
   }
 };
 
-// Eight stems through the lag at once; each gets the misfit that its best gain leaves.
-template <class Stems>
-void Explainer::try_lanes(Candidate* candidates, Stems stems) const noexcept {
+// A row of stems with the lag behind them.
+template <class Stem>
+struct Explainer::Row {
+  Stem stem;
+  Lanes state;
+  Projection sums;
+  Row(const Stem& at_rest, float u0) noexcept
+      : stem(at_rest), state(stem.step(every(u0))), sums{.first = state} {}
+};
+
+// A batch of stems block by block; each gets the misfit that its best gain leaves.
+template <class Stem>
+void Explainer::try_blocks(Candidate* candidates, const Stem& first,
+                           const Stem& second) const noexcept {
   const Lanes keep = every(static_cast<float>(keep_));
   const Lanes take = every(static_cast<float>(1.0 - keep_));
   const Lanes mean_keep = every(static_cast<float>(mean_keep_));
   const Lanes mean_take = every(static_cast<float>(1.0 - mean_keep_));
-  Projection sums;
-  Lanes state[2];
-  for (std::size_t p = 0; p < 2; ++p) sums.first[p] = state[p] = stems[p].step(every(u_lanes_[0]));
+  Row<Stem> one(first, u_lanes_[0]);
+  Row<Stem> two(second, u_lanes_[0]);
+  const auto step = [&](Row<Stem>& row, std::size_t b, Lanes u) {
+    const Lanes v = row.stem.step(u);
+    const Lanes y = mean_keep * row.state + mean_take * v;
+    row.state = keep * row.state + take * v;
+    row.sums.add(*this, b, y);
+  };
   for (std::size_t b = 0; b < blocks_; ++b) {
     const Lanes u = every(u_lanes_[b]);
-    for (std::size_t p = 0; p < 2; ++p) {
-      const Lanes v = stems[p].step(u);
-      const Lanes y = mean_keep * state[p] + mean_take * v;
-      state[p] = keep * state[p] + take * v;
-      sums.add(*this, p, b, y);
-    }
+    step(one, b, u);
+    step(two, b, u);
   }
-  sums.judge(*this, candidates);
+  one.sums.judge(*this, candidates);
+  two.sums.judge(*this, candidates + numeric::kLanes);
 }
 
 // The same sample by sample, with the process as it was found.
-template <class Stems>
-void Explainer::try_fine(Candidate* candidates, Stems stems) const noexcept {
+template <class Stem>
+void Explainer::try_samples(Candidate* candidates, const Stem& first,
+                            const Stem& second) const noexcept {
   const float kept = static_cast<float>(process_.keep);
   const Lanes keep = every(kept);
   const Lanes take = every(1.0F - kept);
   const Lanes share = every(1.0F / static_cast<float>(samples_per_block_));
-  Projection sums;
-  Lanes state[2];
-  for (std::size_t p = 0; p < 2; ++p) sums.first[p] = state[p] = stems[p].step(every(co_at(0)));
+  Row<Stem> one(first, co_at(0));
+  Row<Stem> two(second, co_at(0));
+  const auto step = [&](Row<Stem>& row, Lanes& sum, Lanes u) {
+    const Lanes v = row.stem.step(u);
+    row.state = keep * row.state + take * v;
+    sum = sum + row.state;
+  };
   std::size_t k = 0;
   for (std::size_t b = 0; b < blocks_; ++b) {
-    Lanes sum[2] = {every(0.0F), every(0.0F)};
+    Lanes sum_one = every(0.0F);
+    Lanes sum_two = every(0.0F);
     for (std::size_t i = 0; i < samples_per_block_; ++i, ++k) {
       const Lanes u = every(co_at(k));
-      for (std::size_t p = 0; p < 2; ++p) {
-        const Lanes v = stems[p].step(u);
-        state[p] = keep * state[p] + take * v;
-        sum[p] = sum[p] + state[p];
-      }
+      step(one, sum_one, u);
+      step(two, sum_two, u);
     }
-    for (std::size_t p = 0; p < 2; ++p) sums.add(*this, p, b, sum[p] * share);
+    one.sums.add(*this, b, sum_one * share);
+    two.sums.add(*this, b, sum_two * share);
   }
-  sums.judge(*this, candidates);
+  one.sums.judge(*this, candidates);
+  two.sums.judge(*this, candidates + numeric::kLanes);
 }
 
 // `candidates` are a batch of one law.
@@ -427,9 +435,10 @@ void Explainer::evaluate(Candidate* candidates, Grain grain) const noexcept {
   const auto u0 = static_cast<double>(grain == Grain::block ? u_lanes_[0] : co_at(0));
   const double period_s = grain == Grain::block ? block_s_ : facts_.period_s;
   Candidate::with_stem(candidates[0].law, u0, period_s, [&](auto make) {
-    using Row = RowOf<Candidate>;
-    const std::array stems{make(Row{candidates}), make(Row{candidates + numeric::kLanes})};
-    return grain == Grain::block ? try_lanes(candidates, stems) : try_fine(candidates, stems);
+    const auto first = make(RowOf<Candidate>{candidates});
+    const auto second = make(RowOf<Candidate>{candidates + numeric::kLanes});
+    return grain == Grain::block ? try_blocks(candidates, first, second)
+                                 : try_samples(candidates, first, second);
   });
 }
 
@@ -454,7 +463,7 @@ class Explainer::Search {
   // `change` makes lane i of eight from the best one so far.
   template <class Change>
   void try_eight(Change change) {
-    for (std::size_t i = 0; i < kBatch; ++i) {
+    for (std::size_t i = 0; i < kStems; ++i) {
       lanes_[i] = best;
       change(lanes_[i], static_cast<double>(i));
     }
@@ -514,80 +523,72 @@ class Explainer::Search {
  private:
   const Explainer& explainer_;
   Grain grain_;
-  std::array<Candidate, kBatch> lanes_;
-  std::array<Candidate, kBatch> kept_;
+  std::array<Candidate, kStems> lanes_;
+  std::array<Candidate, kStems> kept_;
 };
 
 namespace {
 
-// Of one stream, the same for every window: what a window shows must not depend on chance.
-class Chance {
- public:
-  double uniform() noexcept {
-    bits_ ^= bits_ << 13U;
-    bits_ ^= bits_ >> 17U;
-    bits_ ^= bits_ << 5U;
-    return static_cast<double>(bits_ >> 8U) / 16777216.0;
-  }
-  std::size_t below(std::size_t count) noexcept {
-    return static_cast<std::size_t>(uniform() * static_cast<double>(count));
-  }
-
- private:
-  std::uint32_t bits_ = 0x9e3779b9U;
-};
-
-// A sticking stem as evolution sees it: log of the force at which it slips, how much of that it slips, its start.
+// A sticking stem as evolution sees it, each from 0 to 1: log of the force at which it slips, how much of that it
+// slips, its start.
 using Genes = std::array<double, 3>;
 constexpr double kLeastForce = -1.0;  // log of %
 constexpr double kMostForce = 3.7;
+// Of stems drawn by chance, log of %.
+constexpr double kLeastDrawn = -0.5;
+constexpr double kMostDrawn = 3.4;
+
+double gene_of_force(double log_force) noexcept {
+  return (log_force - kLeastForce) / (kMostForce - kLeastForce);
+}
 
 }  // namespace
 
 void Explainer::Search::evolve(int generations) {
-  constexpr std::size_t kPopulation = 2 * kBatch;
   const auto genes_of = [](const Candidate& c) {
-    return Genes{std::log(0.5 * c.size * (1.0 + c.shape)), 2.0 * c.shape / (1.0 + c.shape),
-                 c.start};
+    const double force = gene_of_force(std::log(0.5 * c.size * (1.0 + c.shape)));
+    return Genes{std::clamp(force, 0.0, 1.0), std::clamp(2.0 * c.shape / (1.0 + c.shape), 0.0, 1.0),
+                 0.5 * (c.start + 1.0)};
   };
-  const auto express = [](const Genes& genes, Candidate& c) {
-    const double slip = std::clamp(genes[1], 0.0, 1.0);
-    c.size = std::exp(std::clamp(genes[0], kLeastForce, kMostForce)) * (2.0 - slip);
-    c.shape = slip / (2.0 - slip);
-    c.start = std::clamp(genes[2], -1.0, 1.0);
+  const auto express = [&](const Genes& genes) {
+    Candidate c = best;
+    c.size = std::exp(kLeastForce + (kMostForce - kLeastForce) * genes[0]) * (2.0 - genes[1]);
+    c.shape = genes[1] / (2.0 - genes[1]);
+    c.start = 2.0 * genes[2] - 1.0;
+    return c;
   };
-  Chance chance;
-  std::array<Candidate, kPopulation> all;
-  std::copy(kept_.begin(), kept_.end(), all.begin());
-  for (std::size_t i = 0; i < kBatch; ++i) {
-    lanes_[i] = best;
-    express({-0.5 + 3.9 * chance.uniform(), chance.uniform(), 2.0 * chance.uniform() - 1.0},
-            lanes_[i]);
-  }
-  explainer_.evaluate(lanes_.data(), grain_);
-  std::copy(lanes_.begin(), lanes_.end(), all.begin() + kBatch);
-  for (int generation = 0; generation < generations; ++generation) {
-    Candidate* half = all.data() + (generation % 2 == 0 ? 0 : kBatch);
-    for (std::size_t i = 0; i < kBatch; ++i) {
-      const Genes own = genes_of(half[i]);
-      const Genes a = genes_of(all[chance.below(kPopulation)]);
-      const Genes b = genes_of(all[chance.below(kPopulation)]);
-      const Genes base = chance.uniform() < 0.5 ? genes_of(best) : own;
-      const double reach = 0.4 + 0.6 * chance.uniform();
-      const std::size_t always = chance.below(own.size());
-      Genes trial = own;
-      for (std::size_t k = 0; k < trial.size(); ++k) {
-        if (k == always || chance.uniform() < 0.8) trial[k] = base[k] + reach * (a[k] - b[k]);
-      }
-      lanes_[i] = half[i];
-      express(trial, lanes_[i]);
-    }
+  const auto judge = [&](std::span<const Genes> trials, std::span<double> costs) {
+    std::transform(trials.begin(), trials.end(), lanes_.begin(), express);
     explainer_.evaluate(lanes_.data(), grain_);
-    for (std::size_t i = 0; i < kBatch; ++i) {
-      if (lanes_[i].misfit < half[i].misfit) half[i] = lanes_[i];
-      if (lanes_[i].misfit < best.misfit) best = lanes_[i];
-    }
+    std::transform(lanes_.begin(), lanes_.end(), costs.begin(),
+                   [](const Candidate& c) { return c.misfit; });
+  };
+  // One stream, the same for every window: what a window shows must not depend on chance. The shipped networks
+  // have learned what it finds; with another one in ten sticking windows is explained otherwise.
+  numeric::ShortRandom random;
+  std::array<Genes, 2 * kStems> members;
+  std::array<double, 2 * kStems> costs{};
+  std::array<Genes, kStems> trials;
+  std::array<double, kStems> trial_costs{};
+  std::transform(kept_.begin(), kept_.end(), members.begin(), genes_of);
+  for (std::size_t i = 0; i < kStems; ++i) {
+    costs[i] = kept_[i].misfit;
+    members[kStems + i] = {gene_of_force(random.uniform(kLeastDrawn, kMostDrawn)), random.uniform(),
+                           random.uniform()};
   }
+  judge(std::span(members).last(kStems), std::span(costs).last(kStems));
+  const auto first = std::min_element(costs.begin(), costs.begin() + kStems) - costs.begin();
+  const std::size_t found =
+      numeric::evolve(numeric::Population<Genes>{members, costs, trials, trial_costs,
+                                                 static_cast<std::size_t>(first)},
+                      {.from = numeric::EvolutionSettings::From::own,
+                       .trials = kStems * static_cast<std::size_t>(generations),
+                       .crossover = 0.8,
+                       .most_reach = 1.0},
+                      random, judge);
+  if (costs[found] >= best.misfit) return;
+  best = express(members[found]);
+  best.misfit = costs[found];
 }
 
 Explainer::Candidate Explainer::search_play(Explanation explanation) noexcept {
@@ -742,32 +743,29 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
   const bool with_offset = explanation == Explanation::hysteresis_offset;
   const std::size_t count = with_offset ? 4 : 3;
   // The last one's is no prior at all.
-  const std::array<double, 4> deviation{
-      prior.gain, prior.dead_time * facts_.dead_time_s + 0.5 * facts_.period_s,
-      prior.lag * facts_.time_constant_s, 1e3};
+  const Eigen::Vector4d deviation{prior.gain,
+                                  prior.dead_time * facts_.dead_time_s + 0.5 * facts_.period_s,
+                                  prior.lag * facts_.time_constant_s, 1e3};
   // What of it the process has taken up already.
-  const std::array<double, 4> taken{0.0, -process_.dead_time_off_s,
-                                    time_constant - facts_.time_constant_s, 0.0};
+  const Eigen::Vector4d taken{0.0, -process_.dead_time_off_s,
+                              time_constant - facts_.time_constant_s, 0.0};
   for (std::size_t i = 0; i < count; ++i) project(columns_[i]);
-  System system{};
+  System system;
   for (std::size_t b = 0; b < blocks_; ++b) {
     const double left = target_[b] - columns_[0][b];
     for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) system[i][j] += columns_[i][b] * columns_[j][b];
-      system[i][4] += columns_[i][b] * left;
+      for (std::size_t j = 0; j <= i; ++j) system.normal[i][j] += columns_[i][b] * columns_[j][b];
+      system.right[i] += columns_[i][b] * left;
     }
   }
-  std::array<double, 4> solution{};
+  Eigen::Vector4d solution;
   // What a belief may be off by is bounded, however little noise there is to outweigh: the prior gains weight
   // until all are within.
   double trust = 4.0 * noise * noise;
   for (int round = 0; round < kMostRounds; ++round, trust *= 4.0) {
-    solution = solved(system, count, deviation, taken, trust);
-    double worst = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      worst = std::max(worst, std::abs(taken[i] + solution[i]) / deviation[i]);
-    }
-    if (worst <= kMostOff) break;
+    solution = solved(system, deviation, taken, trust);
+    const Eigen::Vector4d off = (taken + solution).cwiseQuotient(deviation);
+    if (off.head<3>().cwiseAbs().maxCoeff() <= kMostOff) break;
   }
   Fit result;
   double slow = 0.0;
@@ -775,7 +773,8 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
   double innovations = 0.0;
   for (std::size_t b = 0; b < blocks_; ++b) {
     double r = target_[b] - columns_[0][b];
-    for (std::size_t i = 0; i < count; ++i) r -= solution[i] * columns_[i][b];
+    for (std::size_t i = 0; i < count; ++i)
+      r -= solution(static_cast<Eigen::Index>(i)) * columns_[i][b];
     const double innovation = r - slow;
     slow += 0.25 * innovation;
     squares += r * r;

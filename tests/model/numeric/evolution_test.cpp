@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "model/numeric/random.hpp"
 #include "tests/support/rt_guard.hpp"
 
 namespace evolution_test {
@@ -38,7 +39,7 @@ Run run(std::size_t batch, EvolutionSettings settings, std::uint64_t seed, Cost 
   }
   const std::size_t best =
       evolve(Population<Place>{members, costs, std::span(trials).first(batch),
-                               std::span(trial_costs).first(batch)},
+                               std::span(trial_costs).first(batch), 0},
              settings, random, [&](std::span<const Place> at, std::span<double> to) {
                for (std::size_t i = 0; i < at.size(); ++i) to[i] = cost(at[i]);
              });
@@ -108,7 +109,7 @@ TEST_CASE("what can't be judged never takes a place", "[numeric]") {
   std::array<Place, 1> trial;
   std::array<double, 1> trial_cost;
   const std::size_t best =
-      evolve(Population<Place>{members, costs, trial, trial_cost}, {.trials = 800}, random,
+      evolve(Population<Place>{members, costs, trial, trial_cost, 0}, {.trials = 800}, random,
              [&](std::span<const Place> at, std::span<double> to) { to[0] = half(at[0]); });
   for (const Place& m : members) CHECK(m[0] >= 0.5);
   CHECK(costs[best] == Approx(1.5).epsilon(0.02));

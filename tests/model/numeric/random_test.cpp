@@ -80,4 +80,21 @@ TEST_CASE("normal numbers have the moments of the normal distribution", "[numeri
   CHECK(beyond_three == Approx(0.0026998 * kDraws).epsilon(0.15));
 }
 
+TEST_CASE("the short generator's first numbers, and that they fill the interval",
+          "[numeric][random]") {
+  // From an independent implementation.
+  loopwarden::numeric::ShortRandom random;
+  for (const double u : {5311558.0, 14691925.0, 8108431.0}) CHECK(random.uniform() * 0x1p24 == u);
+  double sum = 0.0;
+  double squares = 0.0;
+  for (int k = 0; k < 100'000; ++k) {
+    const double u = random.uniform(-1.0, 1.0);
+    REQUIRE((u >= -1.0 && u < 1.0));
+    sum += u;
+    squares += u * u;
+  }
+  CHECK(sum / 100'000 == Approx(0.0).margin(0.01));
+  CHECK(squares / 100'000 == Approx(1.0 / 3.0).margin(0.005));
+}
+
 }  // namespace random_test
