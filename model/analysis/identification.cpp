@@ -7,13 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "model/numeric/least_squares.hpp"
+
 namespace loopwarden::analysis {
 namespace {
 
 using Column = std::vector<double>;
 
 constexpr std::size_t kFewestSamples = 10;
-constexpr int kMostSteps = 80;
 constexpr double kConfidence = 1.96;  // of a normal distribution, 95 %
 
 struct Problem {
@@ -124,73 +125,43 @@ Shape coarse(const Problem& p, bool second) {
   return best;
 }
 
-// Parameters of Levenberg's method: y0, K, L, ln T1, and ln T2 with two lags.
-using Vector = Eigen::VectorXd;
-
-Shape shape_of(const Vector& v) {
-  return {std::exp(v[3]), v.size() > 4 ? std::exp(v[4]) : 0.0, v[2]};
+// What the least squares move: y0, K, L, ln T1, and ln T2 with two lags.
+Shape shape_of(const Column& v) {
+  if (v.size() <= 4) return {std::exp(v[3]), 0.0, v[2]};
+  return {std::exp(std::max(v[3], v[4])), std::exp(std::min(v[3], v[4])), v[2]};
 }
 
-Vector residual(const Problem& p, const Vector& v) {
-  const Column g = unit_response(p, shape_of(v));
-  Vector r = Vector::Zero(static_cast<Eigen::Index>(g.size()));
-  for (std::size_t k = 0; k < g.size(); ++k) {
-    if (std::isfinite(p.y[k])) r[static_cast<Eigen::Index>(k)] = p.y[k] - v[0] - v[1] * g[k];
-  }
-  return r;
+numeric::Residual residual_of(const Problem& p) {
+  return [&p](const Column& v, Eigen::VectorXd& r) {
+    const Column g = unit_response(p, shape_of(v));
+    r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(g.size()));
+    for (std::size_t k = 0; k < g.size(); ++k) {
+      if (std::isfinite(p.y[k])) r[static_cast<Eigen::Index>(k)] = p.y[k] - v[0] - v[1] * g[k];
+    }
+  };
 }
 
-Eigen::MatrixXd jacobian(const Problem& p, const Vector& v, const Vector& at) {
-  Eigen::MatrixXd j(at.size(), v.size());
-  for (Eigen::Index i = 0; i < v.size(); ++i) {
-    Vector moved = v;
-    const double step = 1e-5 * std::max(1e-2, std::abs(v[i]));
-    moved[i] += step;
-    j.col(i) = (residual(p, moved) - at) / step;
-  }
-  return j;
-}
-
-void keep_in_bounds(const Problem& p, Vector& v) {
+std::vector<numeric::Parameter> parameters_of(const Problem& p, const Linear& linear,
+                                              const Shape& start) {
   const double length = static_cast<double>(p.u.size()) * p.period_s;
-  v[2] = std::clamp(v[2], 0.0, p.latest_dead_time_s);
-  const double low = std::log(p.period_s / 100.0);
-  const double high = std::log(100.0 * length);
-  v[3] = std::clamp(v[3], low, high);
-  if (v.size() <= 4) return;
-  v[4] = std::clamp(v[4], low, high);
-  if (v[4] > v[3]) std::swap(v[3], v[4]);
+  const auto parameter = [](double value) {
+    return numeric::Parameter{.value = value, .difference = 1e-7, .relative_difference = 1e-5};
+  };
+  const auto lag = [&](double time_s) {
+    numeric::Parameter lag_log = parameter(std::log(time_s));
+    lag_log.low = std::log(p.period_s / 100.0);
+    lag_log.high = std::log(100.0 * length);
+    return lag_log;
+  };
+  std::vector<numeric::Parameter> parameters{parameter(linear.y0), parameter(linear.gain),
+                                             parameter(start.dead), lag(start.t1)};
+  parameters[2].low = 0.0;
+  parameters[2].high = p.latest_dead_time_s;
+  if (start.t2 > 0.0) parameters.push_back(lag(start.t2));
+  return parameters;
 }
 
-Vector levenberg(const Problem& p, Vector v) {
-  Vector r = residual(p, v);
-  double damping = 1e-3;
-  for (int i = 0; i < kMostSteps && damping < 1e12; ++i) {
-    const Eigen::MatrixXd j = jacobian(p, v, r);
-    Eigen::MatrixXd normal = j.transpose() * j;
-    normal.diagonal() *= 1.0 + damping;
-    normal.diagonal().array() += 1e-300;
-    Vector next = v - normal.ldlt().solve(j.transpose() * r);
-    if (!next.allFinite()) {
-      damping *= 10.0;
-      continue;
-    }
-    keep_in_bounds(p, next);
-    const Vector fresh = residual(p, next);
-    if (fresh.squaredNorm() < r.squaredNorm()) {
-      const bool done = r.squaredNorm() - fresh.squaredNorm() < 1e-14 * r.squaredNorm();
-      v = next;
-      r = fresh;
-      damping = std::max(damping / 5.0, 1e-12);
-      if (done) break;
-    } else {
-      damping *= 10.0;
-    }
-  }
-  return v;
-}
-
-double neighbours_correlation(const Vector& r) {
+double neighbours_correlation(const Eigen::VectorXd& r) {
   const Eigen::Index n = r.size();
   const double all = r.squaredNorm();
   if (!(all > 0.0)) return 0.0;
@@ -206,16 +177,12 @@ ProcessFit identify(std::span<const double> co, std::span<const double> pv, doub
   const Shape start = coarse(p, second);
   const Linear linear = solve_linear(p, unit_response(p, start));
   if (linear.gain == 0.0) throw IdentificationError("PV does not answer to CO in this record");
-  Vector v(second ? 5 : 4);
-  v[0] = linear.y0;
-  v[1] = linear.gain;
-  v[2] = start.dead;
-  v[3] = std::log(start.t1);
-  if (second) v[4] = std::log(start.t2);
-  v = levenberg(p, v);
-
-  const Vector r = residual(p, v);
-  const Eigen::MatrixXd j = jacobian(p, v, r);
+  const std::vector<numeric::Parameter> parameters = parameters_of(p, linear, start);
+  const numeric::Residual residual = residual_of(p);
+  const numeric::LeastSquares found = numeric::least_squares(parameters, residual);
+  const Column& v = found.x;
+  const Eigen::VectorXd& r = found.residual;
+  const Eigen::MatrixXd j = numeric::jacobian(parameters, residual, v, r);
   const auto n = static_cast<double>(p.used);
   const auto count = static_cast<double>(v.size());
   const double variance = r.squaredNorm() / std::max(1.0, n - count);
@@ -232,8 +199,9 @@ ProcessFit identify(std::span<const double> co, std::span<const double> pv, doub
   fit.gain = {v[1], margin(1)};
   fit.dead_time_s = {v[2], margin(2)};
   const Shape s = shape_of(v);
-  fit.time_constant_s = {s.t1, s.t1 * margin(3)};
-  if (second) fit.second_lag_s = {s.t2, s.t2 * margin(4)};
+  const bool swapped = second && v[4] > v[3];
+  fit.time_constant_s = {s.t1, s.t1 * margin(swapped ? 4 : 3)};
+  if (second) fit.second_lag_s = {s.t2, s.t2 * margin(swapped ? 3 : 4)};
   fit.rmse = std::sqrt(r.squaredNorm() / n);
   fit.fit_percent = 100.0 * (1.0 - fit.rmse / p.spread);
   fit.criterion = n * std::log(std::max(fit.rmse * fit.rmse, 1e-300)) + count * std::log(n);

@@ -12,22 +12,29 @@
 // (Wiley 1996), ch. 2 (friction-driven backlash).
 #pragma once
 
-#include <algorithm>
+#include "model/numeric/lanes.hpp"
 
 namespace loopwarden::plant {
 
+// The equation, of one stem (N a number) or of several side by side (numeric/lanes.hpp).
+template <class N>
+struct PlayLaw {
+  N half;  // D/2
+  N x;
+  N step(N u) noexcept { return x = numeric::within(x, u - half, u + half); }
+};
+
 class Backlash {
  public:
-  explicit Backlash(double deadband) noexcept : full_(deadband / 2.0), half_(full_) {}
+  explicit Backlash(double deadband) noexcept : full_(deadband / 2.0), law_{full_, 0.0} {}
 
-  void set_severity(double severity) noexcept { half_ = full_ * severity; }
-  double reset(double u) noexcept { return x_ = u; }
-  double step(double u) noexcept { return x_ = std::clamp(x_, u - half_, u + half_); }
+  void set_severity(double severity) noexcept { law_.half = full_ * severity; }
+  double reset(double u) noexcept { return law_.x = u; }
+  double step(double u) noexcept { return law_.step(u); }
 
  private:
-  double full_;     // CO units, half the deadband at full severity
-  double half_;     // CO units
-  double x_ = 0.0;  // CO units
+  double full_;  // CO units, half the deadband at full severity
+  PlayLaw<double> law_;
 };
 
 }  // namespace loopwarden::plant

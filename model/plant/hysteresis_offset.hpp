@@ -16,6 +16,17 @@
 
 namespace loopwarden::plant {
 
+// Whether u falls: which branch holds.
+struct FallingLaw {
+  double last_u = 0.0;
+  bool falling = false;
+  bool step(double u) noexcept {
+    if (u != last_u) falling = u < last_u;
+    last_u = u;
+    return falling;
+  }
+};
+
 class HysteresisOffset {
  public:
   explicit HysteresisOffset(double offset) noexcept : full_(offset), offset_(offset) {}
@@ -23,22 +34,16 @@ class HysteresisOffset {
   void set_severity(double severity) noexcept { offset_ = full_ * severity; }
 
   double reset(double u) noexcept {
-    last_u_ = u;
-    falling_ = false;
+    law_ = {u, false};
     return u;
   }
 
-  double step(double u) noexcept {
-    if (u != last_u_) falling_ = u < last_u_;
-    last_u_ = u;
-    return falling_ ? u + offset_ : u;
-  }
+  double step(double u) noexcept { return law_.step(u) ? u + offset_ : u; }
 
  private:
-  double full_;          // CO units
-  double offset_;        // CO units
-  double last_u_ = 0.0;  // CO units
-  bool falling_ = false;
+  double full_;    // CO units
+  double offset_;  // CO units
+  FallingLaw law_;
 };
 
 }  // namespace loopwarden::plant

@@ -20,42 +20,58 @@
 #include <array>
 #include <cstddef>
 
+#include "model/numeric/lanes.hpp"
+#include "model/plant/backlash.hpp"
+
 namespace loopwarden::plant {
+
+// The equation of n plays, of one stem or of several side by side (numeric/lanes.hpp).
+template <class N, std::size_t n>
+struct PlaysLaw {
+  PlayLaw<N> plays[n];
+  N step(N u) noexcept {
+    N sum = numeric::every<N>(0.0);
+    for (PlayLaw<N>& play : plays) sum = sum + play.step(u);
+    return sum / numeric::every<N>(static_cast<double>(n));
+  }
+};
+
+// r_i of n plays.
+template <std::size_t n>
+std::array<double, n> half_deadbands(double width, double knee) noexcept {
+  std::array<double, n> halves{};
+  double sum = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double place = 2.0 * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+    halves[i] = std::max(0.0, knee + (1.0 - knee) * place);
+    sum += halves[i];
+  }
+  for (double& half : halves) half *= 0.5 * width * static_cast<double>(n) / sum;
+  return halves;
+}
 
 class HysteresisWidth {
  public:
-  explicit HysteresisWidth(double width, double knee = 0.0) noexcept {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < kPlays; ++i) {
-      const double place = 2.0 * (static_cast<double>(i) + 0.5) / static_cast<double>(kPlays);
-      halves_[i] = std::max(0.0, knee + (1.0 - knee) * place);
-      sum += halves_[i];
-    }
-    for (double& half : halves_) half *= 0.5 * width * static_cast<double>(kPlays) / sum;
+  explicit HysteresisWidth(double width, double knee = 0.0) noexcept
+      : halves_(half_deadbands<kPlays>(width, knee)) {
+    set_severity(1.0);
   }
 
-  void set_severity(double severity) noexcept { severity_ = severity; }
+  void set_severity(double severity) noexcept {
+    for (std::size_t i = 0; i < kPlays; ++i) law_.plays[i].half = severity * halves_[i];
+  }
 
   double reset(double u) noexcept {
-    plays_.fill(u);
+    for (PlayLaw<double>& play : law_.plays) play.x = u;
     return u;
   }
 
-  double step(double u) noexcept {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < kPlays; ++i) {
-      const double half = severity_ * halves_[i];
-      plays_[i] = std::clamp(plays_[i], u - half, u + half);
-      sum += plays_[i];
-    }
-    return sum / static_cast<double>(kPlays);
-  }
+  double step(double u) noexcept { return law_.step(u); }
 
  private:
   static constexpr std::size_t kPlays = 12;
-  std::array<double, kPlays> halves_{};  // CO units
-  double severity_ = 1.0;
-  std::array<double, kPlays> plays_{};  // CO units
+  std::array<double, kPlays> halves_;  // CO units, at full severity
+  PlaysLaw<double, kPlays> law_{};
 };
 
 }  // namespace loopwarden::plant

@@ -24,8 +24,79 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
+
+#include "model/numeric/lanes.hpp"
 
 namespace loopwarden::plant {
+
+// The equation without preload, of one stem or of several side by side (numeric/lanes.hpp).
+template <class N>
+class LowAirLaw {
+ public:
+  struct Air {
+    N limit;  // L
+    N share;  // p, of the limit
+    N rate;   // R
+    N lag_s;  // T
+    bool one_sided = false;
+  };
+  LowAirLaw(const Air& air, double period_s, N start) noexcept
+      : x(start),
+        air_(air),
+        period_s_(numeric::every<N>(period_s)),
+        decay_(decay_over(period_s_, period_s_ > numeric::every<N>(0.0))),
+        most_opening_(air.rate * period_s_),
+        most_closing_(air.one_sided ? numeric::every<N>(kInfinity) : most_opening_),
+        slow_(air.rate * air.lag_s),
+        quick_(slow_ + most_opening_) {}
+
+  // Where the stem comes to rest.
+  N reached(N u) const noexcept {
+    const N zero = numeric::every<N>(0.0);
+    const N beyond = u - air_.limit;
+    return u - air_.share * (beyond > zero ? beyond : zero);
+  }
+
+  N step(N u) noexcept {
+    const N distance = reached(u) - x;
+    // Exact but for the period in which the stem comes near enough to go on exponentially.
+    const N left =
+        numeric::within(distance * decay_, distance - most_opening_, distance + most_closing_);
+    const N size = numeric::magnitude(distance);
+    const auto turning = (size > slow_) & (size < quick_);
+    return x = x + (distance - (numeric::any(turning) ? turned(distance, left, turning) : left));
+  }
+
+  N x;
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  // What is left of the distance after a period; where `turning`, at the rate first and then exponentially.
+  template <class Mask>
+  [[gnu::noinline]] N turned(N distance, N left, Mask turning) const noexcept {
+    const N zero = numeric::every<N>(0.0);
+    if (air_.one_sided) turning = turning & (distance > zero);
+    const N size = numeric::magnitude(distance);
+    const N at_rate_s = (size - slow_) / air_.rate;
+    const N rest = (size - air_.rate * at_rate_s) * decay_over(period_s_ - at_rate_s, turning);
+    return turning ? (distance < zero ? -rest : rest) : left;
+  }
+  template <class Mask>
+  N decay_over(N time_s, Mask where) const noexcept {
+    const N zero = numeric::every<N>(0.0);
+    return air_.lag_s > zero ? numeric::exponential(-time_s / air_.lag_s, where) : zero;
+  }
+
+  Air air_;
+  N period_s_;
+  N decay_;         // of the distance, over a period
+  N most_opening_;  // in a period
+  N most_closing_;
+  N slow_;   // exponentially from this distance on
+  N quick_;  // at the rate throughout a period from this distance on
+};
 
 class LowAirSupply {
  public:
@@ -46,14 +117,15 @@ class LowAirSupply {
   double step(double u) noexcept;
 
  private:
-  double limited(double u) const noexcept;
+  // What the spring leaves the stem to follow.
+  double beyond_spring(double u) const noexcept;
+
+  LowAirLaw<double> at(double severity, double x) const noexcept;
 
   Parameters full_;
   double period_s_;
   double severity_ = 1.0;
-  double rate_ = 0.0;  // CO units/s at the present severity
-  double lag_s_ = 0.0;
-  double x_ = 0.0;  // CO units
+  LowAirLaw<double> law_;  // at the present severity
 };
 
 }  // namespace loopwarden::plant

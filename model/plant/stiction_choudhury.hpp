@@ -24,9 +24,32 @@
 
 #include <cmath>
 
+#include "model/numeric/lanes.hpp"
 #include "model/plant/stiction_law.hpp"
 
 namespace loopwarden::plant {
+
+// The equation, of one stem or of several side by side (numeric/lanes.hpp).
+template <class N>
+struct ChoudhuryLaw {
+  N static_friction;
+  N moving_friction;
+  N x;
+  N last_u;
+  N direction;  // -1 or 1, 0 while stuck
+  N step(N u) noexcept {
+    const N zero = numeric::every<N>(0.0);
+    const N one = numeric::every<N>(1.0);
+    const N change = u - last_u;
+    last_u = u;
+    direction = change * direction > zero ? direction : zero;  // or stopped or turned
+    const N r = u - x;
+    const N way = r > zero ? one : -one;
+    const N starts = numeric::magnitude(r) > static_friction ? way : zero;
+    direction = numeric::magnitude(direction) > zero ? direction : starts;
+    return x = numeric::magnitude(direction) > zero ? u - direction * moving_friction : x;
+  }
+};
 
 class StictionChoudhury {
  public:
@@ -36,34 +59,20 @@ class StictionChoudhury {
 
   void set_severity(double severity) noexcept {
     const StictionParameters now{full_.s * severity, full_.j * severity};
-    static_friction_ = now.static_friction();
-    moving_friction_ = now.moving_friction();
+    law_.static_friction = now.static_friction();
+    law_.moving_friction = now.moving_friction();
   }
 
   double reset(double u) noexcept {
-    last_u_ = u;
-    x_ = u;
-    direction_ = 0.0;
-    return x_;
+    law_.last_u = u;
+    law_.direction = 0.0;
+    return law_.x = u;
   }
-
-  double step(double u) noexcept {
-    if (!std::isfinite(u)) return x_;
-    const double change = u - last_u_;
-    last_u_ = u;
-    if (direction_ != 0.0 && change * direction_ <= 0.0) direction_ = 0.0;  // stopped or turned
-    if (direction_ == 0.0 && std::abs(u - x_) > static_friction_) direction_ = u > x_ ? 1.0 : -1.0;
-    if (direction_ != 0.0) x_ = u - direction_ * moving_friction_;
-    return x_;
-  }
+  double step(double u) noexcept { return std::isfinite(u) ? law_.step(u) : law_.x; }
 
  private:
   StictionParameters full_;
-  double static_friction_ = 0.0;  // CO units
-  double moving_friction_ = 0.0;  // CO units
-  double last_u_ = 0.0;           // CO units
-  double x_ = 0.0;                // CO units
-  double direction_ = 0.0;        // 0: stuck
+  ChoudhuryLaw<double> law_{};  // CO units
 };
 
 }  // namespace loopwarden::plant

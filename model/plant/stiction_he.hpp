@@ -18,9 +18,23 @@
 
 #include <cmath>
 
+#include "model/numeric/lanes.hpp"
 #include "model/plant/stiction_law.hpp"
 
 namespace loopwarden::plant {
+
+// The equation, of one stem or of several side by side (numeric/lanes.hpp).
+template <class N>
+struct HeLaw {
+  N static_friction;
+  N moving_friction;
+  N x;
+  N step(N u) noexcept {
+    const N r = u - x;
+    const N slipped = r < numeric::every<N>(0.0) ? u + moving_friction : u - moving_friction;
+    return x = numeric::magnitude(r) > static_friction ? slipped : x;
+  }
+};
 
 class StictionHe {
  public:
@@ -30,24 +44,16 @@ class StictionHe {
 
   void set_severity(double severity) noexcept {
     const StictionParameters now{full_.s * severity, full_.j * severity};
-    static_friction_ = now.static_friction();
-    moving_friction_ = now.moving_friction();
+    law_.static_friction = now.static_friction();
+    law_.moving_friction = now.moving_friction();
   }
 
-  double reset(double u) noexcept { return x_ = u; }
-
-  double step(double u) noexcept {
-    const double r = u - x_;
-    if (std::abs(r) > static_friction_ && std::isfinite(u))
-      x_ = u - std::copysign(moving_friction_, r);
-    return x_;
-  }
+  double reset(double u) noexcept { return law_.x = u; }
+  double step(double u) noexcept { return std::isfinite(u) ? law_.step(u) : law_.x; }
 
  private:
   StictionParameters full_;
-  double static_friction_ = 0.0;  // CO units
-  double moving_friction_ = 0.0;  // CO units
-  double x_ = 0.0;                // CO units
+  HeLaw<double> law_{};  // CO units
 };
 
 }  // namespace loopwarden::plant

@@ -1,15 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/specialist/explainer.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
+
+#include "model/numeric/evolution.hpp"
+#include "model/numeric/lanes.hpp"
+#include "model/numeric/random.hpp"
+#include "model/plant/backlash.hpp"
+#include "model/plant/hysteresis_offset.hpp"
+#include "model/plant/hysteresis_width.hpp"
+#include "model/plant/low_air_supply.hpp"
+#include "model/plant/stiction_choudhury.hpp"
+#include "model/plant/stiction_he.hpp"
 
 namespace loopwarden::specialist {
 namespace {
 
-constexpr std::size_t kLanes = 8;
+constexpr std::size_t kStems = 8;     // candidates tried in step
 constexpr double kLeastNoise = 0.01;  // % of span: converters are no better
 constexpr double kMostMissing = 0.1;  // share of the window
 constexpr double kFewestBlocks = 60;
@@ -39,13 +51,13 @@ constexpr int kMostSteps = 3;  // of a play's size in one direction, in the end
 // Mean square over the noise's at which there is nothing left to search for.
 constexpr double kEnough = 1.2;
 
-using Pack = float __attribute__((vector_size(16)));
-using Mask = int __attribute__((vector_size(16)));
+using numeric::Lanes;
+static_assert(kStems == 2 * numeric::kLanes);
 
-Pack pack(float value) noexcept { return Pack{value, value, value, value}; }
-Pack least(Pack a, Pack b) noexcept { return a < b ? a : b; }
-Pack most(Pack a, Pack b) noexcept { return a > b ? a : b; }
-Pack size_of(Pack a) noexcept { return most(a, -a); }
+Lanes every(float value) noexcept { return numeric::every<Lanes>(static_cast<double>(value)); }
+
+// Of a gradual hysteresis: the plant's has twelve, which a window can't tell from four.
+constexpr std::size_t kPlays = 4;
 
 }  // namespace
 
@@ -67,141 +79,109 @@ struct Explainer::Candidate {
   double limit = 1e9;  // % less the mean of u
   double lag_s = 0.0;
   double misfit = std::numeric_limits<double>::infinity();
+
+  // Hands `walk` what makes the plant's stem of `law`, at rest at `u0` and stepped every `period_s`: a
+  // function of `put`, which makes a number, or a row of them, of a value of the candidates.
+  template <class Walk>
+  static void with_stem(Law law, double u0, double period_s, Walk walk) noexcept {
+    const auto static_friction = [](const Candidate& x) { return x.size * (1.0 + x.shape) / 2.0; };
+    const auto moving_friction = [](const Candidate& x) { return x.size * (1.0 - x.shape) / 2.0; };
+    const auto stuck_at = [=](const Candidate& x) { return u0 + x.start * static_friction(x); };
+    switch (law) {
+      case Law::none: return;
+      case Law::play:
+        return walk([=](auto put) {
+          return plant::PlayLaw<typename decltype(put)::Number>{
+              put([](const Candidate& x) { return x.size / 2.0; }),
+              put([=](const Candidate& x) { return u0 + x.start * x.size / 2.0; })};
+        });
+      case Law::plays:
+        return walk([=](auto put) {
+          plant::PlaysLaw<typename decltype(put)::Number, kPlays> stem;
+          for (std::size_t i = 0; i < kPlays; ++i) {
+            const auto half = [i](const Candidate& x) {
+              return plant::half_deadbands<kPlays>(x.size, x.shape)[i];
+            };
+            stem.plays[i] = {put(half),
+                             put([=](const Candidate& x) { return u0 + x.start * half(x); })};
+          }
+          return stem;
+        });
+      case Law::he:
+        return walk([=](auto put) {
+          return plant::HeLaw<typename decltype(put)::Number>{put(static_friction),
+                                                              put(moving_friction), put(stuck_at)};
+        });
+      case Law::choudhury:
+        return walk([=](auto put) {
+          return plant::ChoudhuryLaw<typename decltype(put)::Number>{
+              put(static_friction), put(moving_friction), put(stuck_at),
+              put([=](const Candidate&) { return u0; }), put([](const Candidate&) { return 0.0; })};
+        });
+      case Law::low_air:
+        return walk([=](auto put) {
+          using Stem = plant::LowAirLaw<typename decltype(put)::Number>;
+          return Stem({.limit = put([](const Candidate& x) { return x.limit; }),
+                       .share = put([](const Candidate&) { return 1.0; }),
+                       .rate = put([](const Candidate& x) { return x.shape; }),
+                       .lag_s = put([](const Candidate& x) { return x.lag_s; })},
+                      period_s,
+                      put([=](const Candidate& x) { return std::min(u0, x.limit) + x.start; }));
+        });
+    }
+  }
 };
 
 namespace {
 
-// Four or one stem in step with a scalar or a pack of them: `Number` is either.
-template <class Number>
-struct Arithmetic;
-template <>
-struct Arithmetic<float> {
-  static float least(float a, float b) noexcept { return std::min(a, b); }
-  static float most(float a, float b) noexcept { return std::max(a, b); }
-  static float size(float a) noexcept { return std::abs(a); }
-  static float same(float a) noexcept { return a; }
-};
-template <>
-struct Arithmetic<Pack> {
-  static Pack least(Pack a, Pack b) noexcept { return specialist::least(a, b); }
-  static Pack most(Pack a, Pack b) noexcept { return specialist::most(a, b); }
-  static Pack size(Pack a) noexcept { return size_of(a); }
-  static Pack same(float a) noexcept { return pack(a); }
-};
-
-template <class N>
-struct PlayStem {
-  N half;
-  N x;
-  N step(N u) noexcept {
-    using A = Arithmetic<N>;
-    return x = A::most(A::least(x, u + half), u - half);
+// What a stem is made of: one candidate's values, or those of as many in step as there are lanes.
+template <class Candidate>
+struct OneOf {
+  using Number = float;
+  const Candidate& candidate;
+  template <class Value>
+  float operator()(Value value) const noexcept {
+    return static_cast<float>(value(candidate));
   }
 };
-
-constexpr std::size_t kPlays = 4;
-
-// Half the deadband of play i: from all alike at a knee of 1 to some that have none below 0.
-double half_of(double width, double knee, std::size_t i) noexcept {
-  const auto place = [&](std::size_t k) {
-    return std::max(0.0, knee + (1.0 - knee) * (static_cast<double>(k) + 0.5) * 2.0 / kPlays);
-  };
-  double sum = 0.0;
-  for (std::size_t k = 0; k < kPlays; ++k) sum += place(k);
-  return 0.5 * width * static_cast<double>(kPlays) * place(i) / sum;
-}
-
-template <class N>
-struct PlaysStem {
-  N half[kPlays];
-  N x[kPlays];
-  N step(N u) noexcept {
-    using A = Arithmetic<N>;
-    N sum = A::same(0.0F);
-    for (std::size_t i = 0; i < kPlays; ++i) {
-      x[i] = A::most(A::least(x[i], u + half[i]), u - half[i]);
-      sum = sum + x[i];
+template <class Candidate>
+struct RowOf {
+  using Number = Lanes;
+  const Candidate* candidates;
+  template <class Value>
+  Lanes operator()(Value value) const noexcept {
+    Lanes row;
+    for (std::size_t i = 0; i < numeric::kLanes; ++i) {
+      row[i] = static_cast<float>(value(candidates[i]));
     }
-    return sum * A::same(1.0F / static_cast<float>(kPlays));
+    return row;
   }
 };
 
-template <class N>
-struct HeStem {
-  N hold;
-  N drag;
-  N x;
-  N step(N u) noexcept {
-    using A = Arithmetic<N>;
-    const N r = u - x;
-    const N slipped = r > A::same(0.0F) ? u - drag : u + drag;
-    return x = A::size(r) > hold ? slipped : x;
-  }
-};
+}  // namespace
 
-template <class N>
-struct ChoudhuryStem {
-  N hold;
-  N drag;
-  N x;
-  N last;
-  N direction;  // -1, 0, 1
-  N step(N u) noexcept {
-    using A = Arithmetic<N>;
-    const N zero = A::same(0.0F);
-    const N change = u - last;
-    last = u;
-    direction = change * direction > zero ? direction : zero;
-    const N r = u - x;
-    const N way = r > zero ? A::same(1.0F) : A::same(-1.0F);
-    const N starts = A::size(r) > hold ? way : zero;
-    direction = A::size(direction) > zero ? direction : starts;
-    return x = A::size(direction) > zero ? u - direction * drag : x;
-  }
-};
-
-template <class N>
-struct LowAirStem {
-  N most_change;  // per block
-  N share;        // of the distance, per block
-  N limit;
-  N x;
-  N step(N u) noexcept {
-    using A = Arithmetic<N>;
-    const N change = (A::least(u, limit) - x) * share;
-    x = x + A::most(A::least(change, most_change), -most_change);
-    return x;
-  }
-};
+namespace {
 
 constexpr int kMostRounds = 24;
 constexpr double kMostOff = 2.5;  // standard deviations
 
-using System = std::array<std::array<double, 5>, 4>;  // lower triangle and right-hand side
+// Normal equations of at most four unknowns, the lower triangle. What is not asked for has no say.
+struct System {
+  std::array<std::array<double, 4>, 4> normal{};
+  std::array<double, 4> right{};
+};
 
-// Ridge regression by Cholesky: at most four unknowns, positive definite by the prior.
-std::array<double, 4> solved(System system, std::size_t count,
-                             const std::array<double, 4>& deviation,
-                             const std::array<double, 4>& taken, double trust) noexcept {
-  std::array<double, 4> solution{};
-  for (std::size_t i = 0; i < count; ++i) {
-    const double weight = trust / (deviation[i] * deviation[i]);
-    system[i][i] += weight;
-    system[i][4] -= weight * taken[i];
-    for (std::size_t k = 0; k <= i; ++k) {
-      double sum = system[i][k];
-      for (std::size_t j = 0; j < k; ++j) sum -= system[i][j] * system[k][j];
-      system[i][k] = i == k ? std::sqrt(std::max(sum, 1e-300)) : sum / system[k][k];
-    }
-    double sum = system[i][4];
-    for (std::size_t j = 0; j < i; ++j) sum -= system[i][j] * solution[j];
-    solution[i] = sum / system[i][i];
-  }
-  for (std::size_t i = count; i-- > 0;) {
-    for (std::size_t j = i + 1; j < count; ++j) solution[i] -= system[j][i] * solution[j];
-    solution[i] /= system[i][i];
-  }
-  return solution;
+// Ridge regression, positive definite by the prior: each unknown and what of it is `taken` already stays as near
+// to 0 as `deviation` and `trust` ask.
+Eigen::Vector4d solved(const System& system, const Eigen::Vector4d& deviation,
+                       const Eigen::Vector4d& taken, double trust) noexcept {
+  using Rows = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  Eigen::Matrix4d normal = Eigen::Map<const Rows>(system.normal.front().data());
+  const Eigen::Vector4d weight = trust * deviation.cwiseAbs2().cwiseInverse();
+  normal.diagonal() += weight;
+  const Eigen::Vector4d right =
+      Eigen::Map<const Eigen::Vector4d>(system.right.data()) - weight.cwiseProduct(taken);
+  return normal.llt().solve(right);
 }
 
 }  // namespace
@@ -286,10 +266,8 @@ bool Explainer::prepare(const LoopWindow& window, Findings& findings) noexcept {
   const auto m = samples_per_block_;
   const double share = 1.0 / static_cast<double>(m);
   u_mean_ = 0.0;
-  falling_[0] = 0.0F;
-  for (std::size_t k = 1; k < kWindowSamples; ++k) {
-    falling_[k] = co_[k] == co_[k - 1] ? falling_[k - 1] : co_[k] < co_[k - 1] ? 1.0F : 0.0F;
-  }
+  plant::FallingLaw branch{.last_u = co_[0]};
+  for (std::size_t k = 0; k < kWindowSamples; ++k) falling_[k] = branch.step(co_[k]) ? 1.0F : 0.0F;
   for (std::size_t b = 0; b < blocks_; ++b) {
     double u = 0.0;
     double p = 0.0;
@@ -360,181 +338,121 @@ void Explainer::measure_movement(Findings& findings) const noexcept {
   findings.shut_share = static_cast<double>(shut) / static_cast<double>(blocks_);
 }
 
-// What eight candidates leave of the target once gain and basis have taken their best.
+// What a row of candidates leaves of the target once gain and basis have taken their best.
 struct Explainer::Projection {
-  Pack square[2] = {pack(0.0F), pack(0.0F)};
-  Pack with_target[2] = {pack(0.0F), pack(0.0F)};
-  Pack along[3][2] = {{pack(0.0F), pack(0.0F)}, {pack(0.0F), pack(0.0F)}, {pack(0.0F), pack(0.0F)}};
+  Lanes first;  // a constant is free: near zero the sums keep their digits
+  Lanes square = every(0.0F);
+  Lanes with_target = every(0.0F);
+  Lanes along[3] = {every(0.0F), every(0.0F), every(0.0F)};
 
-  Pack first[2];  // a constant is free: near zero the sums keep their digits
-
-  void add(const Explainer& e, std::size_t p, std::size_t b, Pack y) noexcept {
-    y = y - first[p];
-    square[p] = square[p] + y * y;
-    with_target[p] = with_target[p] + y * pack(e.target_lanes_[b]);
-    for (std::size_t i = 0; i < 3; ++i) {
-      along[i][p] = along[i][p] + y * pack(e.basis_lanes_[i][b]);
-    }
+  void add(const Explainer& e, std::size_t b, Lanes y) noexcept {
+    y = y - first;
+    square = square + y * y;
+    with_target = with_target + y * every(e.target_lanes_[b]);
+    for (std::size_t i = 0; i < 3; ++i) along[i] = along[i] + y * every(e.basis_lanes_[i][b]);
   }
   void judge(const Explainer& e, Candidate* candidates) const noexcept {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const std::size_t p = lane / 4;
-      const std::size_t i = lane % 4;
-      float own = square[p][i];
-      for (std::size_t k = 0; k < 3; ++k) own -= along[k][p][i] * along[k][p][i];
-      const float both = with_target[p][i];
+    for (std::size_t i = 0; i < numeric::kLanes; ++i) {
+      float own = square[i];
+      for (std::size_t k = 0; k < 3; ++k) own -= along[k][i] * along[k][i];
+      const float both = with_target[i];
       const float gain =
-          std::clamp(own > 1e-4F * square[p][i] ? both / own : 1.0F, kGainLow, kGainHigh);
-      candidates[lane].misfit =
+          std::clamp(own > 1e-4F * square[i] ? both / own : 1.0F, kGainLow, kGainHigh);
+      candidates[i].misfit =
           e.target_square_ + static_cast<double>(gain * (gain * own - 2.0F * both));
     }
   }
 };
 
-// Eight stems through the lag at once; each gets the misfit that its best gain leaves.
-template <class Lanes>
-void Explainer::try_lanes(Candidate* candidates, Lanes lanes) const noexcept {
-  const Pack keep = pack(static_cast<float>(keep_));
-  const Pack take = pack(static_cast<float>(1.0 - keep_));
-  const Pack mean_keep = pack(static_cast<float>(mean_keep_));
-  const Pack mean_take = pack(static_cast<float>(1.0 - mean_keep_));
+// A row of stems with the lag behind them.
+template <class Stem>
+struct Explainer::Row {
+  Stem stem;
+  Lanes state;
   Projection sums;
-  Pack state[2];
-  for (std::size_t p = 0; p < 2; ++p) sums.first[p] = state[p] = lanes[p].step(pack(u_lanes_[0]));
+  Row(const Stem& at_rest, float u0) noexcept
+      : stem(at_rest), state(stem.step(every(u0))), sums{.first = state} {}
+};
+
+// A batch of stems block by block; each gets the misfit that its best gain leaves.
+template <class Stem>
+void Explainer::try_blocks(Candidate* candidates, const Stem& first,
+                           const Stem& second) const noexcept {
+  const Lanes keep = every(static_cast<float>(keep_));
+  const Lanes take = every(static_cast<float>(1.0 - keep_));
+  const Lanes mean_keep = every(static_cast<float>(mean_keep_));
+  const Lanes mean_take = every(static_cast<float>(1.0 - mean_keep_));
+  Row<Stem> one(first, u_lanes_[0]);
+  Row<Stem> two(second, u_lanes_[0]);
+  const auto step = [&](Row<Stem>& row, std::size_t b, Lanes u) {
+    const Lanes v = row.stem.step(u);
+    const Lanes y = mean_keep * row.state + mean_take * v;
+    row.state = keep * row.state + take * v;
+    row.sums.add(*this, b, y);
+  };
   for (std::size_t b = 0; b < blocks_; ++b) {
-    const Pack u = pack(u_lanes_[b]);
-    for (std::size_t p = 0; p < 2; ++p) {
-      const Pack v = lanes[p].step(u);
-      const Pack y = mean_keep * state[p] + mean_take * v;
-      state[p] = keep * state[p] + take * v;
-      sums.add(*this, p, b, y);
-    }
+    const Lanes u = every(u_lanes_[b]);
+    step(one, b, u);
+    step(two, b, u);
   }
-  sums.judge(*this, candidates);
+  one.sums.judge(*this, candidates);
+  two.sums.judge(*this, candidates + numeric::kLanes);
 }
 
 // The same sample by sample, with the process as it was found.
-template <class Lanes>
-void Explainer::try_fine(Candidate* candidates, Lanes lanes) const noexcept {
+template <class Stem>
+void Explainer::try_samples(Candidate* candidates, const Stem& first,
+                            const Stem& second) const noexcept {
   const float kept = static_cast<float>(process_.keep);
-  const Pack keep = pack(kept);
-  const Pack take = pack(1.0F - kept);
-  const Pack share = pack(1.0F / static_cast<float>(samples_per_block_));
-  Projection sums;
-  Pack state[2];
-  for (std::size_t p = 0; p < 2; ++p) sums.first[p] = state[p] = lanes[p].step(pack(co_at(0)));
+  const Lanes keep = every(kept);
+  const Lanes take = every(1.0F - kept);
+  const Lanes share = every(1.0F / static_cast<float>(samples_per_block_));
+  Row<Stem> one(first, co_at(0));
+  Row<Stem> two(second, co_at(0));
+  const auto step = [&](Row<Stem>& row, Lanes& sum, Lanes u) {
+    const Lanes v = row.stem.step(u);
+    row.state = keep * row.state + take * v;
+    sum = sum + row.state;
+  };
   std::size_t k = 0;
   for (std::size_t b = 0; b < blocks_; ++b) {
-    Pack sum[2] = {pack(0.0F), pack(0.0F)};
+    Lanes sum_one = every(0.0F);
+    Lanes sum_two = every(0.0F);
     for (std::size_t i = 0; i < samples_per_block_; ++i, ++k) {
-      const Pack u = pack(co_at(k));
-      for (std::size_t p = 0; p < 2; ++p) {
-        const Pack v = lanes[p].step(u);
-        state[p] = keep * state[p] + take * v;
-        sum[p] = sum[p] + state[p];
-      }
+      const Lanes u = every(co_at(k));
+      step(one, sum_one, u);
+      step(two, sum_two, u);
     }
-    for (std::size_t p = 0; p < 2; ++p) sums.add(*this, p, b, sum[p] * share);
+    one.sums.add(*this, b, sum_one * share);
+    two.sums.add(*this, b, sum_two * share);
   }
-  sums.judge(*this, candidates);
+  one.sums.judge(*this, candidates);
+  two.sums.judge(*this, candidates + numeric::kLanes);
 }
 
-// `candidates` are eight of one law.
+// `candidates` are a batch of one law.
 void Explainer::evaluate(Candidate* candidates, Grain grain) const noexcept {
   const auto u0 = static_cast<double>(grain == Grain::block ? u_lanes_[0] : co_at(0));
-  const double step_s = grain == Grain::block ? block_s_ : facts_.period_s;
-  Pack a[2];
-  Pack b[2];
-  Pack c[2];
-  Pack d[2];
-  const auto set = [&](Pack* to, auto value) {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      to[lane / 4][lane % 4] = static_cast<float>(value(candidates[lane]));
-    }
-  };
-  const auto walk = [&](auto* lanes) {
-    return grain == Grain::block ? try_lanes(candidates, lanes) : try_fine(candidates, lanes);
-  };
-  switch (candidates[0].law) {
-    case Candidate::Law::none: return;
-    case Candidate::Law::play: {
-      set(a, [](const Candidate& x) { return x.size / 2.0; });
-      set(b, [&](const Candidate& x) { return u0 + x.start * x.size / 2.0; });
-      PlayStem<Pack> lanes[2] = {{a[0], b[0]}, {a[1], b[1]}};
-      return walk(lanes);
-    }
-    case Candidate::Law::plays: {
-      PlaysStem<Pack> lanes[2];
-      for (std::size_t i = 0; i < kPlays; ++i) {
-        set(a, [&](const Candidate& x) { return half_of(x.size, x.shape, i); });
-        set(b, [&](const Candidate& x) { return u0 + x.start * half_of(x.size, x.shape, i); });
-        for (std::size_t p = 0; p < 2; ++p) {
-          lanes[p].half[i] = a[p];
-          lanes[p].x[i] = b[p];
-        }
-      }
-      return walk(lanes);
-    }
-    case Candidate::Law::he:
-    case Candidate::Law::choudhury: {
-      set(a, [](const Candidate& x) { return x.size * (1.0 + x.shape) / 2.0; });
-      set(b, [](const Candidate& x) { return x.size * (1.0 - x.shape) / 2.0; });
-      set(c, [&](const Candidate& x) { return u0 + x.start * x.size * (1.0 + x.shape) / 2.0; });
-      if (candidates[0].law == Candidate::Law::he) {
-        HeStem<Pack> lanes[2] = {{a[0], b[0], c[0]}, {a[1], b[1], c[1]}};
-        return walk(lanes);
-      }
-      const Pack at = pack(static_cast<float>(u0));
-      const Pack zero = pack(0.0F);
-      ChoudhuryStem<Pack> lanes[2] = {{a[0], b[0], c[0], at, zero}, {a[1], b[1], c[1], at, zero}};
-      return walk(lanes);
-    }
-    case Candidate::Law::low_air: {
-      set(a, [&](const Candidate& x) { return x.shape * step_s; });
-      set(b, [&](const Candidate& x) { return 1.0 - std::exp(-step_s / x.lag_s); });
-      set(c, [](const Candidate& x) { return x.limit; });
-      set(d, [&](const Candidate& x) { return std::min(u0, x.limit) + x.start; });
-      LowAirStem<Pack> lanes[2] = {{a[0], b[0], c[0], d[0]}, {a[1], b[1], c[1], d[1]}};
-      return walk(lanes);
-    }
-  }
+  const double period_s = grain == Grain::block ? block_s_ : facts_.period_s;
+  Candidate::with_stem(candidates[0].law, u0, period_s, [&](auto make) {
+    const auto first = make(RowOf<Candidate>{candidates});
+    const auto second = make(RowOf<Candidate>{candidates + numeric::kLanes});
+    return grain == Grain::block ? try_blocks(candidates, first, second)
+                                 : try_samples(candidates, first, second);
+  });
 }
 
 // The stem of one candidate into v_, sample by sample.
-void Explainer::trace(const Candidate& x) noexcept {
-  const auto u0 = static_cast<double>(co_at(0));
-  const auto number = [](double value) { return static_cast<float>(value); };
-  const auto walk = [&](auto stem) {
-    for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(stem.step(co_at(k)));
-  };
-  switch (x.law) {
-    case Candidate::Law::none:
-      for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(co_at(k));
-      return;
-    case Candidate::Law::play:
-      return walk(PlayStem<float>{number(x.size / 2.0), number(u0 + x.start * x.size / 2.0)});
-    case Candidate::Law::plays: {
-      PlaysStem<float> stem{};
-      for (std::size_t i = 0; i < kPlays; ++i) {
-        const double half = half_of(x.size, x.shape, i);
-        stem.half[i] = number(half);
-        stem.x[i] = number(u0 + x.start * half);
-      }
-      return walk(stem);
-    }
-    case Candidate::Law::he:
-      return walk(HeStem<float>{number(x.size * (1.0 + x.shape) / 2.0),
-                                number(x.size * (1.0 - x.shape) / 2.0),
-                                number(u0 + x.start * x.size * (1.0 + x.shape) / 2.0)});
-    case Candidate::Law::choudhury:
-      return walk(ChoudhuryStem<float>{
-          number(x.size * (1.0 + x.shape) / 2.0), number(x.size * (1.0 - x.shape) / 2.0),
-          number(u0 + x.start * x.size * (1.0 + x.shape) / 2.0), co_at(0), 0.0F});
-    case Candidate::Law::low_air:
-      return walk(LowAirStem<float>{number(x.shape * facts_.period_s),
-                                    number(1.0 - std::exp(-facts_.period_s / x.lag_s)),
-                                    number(x.limit), number(std::min(u0, x.limit) + x.start)});
+void Explainer::trace(const Candidate& candidate) noexcept {
+  if (candidate.law == Candidate::Law::none) {
+    for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(co_at(k));
+    return;
   }
+  const auto u0 = static_cast<double>(co_at(0));
+  Candidate::with_stem(candidate.law, u0, facts_.period_s, [&](auto make) {
+    auto stem = make(OneOf<Candidate>{candidate});
+    for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(stem.step(co_at(k)));
+  });
 }
 
 // A search keeps the best of all that it tries.
@@ -545,7 +463,7 @@ class Explainer::Search {
   // `change` makes lane i of eight from the best one so far.
   template <class Change>
   void try_eight(Change change) {
-    for (std::size_t i = 0; i < kLanes; ++i) {
+    for (std::size_t i = 0; i < kStems; ++i) {
       lanes_[i] = best;
       change(lanes_[i], static_cast<double>(i));
     }
@@ -605,80 +523,72 @@ class Explainer::Search {
  private:
   const Explainer& explainer_;
   Grain grain_;
-  std::array<Candidate, kLanes> lanes_;
-  std::array<Candidate, kLanes> kept_;
+  std::array<Candidate, kStems> lanes_;
+  std::array<Candidate, kStems> kept_;
 };
 
 namespace {
 
-// Of one stream, the same for every window: what a window shows must not depend on chance.
-class Chance {
- public:
-  double uniform() noexcept {
-    bits_ ^= bits_ << 13U;
-    bits_ ^= bits_ >> 17U;
-    bits_ ^= bits_ << 5U;
-    return static_cast<double>(bits_ >> 8U) / 16777216.0;
-  }
-  std::size_t below(std::size_t count) noexcept {
-    return static_cast<std::size_t>(uniform() * static_cast<double>(count));
-  }
-
- private:
-  std::uint32_t bits_ = 0x9e3779b9U;
-};
-
-// A sticking stem as evolution sees it: log of the force at which it slips, how much of that it slips, its start.
+// A sticking stem as evolution sees it, each from 0 to 1: log of the force at which it slips, how much of that it
+// slips, its start.
 using Genes = std::array<double, 3>;
 constexpr double kLeastForce = -1.0;  // log of %
 constexpr double kMostForce = 3.7;
+// Of stems drawn by chance, log of %.
+constexpr double kLeastDrawn = -0.5;
+constexpr double kMostDrawn = 3.4;
+
+double gene_of_force(double log_force) noexcept {
+  return (log_force - kLeastForce) / (kMostForce - kLeastForce);
+}
 
 }  // namespace
 
 void Explainer::Search::evolve(int generations) {
-  constexpr std::size_t kPopulation = 2 * kLanes;
   const auto genes_of = [](const Candidate& c) {
-    return Genes{std::log(0.5 * c.size * (1.0 + c.shape)), 2.0 * c.shape / (1.0 + c.shape),
-                 c.start};
+    const double force = gene_of_force(std::log(0.5 * c.size * (1.0 + c.shape)));
+    return Genes{std::clamp(force, 0.0, 1.0), std::clamp(2.0 * c.shape / (1.0 + c.shape), 0.0, 1.0),
+                 0.5 * (c.start + 1.0)};
   };
-  const auto express = [](const Genes& genes, Candidate& c) {
-    const double slip = std::clamp(genes[1], 0.0, 1.0);
-    c.size = std::exp(std::clamp(genes[0], kLeastForce, kMostForce)) * (2.0 - slip);
-    c.shape = slip / (2.0 - slip);
-    c.start = std::clamp(genes[2], -1.0, 1.0);
+  const auto express = [&](const Genes& genes) {
+    Candidate c = best;
+    c.size = std::exp(kLeastForce + (kMostForce - kLeastForce) * genes[0]) * (2.0 - genes[1]);
+    c.shape = genes[1] / (2.0 - genes[1]);
+    c.start = 2.0 * genes[2] - 1.0;
+    return c;
   };
-  Chance chance;
-  std::array<Candidate, kPopulation> all;
-  std::copy(kept_.begin(), kept_.end(), all.begin());
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    lanes_[i] = best;
-    express({-0.5 + 3.9 * chance.uniform(), chance.uniform(), 2.0 * chance.uniform() - 1.0},
-            lanes_[i]);
-  }
-  explainer_.evaluate(lanes_.data(), grain_);
-  std::copy(lanes_.begin(), lanes_.end(), all.begin() + kLanes);
-  for (int generation = 0; generation < generations; ++generation) {
-    Candidate* half = all.data() + (generation % 2 == 0 ? 0 : kLanes);
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      const Genes own = genes_of(half[i]);
-      const Genes a = genes_of(all[chance.below(kPopulation)]);
-      const Genes b = genes_of(all[chance.below(kPopulation)]);
-      const Genes base = chance.uniform() < 0.5 ? genes_of(best) : own;
-      const double reach = 0.4 + 0.6 * chance.uniform();
-      const std::size_t always = chance.below(own.size());
-      Genes trial = own;
-      for (std::size_t k = 0; k < trial.size(); ++k) {
-        if (k == always || chance.uniform() < 0.8) trial[k] = base[k] + reach * (a[k] - b[k]);
-      }
-      lanes_[i] = half[i];
-      express(trial, lanes_[i]);
-    }
+  const auto judge = [&](std::span<const Genes> trials, std::span<double> costs) {
+    std::transform(trials.begin(), trials.end(), lanes_.begin(), express);
     explainer_.evaluate(lanes_.data(), grain_);
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      if (lanes_[i].misfit < half[i].misfit) half[i] = lanes_[i];
-      if (lanes_[i].misfit < best.misfit) best = lanes_[i];
-    }
+    std::transform(lanes_.begin(), lanes_.end(), costs.begin(),
+                   [](const Candidate& c) { return c.misfit; });
+  };
+  // One stream, the same for every window: what a window shows must not depend on chance. The shipped networks
+  // have learned what it finds; with another one in ten sticking windows is explained otherwise.
+  numeric::ShortRandom random;
+  std::array<Genes, 2 * kStems> members;
+  std::array<double, 2 * kStems> costs{};
+  std::array<Genes, kStems> trials;
+  std::array<double, kStems> trial_costs{};
+  std::transform(kept_.begin(), kept_.end(), members.begin(), genes_of);
+  for (std::size_t i = 0; i < kStems; ++i) {
+    costs[i] = kept_[i].misfit;
+    members[kStems + i] = {gene_of_force(random.uniform(kLeastDrawn, kMostDrawn)), random.uniform(),
+                           random.uniform()};
   }
+  judge(std::span(members).last(kStems), std::span(costs).last(kStems));
+  const auto first = std::min_element(costs.begin(), costs.begin() + kStems) - costs.begin();
+  const std::size_t found =
+      numeric::evolve(numeric::Population<Genes>{members, costs, trials, trial_costs,
+                                                 static_cast<std::size_t>(first)},
+                      {.from = numeric::EvolutionSettings::From::own,
+                       .trials = kStems * static_cast<std::size_t>(generations),
+                       .crossover = 0.8,
+                       .most_reach = 1.0},
+                      random, judge);
+  if (costs[found] >= best.misfit) return;
+  best = express(members[found]);
+  best.misfit = costs[found];
 }
 
 Explainer::Candidate Explainer::search_play(Explanation explanation) noexcept {
@@ -833,32 +743,29 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
   const bool with_offset = explanation == Explanation::hysteresis_offset;
   const std::size_t count = with_offset ? 4 : 3;
   // The last one's is no prior at all.
-  const std::array<double, 4> deviation{
-      prior.gain, prior.dead_time * facts_.dead_time_s + 0.5 * facts_.period_s,
-      prior.lag * facts_.time_constant_s, 1e3};
+  const Eigen::Vector4d deviation{prior.gain,
+                                  prior.dead_time * facts_.dead_time_s + 0.5 * facts_.period_s,
+                                  prior.lag * facts_.time_constant_s, 1e3};
   // What of it the process has taken up already.
-  const std::array<double, 4> taken{0.0, -process_.dead_time_off_s,
-                                    time_constant - facts_.time_constant_s, 0.0};
+  const Eigen::Vector4d taken{0.0, -process_.dead_time_off_s,
+                              time_constant - facts_.time_constant_s, 0.0};
   for (std::size_t i = 0; i < count; ++i) project(columns_[i]);
-  System system{};
+  System system;
   for (std::size_t b = 0; b < blocks_; ++b) {
     const double left = target_[b] - columns_[0][b];
     for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) system[i][j] += columns_[i][b] * columns_[j][b];
-      system[i][4] += columns_[i][b] * left;
+      for (std::size_t j = 0; j <= i; ++j) system.normal[i][j] += columns_[i][b] * columns_[j][b];
+      system.right[i] += columns_[i][b] * left;
     }
   }
-  std::array<double, 4> solution{};
+  Eigen::Vector4d solution;
   // What a belief may be off by is bounded, however little noise there is to outweigh: the prior gains weight
   // until all are within.
   double trust = 4.0 * noise * noise;
   for (int round = 0; round < kMostRounds; ++round, trust *= 4.0) {
-    solution = solved(system, count, deviation, taken, trust);
-    double worst = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      worst = std::max(worst, std::abs(taken[i] + solution[i]) / deviation[i]);
-    }
-    if (worst <= kMostOff) break;
+    solution = solved(system, deviation, taken, trust);
+    const Eigen::Vector4d off = (taken + solution).cwiseQuotient(deviation);
+    if (off.head<3>().cwiseAbs().maxCoeff() <= kMostOff) break;
   }
   Fit result;
   double slow = 0.0;
@@ -866,7 +773,8 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
   double innovations = 0.0;
   for (std::size_t b = 0; b < blocks_; ++b) {
     double r = target_[b] - columns_[0][b];
-    for (std::size_t i = 0; i < count; ++i) r -= solution[i] * columns_[i][b];
+    for (std::size_t i = 0; i < count; ++i)
+      r -= solution(static_cast<Eigen::Index>(i)) * columns_[i][b];
     const double innovation = r - slow;
     slow += 0.25 * innovation;
     squares += r * r;

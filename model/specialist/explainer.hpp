@@ -87,6 +87,8 @@ class Explainer {
  private:
   struct Candidate;
   struct Projection;
+  template <class Stem>
+  struct Row;
   class Search;
   // The loop as one explanation finds it, beside what was believed.
   struct Process {
@@ -100,10 +102,10 @@ class Explainer {
 
   bool prepare(const LoopWindow& window, Findings& findings) noexcept;
   void measure_movement(Findings& findings) const noexcept;
-  template <class Lanes>
-  void try_lanes(Candidate* candidates, Lanes lanes) const noexcept;
-  template <class Lanes>
-  void try_fine(Candidate* candidates, Lanes lanes) const noexcept;
+  template <class Stem>
+  void try_blocks(Candidate* candidates, const Stem& first, const Stem& second) const noexcept;
+  template <class Stem>
+  void try_samples(Candidate* candidates, const Stem& first, const Stem& second) const noexcept;
   void evaluate(Candidate* candidates, Grain grain) const noexcept;
   void trace(const Candidate& candidate) noexcept;
   void believe(double dead_time_off_s, double lag_off_s) noexcept;
