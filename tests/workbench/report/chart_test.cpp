@@ -69,7 +69,7 @@ TEST_CASE("a single peak among many samples is drawn", "[report]") {
   const std::string svg = chart_svg(chart);
   CHECK(svg.size() < flat.size() + 400);
   CHECK(std::regex_search(svg, std::regex("d=\"M0 1000l\\d+ 0")));
-  CHECK(contains(svg, " -1000"));
+  CHECK(contains(svg, "-1000"));
 }
 
 TEST_CASE("a curve over another quantity than time keeps all of its samples", "[report]") {

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -135,7 +136,9 @@ TEST_CASE("the report says everything that was found, the sentence first", "[gap
 
 TEST_CASE("the report opens without a network", "[gap][report]") {
   const std::string page = page_of(complete_gap_result());
-  const std::string markup = markup_of(page);
+  // The name of SVG's namespace is no address.
+  const std::string markup =
+      std::regex_replace(markup_of(page), std::regex(" xmlns=\"[^\"]*\""), "");
   for (const char* loads :
        {"http:", "https:", "src=", "@import", "url(", "<link", "<iframe", "<object", "<img"}) {
     INFO(loads);
