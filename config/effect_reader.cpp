@@ -9,8 +9,8 @@
 namespace loopwarden::config {
 namespace {
 
+using effects::Descriptor;
 using plant::Block;
-using plant::EffectInfo;
 using plant::EffectSpec;
 
 constexpr std::array kBlocks{Choice<Block>{"valve", Block::valve},
@@ -18,24 +18,24 @@ constexpr std::array kBlocks{Choice<Block>{"valve", Block::valve},
                              Choice<Block>{"transmitter", Block::transmitter},
                              Choice<Block>{"disturbance", Block::disturbance}};
 
-Interval interval(const plant::ParameterInfo& parameter) {
+Interval interval(const effects::ParameterInfo& parameter) {
   return {parameter.low, parameter.high, parameter.low_is_open, parameter.high_is_open};
 }
 
-bool may_stand_in(const EffectInfo& info, Block block) {
+bool may_stand_in(const Descriptor& info, Block block) {
   return std::find(info.blocks.begin(), info.blocks.end(), block) != info.blocks.end();
 }
 
 // The effect's name; null if it is missing or unknown, or does not belong into `block`.
-const EffectInfo* read_name(MapReader& in, std::optional<Block> block) {
+const Descriptor* read_name(MapReader& in, std::optional<Block> block) {
   const Value<std::string> name = in.need_text("effect", "name, see the table of effects");
   if (in.describing()) return nullptr;
-  const EffectInfo* info = name.valid ? plant::find_effect(name.value) : nullptr;
+  const Descriptor* info = name.valid ? effects::find_effect(name.value) : nullptr;
   if (info == nullptr) {
     in.ignore_rest();
     if (!name.valid) return nullptr;
     std::vector<std::string> names;
-    for (const EffectInfo& known : plant::effect_catalogue()) names.emplace_back(known.name);
+    for (const Descriptor& known : effects::effect_catalogue()) names.emplace_back(known.name);
     in.error("effect", fmt::format("unknown effect '{}'{}", quotable(name.value),
                                    suggestion(name.value, names)));
     return nullptr;
@@ -49,7 +49,7 @@ const EffectInfo* read_name(MapReader& in, std::optional<Block> block) {
 
 // `curve: butterfly`, `curve: {name: equal_percentage, rangeability: 30}` or `table: [[x, q],
 // ...]`.
-void read_characteristic(MapReader& in, const EffectInfo& info, EffectSpec& spec) {
+void read_characteristic(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   std::vector<std::string> names;
   for (const char* name : info.options.front().values) {
     if (std::string_view(name) != "table") names.emplace_back(name);
@@ -72,7 +72,7 @@ void read_characteristic(MapReader& in, const EffectInfo& info, EffectSpec& spec
   } else if (in.kind("curve") == YamlNode::Kind::map) {
     if (std::optional<MapReader> curve = in.maybe_section("curve", "inherent characteristic")) {
       spec.options["curve"] = curve->need_word("name", names, "of the characteristic").value;
-      const plant::ParameterInfo& rangeability = info.parameters.front();
+      const effects::ParameterInfo& rangeability = info.parameters.front();
       const Value<double> value = curve->maybe_number(
           rangeability.name, {.range = interval(rangeability), .meaning = rangeability.meaning});
       if (value.given) spec.parameters[rangeability.name] = value;
@@ -82,14 +82,14 @@ void read_characteristic(MapReader& in, const EffectInfo& info, EffectSpec& spec
   }
 }
 
-void read_parameters(MapReader& in, const EffectInfo& info, EffectSpec& spec) {
-  for (const plant::ParameterInfo& parameter : info.parameters) {
+void read_parameters(MapReader& in, const Descriptor& info, EffectSpec& spec) {
+  for (const effects::ParameterInfo& parameter : info.parameters) {
     const NumberRule rule{parameter.unit, interval(parameter), parameter.meaning};
     const Value<double> value = parameter.required ? in.need_number(parameter.name, rule)
                                                    : in.maybe_number(parameter.name, rule);
     if (value.given) spec.parameters[parameter.name] = value;
   }
-  for (const plant::OptionInfo& option : info.options) {
+  for (const effects::OptionInfo& option : info.options) {
     const std::vector<std::string> names(option.values.begin(), option.values.end());
     const Value<std::string> value = in.word_of(option.name, names, option.meaning);
     if (value.given) spec.options[option.name] = value;
@@ -98,10 +98,10 @@ void read_parameters(MapReader& in, const EffectInfo& info, EffectSpec& spec) {
 
 // What no single key shows, by the catalogue's own check.
 void check(MapReader& in, const EffectSpec& spec, Block block,
-           const plant::EffectContext& context) {
+           const effects::EffectContext& context) {
   try {
-    plant::check_effect(spec, block, context);
-  } catch (const plant::EffectError& fault) {
+    effects::check_effect(spec, block, context);
+  } catch (const effects::EffectError& fault) {
     if (fault.key().empty()) {
       in.error(fault.what());
     } else {
@@ -110,10 +110,10 @@ void check(MapReader& in, const EffectSpec& spec, Block block,
   }
 }
 
-EffectSpec read_effect(MapReader& in, const EffectInfo& info) {
+EffectSpec read_effect(MapReader& in, const Descriptor& info) {
   EffectSpec spec;
   spec.name = info.name;
-  if (spec.name == "valve_characteristic") {
+  if (info.takes_table) {
     read_characteristic(in, info, spec);
   } else {
     read_parameters(in, info, spec);
@@ -121,10 +121,10 @@ EffectSpec read_effect(MapReader& in, const EffectInfo& info) {
   return spec;
 }
 
-plant::ScheduledFault read_fault(MapReader& in, const plant::EffectContext& context) {
+plant::ScheduledFault read_fault(MapReader& in, const effects::EffectContext& context) {
   plant::ScheduledFault fault;
   const std::size_t errors_before = in.report().error_count();
-  const EffectInfo* info = read_name(in, std::nullopt);
+  const Descriptor* info = read_name(in, std::nullopt);
   if (info != nullptr) fault.effect = read_effect(in, *info);
   const Block usual_block = info != nullptr ? info->blocks.front() : Block::valve;
   fault.block = in.one_of("block", kBlocks, "where the effect may stand in several", usual_block);
@@ -151,11 +151,11 @@ plant::ScheduledFault read_fault(MapReader& in, const plant::EffectContext& cont
 }  // namespace
 
 std::vector<EffectSpec> read_effects(MapReader& in, std::string_view key, Block block,
-                                     const plant::EffectContext& context, const char* meaning) {
+                                     const effects::EffectContext& context, const char* meaning) {
   std::vector<EffectSpec> effects;
   for (MapReader& item : in.maybe_list(key, meaning)) {
     const std::size_t errors_before = item.report().error_count();
-    const EffectInfo* info = read_name(item, block);
+    const Descriptor* info = read_name(item, block);
     if (info == nullptr) continue;
     effects.push_back(read_effect(item, *info));
     if (item.report().error_count() == errors_before) check(item, effects.back(), block, context);
@@ -163,7 +163,8 @@ std::vector<EffectSpec> read_effects(MapReader& in, std::string_view key, Block 
   return effects;
 }
 
-std::vector<plant::ScheduledFault> read_faults(MapReader& in, const plant::EffectContext& context) {
+std::vector<plant::ScheduledFault> read_faults(MapReader& in,
+                                               const effects::EffectContext& context) {
   std::vector<plant::ScheduledFault> faults;
   for (MapReader& item : in.maybe_list("faults",
                                        "effects that come and go; one of them is an effect "
@@ -175,14 +176,14 @@ std::vector<plant::ScheduledFault> read_faults(MapReader& in, const plant::Effec
 
 std::string describe_effects() {
   std::string text = "| effect | block | parameters | meaning |\n|---|---|---|---|\n";
-  for (const EffectInfo& info : plant::effect_catalogue()) {
+  for (const Descriptor& info : effects::effect_catalogue()) {
     std::string blocks;
     for (const Block block : info.blocks) {
       blocks += fmt::format("{}{}", blocks.empty() ? "" : " or ", to_text(block));
     }
     std::string parameters;
     const auto separate = [&] { return parameters.empty() ? "" : "; "; };
-    for (const plant::ParameterInfo& parameter : info.parameters) {
+    for (const effects::ParameterInfo& parameter : info.parameters) {
       const std::string range = to_text(interval(parameter));
       parameters += fmt::format("{}`{}`{}{}, {}: {}", separate(), parameter.name,
                                 range.empty() ? "" : " ", range, parameter.unit, parameter.meaning);
@@ -191,7 +192,7 @@ std::string describe_effects() {
                         ? fmt::format(" (default {})", brief(parameter.fallback))
                         : " (default none)";
     }
-    for (const plant::OptionInfo& option : info.options) {
+    for (const effects::OptionInfo& option : info.options) {
       parameters += fmt::format("{}`{}`: {}", separate(), option.name, option.meaning);
       for (std::size_t i = 0; i < option.values.size(); ++i) {
         parameters += fmt::format("{}`{}`", i == 0 ? " (" : ", ", option.values[i]);

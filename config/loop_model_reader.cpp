@@ -177,7 +177,7 @@ class ModelReader {
 
   MapReader root_;
   plant::LoopModel model_;
-  plant::EffectContext context_;
+  effects::EffectContext context_;
   Value<double> sample_time_;
   Value<std::pair<double, double>> pv_range_;
 };

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -49,9 +49,9 @@ const char* to_text(control::JacketForm form) {
 // `, s: 0.9, j: 0.3`, in the order of the catalogue.
 std::string parameters(const EffectSpec& spec) {
   std::string text;
-  const plant::EffectInfo* info = plant::find_effect(spec.name);
+  const effects::Descriptor* info = effects::find_effect(spec.name);
   if (info == nullptr) return text;
-  for (const plant::ParameterInfo& parameter : info->parameters) {
+  for (const effects::ParameterInfo& parameter : info->parameters) {
     const auto found = spec.parameters.find(parameter.name);
     if (found != spec.parameters.end()) {
       text += fmt::format(", {}: {}", parameter.name, number(found->second));
@@ -64,7 +64,8 @@ std::string parameters(const EffectSpec& spec) {
 std::string effect_keys(const EffectSpec& spec) {
   std::string text = fmt::format("effect: {}", spec.name);
   if (!spec.table.empty()) return fmt::format("{}, table: {}", text, points(spec.table));
-  if (spec.name == "valve_characteristic") {
+  const effects::Descriptor* info = effects::find_effect(spec.name);
+  if (info != nullptr && info->takes_table) {
     const auto curve = spec.options.find("curve");
     const char* name = curve != spec.options.end() ? curve->second.c_str() : "linear";
     return fmt::format("{}, curve: {{name: {}{}}}", text, name, parameters(spec));

@@ -4,8 +4,8 @@
 
 Disassembles a linked loopwardend, follows every call from the real-time roots, and fails with the
 call path when one reaches a function outside the program that is not on the short list below.
-Calls through pointers are allowed only where the program calls an interface (Clock, LoopIo), and
-every implementation of these interfaces is a root itself.
+Calls through pointers are allowed only where the program calls an interface (Clock, LoopIo, a plant's
+effects), and every implementation of these interfaces is a root itself.
 
 Usage: rt_gate.py build/release/bin/loopwardend      (every build has -fno-jump-tables)
 x86-64 and arm64; of the other one it needs that binutils (Debian: binutils-aarch64-linux-gnu).
@@ -18,11 +18,13 @@ ROOTS = [
     r"loopwarden::daemon::rt::CyclicRunner::run\(",
     r"loopwarden::hal::os::MonotonicClock::(now_ns|sleep_until_ns)\(",
     r"loopwarden::hal::\w+::\w+LoopIo::(read|write)\(",
+    r"loopwarden::plant::Effect::Held<.*>::(reset|step|set_severity)\(",
 ]
 # Functions that may call through a pointer, and why.
 INTERFACE_CALLERS = [
     r"loopwarden::daemon::rt::CyclicRunner::",  # Clock
     r"loopwarden::daemon::rt::ControlCycle::",  # LoopIo
+    r"(double )?loopwarden::plant::(EffectChain|Plant)::",  # Effect
 ]
 # What may be called outside the program: arithmetic, copying, the two calls of the clock, and in a package's program
 # the end of one whose stack was overwritten.
@@ -33,7 +35,7 @@ ALLOWED = {
 }
 MANDATORY_ROOTS = ["CyclicRunner::run", "SimLoopIo::read", "SimLoopIo::write", "ModbusLoopIo::read",
                    "ModbusLoopIo::write", "AnalogLoopIo::read", "AnalogLoopIo::write",
-                   "ReplayLoopIo::read", "ReplayLoopIo::write"]
+                   "ReplayLoopIo::read", "ReplayLoopIo::write", "Held<loopwarden::plant::Backlash>::step"]
 
 FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
 TARGET = r"[0-9a-f]+ <(.*?)(?:\+0x[0-9a-f]+)?>\s*(?://.*)?$"

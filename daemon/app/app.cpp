@@ -25,7 +25,7 @@
 #include "hal/os/real_time.hpp"
 #include "record/segment_format.hpp"
 #include "model/monitor/specialist_judge.hpp"
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -40,12 +40,12 @@ std::int64_t period_ns(const config::LoopConfig& loop, double accelerate) {
 
 plant::EffectChain valve_model_of(const config::LoopConfig& loop) {
   plant::EffectChain chain;
-  plant::EffectContext context{.sample_time_s = loop.sample_time_s,
-                               .output_low = loop.controller.pid.output_low,
-                               .output_high = loop.controller.pid.output_high,
-                               .seed = 1};
+  effects::EffectContext context{.sample_time_s = loop.sample_time_s,
+                                 .output_low = loop.controller.pid.output_low,
+                                 .output_high = loop.controller.pid.output_high,
+                                 .seed = 1};
   for (const plant::EffectSpec& spec : loop.valve_position.model) {
-    chain.add(plant::make_effect(spec, context));
+    chain.add(effects::make_effect(spec, context));
   }
   return chain;
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "model/analysis/describing_function.hpp"
+#include "model/effects/catalogue.hpp"
 
 namespace loopwarden::analysis {
 namespace {
@@ -78,14 +79,21 @@ Complex ValveNonlinearity::describing_function(double amplitude) const {
 std::optional<ValveNonlinearity> valve_nonlinearity(const plant::LoopModel& model) {
   std::optional<ValveNonlinearity> found;
   const auto take = [&](const plant::EffectSpec& spec) {
-    if (spec.name == "backlash") found = {true, spec.parameters.at("deadband"), 0.0};
-    if (spec.name == "stiction") found = {false, spec.parameters.at("s"), spec.parameters.at("j")};
+    const effects::Descriptor* info = effects::find_effect(spec.name);
+    if (info == nullptr || info->valve_band == nullptr) return;
+    const effects::ValveBand band = info->valve_band(effects::SpecReader(*info, spec));
+    found = {band.backlash, band.s, band.j};
   };
   std::for_each(model.valve_effects.begin(), model.valve_effects.end(), take);
   if (!found) {
     for (const plant::ScheduledFault& fault : model.scenario.faults) take(fault.effect);
   }
   return found;
+}
+
+bool is_valve_nonlinearity(std::string_view effect) noexcept {
+  const effects::Descriptor* info = effects::find_effect(effect);
+  return info != nullptr && info->valve_band != nullptr;
 }
 
 std::vector<CriticalPoint> critical_locus(const ValveNonlinearity& valve, double times,

@@ -23,6 +23,7 @@
 
 #include <complex>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "model/analysis/loop_frequency.hpp"
@@ -43,6 +44,8 @@ struct ValveNonlinearity {
 
 // The valve effect that counts, of the model's own or of its scheduled faults at full severity.
 std::optional<ValveNonlinearity> valve_nonlinearity(const plant::LoopModel& model);
+// Whether an effect of that name is one that valve_nonlinearity() takes.
+bool is_valve_nonlinearity(std::string_view effect) noexcept;
 
 struct LimitCycle {
   double co_amplitude = 0.0;  // CO units

@@ -7,16 +7,13 @@
 #include <numbers>
 #include <numeric>
 
+#include "model/effects/catalogue.hpp"
+
 namespace loopwarden::analysis {
 namespace {
 
 using Complex = std::complex<double>;
 constexpr std::size_t kScan = 4000;
-
-double parameter(const plant::EffectSpec& spec, const char* name, double fallback) {
-  const auto it = spec.parameters.find(name);
-  return it == spec.parameters.end() ? fallback : it->second;
-}
 
 // Phase of b where that of a is known: without jumps.
 double unwrapped(double phase, double before) {
@@ -54,15 +51,15 @@ LinearLoop linear_loop(const plant::LoopModel& model) {
                   .sample_time_s = model.sample_time_s,
                   .left_out = {}};
   const auto take = [&](const plant::EffectSpec& spec) {
-    if (spec.name == "gain_change") {
-      loop.gain *= std::abs(parameter(spec, "factor", 1.0));
-    } else if (spec.name == "extra_dead_time") {
-      loop.dead_time_s += parameter(spec, "seconds", 0.0);
-    } else if (spec.name == "extra_lag" || spec.name == "positioner_lag") {
-      loop.lags_s.push_back(parameter(spec, "time_constant", 0.0));
-    } else {
+    const effects::Descriptor* info = effects::find_effect(spec.name);
+    if (info == nullptr || info->linear == nullptr) {
       loop.left_out.push_back(spec.name);
+      return;
     }
+    const effects::LinearPart part = info->linear(effects::SpecReader(*info, spec));
+    loop.gain *= part.gain;
+    loop.dead_time_s += part.dead_time_s;
+    loop.lags_s.insert(loop.lags_s.end(), part.lags_s.begin(), part.lags_s.end());
   };
   for (const auto* chain : {&model.valve_effects, &model.process_effects,
                             &model.transmitter_effects, &model.disturbances}) {

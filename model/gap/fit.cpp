@@ -21,10 +21,10 @@ constexpr std::uint64_t kEvolutionSeed = 1;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Up to what sampling can show; where the process is as fast as that, from half of it on.
-SearchRange actuator_frequency(const plant::LoopModel& model) {
+effects::SearchRange actuator_frequency(const plant::LoopModel& model) {
   const double high = 0.9 * std::numbers::pi / model.sample_time_s;
   const double slow_s = model.process.time_constant_s + model.process.dead_time_s;
-  const double low = 1.0 / std::min(kFastActuator_s, kFastActuator * slow_s);
+  const double low = 1.0 / std::min(effects::kFastActuator_s, effects::kFastActuator * slow_s);
   return {"natural_frequency", std::min(low, 0.5 * high), high, true, 1};
 }
 
@@ -37,9 +37,8 @@ double actuator_delay_s(const Point& point) {
 // By so much an overdamped actuator must be stiffer to be as fast.
 double slowing(double damping) { return std::max(1.0, 2.0 * damping); }
 
-bool has_kind(const Terms& terms, Kind kind) {
-  return std::any_of(terms.begin(), terms.end(),
-                     [&](const Candidate* t) { return t->kind == kind; });
+bool solves_gain(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->solves_gain; });
 }
 
 // Whether PV jumps with a parameter: a valve that sticks.
@@ -54,15 +53,10 @@ bool is_smooth(const Terms& terms) {
 }
 
 // First move of the search in each direction, of the range from 0 to 1.
-double first_step(const Candidate& candidate, std::size_t parameter, double duration_s,
-                  double value) {
-  const SearchRange& range = candidate.search[parameter];
-  if (candidate.kind == Kind::oscillating_disturbance) {
-    // A quarter of the width of a spectral line.
-    return 0.25 * value / duration_s / std::log(range.high / range.low);
-  }
-  if (candidate.kind == Kind::step_disturbance) return 0.5 / range.grid;
-  return 0.08;
+double first_step(const effects::SearchRange& range, double duration_s, double value) {
+  if (!range.is_period) return range.first_step;
+  // A quarter of the width of a spectral line.
+  return 0.25 * value / duration_s / std::log(range.high / range.low);
 }
 
 // Subplex from `x` with first steps `steps`, from 0 to 1 in each direction. Returns the least value.
@@ -107,7 +101,8 @@ struct Fitter::Work {
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
                const std::vector<bool>& used, double largest_load_ratio, bool allowances)
     : free_run_(free_run),
-      actuator_{SearchRange{"damping", 0.05, 2.0, true, 1}, actuator_frequency(free_run.model())},
+      actuator_{effects::SearchRange{"damping", 0.05, 2.0, true, 1},
+                actuator_frequency(free_run.model())},
       healthy_friction_(kHealthyFriction * (free_run.model().controller.pid.output_high -
                                             free_run.model().controller.pid.output_low)),
       dead_time_uncertainty_s_(free_run.model().uncertainty.dead_time *
@@ -154,7 +149,7 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
 
   // The gain within its bounds: if the free solution is outside, it lies on the bound.
   const double uncertainty = free_run_.model().uncertainty.gain;
-  const bool gain_free = has_kind(terms, Kind::gain_change);
+  const bool gain_free = solves_gain(terms);
   const double low = gain_free ? 0.02 : 1.0 - uncertainty;
   const double high = gain_free ? 50.0 : 1.0 + uncertainty;
   if (!(work.solved(0) >= low && work.solved(0) <= high)) {
@@ -248,7 +243,7 @@ Point Fitter::with_positions(const Terms& terms, const std::vector<double>& x) c
   std::size_t next = kNuisances;
   for (const Candidate* term : terms) {
     std::vector<double> values;
-    for (const SearchRange& range : term->search) values.push_back(range.value(x[next++]));
+    for (const effects::SearchRange& range : term->search) values.push_back(range.value(x[next++]));
     point.searched.push_back(std::move(values));
   }
   return point;
@@ -264,7 +259,8 @@ Fit Fitter::search(Work& work, const Fit& start, int evaluations) const {
   std::vector<double> steps{0.1, 0.1, 0.2};
   for (std::size_t i = 0; i < start.terms.size(); ++i) {
     for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
-      steps.push_back(first_step(*start.terms[i], j, duration_s, start.point.searched[i][j]));
+      steps.push_back(
+          first_step(start.terms[i]->search[j], duration_s, start.point.searched[i][j]));
     }
   }
   const auto at_point = [&](const std::vector<double>& at) {
@@ -295,8 +291,8 @@ Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const 
   const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
   for (std::size_t i = 0; i < start.terms.size(); ++i) {
     for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
-      width.push_back(
-          std::min(0.2, first_step(*start.terms[i], j, duration_s, start.point.searched[i][j])));
+      width.push_back(std::min(
+          0.2, first_step(start.terms[i]->search[j], duration_s, start.point.searched[i][j])));
     }
   }
   plant::Random random(kEvolutionSeed);
@@ -371,7 +367,8 @@ Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
   Eigen::Index next = kNuisances;
   for (std::size_t i = 0; i < start.terms.size(); ++i) {
     for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
-      step(next++) = 0.1 * first_step(*start.terms[i], j, duration_s, start.point.searched[i][j]);
+      step(next++) =
+          0.1 * first_step(start.terms[i]->search[j], duration_s, start.point.searched[i][j]);
     }
   }
   double damping = 1e-2;
@@ -487,7 +484,7 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
   // What the base had to bend to fit without the effect is no place to start from.
   fit.point.time_constant_s = free_run_.model().process.time_constant_s;
   fit.point.dead_time_s = free_run_.model().process.dead_time_s;
-  if (candidate.kind == Kind::stiction) fit.point.actuator_damping = 0.3;
+  if (candidate.slips) fit.point.actuator_damping = 0.3;
   fit.point.searched.emplace_back(candidate.search.size(), 0.0);
   std::vector<double>& own = fit.point.searched.back();
 
@@ -505,7 +502,7 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
   };
 
   std::vector<Fit> tries;
-  if (candidate.kind == Kind::stiction) {
+  if (candidate.slips) {
     for (const Fit& start : sticking_starts(fit, hint)) tries.push_back(search(work, start, 80));
     // A small stickband beside a large deadband shows best in one long run.
     Fit at = fit;
@@ -525,13 +522,11 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
     // Only the last columns change from place to place.
     for (double& v : own) v = candidate.search[0].value(0.5);
     free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
-    const SearchRange& range = candidate.search[0];
-    const bool by_frequency = candidate.kind == Kind::oscillating_disturbance;
-    const int places = by_frequency ? 400 : range.grid;
+    const effects::SearchRange& range = candidate.search[0];
     std::vector<std::vector<double>> last;
-    for (int i = 0; i < places; ++i) {
-      const double p = (i + 0.5) / places;
-      own[0] = by_frequency
+    for (int i = 0; i < range.grid; ++i) {
+      const double p = (i + 0.5) / range.grid;
+      own[0] = range.is_period
                    ? 1.0 / (1.0 / range.high +
                             p * std::min(1.0 / range.low - 1.0 / range.high, 100.0 / range.high))
                    : range.value(p);
@@ -596,7 +591,7 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
   const double slow_s = with.point.time_constant_s + with.point.dead_time_s;
   const auto short_run = static_cast<std::size_t>(std::max(8.0 * slow_s / h, 60.0));
   const Candidate& sticking = *with.terms.back();
-  const bool gain_changed = has_kind(with.terms, Kind::gain_change);
+  const bool gain_changed = solves_gain(with.terms);
   const double middle = gain_changed ? with.solved[0] : 1.0;
   const double width = gain_changed ? 0.1 * middle : model.uncertainty.gain;
   std::vector<double> pv = pv_;
@@ -754,10 +749,10 @@ std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
   const Candidate& term = *fit.terms[index];
   for (std::size_t j = 0; j < term.search.size(); ++j) {
     const double by = deviation(first + j);
-    const SearchRange& range = term.search[j];
+    const effects::SearchRange& range = term.search[j];
     spread.push_back((range.value(x[first + j] + by) - range.value(x[first + j] - by)) / 2.0);
   }
-  if (term.kind == Kind::gain_change) spread.push_back(deviation(searched));
+  if (term.solves_gain) spread.push_back(deviation(searched));
   for (std::size_t j = 0; j < term.linear_columns(); ++j) {
     spread.push_back(deviation(first_solved + j));
   }

@@ -83,7 +83,7 @@ class Fitter {
   std::vector<double> positions(const Fit& fit) const;
 
   const FreeRun& free_run_;
-  std::array<SearchRange, 2> actuator_;
+  std::array<effects::SearchRange, 2> actuator_;
   double healthy_friction_;         // CO units, most that is allowed
   double dead_time_uncertainty_s_;  // s; half a sample on top of the model's: sampling hides that
   bool allowances_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
@@ -13,14 +14,15 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r) {
   const control::PidSettings& pid = r.model.controller.pid;
   const auto [co_low, co_high] =
       std::minmax_element(r.co.begin(), r.co.begin() + static_cast<std::ptrdiff_t>(r.training_end));
-  std::vector<Candidate> all = candidates({.output_low = pid.output_low,
-                                           .output_high = pid.output_high,
-                                           .output_used_low = *co_low,
-                                           .output_used_high = *co_high,
-                                           .period_s = r.record.period_s,
-                                           .duration_s = r.record.time_s(r.training_end),
-                                           .time_constant_s = r.model.process.time_constant_s,
-                                           .dead_time_s = r.model.process.dead_time_s});
+  std::vector<Candidate> all =
+      effects::candidates({.output_low = pid.output_low,
+                           .output_high = pid.output_high,
+                           .output_used_low = *co_low,
+                           .output_used_high = *co_high,
+                           .period_s = r.record.period_s,
+                           .duration_s = r.record.time_s(r.training_end),
+                           .time_constant_s = r.model.process.time_constant_s,
+                           .dead_time_s = r.model.process.dead_time_s});
   if (*co_high - *co_low < kLeastMovement * (pid.output_high - pid.output_low)) {
     // A valve that is never moved shows nothing of itself, nor of the process.
     std::erase_if(all, [](const Candidate& candidate) {
@@ -28,7 +30,7 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r) {
     });
   }
   if (r.closed_loop) {
-    std::erase_if(all, [](const Candidate& c) { return c.kind == Kind::output_bias; });
+    std::erase_if(all, [](const Candidate& c) { return c.is_level; });
   }
   return all;
 }

@@ -18,7 +18,7 @@ namespace loopwarden::gap {
 class ModelFit {
  public:
   // Loads above `largest_load`, of the PV span per root second, are not modelled. Throws
-  // plant::EffectError for a model that can't be stepped.
+  // effects::EffectError for a model that can't be stepped.
   ModelFit(const CheckedRecord& record, const SearchOptions& options, double largest_load);
   ModelFit(const ModelFit&) = delete;
   ModelFit& operator=(const ModelFit&) = delete;

@@ -4,10 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <span>
-
-#include "model/plant/effect_catalogue.hpp"
 
 namespace loopwarden::gap {
 namespace {
@@ -16,40 +13,54 @@ using plant::Block;
 using plant::EffectSpec;
 
 plant::EffectChain chain_of(const std::vector<EffectSpec>& specs, Block block,
-                            const plant::EffectContext& context) {
+                            const effects::EffectContext& context) {
   plant::EffectChain chain;
   for (const EffectSpec& spec : specs) {
-    if (spec.name == "random_load") continue;  // noise is not part of a free run
-    plant::check_effect(spec, block, context);
-    chain.add(plant::make_effect(spec, context));
+    const effects::Descriptor* info = effects::find_effect(spec.name);
+    if (info != nullptr && info->is_noise) continue;
+    effects::check_effect(spec, block, context);
+    chain.add(effects::make_effect(spec, context));
   }
   return chain;
+}
+
+int valve_rank(const EffectSpec& spec) {
+  const effects::Descriptor* info = effects::find_effect(spec.name);
+  return info != nullptr ? info->valve_rank : effects::Descriptor{}.valve_rank;
 }
 
 // Puts an effect of the valve at its place; one of the same name is replaced.
 void place_in_valve(std::vector<EffectSpec>& valve, EffectSpec spec) {
   std::erase_if(valve, [&](const EffectSpec& s) { return s.name == spec.name; });
   const auto behind = std::find_if(valve.begin(), valve.end(), [&](const EffectSpec& s) {
-    return valve_rank(s.name) > valve_rank(spec.name);
+    return valve_rank(s) > valve_rank(spec);
   });
   valve.insert(behind, std::move(spec));
 }
 
-// The stem of a real valve has momentum.
-EffectSpec with_actuator(EffectSpec stiction, const Point& point) {
-  if (point.actuator_frequency <= 0.0) return stiction;  // left out: the quasi-static law
-  stiction.parameters["natural_frequency"] = point.actuator_frequency;
-  stiction.parameters["damping"] = point.actuator_damping;
-  stiction.options["law"] = "inertial";
-  return stiction;
+EffectSpec with_actuator(const Candidate& candidate, EffectSpec spec, const Point& point) {
+  if (candidate.with_momentum == nullptr || point.actuator_frequency <= 0.0) return spec;
+  return candidate.with_momentum(std::move(spec), point.actuator_frequency, point.actuator_damping);
+}
+
+// A healthy valve's friction and momentum, where no effect of the valve has them already.
+void allow_for_healthy_valve(std::vector<EffectSpec>& valve, const Point& point) {
+  if (point.actuator_frequency <= 0.0) return;
+  for (const EffectSpec& spec : valve) {
+    const effects::Descriptor* info = effects::find_effect(spec.name);
+    if (info != nullptr && info->healthy_valve != nullptr) return;
+  }
+  for (const effects::Descriptor& info : effects::effect_catalogue()) {
+    if (info.healthy_valve == nullptr) continue;
+    place_in_valve(valve, info.healthy_valve(point.friction, point.actuator_frequency,
+                                             point.actuator_damping));
+  }
 }
 
 // How far from CO the stem can rest at the start, CO units.
 double start_offset(const Candidate& candidate, const std::vector<double>& searched) {
-  if (!candidate.starts_offset) return 0.0;
-  const double half_band = candidate.kind == Kind::stiction
-                               ? searched[0] * (1.0 + searched[1]) / 2.0
-                               : searched[0] / 2.0;
+  if (!candidate.starts_offset()) return 0.0;
+  const double half_band = candidate.resting_half_band(searched);
   return searched.back() * half_band;
 }
 
@@ -99,40 +110,8 @@ void FreeRun::pass_transmitter(std::vector<double>& signal) const {
 void FreeRun::linear_columns(const Candidate& candidate, const std::vector<double>& searched,
                              std::vector<std::vector<double>>& columns) const {
   columns.resize(candidate.linear_columns());
-  const double h = model_.sample_time_s;
-  const std::size_t n = co_.size();
-  for (auto& column : columns) column.assign(n, 1.0);
-  const auto time_s = [&](std::size_t k) { return static_cast<double>(k) * h; };
-  switch (candidate.kind) {
-    case Kind::drift:
-      for (std::size_t k = 0; k < n; ++k) columns[0][k] = time_s(k);
-      break;
-    case Kind::step_disturbance:
-      for (std::size_t k = 0; k < n; ++k) columns[0][k] = time_s(k) >= searched[0] ? 1.0 : 0.0;
-      break;
-    case Kind::oscillating_disturbance:
-      for (std::size_t k = 0; k < n; ++k) {
-        const double angle = 2.0 * std::numbers::pi * time_s(k) / searched[0];
-        columns[0][k] = std::sin(angle);
-        columns[1][k] = std::cos(angle);
-      }
-      break;
-    case Kind::output_bias:  // constant, as it is
-    case Kind::stiction:
-    case Kind::backlash:
-    case Kind::hysteresis_width:
-    case Kind::hysteresis_offset:
-    case Kind::low_air_supply:
-    case Kind::equal_percentage:
-    case Kind::quick_opening:
-    case Kind::butterfly:
-    case Kind::curve_table:
-    case Kind::cam_obstruction:
-    case Kind::positioner_overshoot:
-    case Kind::gain_change:
-    case Kind::extra_dead_time:
-    case Kind::extra_lag: break;
-  }
+  for (auto& column : columns) column.assign(co_.size(), 1.0);
+  if (candidate.fill != nullptr) candidate.fill(searched, model_.sample_time_s, columns);
   // A sensor's own fault is not seen through the sensor's lag.
   if (candidate.block == Block::disturbance) {
     for (auto& column : columns) pass_transmitter(column);
@@ -143,20 +122,16 @@ FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
   std::vector<EffectSpec> valve = model_.valve_effects;
   std::vector<EffectSpec> process_effects = model_.process_effects;
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    EffectSpec spec = searched_spec(*terms[i], point.searched[i]);
-    if (spec.name.empty() || terms[i]->linear_columns() > 0) continue;
-    if (terms[i]->kind == Kind::stiction) spec = with_actuator(std::move(spec), point);
+    if (!terms[i]->in_path()) continue;
+    EffectSpec spec =
+        with_actuator(*terms[i], terms[i]->spec(*terms[i], point.searched[i], {}), point);
     if (terms[i]->block == Block::valve) {
       place_in_valve(valve, std::move(spec));
     } else {
       process_effects.push_back(std::move(spec));
     }
   }
-  const bool has_friction = std::any_of(
-      valve.begin(), valve.end(), [](const EffectSpec& spec) { return spec.name == "stiction"; });
-  if (!has_friction && point.actuator_frequency > 0.0) {
-    place_in_valve(valve, with_actuator({"stiction", {{"s", point.friction}, {"j", 0.0}}}, point));
-  }
+  allow_for_healthy_valve(valve, point);
   return {chain_of(valve, Block::valve, context_),
           chain_of(process_effects, Block::process, context_)};
 }
@@ -291,21 +266,20 @@ plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,
   plant::LoopModel model = model_;
   model.process.time_constant_s = point.time_constant_s;
   model.process.dead_time_s = point.dead_time_s;
-  const bool gain_changed = std::any_of(
-      terms.begin(), terms.end(), [](const Candidate* t) { return t->kind == Kind::gain_change; });
+  const bool gain_changed =
+      std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->solves_gain; });
   if (!gain_changed) model.process.gain *= solved[0];
   std::size_t next = base_columns();
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const Candidate& term = *terms[i];
     const std::vector<double> own =
-        term.kind == Kind::gain_change
+        term.solves_gain
             ? std::vector<double>{solved[0]}
             : std::vector<double>(
                   solved.begin() + static_cast<std::ptrdiff_t>(next),
                   solved.begin() + static_cast<std::ptrdiff_t>(next + term.linear_columns()));
     next += term.linear_columns();
-    EffectSpec spec = complete_spec(term, point.searched[i], own);
-    if (term.kind == Kind::stiction) spec = with_actuator(std::move(spec), point);
+    EffectSpec spec = with_actuator(term, term.spec(term, point.searched[i], own), point);
     switch (term.block) {
       case Block::valve: place_in_valve(model.valve_effects, std::move(spec)); break;
       case Block::process: model.process_effects.push_back(std::move(spec)); break;

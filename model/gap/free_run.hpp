@@ -16,12 +16,13 @@
 #include <limits>
 #include <vector>
 
-#include "model/gap/candidate.hpp"
+#include "model/effects/catalogue.hpp"
 #include "model/gap/record.hpp"
 #include "model/plant/effect.hpp"
-#include "model/plant/effect_catalogue.hpp"
 
 namespace loopwarden::gap {
+
+using effects::Candidate;
 
 // Effects added to the model, in the order in which they were found.
 using Terms = std::vector<const Candidate*>;
@@ -41,7 +42,7 @@ struct Point {
 
 class FreeRun {
  public:
-  // `model` without noise. `co` complete. Throws plant::EffectError for a model that can't be stepped.
+  // `model` without noise. `co` complete. Throws effects::EffectError for a model that can't be stepped.
   // Where CO was not measured but replayed, nobody knows the constant it began with: `level_known` false
   // adds a column for it.
   FreeRun(plant::LoopModel model, std::vector<double> co, bool level_known = true);
@@ -81,7 +82,7 @@ class FreeRun {
   void pass_transmitter(std::vector<double>& signal) const;
 
   plant::LoopModel model_;
-  plant::EffectContext context_;
+  effects::EffectContext context_;
   std::vector<double> co_;
   bool level_known_;            // CO units
   std::vector<double> offset_;  // PV units

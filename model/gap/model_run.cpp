@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
 #include "model/gap/free_run.hpp"
 #include "model/gap/record.hpp"
@@ -32,14 +33,10 @@ double deviation(const std::vector<double>& v, const std::vector<bool>& used, Sa
 // How far from CO the stem of the model's valve can rest, CO units.
 double resting_band(const plant::LoopModel& model) {
   double band = 0.0;
-  const auto value = [](const plant::EffectSpec& spec, const char* key) {
-    const auto it = spec.parameters.find(key);
-    return it != spec.parameters.end() ? it->second : 0.0;
-  };
   for (const plant::EffectSpec& spec : model.valve_effects) {
-    if (spec.name == "stiction") band += (value(spec, "s") + value(spec, "j")) / 2.0;
-    if (spec.name == "backlash") band += value(spec, "deadband") / 2.0;
-    if (spec.name == "hysteresis") band += value(spec, "width") / 2.0;
+    const effects::Descriptor* info = effects::find_effect(spec.name);
+    if (info == nullptr || info->resting_band == nullptr) continue;
+    band += info->resting_band(effects::SpecReader(*info, spec));
   }
   return band;
 }
@@ -80,8 +77,10 @@ std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector
                                 double first_pv) {
   plant::LoopModel quiet = model;
   quiet.transmitter.noise = 0.0;
-  std::erase_if(quiet.disturbances,
-                [](const plant::EffectSpec& spec) { return spec.name == "random_load"; });
+  std::erase_if(quiet.disturbances, [](const plant::EffectSpec& spec) {
+    const effects::Descriptor* info = effects::find_effect(spec.name);
+    return info != nullptr && info->is_noise;
+  });
   plant::Plant plant(quiet, 1);
   const double start = plant.output_for(first_pv);
   plant.reset(start);

@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <numbers>
 #include <utility>
 
-#include "model/control/root_sum_square.hpp"
+#include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
 #include "model/gap/text.hpp"
 
@@ -22,37 +21,7 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
   const std::vector<double>& searched = fit.point.searched[index];
   std::map<std::string, double> deviations;
   for (std::size_t j = 0; j < term.search.size(); ++j) deviations[term.search[j].name] = spread[j];
-  switch (term.kind) {
-    case Kind::stiction:
-      deviations["j"] = control::root_sum_square(searched[1] * spread[0], searched[0] * spread[1]);
-      break;
-    case Kind::cam_obstruction:
-      deviations["jump"] =
-          control::root_sum_square(searched[2] * spread[1], searched[1] * spread[2]);
-      break;
-    case Kind::gain_change: deviations["factor"] = spread[0]; break;
-    case Kind::output_bias: deviations["bias"] = spread[0]; break;
-    case Kind::drift: deviations["rate"] = spread[0]; break;
-    case Kind::step_disturbance: deviations["size"] = spread[1]; break;
-    case Kind::oscillating_disturbance: {
-      deviations["amplitude"] = std::max(spread[1], spread[2]);
-      const double amplitude = spec.parameters.at("amplitude");
-      deviations["phase"] =
-          amplitude > 0.0 ? deviations["amplitude"] / amplitude : std::numbers::pi;
-      break;
-    }
-    case Kind::backlash:
-    case Kind::hysteresis_width:
-    case Kind::hysteresis_offset:
-    case Kind::low_air_supply:
-    case Kind::equal_percentage:
-    case Kind::quick_opening:
-    case Kind::butterfly:
-    case Kind::curve_table:
-    case Kind::positioner_overshoot:
-    case Kind::extra_dead_time:
-    case Kind::extra_lag: break;  // what is searched is what is named
-  }
+  if (term.deviations != nullptr) term.deviations(searched, spread, spec, deviations);
   std::map<std::string, std::array<double, 2>> out;
   for (const auto& [name, value] : spec.parameters) {
     const auto it = deviations.find(name);
@@ -65,11 +34,13 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
 
 std::string parameters_text(const plant::EffectSpec& spec) {
   std::string out;
+  const effects::Descriptor* info = effects::find_effect(spec.name);
   const auto curve = spec.options.find("curve");
   if (curve != spec.options.end()) out = curve->second;
   for (const auto& [name, value] : spec.parameters) {
-    // How the stem answers to its actuator is part of the law, not what an engineer asks for.
-    if (spec.name == "stiction" && name != "s" && name != "j") continue;
+    const effects::ParameterInfo* parameter =
+        info != nullptr ? effects::find_parameter(*info, name) : nullptr;
+    if (parameter != nullptr && parameter->of_the_law) continue;
     out += (out.empty() ? "" : ", ") + name + " " + text("%.3g", value);
   }
   return out;

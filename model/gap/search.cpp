@@ -20,10 +20,12 @@ constexpr std::size_t kMostEffects = 3;
 
 double penalty(const Fit& fit) {
   double parameters = 0.0;
+  double prior_nats = 0.0;
   for (const Candidate* term : fit.terms) {
-    parameters += term->parameters + (term->starts_offset ? 1 : 0);
+    parameters += term->parameters + (term->starts_offset() ? 1 : 0);
+    prior_nats += term->prior_nats;
   }
-  return 0.5 * parameters * std::log(static_cast<double>(fit.samples));
+  return 0.5 * parameters * std::log(static_cast<double>(fit.samples)) + prior_nats;
 }
 
 std::set<std::string> names_of(const Fit& fit) {
@@ -91,28 +93,9 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
   progress(0.05);
 
   const auto static_alone = [&](const Candidate& candidate) -> const Hypothesis* {
-    switch (candidate.kind) {
-      case Kind::gain_change:
-      case Kind::output_bias:
-      case Kind::drift:
-      case Kind::equal_percentage:
-      case Kind::curve_table:
-      case Kind::oscillating_disturbance:
-      case Kind::step_disturbance: break;
-      case Kind::stiction:
-      case Kind::backlash:
-      case Kind::hysteresis_width:
-      case Kind::hysteresis_offset:
-      case Kind::low_air_supply:
-      case Kind::quick_opening:
-      case Kind::butterfly:
-      case Kind::cam_obstruction:
-      case Kind::positioner_overshoot:
-      case Kind::extra_dead_time:
-      case Kind::extra_lag: return nullptr;
-    }
+    if (!candidate.shifts_pv) return nullptr;
     for (const Hypothesis& h : result.singles) {
-      if (h.fit.terms[0]->kind == candidate.kind) return &h;
+      if (h.fit.terms[0] == &candidate) return &h;
     }
     return nullptr;
   };
@@ -120,18 +103,18 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
     std::vector<Job> jobs;
     // What each kind of sticking valve looked like alone.
     const auto hint_for = [&](const Candidate& candidate) -> const std::vector<double>* {
-      if (candidate.kind != Kind::stiction) return nullptr;
+      if (!candidate.slips) return nullptr;
       for (const Hypothesis& h : result.singles) {
-        if (h.fit.terms[0]->kind == candidate.kind) return &h.fit.point.searched[0];
+        if (h.fit.terms[0] == &candidate) return &h.fit.point.searched[0];
       }
       return nullptr;
     };
     for (const Hypothesis& base : bases) {
       for (const Candidate& candidate : all) {
         if (contains(base.fit, candidate.name)) continue;
-        if (is_friction(candidate.kind) &&
+        if (candidate.friction &&
             std::any_of(base.fit.terms.begin(), base.fit.terms.end(),
-                        [](const Candidate* term) { return is_friction(term->kind); })) {
+                        [](const Candidate* term) { return term->friction; })) {
           continue;
         }
         // A sticking valve is searched for again beside what shifts PV as a whole: without that its
@@ -173,7 +156,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
         {.score_with = more.score,
          .score_without = less.score,
          .first = first,
-         .at_one_moment = more.fit.terms.back()->kind == Kind::step_disturbance,
+         .at_one_moment = more.fit.terms.back()->at_one_moment,
          .moves_pv = rms_apart(fitter.simulate(more.fit), fitter.simulate(less.fit), end),
          .least_rms = least_rms,
          .block_t = first ? 0.0 : block_t(fitter, more.fit, less.fit)});

@@ -4,9 +4,9 @@
 // Every candidate is fitted alone; the best few are each joined by every other, and the winner is
 // tried again without each of its effects, so that a first name that was wrong is stepped back from.
 // A hypothesis is scored by
-//   score = (deviance of the model alone - deviance of the hypothesis)/2 - k/2 ln N
-// with k parameters and N samples (Schwarz 1978), on the first two thirds of the record. Another
-// effect is taken in only if its gain in score is clear, spread over the record (a t-test over
+//   score = (deviance of the model alone - deviance of the hypothesis)/2 - k/2 ln N - r
+// with k parameters and N samples (Schwarz 1978), r what its effects are rarer than others (in their
+// descriptors), on the first two thirds of the record. Another effect is taken in only if its gain in score is clear, spread over the record (a t-test over
 // blocks), and large enough to matter in PV.
 //
 // Sources: Schwarz, Ann. Stat. 6 (1978) 461-464; Bacher and Madsen, Energy and Buildings 43 (2011)

@@ -5,7 +5,7 @@
 //   check       is the record to be believed; what of it counts         check.hpp, record_check.hpp
 //   controller  alone, from SP and PV to CO                             controller.hpp
 //   fit         the plant alone, driven by the measured CO              fit_model.hpp, fit.hpp, free_run.hpp
-//   search      which effects, added to the model, explain PV           search.hpp, accept.hpp, candidate.hpp
+//   search      which effects, added to the model, explain PV           search.hpp, accept.hpp, effects/catalogue.hpp
 //   decide      what is missing, how sure, what else it may be          decide.hpp, confidence.hpp
 //   prove       on the last third                                       prove.hpp, model_run.hpp
 //   locate      where in the loop, when, and under which condition      locate.hpp
@@ -33,7 +33,7 @@ struct Options {
   double largest_load = 0.0015;
 };
 
-// A model that can't be stepped throws plant::EffectError. A record that can't be used gives a result
+// A model that can't be stepped throws effects::EffectError. A record that can't be used gives a result
 // with check.usable false.
 Result find_gap(const Record& record, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress);

@@ -2,31 +2,10 @@
 #include "model/plant/effect.hpp"
 
 namespace loopwarden::plant {
-namespace {
-
-double step_effect(Effect& effect, double in, double time_s) noexcept {
-  double out = in;
-  with_effect(effect, [&](auto& e) {
-    if constexpr (requires { e.step(in, time_s); }) {
-      out = e.step(in, time_s);
-    } else {
-      out = e.step(in);
-    }
-  });
-  return out;
-}
-
-double reset_effect(Effect& effect, double in) noexcept {
-  double out = in;
-  with_effect(effect, [&](auto& e) { out = e.reset(in); });
-  return out;
-}
-
-}  // namespace
 
 void EffectChain::add(Effect effect, const Schedule& schedule) {
-  const bool is_characteristic = std::holds_alternative<ValveCharacteristic>(effect);
-  links_.push_back({std::move(effect), schedule, !schedule.always(), is_characteristic});
+  const bool acts_on_flow = effect.acts_on_flow();
+  links_.push_back({std::move(effect), schedule, !schedule.always(), acts_on_flow});
 }
 
 double EffectChain::reset(double in, double time_s) noexcept {
@@ -39,47 +18,33 @@ double EffectChain::step(double in, double time_s) noexcept {
   return step(in, time_s, ignored);
 }
 
-double EffectChain::reset(double in, double time_s, double& before_characteristic) noexcept {
-  return pass(in, time_s, before_characteristic, reset_effect);
+double EffectChain::reset(double in, double time_s, double& travel) noexcept {
+  return pass(in, time_s, travel, [](Effect& effect, double u) { return effect.reset(u); });
 }
 
-double EffectChain::step(double in, double time_s, double& before_characteristic) noexcept {
-  return pass(in, time_s, before_characteristic,
-              [time_s](Effect& effect, double u) { return step_effect(effect, u, time_s); });
+double EffectChain::step(double in, double time_s, double& travel) noexcept {
+  return pass(in, time_s, travel,
+              [time_s](Effect& effect, double u) { return effect.step(u, time_s); });
 }
 
 template <class Advance>
-double EffectChain::pass(double in, double time_s, double& before_characteristic,
-                         Advance advance) noexcept {
-  bool characteristic_met = false;
+double EffectChain::pass(double in, double time_s, double& travel, Advance advance) noexcept {
+  bool flows = false;
   for (Link& link : links_) {
-    if (link.scheduled) {
-      const double severity = link.schedule.severity(time_s);
-      with_effect(link.effect, [&](auto& e) { e.set_severity(severity); });
-    }
-    if (link.is_characteristic && !characteristic_met) {
-      before_characteristic = in;
-      characteristic_met = true;
+    if (link.scheduled) link.effect.set_severity(link.schedule.severity(time_s));
+    if (link.acts_on_flow && !flows) {
+      travel = in;
+      flows = true;
     }
     in = advance(link.effect, in);
   }
-  if (!characteristic_met) before_characteristic = in;
+  if (!flows) travel = in;
   return in;
 }
 
 void EffectChain::run(std::span<double> signal, double first_s, double period_s) noexcept {
   for (Link& link : links_) {
-    with_effect(link.effect, [&](auto& e) {
-      for (std::size_t k = 0; k < signal.size(); ++k) {
-        const double time_s = first_s + static_cast<double>(k) * period_s;
-        if (link.scheduled) e.set_severity(link.schedule.severity(time_s));
-        if constexpr (requires { e.step(signal[k], time_s); }) {
-          signal[k] = e.step(signal[k], time_s);
-        } else {
-          signal[k] = e.step(signal[k]);
-        }
-      }
-    });
+    link.effect.run(signal, first_s, period_s, link.scheduled ? &link.schedule : nullptr);
   }
 }
 

@@ -1,50 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 // One physical effect in the signal path of the loop, and a chain of them.
 //
-// Each effect is a class in a file of its own with three functions:
+// Each effect is a law: a class in a file of its own with three functions:
 //   double reset(double in) noexcept               steady state at this input; returns the output,
 //                                                  what depends on time or chance left out
 //   double step(double in [, double time_s]) noexcept   one period; returns the output
 //   void set_severity(double severity) noexcept    0: absent, 1: as configured, between: partly
-// To add one: write the file, add it to the list here, and describe it in effect_catalogue.cpp.
+// A law of the flow rather than of the stem says `static constexpr bool kActsOnFlow = true`.
+// model/effects says by which name and with which parameters each is made.
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <limits>
+#include <new>
 #include <span>
+#include <type_traits>
 #include <utility>
-#include <variant>
 #include <vector>
 
-#include "model/plant/backlash.hpp"
-#include "model/plant/cam_obstruction.hpp"
-#include "model/plant/drift.hpp"
-#include "model/plant/extra_dead_time.hpp"
-#include "model/plant/first_order_lag.hpp"
-#include "model/plant/gain_change.hpp"
-#include "model/plant/hysteresis_offset.hpp"
-#include "model/plant/hysteresis_width.hpp"
-#include "model/plant/low_air_supply.hpp"
-#include "model/plant/oscillating_disturbance.hpp"
-#include "model/plant/output_bias.hpp"
-#include "model/plant/positioner.hpp"
-#include "model/plant/positioner_overshoot.hpp"
-#include "model/plant/random_load.hpp"
-#include "model/plant/step_disturbance.hpp"
-#include "model/plant/stiction_choudhury.hpp"
-#include "model/plant/stiction_he.hpp"
-#include "model/plant/stiction_inertial.hpp"
-#include "model/plant/stiction_karnopp.hpp"
-#include "model/plant/valve_characteristic.hpp"
-
 namespace loopwarden::plant {
-
-using Effect = std::variant<Backlash, CamObstruction, Drift, ExtraDeadTime, FirstOrderLag,
-                            GainChange, HysteresisOffset, HysteresisWidth, LowAirSupply,
-                            OscillatingDisturbance, OutputBias, Positioner, PositionerOvershoot,
-                            RandomLoad, StepDisturbance, StictionChoudhury, StictionHe,
-                            StictionInertial, StictionKarnopp, ValveCharacteristic>;
 
 // When an effect is present. Severity rises from 0 at `from_s` to 1 at `from_s + ramp_s`, and drops
 // to 0 at `to_s`.
@@ -62,6 +38,100 @@ struct Schedule {
   }
 };
 
+// Any law, held in place: stepping, resetting and moving never allocate; copying does only where the
+// law itself has memory of its own (a delay line).
+class Effect {
+ public:
+  // Implicit, so that what makes an effect returns its law.
+  template <class Law>
+  requires(!std::same_as<std::remove_cvref_t<Law>, Effect>) Effect(Law law)
+  noexcept {  // NOLINT(google-explicit-constructor)
+    static_assert(sizeof(Held<Law>) <= kRoom && alignof(Held<Law>) <= alignof(std::max_align_t),
+                  "the law is too large to be held in place: raise kRoom, or let it own memory");
+    static_assert(std::is_nothrow_move_constructible_v<Law>);
+    ::new (static_cast<void*>(room_)) Held<Law>(std::move(law));
+  }
+  Effect(const Effect& other) { other.held().copy_to(room_); }
+  Effect(Effect&& other) noexcept { other.held().move_to(room_); }
+  Effect& operator=(const Effect& other) {
+    if (this != &other) *this = Effect(other);
+    return *this;
+  }
+  Effect& operator=(Effect&& other) noexcept {
+    if (this == &other) return *this;
+    held().~Interface();
+    other.held().move_to(room_);
+    return *this;
+  }
+  ~Effect() { held().~Interface(); }
+
+  double reset(double in) noexcept { return held().reset(in); }
+  double step(double in, double time_s) noexcept { return held().step(in, time_s); }
+  void set_severity(double severity) noexcept { held().set_severity(severity); }
+  // Steps the whole of `signal`, sample k at `first_s` + k `period_s`, in place. `schedule` null: always.
+  void run(std::span<double> signal, double first_s, double period_s,
+           const Schedule* schedule) noexcept {
+    held().run(signal, first_s, period_s, schedule);
+  }
+  bool acts_on_flow() const noexcept { return held().acts_on_flow(); }
+
+ private:
+  static constexpr std::size_t kRoom = 384;  // bytes
+
+  struct Interface {
+    virtual ~Interface() = default;
+    virtual double reset(double in) noexcept = 0;
+    virtual double step(double in, double time_s) noexcept = 0;
+    virtual void set_severity(double severity) noexcept = 0;
+    virtual void run(std::span<double> signal, double first_s, double period_s,
+                     const Schedule* schedule) noexcept = 0;
+    virtual bool acts_on_flow() const noexcept = 0;
+    virtual void copy_to(void* room) const = 0;
+    virtual void move_to(void* room) noexcept = 0;
+  };
+
+  template <class Law>
+  struct Held final : Interface {
+    explicit Held(Law given) noexcept : law(std::move(given)) {}
+
+    double reset(double in) noexcept override { return law.reset(in); }
+    double step(double in, double time_s) noexcept override {
+      if constexpr (requires { law.step(in, time_s); }) {
+        return law.step(in, time_s);
+      } else {
+        return law.step(in);
+      }
+    }
+    void set_severity(double severity) noexcept override { law.set_severity(severity); }
+    void run(std::span<double> signal, double first_s, double period_s,
+             const Schedule* schedule) noexcept override {
+      for (std::size_t k = 0; k < signal.size(); ++k) {
+        const double time_s = first_s + static_cast<double>(k) * period_s;
+        if (schedule != nullptr) law.set_severity(schedule->severity(time_s));
+        signal[k] = Held::step(signal[k], time_s);
+      }
+    }
+    bool acts_on_flow() const noexcept override {
+      if constexpr (requires { Law::kActsOnFlow; }) {
+        return Law::kActsOnFlow;
+      } else {
+        return false;
+      }
+    }
+    void copy_to(void* room) const override { ::new (room) Held(*this); }
+    void move_to(void* room) noexcept override { ::new (room) Held(std::move(*this)); }
+
+    Law law;
+  };
+
+  Interface& held() noexcept { return *std::launder(reinterpret_cast<Interface*>(room_)); }
+  const Interface& held() const noexcept {
+    return *std::launder(reinterpret_cast<const Interface*>(room_));
+  }
+
+  alignas(std::max_align_t) std::byte room_[kRoom];
+};
+
 // Effects in the order in which the signal meets them.
 class EffectChain {
  public:
@@ -70,10 +140,10 @@ class EffectChain {
 
   double reset(double in, double time_s) noexcept;
   double step(double in, double time_s) noexcept;
-  // The same; `before_characteristic` receives the signal as it enters the first valve
-  // characteristic, or the output if there is none: the stem travel, where the chain is a valve's.
-  double reset(double in, double time_s, double& before_characteristic) noexcept;
-  double step(double in, double time_s, double& before_characteristic) noexcept;
+  // The same; `travel` receives the signal as it enters the first effect that acts on the flow, or the
+  // output if there is none: the stem travel, where the chain is a valve's.
+  double reset(double in, double time_s, double& travel) noexcept;
+  double step(double in, double time_s, double& travel) noexcept;
 
   // Steps the whole of `signal`, sample k at `first_s` + k `period_s`, in place: the same bits as sample
   // by sample, several times as fast.
@@ -88,22 +158,13 @@ class EffectChain {
     Effect effect;
     Schedule schedule;
     bool scheduled;
-    bool is_characteristic;
+    bool acts_on_flow;
   };
   // `advance(effect, in)` gives the effect's output.
   template <class Advance>
-  double pass(double in, double time_s, double& before_characteristic, Advance advance) noexcept;
+  double pass(double in, double time_s, double& travel, Advance advance) noexcept;
 
   std::vector<Link> links_;
 };
-
-// Calls `f` with whichever effect is held. Unlike std::visit it has no way to throw.
-template <class Variant, class F>
-void with_effect(Variant& effect, F&& f) noexcept {
-  [&]<std::size_t... I>(std::index_sequence<I...>) {
-    (void)((effect.index() == I ? (f(*std::get_if<I>(&effect)), true) : false) || ...);
-  }
-  (std::make_index_sequence<std::variant_size_v<std::remove_const_t<Variant>>>{});
-}
 
 }  // namespace loopwarden::plant

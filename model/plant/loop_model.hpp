@@ -18,7 +18,7 @@ namespace loopwarden::plant {
 enum class Block : std::uint8_t { controller, valve, process, transmitter, disturbance };
 const char* to_text(Block block) noexcept;
 
-// An effect by name, as it stands in a file. effect_catalogue.hpp turns it into an Effect.
+// An effect by name, as it stands in a file. model/effects turns it into an Effect.
 struct EffectSpec {
   std::string name;
   std::map<std::string, double> parameters{};      // as in the catalogue, units there

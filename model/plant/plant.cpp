@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
 
 namespace loopwarden::plant {
 
@@ -13,15 +13,15 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
       output_high_(model.controller.pid.output_high),
       process_(model.process, model.sample_time_s),
       transmitter_(model.transmitter, seed) {
-  EffectContext context{.sample_time_s = model.sample_time_s,
-                        .output_low = output_low_,
-                        .output_high = output_high_,
-                        .seed = seed};
+  effects::EffectContext context{.sample_time_s = model.sample_time_s,
+                                 .output_low = output_low_,
+                                 .output_high = output_high_,
+                                 .seed = seed};
   const auto add = [&](EffectChain& chain, Block block, const EffectSpec& spec,
                        const Schedule& schedule) {
     ++context.seed;  // each random effect has a stream of its own
-    check_effect(spec, block, context);
-    chain.add(make_effect(spec, context), schedule);
+    effects::check_effect(spec, block, context);
+    chain.add(effects::make_effect(spec, context), schedule);
   };
   for (const EffectSpec& spec : model.valve_effects) add(valve_, Block::valve, spec, {});
   for (const EffectSpec& spec : model.process_effects)

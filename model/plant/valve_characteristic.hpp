@@ -30,6 +30,7 @@ namespace loopwarden::plant {
 
 class ValveCharacteristic {
  public:
+  static constexpr bool kActsOnFlow = true;
   enum class Curve : std::uint8_t { linear, equal_percentage, quick_opening, butterfly, table };
   static constexpr std::size_t kMostPoints = 16;
   struct Parameters {

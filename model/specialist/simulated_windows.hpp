@@ -45,7 +45,7 @@ struct SimulatedWindow {
 // What `other` is drawn from.
 std::span<const std::string_view> other_names() noexcept;
 
-// A run of any length. Throws std::invalid_argument for an unknown name of `other`, plant::EffectError for a
+// A run of any length. Throws std::invalid_argument for an unknown name of `other`, effects::EffectError for a
 // model that can't be simulated.
 SimulatedWindow simulate_run(const plant::LoopModel& model, const WindowRequest& request,
                              std::uint64_t seed, std::size_t samples);

@@ -38,7 +38,7 @@ struct TrialResult {
   bool parked = false;
 };
 
-// Throws plant::EffectError for a model that can't be simulated.
+// Throws effects::EffectError for a model that can't be simulated.
 TrialResult run_trial(const JacketTrial& trial);
 
 }  // namespace loopwarden::studies

@@ -124,13 +124,13 @@ TEST_CASE("Faults come and go on a schedule", "[config][effects]") {
 
 TEST_CASE("Every effect of the catalogue can be read and is described", "[config][effects]") {
   const std::string table = describe_effects();
-  for (const plant::EffectInfo& info : plant::effect_catalogue()) {
+  for (const effects::Descriptor& info : effects::effect_catalogue()) {
     CHECK(table.find("| `" + std::string(info.name) + "` |") != std::string::npos);
   }
   const auto all = read_model_file(LOOPWARDEN_SOURCE_DIR "/tests/config/data/all_effects.yaml");
   INFO(to_text(all.diagnostics));
   REQUIRE(all);
-  for (const plant::EffectInfo& info : plant::effect_catalogue()) {
+  for (const effects::Descriptor& info : effects::effect_catalogue()) {
     const auto holds = [&](const std::vector<plant::EffectSpec>& effects) {
       return std::any_of(effects.begin(), effects.end(),
                          [&](const plant::EffectSpec& spec) { return spec.name == info.name; });

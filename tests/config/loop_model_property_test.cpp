@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/loop_model_writer.hpp"
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
 #include "tests/config/config_support.hpp"
 #include "tests/support/property.hpp"
 
@@ -19,7 +19,7 @@ using namespace loopwarden::tests::property;
 
 namespace {
 
-double any_value(const plant::ParameterInfo& info) {
+double any_value(const effects::ParameterInfo& info) {
   double low = std::max(info.low, -1e6);
   double high = std::min(info.high, 1e6);
   if (info.low_is_open) low = std::nextafter(low, high);
@@ -27,9 +27,9 @@ double any_value(const plant::ParameterInfo& info) {
   return number(low, high);
 }
 
-plant::EffectSpec any_spec(const plant::EffectInfo& info) {
+plant::EffectSpec any_spec(const effects::Descriptor& info) {
   plant::EffectSpec spec{.name = info.name};
-  for (const plant::OptionInfo& option : info.options) {
+  for (const effects::OptionInfo& option : info.options) {
     if (coin() || std::string_view(option.name) == "curve")
       spec.options[option.name] = option.values[one_of(option.values.size())];
   }
@@ -45,7 +45,7 @@ plant::EffectSpec any_spec(const plant::EffectInfo& info) {
     }
     return spec;
   }
-  for (const plant::ParameterInfo& parameter : info.parameters) {
+  for (const effects::ParameterInfo& parameter : info.parameters) {
     if (parameter.required || coin()) spec.parameters[parameter.name] = any_value(parameter);
   }
   return spec;
@@ -54,12 +54,12 @@ plant::EffectSpec any_spec(const plant::EffectInfo& info) {
 // Some sets of parameters exclude each other: those are no models.
 bool possible(const plant::EffectSpec& spec, plant::Block block, const plant::LoopModel& model) {
   try {
-    plant::check_effect(spec, block,
-                        {.sample_time_s = model.sample_time_s,
-                         .output_low = model.controller.pid.output_low,
-                         .output_high = model.controller.pid.output_high});
+    effects::check_effect(spec, block,
+                          {.sample_time_s = model.sample_time_s,
+                           .output_low = model.controller.pid.output_low,
+                           .output_high = model.controller.pid.output_high});
     return true;
-  } catch (const plant::EffectError&) {
+  } catch (const effects::EffectError&) {
     return false;
   }
 }
@@ -80,7 +80,7 @@ TEST_CASE("every effect with any parameters is written so that it reads back equ
           "[config][model][property]") {
   const auto read = read_model_text("m.yaml", test::kModel);
   REQUIRE(read);
-  for (const plant::EffectInfo& info : plant::effect_catalogue()) {
+  for (const effects::Descriptor& info : effects::effect_catalogue()) {
     int written = 0;
     for_all(info.name, 60, [&] {
       plant::LoopModel model = *read;

@@ -11,8 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "model/plant/effect_catalogue.hpp"
-#include "workbench/text/effect_guide.hpp"
+#include "model/effects/catalogue.hpp"
 #include "workbench/report/effect_picture.hpp"
 #include "workbench/text/json_number.hpp"
 #include "workbench/files/output_files.hpp"
@@ -23,7 +22,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kControllerBlocks = "controller";
 constexpr const char* kPictureFolder = "pictures/effects";
 
 struct EffectsOptions {
@@ -39,43 +37,15 @@ struct ParameterRow {
   const char* meaning;
 };
 
-// One effect as all three outputs show it. The controller's mismatch is no effect of a plant and so
-// not in the catalogue of the model.
-struct EffectEntry {
-  const char* name;
+std::string blocks_of(const effects::Descriptor& effect) {
   std::string blocks;
-  const char* meaning;
-  const char* header;
-  std::span<const plant::ParameterInfo> parameters;
-  std::span<const plant::OptionInfo> options;
-};
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr plant::ParameterInfo kControllerParameters[] = {
-    {"kp", "CO units/PV unit", -kInfinity, true, kInfinity, true, true, 0.0,
-     "proportional gain found in the record"},
-    {"ki", "CO units/(PV unit s)", -kInfinity, true, kInfinity, true, true, 0.0,
-     "integral gain found in the record"}};
-
-std::vector<EffectEntry> entries() {
-  std::vector<EffectEntry> result;
-  for (const plant::EffectInfo& info : plant::effect_catalogue()) {
-    std::string blocks;
-    for (const plant::Block block : info.blocks) {
-      blocks += fmt::format("{}{}", blocks.empty() ? "" : " or ", plant::to_text(block));
-    }
-    result.push_back({info.name, blocks, info.meaning, info.header, info.parameters, info.options});
+  for (const plant::Block block : effect.blocks) {
+    blocks += fmt::format("{}{}", blocks.empty() ? "" : " or ", plant::to_text(block));
   }
-  result.push_back({"controller_mismatch",
-                    kControllerBlocks,
-                    "the controller's settings are others than believed",
-                    "",
-                    kControllerParameters,
-                    {}});
-  return result;
+  return blocks;
 }
 
-std::string range_text(const plant::ParameterInfo& p) {
+std::string range_text(const effects::ParameterInfo& p) {
   std::string text;
   if (std::isfinite(p.low)) text = fmt::format("{} {:g}", p.low_is_open ? ">" : ">=", p.low);
   if (std::isfinite(p.high)) {
@@ -85,17 +55,17 @@ std::string range_text(const plant::ParameterInfo& p) {
   return text.empty() ? "any" : text;
 }
 
-std::string fallback_text(const plant::ParameterInfo& p) {
+std::string fallback_text(const effects::ParameterInfo& p) {
   if (p.required) return "required";
   return std::isfinite(p.fallback) ? fmt::format("{:g}", p.fallback) : "none";
 }
 
-std::vector<ParameterRow> rows_of(const EffectEntry& entry) {
+std::vector<ParameterRow> rows_of(const effects::Descriptor& entry) {
   std::vector<ParameterRow> rows;
-  for (const plant::ParameterInfo& p : entry.parameters) {
+  for (const effects::ParameterInfo& p : entry.parameters) {
     rows.push_back({p.name, p.unit, range_text(p), fallback_text(p), p.meaning});
   }
-  for (const plant::OptionInfo& option : entry.options) {
+  for (const effects::OptionInfo& option : entry.options) {
     std::string values;
     for (const char* value : option.values) {
       values += fmt::format("{}{}", values.empty() ? "" : ", ", value);
@@ -105,27 +75,17 @@ std::vector<ParameterRow> rows_of(const EffectEntry& entry) {
   return rows;
 }
 
-std::vector<EffectExample> examples_of(const char* name) {
-  std::vector<EffectExample> result;
-  for (EffectExample& example : effect_examples()) {
-    if (example.spec.name == name) result.push_back(std::move(example));
-  }
-  return result;
-}
-
 void print_text() {
-  for (const EffectEntry& entry : entries()) {
-    fmt::print("{} ({}): {}\n", entry.name, entry.blocks, entry.meaning);
+  for (const effects::Descriptor& entry : effects::vocabulary()) {
+    fmt::print("{} ({}): {}\n", entry.name, blocks_of(entry), entry.meaning);
     for (const ParameterRow& row : rows_of(entry)) {
       fmt::print("  {:<18} {}{}{}, {}: {}\n", row.name, row.value, *row.unit != '\0' ? " " : "",
                  row.unit, row.fallback == "required" ? row.fallback : "default " + row.fallback,
                  row.meaning);
     }
-    if (const EffectGuide* guide = find_guide(entry.name)) {
-      fmt::print("  {}\n", guide->seen);
-      for (const LookAlike& other : guide->look_alikes) {
-        fmt::print("  - {}: {}\n", other.name, other.tell);
-      }
+    fmt::print("  {}\n", entry.seen);
+    for (const effects::LookAlike& other : entry.look_alikes) {
+      fmt::print("  - {}: {}\n", other.name, other.tell);
     }
     fmt::print("\n");
   }
@@ -133,9 +93,9 @@ void print_text() {
 
 json as_json() {
   json result = json::array();
-  for (const EffectEntry& entry : entries()) {
+  for (const effects::Descriptor& entry : effects::vocabulary()) {
     json parameters = json::array();
-    for (const plant::ParameterInfo& p : entry.parameters) {
+    for (const effects::ParameterInfo& p : entry.parameters) {
       parameters.push_back({{"name", p.name},
                             {"unit", p.unit},
                             {"low", finite_or_null(p.low)},
@@ -147,25 +107,22 @@ json as_json() {
                             {"meaning", p.meaning}});
     }
     json options = json::array();
-    for (const plant::OptionInfo& option : entry.options) {
+    for (const effects::OptionInfo& option : entry.options) {
       json values = json::array();
       for (const char* value : option.values) values.push_back(value);
       options.push_back(
           {{"name", option.name}, {"values", std::move(values)}, {"meaning", option.meaning}});
     }
     json look_alikes = json::array();
-    const EffectGuide* guide = find_guide(entry.name);
-    if (guide != nullptr) {
-      for (const LookAlike& other : guide->look_alikes) {
-        look_alikes.push_back({{"name", other.name}, {"tell", other.tell}});
-      }
+    for (const effects::LookAlike& other : entry.look_alikes) {
+      look_alikes.push_back({{"name", other.name}, {"tell", other.tell}});
     }
     result.push_back({{"name", entry.name},
-                      {"block", entry.blocks},
+                      {"block", blocks_of(entry)},
                       {"meaning", entry.meaning},
                       {"parameters", std::move(parameters)},
                       {"options", std::move(options)},
-                      {"seen", guide != nullptr ? guide->seen : ""},
+                      {"seen", entry.seen},
                       {"look_alikes", std::move(look_alikes)}});
   }
   return result;
@@ -176,8 +133,9 @@ int run_effects(const EffectsOptions& options) {
     const std::filesystem::path out = options.out;
     OutputFiles files;
     files.make_folder(out / kPictureFolder);
-    for (const EffectExample& example : effect_examples()) {
-      files.add(out / kPictureFolder / (example.file + ".svg"), effect_picture_svg(example));
+    for (const effects::Example& example : effect_examples()) {
+      files.add(out / kPictureFolder / (std::string(example.file) + ".svg"),
+                effect_picture_svg(example));
     }
     files.add(out / "effects.md", effects_markdown());
     files.commit();
@@ -206,13 +164,14 @@ std::string effects_markdown() {
       "The\nresidual is what is left of PV when a model without the effect is driven by the CO of "
       "the\nloop with it: what a record shows of the effect.\n\n"
       "| effect | block | |\n|---|---|---|\n";
-  for (const EffectEntry& entry : entries()) {
-    text += fmt::format("| [`{0}`](#{0}) | {1} | {2} |\n", entry.name, entry.blocks, entry.meaning);
+  for (const effects::Descriptor& entry : effects::vocabulary()) {
+    text +=
+        fmt::format("| [`{0}`](#{0}) | {1} | {2} |\n", entry.name, blocks_of(entry), entry.meaning);
   }
-  for (const EffectEntry& entry : entries()) {
+  for (const effects::Descriptor& entry : effects::vocabulary()) {
     std::string meaning = entry.meaning;
     meaning.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning.front())));
-    text += fmt::format("\n## {}\n\n{}. Block: {}.", entry.name, meaning, entry.blocks);
+    text += fmt::format("\n## {}\n\n{}. Block: {}.", entry.name, meaning, blocks_of(entry));
     if (*entry.header != '\0') {
       text += fmt::format(" Equation and source: [`{0}`](../model/plant/{0}).", entry.header);
     }
@@ -221,17 +180,15 @@ std::string effects_markdown() {
       text += fmt::format("| `{}` | {}{}{} | {} | {} |\n", row.name, row.value,
                           *row.unit != '\0' ? " " : "", row.unit, row.fallback, row.meaning);
     }
-    for (const EffectExample& example : examples_of(entry.name)) {
+    for (const effects::Example& example : entry.examples) {
       text +=
           fmt::format("\n![{}]({}/{}.svg)\n", example_text(example), kPictureFolder, example.file);
     }
-    const EffectGuide* guide = find_guide(entry.name);
-    if (guide == nullptr) continue;
-    text += fmt::format("\n{}\n", guide->seen);
-    if (guide->look_alikes.empty()) continue;
+    text += fmt::format("\n{}\n", entry.seen);
+    if (entry.look_alikes.empty()) continue;
     text += "\nLook-alikes:\n\n";
-    for (const LookAlike& other : guide->look_alikes) {
-      const bool is_effect = find_guide(other.name) != nullptr;
+    for (const effects::LookAlike& other : entry.look_alikes) {
+      const bool is_effect = effects::find_word(other.name) != nullptr;
       text += is_effect ? fmt::format("- [`{0}`](#{0}): {1}\n", other.name, other.tell)
                         : fmt::format("- {}: {}\n", other.name, other.tell);
     }

@@ -18,7 +18,7 @@
 
 #include "config/loop_model_writer.hpp"
 #include "record/record_csv.hpp"
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/text/gap_json.hpp"
 #include "workbench/report/gap_report.hpp"
@@ -176,7 +176,7 @@ int run_gap(const GapOptions& options) {
   } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
-  } catch (const plant::EffectError& e) {
+  } catch (const effects::EffectError& e) {
     fmt::print(stderr, "{}: {}\n", options.model, e.what());
     return kExitConfiguration;
   }

@@ -45,7 +45,7 @@ struct Simulated {
 Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlinearity& valve) {
   model.scenario.faults.clear();
   std::erase_if(model.valve_effects, [](const plant::EffectSpec& spec) {
-    return spec.name == "stiction" || spec.name == "backlash";
+    return analysis::is_valve_nonlinearity(spec.name);
   });
   plant::EffectSpec spec{.name = valve.backlash ? "backlash" : "stiction"};
   if (valve.backlash) {
@@ -278,7 +278,7 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
       "{:.3g}\n",
       m.gain_margin, m.phase_margin_deg, m.delay_margin_s, m.sensitivity);
   for (const std::string& name : loop.left_out) {
-    if (name == "stiction" || name == "backlash") continue;
+    if (analysis::is_valve_nonlinearity(name)) continue;
     fmt::print("not in the linear loop: {}\n", name);
   }
   for (const analysis::LimitCycle& cycle : cycles) {

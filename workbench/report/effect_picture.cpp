@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "model/control/loop_controller.hpp"
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "workbench/report/plot.hpp"
 
@@ -36,9 +36,9 @@ LoopRun run_loop(const plant::LoopModel& model) {
   plant::SimulatedLoop loop(model);
   plant::EffectChain valve;
   for (const plant::EffectSpec& spec : model.valve_effects) {
-    valve.add(plant::make_effect(spec, {.sample_time_s = model.sample_time_s,
-                                        .output_low = model.controller.pid.output_low,
-                                        .output_high = model.controller.pid.output_high}));
+    valve.add(effects::make_effect(spec, {.sample_time_s = model.sample_time_s,
+                                          .output_low = model.controller.pid.output_low,
+                                          .output_high = model.controller.pid.output_high}));
   }
   LoopRun run;
   const auto samples = static_cast<std::size_t>(std::lround(kDuration / model.sample_time_s));
@@ -52,7 +52,7 @@ LoopRun run_loop(const plant::LoopModel& model) {
   return run;
 }
 
-plant::LoopModel with_effect(plant::LoopModel model, const EffectExample& example) {
+plant::LoopModel with_effect(plant::LoopModel model, const effects::Example& example) {
   switch (example.block) {
     case Block::controller:
       model.controller.pid.gains.kp = example.spec.parameters.at("kp");
@@ -191,46 +191,12 @@ std::string phase_panel(const std::string& title,
 
 }  // namespace
 
-std::vector<EffectExample> effect_examples() {
-  return {
-      {"stiction", {"stiction", {{"s", 1.0}, {"j", 0.4}}}, Block::valve},
-      {"backlash", {"backlash", {{"deadband", 0.8}}}, Block::valve},
-      {"hysteresis-width", {"hysteresis", {{"width", 1.0}}}, Block::valve},
-      {"hysteresis-offset", {"hysteresis", {{"offset", 0.7}}}, Block::valve},
-      {"low_air_supply",
-       {"low_air_supply", {{"rate", 0.08}, {"travel_limit", 4.6}, {"lag", 0.5}}},
-       Block::valve},
-      {"valve_characteristic",
-       {"valve_characteristic", {{"rangeability", 30.0}}, {{"curve", "equal_percentage"}}},
-       Block::valve},
-      {"cam_obstruction",
-       {"cam_obstruction", {{"position", 3.8}, {"band", 0.6}, {"jump", 0.5}}},
-       Block::valve},
-      {"positioner_overshoot",
-       {"positioner_overshoot", {{"damping", 0.1}, {"natural_frequency", 0.8}}},
-       Block::valve},
-      {"positioner",
-       {"positioner", {{"dead_band", 0.3}, {"gain", 0.8}, {"lag", 1.2}}},
-       Block::valve},
-      {"positioner_lag", {"positioner_lag", {{"time_constant", 3.0}}}, Block::valve},
-      {"gain_change", {"gain_change", {{"factor", 1.4}}}, Block::process},
-      {"extra_dead_time", {"extra_dead_time", {{"seconds", 1.5}}}, Block::process},
-      {"extra_lag", {"extra_lag", {{"time_constant", 4.0}}}, Block::transmitter},
-      {"output_bias", {"output_bias", {{"bias", 0.4}}}, Block::transmitter},
-      {"drift", {"drift", {{"rate", -0.003}}}, Block::transmitter},
-      {"oscillating_disturbance",
-       {"oscillating_disturbance", {{"amplitude", 0.3}, {"period", 35.0}}},
-       Block::disturbance},
-      {"step_disturbance",
-       {"step_disturbance", {{"size", -0.6}, {"time", 150.0}}},
-       Block::disturbance},
-      {"random_load",
-       {"random_load", {{"intensity", 0.05}, {"time_constant", 300.0}}},
-       Block::disturbance},
-      {"controller_mismatch",
-       {"controller_mismatch", {{"kp", 0.2}, {"ki", 0.07}}},
-       Block::controller},
-  };
+std::vector<effects::Example> effect_examples() {
+  std::vector<effects::Example> all;
+  for (const effects::Descriptor& effect : effects::vocabulary()) {
+    all.insert(all.end(), effect.examples.begin(), effect.examples.end());
+  }
+  return all;
 }
 
 plant::LoopModel effect_example_model() {
@@ -247,7 +213,7 @@ plant::LoopModel effect_example_model() {
   return model;
 }
 
-std::string example_text(const EffectExample& example) {
+std::string example_text(const effects::Example& example) {
   std::string text = example.spec.name;
   for (const auto& [name, value] : example.spec.options) {
     text += fmt::format(", {} {}", name, value);
@@ -258,7 +224,7 @@ std::string example_text(const EffectExample& example) {
   return text;
 }
 
-std::string effect_picture_svg(const EffectExample& example) {
+std::string effect_picture_svg(const effects::Example& example) {
   const plant::LoopModel model = effect_example_model();
   const LoopRun plain = run_loop(model);
   const LoopRun run = run_loop(with_effect(model, example));

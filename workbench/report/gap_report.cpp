@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "config/loop_model_writer.hpp"
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
 #include "workbench/report/gap_report_page.hpp"
 #include "workbench/report/gap_report_plots.hpp"
 #include "workbench/text/line_diff.hpp"
@@ -81,12 +81,8 @@ struct ParameterWords {
 };
 
 ParameterWords describe(const std::string& effect, const std::string& parameter) {
-  if (effect == "controller_mismatch") {
-    if (parameter == "kp") return {"CO units/PV unit", "proportional gain found in the record"};
-    if (parameter == "ki") return {"CO units/(PV unit s)", "integral gain found in the record"};
-  }
-  if (const plant::EffectInfo* info = plant::find_effect(effect)) {
-    for (const plant::ParameterInfo& p : info->parameters) {
+  if (const effects::Descriptor* info = effects::find_word(effect)) {
+    for (const effects::ParameterInfo& p : info->parameters) {
       if (parameter == p.name) return {p.unit, p.meaning};
     }
   }
@@ -220,7 +216,7 @@ class Page {
     if (result_.effects.empty()) return;
     add("<h2>What the model lacks</h2>\n");
     for (const gap::FoundEffect& effect : result_.effects) {
-      const plant::EffectInfo* info = plant::find_effect(effect.spec.name);
+      const effects::Descriptor* info = effects::find_effect(effect.spec.name);
       add("<div class=\"effect\"><h3>{}</h3><p class=\"note\">{}{}, {} sure</p>",
           words(effect.spec.name), plant::to_text(effect.block),
           info == nullptr ? std::string() : fmt::format("; {}", escaped(info->meaning)),

@@ -11,7 +11,6 @@
 namespace fit_test {
 
 using namespace loopwarden;
-using gap::Kind;
 
 namespace {
 
@@ -26,18 +25,18 @@ struct Setup {
       : record(test::record_of(truth, 130.0)),
         run(model, record.co),
         fitter(run, record.pv, std::vector<bool>(record.size(), true), 0.3, allowances),
-        all(gap::candidates({.output_low = 0.0,
-                             .output_high = 10.0,
-                             .output_used_low = 2.0,
-                             .output_used_high = 7.0,
-                             .period_s = 0.1,
-                             .duration_s = 130.0,
-                             .time_constant_s = 2.0,
-                             .dead_time_s = 0.8})) {}
+        all(effects::candidates({.output_low = 0.0,
+                                 .output_high = 10.0,
+                                 .output_used_low = 2.0,
+                                 .output_used_high = 7.0,
+                                 .period_s = 0.1,
+                                 .duration_s = 130.0,
+                                 .time_constant_s = 2.0,
+                                 .dead_time_s = 0.8})) {}
 
-  gap::Fit with(Kind kind) {
+  gap::Fit with(const std::string& name) {
     const auto it = std::find_if(all.begin(), all.end(),
-                                 [&](const gap::Candidate& c) { return c.kind == kind; });
+                                 [&](const gap::Candidate& c) { return c.name == name; });
     return fitter.fit_added(fitter.fit_model(), *it);
   }
 };
@@ -50,7 +49,7 @@ TEST_CASE("a changed gain is found, and the model's own gain stays in its bounds
   Setup setup(truth);
   const gap::Fit alone = setup.fitter.fit_model();
   CHECK(alone.solved[0] <= 1.03 + 1e-9);
-  const gap::Fit fit = setup.with(Kind::gain_change);
+  const gap::Fit fit = setup.with("gain_change");
   CHECK(fit.solved[0] == Approx(1.25).epsilon(0.01));
   CHECK(fit.deviance < alone.deviance - 100.0);
   CHECK(fit.noise_rms == Approx(0.015).epsilon(0.1));
@@ -61,7 +60,7 @@ TEST_CASE("more dead time is found, within what the allowances hide", "[gap][fit
   truth.process_effects = {{"extra_dead_time", {{"seconds", 0.7}}}};
   {
     Setup setup(truth, false);
-    const gap::Fit fit = setup.with(Kind::extra_dead_time);
+    const gap::Fit fit = setup.with("extra_dead_time");
     const double found = fit.point.searched[0][0];
     // 3 % and half a period may be the model's own dead time; the sum is sharp.
     CHECK(found == Approx(0.7).margin(0.1));
@@ -69,7 +68,7 @@ TEST_CASE("more dead time is found, within what the allowances hide", "[gap][fit
   }
   // A healthy valve's momentum delays as well, by up to a tenth of a second or two.
   Setup setup(truth);
-  const gap::Fit fit = setup.with(Kind::extra_dead_time);
+  const gap::Fit fit = setup.with("extra_dead_time");
   CHECK(fit.point.searched[0][0] == Approx(0.7).margin(0.2));
   const std::vector<double> spread = setup.fitter.spread(fit, 0);
   REQUIRE(spread.size() == 1);
@@ -81,7 +80,7 @@ TEST_CASE("the process stays within the model's uncertainty, whatever is missing
   truth.process = {.gain = 1.4, .time_constant_s = 3.0, .dead_time_s = 1.3};
   Setup setup(truth);
   for (const gap::Fit& fit :
-       {setup.fitter.fit_model(), setup.with(Kind::output_bias), setup.with(Kind::extra_lag)}) {
+       {setup.fitter.fit_model(), setup.with("output_bias"), setup.with("extra_lag")}) {
     CHECK(fit.solved[0] <= 1.03 + 1e-9);
     CHECK(fit.point.time_constant_s <= 2.0 * 1.06 + 1e-9);
     CHECK(fit.point.dead_time_s <= 0.8 * 1.03 + 0.05 + 1e-9);  // half a period on top
@@ -111,7 +110,7 @@ TEST_CASE("play between stem and plug is found in its size", "[gap][fit]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
   Setup setup(truth);
-  const gap::Fit fit = setup.with(Kind::backlash);
+  const gap::Fit fit = setup.with("backlash");
   CHECK(fit.point.searched[0][0] == Approx(0.8).epsilon(0.08));
   CHECK(std::abs(fit.solved[0] - 1.0) <= 0.03 + 1e-9);
   // Taking it out again leaves the model alone.
@@ -126,7 +125,7 @@ TEST_CASE("a sticking stem is found in its size", "[gap][fit]") {
                           {{"s", 1.0}, {"j", 0.5}, {"natural_frequency", 8.0}, {"damping", 0.3}},
                           {{"law", "inertial"}}}};
   Setup setup(truth);
-  const gap::Fit fit = setup.with(Kind::stiction);
+  const gap::Fit fit = setup.with("stiction");
   const double s = fit.point.searched[0][0];
   CHECK(s * (1.0 + fit.point.searched[0][1]) / 2.0 == Approx(0.75).epsilon(0.1));
 }
@@ -136,10 +135,10 @@ TEST_CASE("the corrected model runs as the fit did", "[gap][fit]") {
   truth.process_effects = {{"extra_lag", {{"time_constant", 1.5}}}};
   truth.transmitter_effects = {{"output_bias", {{"bias", 0.4}}}};
   Setup setup(truth);
-  gap::Fit fit = setup.with(Kind::extra_lag);
+  gap::Fit fit = setup.with("extra_lag");
   fit.point.actuator_frequency = 0.0;  // the healthy valve's allowances are not part of the model
   const auto bias = std::find_if(setup.all.begin(), setup.all.end(), [](const gap::Candidate& c) {
-    return c.kind == Kind::output_bias;
+    return c.name == std::string("output_bias");
   });
   fit.terms.push_back(&*bias);
   fit.point.searched.emplace_back();

@@ -12,6 +12,7 @@ namespace free_run_test {
 
 using namespace loopwarden::gap;
 using namespace loopwarden::test;
+namespace effects = loopwarden::effects;
 namespace plant = loopwarden::plant;
 
 namespace {
@@ -79,7 +80,7 @@ TEST_CASE("a model that can't be stepped is refused, its random load left out", 
   m.disturbances = {{"random_load", {{"intensity", 0.1}}}};
   CHECK(FreeRun(m, co).offset() == std::vector<double>(100, 0.0));
   m.valve_effects = {{"stiction", {{"s", 1.0}, {"j", 2.0}}}};
-  CHECK_THROWS_AS(FreeRun(m, co), plant::EffectError);
+  CHECK_THROWS_AS(FreeRun(m, co), effects::EffectError);
 }
 
 TEST_CASE("the corrected model runs as the fit does", "[gap][free_run]") {
@@ -90,18 +91,18 @@ TEST_CASE("the corrected model runs as the fit does", "[gap][free_run]") {
   const std::size_t which = GENERATE(range(std::size_t{0}, std::size_t{18}));
   REQUIRE(all.size() == 18);
   const Candidate& candidate = all[which];
-  const Candidate& second = of_kind(
-      all, candidate.block == plant::Block::valve ? Kind::drift : Kind::positioner_overshoot);
+  const Candidate& second =
+      of_name(all, candidate.block == plant::Block::valve ? "drift" : "positioner_overshoot");
   CAPTURE(candidate.name, which);
   const Terms terms{&candidate, &second};
   Point point = nominal(m);
   point.time_constant_s *= 1.04;
   point.dead_time_s *= 0.97;
-  point.actuator_frequency = candidate.kind == Kind::stiction ? 8.0 : 0.0;
+  point.actuator_frequency = candidate.with_momentum != nullptr ? 8.0 : 0.0;
   std::vector<double> solved{1.03, 0.0, 0.0};  // at rest before the record
   for (const Candidate* term : terms) {
     point.searched.emplace_back();
-    for (const SearchRange& range : term->search) {
+    for (const effects::SearchRange& range : term->search) {
       const bool start = std::string(range.name) == "start";
       point.searched.back().push_back(start ? 0.0 : range.value(0.4));
     }
@@ -109,13 +110,13 @@ TEST_CASE("the corrected model runs as the fit does", "[gap][free_run]") {
       solved.push_back(0.01 + 0.02 * static_cast<double>(i));
     }
   }
-  if (candidate.kind == Kind::gain_change) solved[0] = 1.7;
+  if (candidate.solves_gain) solved[0] = 1.7;
   const plant::LoopModel corrected = run.corrected(terms, point, solved);
   // A sine with a phase is not there when the plant comes to rest; the fit's is, from the first
   // sample on. The transmitter's lag forgets that.
-  const std::size_t from = candidate.kind == Kind::oscillating_disturbance ? 80 : 0;
+  const std::size_t from = candidate.columns == 2 ? 80 : 0;
   CHECK(farthest(combined(run, terms, point, solved), driven(corrected, co), from) < 1e-6);
-  if (candidate.kind == Kind::gain_change) {
+  if (candidate.solves_gain) {
     CHECK(corrected.process.gain == m.process.gain);
     CHECK(corrected.process_effects.back().parameters.at("factor") == 1.7);
   } else {
@@ -129,8 +130,8 @@ TEST_CASE("effects of the valve stand in the order of the signal", "[gap][free_r
   const std::vector<double> co = exciting_output(100);
   const FreeRun run(m, co);
   const std::vector<Candidate> all = candidates_for(m, co);
-  const Terms terms{&of_kind(all, Kind::stiction), &of_kind(all, Kind::positioner_overshoot),
-                    &of_kind(all, Kind::low_air_supply)};
+  const Terms terms{&of_name(all, "stiction"), &of_name(all, "positioner_overshoot"),
+                    &of_name(all, "low_air_supply")};
   Point point = nominal(m);
   point.actuator_frequency = 9.0;
   point.actuator_damping = 0.4;
@@ -154,7 +155,7 @@ TEST_CASE("an effect of the valve takes the place of the model's own of that nam
   m.valve_effects = {{"backlash", {{"deadband", 0.3}}}};
   const std::vector<double> co = exciting_output(100);
   const std::vector<Candidate> all = candidates_for(m, co);
-  const Terms terms{&of_kind(all, Kind::backlash)};
+  const Terms terms{&of_name(all, "backlash")};
   Point point = nominal(m);
   point.searched = {{0.9, 0.0}};
   const plant::LoopModel corrected = FreeRun(m, co).corrected(terms, point, {1.0, 0.0, 0.0});
@@ -180,7 +181,7 @@ TEST_CASE("a stem that rests beside CO at the start shifts the whole beginning",
   const std::vector<double> co(300, 5.0);
   const FreeRun run(m, co);
   const std::vector<Candidate> all = candidates_for(m, exciting_output(300));
-  const Terms terms{&of_kind(all, Kind::backlash)};
+  const Terms terms{&of_name(all, "backlash")};
   Point point = nominal(m);
   point.searched = {{1.0, 0.8}};  // 0.8 of half the deadband
   std::vector<std::vector<double>> columns;
@@ -201,7 +202,7 @@ TEST_CASE("short runs fit best at the true stickband", "[gap][free_run]") {
   const plant::LoopModel m = believed_model();
   const FreeRun run(m, co);
   const std::vector<Candidate> all = candidates_for(m, co);
-  const Terms terms{&of_kind(all, Kind::stiction)};
+  const Terms terms{&of_name(all, "stiction")};
   Point point = nominal(m);
   point.actuator_frequency = 12.0;
   point.actuator_damping = 0.3;

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
-#include "model/gap/candidate.hpp"
+#include "model/effects/catalogue.hpp"
+#include "model/gap/free_run.hpp"
 #include "model/gap/record.hpp"
 #include "model/plant/plant.hpp"
 #include "model/plant/random.hpp"
@@ -78,19 +80,20 @@ inline std::vector<double> driven(const plant::LoopModel& model, const std::vect
 inline std::vector<gap::Candidate> candidates_for(const plant::LoopModel& m,
                                                   const std::vector<double>& co) {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
-  return gap::candidates({.output_low = m.controller.pid.output_low,
-                          .output_high = m.controller.pid.output_high,
-                          .output_used_low = *low,
-                          .output_used_high = *high,
-                          .period_s = m.sample_time_s,
-                          .duration_s = static_cast<double>(co.size()) * m.sample_time_s,
-                          .time_constant_s = m.process.time_constant_s,
-                          .dead_time_s = m.process.dead_time_s});
+  return effects::candidates({.output_low = m.controller.pid.output_low,
+                              .output_high = m.controller.pid.output_high,
+                              .output_used_low = *low,
+                              .output_used_high = *high,
+                              .period_s = m.sample_time_s,
+                              .duration_s = static_cast<double>(co.size()) * m.sample_time_s,
+                              .time_constant_s = m.process.time_constant_s,
+                              .dead_time_s = m.process.dead_time_s});
 }
 
-inline const gap::Candidate& of_kind(const std::vector<gap::Candidate>& all, gap::Kind kind) {
+inline const gap::Candidate& of_name(const std::vector<gap::Candidate>& all,
+                                     const std::string& name) {
   return *std::find_if(all.begin(), all.end(),
-                       [&](const gap::Candidate& c) { return c.kind == kind; });
+                       [&](const gap::Candidate& c) { return c.name == name; });
 }
 
 inline void serial(std::size_t count, const std::function<void(std::size_t)>& body) {

@@ -5,6 +5,18 @@
 #include <cmath>
 #include <vector>
 
+#include "model/plant/backlash.hpp"
+#include "model/plant/drift.hpp"
+#include "model/plant/extra_dead_time.hpp"
+#include "model/plant/gain_change.hpp"
+#include "model/plant/output_bias.hpp"
+#include "model/plant/positioner_overshoot.hpp"
+#include "model/plant/random_load.hpp"
+#include "model/plant/stiction_inertial.hpp"
+#include "model/plant/valve_characteristic.hpp"
+#include "model/plant/low_air_supply.hpp"
+#include "model/plant/step_disturbance.hpp"
+
 namespace effect_test {
 
 using namespace loopwarden::plant;

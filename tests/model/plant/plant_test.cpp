@@ -8,7 +8,10 @@
 #include <numbers>
 #include <utility>
 
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
+#include "model/plant/backlash.hpp"
+#include "model/plant/first_order_lag.hpp"
+#include "model/plant/oscillating_disturbance.hpp"
 
 namespace plant_test {
 
@@ -137,14 +140,14 @@ TEST_CASE("scheduled faults come and go", "[plant][loop]") {
 TEST_CASE("a model that the catalogue refuses makes no plant", "[plant][loop]") {
   LoopModel model = plain();
   model.valve_effects = {effect("stiction", {{"s", 1.0}, {"j", 2.0}})};
-  CHECK_THROWS_AS(Plant(model, 1), EffectError);
+  CHECK_THROWS_AS(Plant(model, 1), loopwarden::effects::EffectError);
   model.valve_effects = {effect("output_bias", {{"bias", 1.0}})};
-  CHECK_THROWS_AS(Plant(model, 1), EffectError);
+  CHECK_THROWS_AS(Plant(model, 1), loopwarden::effects::EffectError);
   model.valve_effects.clear();
   model.scenario.faults = {{.effect = effect("backlash", {{"deadband", 1.0}}),
                             .block = Block::controller,
                             .schedule = {}}};
-  CHECK_THROWS_AS(Plant(model, 1), EffectError);
+  CHECK_THROWS_AS(Plant(model, 1), loopwarden::effects::EffectError);
 }
 
 TEST_CASE("two random effects are not the same noise", "[plant][loop]") {

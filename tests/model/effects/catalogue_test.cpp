@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/effect_catalogue.hpp"
+#include "model/effects/catalogue.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,9 +9,16 @@
 #include <string>
 #include <vector>
 
-namespace effect_catalogue_test {
+#include "model/monitor/alarm_kind.hpp"
+#include "model/plant/stiction_choudhury.hpp"
+#include "model/plant/stiction_he.hpp"
+#include "model/plant/stiction_inertial.hpp"
+#include "model/plant/stiction_karnopp.hpp"
 
-using namespace loopwarden::plant;
+namespace catalogue_test {
+
+using namespace loopwarden::effects;
+namespace plant = loopwarden::plant;
 
 namespace {
 
@@ -25,7 +32,7 @@ double middle(const ParameterInfo& p) {
 }
 
 // Every parameter in the middle of its range. A hysteresis takes one of its two.
-EffectSpec mid_range(const EffectInfo& info) {
+EffectSpec mid_range(const Descriptor& info) {
   EffectSpec spec{.name = info.name};
   for (const ParameterInfo& p : info.parameters) spec.parameters[p.name] = middle(p);
   if (spec.name == "hysteresis") spec.parameters.erase("offset");
@@ -50,7 +57,7 @@ std::string complaint(const EffectSpec& spec, Block block, std::string* message 
 
 }  // namespace
 
-TEST_CASE("the vocabulary of effects is complete", "[plant][catalogue]") {
+TEST_CASE("the vocabulary of effects is complete", "[effects][catalogue]") {
   for (const char* name :
        {"stiction", "backlash", "hysteresis", "low_air_supply", "valve_characteristic",
         "cam_obstruction", "positioner_overshoot", "gain_change", "extra_dead_time", "extra_lag",
@@ -59,12 +66,14 @@ TEST_CASE("the vocabulary of effects is complete", "[plant][catalogue]") {
     CHECK(find_effect(name) != nullptr);
   }
   CHECK(find_effect("controller_mismatch") == nullptr);  // found in a record, never simulated
+  REQUIRE(find_word("controller_mismatch") != nullptr);
+  CHECK(find_word("gremlins") == nullptr);
   CHECK(find_effect("Stiction") == nullptr);
 }
 
-TEST_CASE("names are unique and every entry explains itself", "[plant][catalogue]") {
+TEST_CASE("names are unique and every entry explains itself", "[effects][catalogue]") {
   std::set<std::string> names;
-  for (const EffectInfo& info : effect_catalogue()) {
+  for (const Descriptor& info : effect_catalogue()) {
     CAPTURE(info.name);
     CHECK(names.insert(info.name).second);
     CHECK_FALSE(info.blocks.empty());
@@ -78,13 +87,91 @@ TEST_CASE("names are unique and every entry explains itself", "[plant][catalogue
   }
 }
 
+TEST_CASE("numbers stay as they were given and are given once", "[effects][catalogue]") {
+  const std::vector<std::string> numbered{"stiction",
+                                          "backlash",
+                                          "hysteresis",
+                                          "low_air_supply",
+                                          "valve_characteristic",
+                                          "cam_obstruction",
+                                          "positioner",
+                                          "positioner_overshoot",
+                                          "positioner_lag",
+                                          "gain_change",
+                                          "extra_dead_time",
+                                          "extra_lag",
+                                          "output_bias",
+                                          "drift",
+                                          "oscillating_disturbance",
+                                          "step_disturbance",
+                                          "random_load",
+                                          "controller_mismatch"};
+  for (std::size_t i = 0; i < numbered.size(); ++i) {
+    CAPTURE(numbered[i]);
+    REQUIRE(find_word(numbered[i]) != nullptr);
+    CHECK(find_word(numbered[i])->number == static_cast<int>(i) + 1);
+  }
+  std::set<int> numbers;
+  for (const Descriptor& info : vocabulary()) numbers.insert(info.number);
+  CHECK(numbers.size() == vocabulary().size());
+  CHECK(*numbers.begin() == 1);
+  CHECK(*numbers.rbegin() == static_cast<int>(vocabulary().size()));  // no hole
+  // Guides and searches go by number, however the files are named and linked.
+  int last = 0;
+  for (const Descriptor& info : effect_catalogue()) {
+    CHECK(info.number > last);
+    last = info.number;
+  }
+}
+
+TEST_CASE("every word has a guide, and an example that can be simulated", "[effects][catalogue]") {
+  for (const Descriptor& info : vocabulary()) {
+    CAPTURE(info.name);
+    CHECK(std::string(info.seen).size() > 20);
+    CHECK_FALSE(info.look_alikes.empty());
+    CHECK_FALSE(info.examples.empty());
+    for (const Example& example : info.examples) {
+      CHECK(example.spec.name == info.name);
+      if (info.make != nullptr) {
+        CHECK_NOTHROW(check_effect(example.spec, example.block, kContext));
+      }
+    }
+  }
+}
+
+TEST_CASE("an effect explains the alarm of its own name and those of its kind",
+          "[effects][catalogue]") {
+  using loopwarden::monitor::kAlarmKinds;
+  for (const Descriptor& info : vocabulary()) {
+    CAPTURE(info.name);
+    CHECK(agrees(info, "model_gap"));
+    for (const std::string_view alarm : info.alarms) {
+      CHECK(std::any_of(kAlarmKinds.begin(), kAlarmKinds.end(), [&](const auto kind) {
+        return alarm == loopwarden::monitor::to_text(kind);
+      }));
+    }
+    // Valve alarms are for valve effects, and each of these explains one.
+    CHECK(info.alarms.empty() == (info.blocks.front() != Block::valve));
+  }
+  for (const auto kind : kAlarmKinds) {
+    const Descriptor* own = find_word(loopwarden::monitor::to_text(kind));
+    if (own != nullptr) CHECK(agrees(*own, own->name));
+  }
+  CHECK(agrees(*find_effect("cam_obstruction"), "stiction"));
+  CHECK(agrees(*find_effect("backlash"), "hysteresis"));
+  CHECK(agrees(*find_effect("hysteresis"), "backlash"));
+  CHECK(agrees(*find_effect("positioner_lag"), "unknown"));
+  CHECK_FALSE(agrees(*find_effect("backlash"), "stiction"));
+  CHECK_FALSE(agrees(*find_effect("gain_change"), "unknown"));
+}
+
 TEST_CASE("every effect can be made in every block it may stand in, and stepped",
-          "[plant][catalogue]") {
-  for (const EffectInfo& info : effect_catalogue()) {
+          "[effects][catalogue]") {
+  for (const Descriptor& info : effect_catalogue()) {
     CAPTURE(info.name);
     const EffectSpec spec = mid_range(info);
     for (const Block block : info.blocks) REQUIRE_NOTHROW(check_effect(spec, block, kContext));
-    EffectChain chain;
+    plant::EffectChain chain;
     chain.add(make_effect(spec, kContext));
     REQUIRE(std::isfinite(chain.reset(5.0, 0.0)));
     for (int k = 0; k < 500; ++k) {
@@ -93,12 +180,12 @@ TEST_CASE("every effect can be made in every block it may stand in, and stepped"
   }
 }
 
-TEST_CASE("every effect is absent at severity 0", "[plant][catalogue]") {
-  for (const EffectInfo& info : effect_catalogue()) {
+TEST_CASE("every effect is absent at severity 0", "[effects][catalogue]") {
+  for (const Descriptor& info : effect_catalogue()) {
     CAPTURE(info.name);
     EffectSpec spec = mid_range(info);
     if (spec.name == "valve_characteristic") spec.options["curve"] = "butterfly";
-    EffectChain chain;
+    plant::EffectChain chain;
     // Scheduled to come after the end: at severity 0 all the time.
     chain.add(make_effect(spec, kContext), {.from_s = 1e6});
     REQUIRE(chain.reset(5.0, 0.0) == Approx(5.0));
@@ -109,13 +196,13 @@ TEST_CASE("every effect is absent at severity 0", "[plant][catalogue]") {
   }
 }
 
-TEST_CASE("every effect does something at severity 1", "[plant][catalogue]") {
-  for (const EffectInfo& info : effect_catalogue()) {
+TEST_CASE("every effect does something at severity 1", "[effects][catalogue]") {
+  for (const Descriptor& info : effect_catalogue()) {
     CAPTURE(info.name);
     EffectSpec spec = mid_range(info);
     if (spec.name == "valve_characteristic") spec.options["curve"] = "butterfly";
     if (spec.name == "gain_change") spec.parameters["factor"] = 1.5;
-    EffectChain chain;
+    plant::EffectChain chain;
     chain.add(make_effect(spec, kContext));
     chain.reset(5.0, 0.0);
     double farthest = 0.0;
@@ -127,8 +214,8 @@ TEST_CASE("every effect does something at severity 1", "[plant][catalogue]") {
   }
 }
 
-TEST_CASE("every value outside its range is refused by name", "[plant][catalogue]") {
-  for (const EffectInfo& info : effect_catalogue()) {
+TEST_CASE("every value outside its range is refused by name", "[effects][catalogue]") {
+  for (const Descriptor& info : effect_catalogue()) {
     for (const ParameterInfo& p : info.parameters) {
       CAPTURE(info.name, p.name);
       std::vector<double> bad{kNan, kInfinity, -kInfinity};
@@ -152,8 +239,8 @@ TEST_CASE("every value outside its range is refused by name", "[plant][catalogue
   }
 }
 
-TEST_CASE("every required parameter that is missing is named", "[plant][catalogue]") {
-  for (const EffectInfo& info : effect_catalogue()) {
+TEST_CASE("every required parameter that is missing is named", "[effects][catalogue]") {
+  for (const Descriptor& info : effect_catalogue()) {
     for (const ParameterInfo& p : info.parameters) {
       if (!p.required) continue;
       CAPTURE(info.name, p.name);
@@ -166,8 +253,8 @@ TEST_CASE("every required parameter that is missing is named", "[plant][catalogu
   }
 }
 
-TEST_CASE("the ends of closed ranges are allowed", "[plant][catalogue]") {
-  for (const EffectInfo& info : effect_catalogue()) {
+TEST_CASE("the ends of closed ranges are allowed", "[effects][catalogue]") {
+  for (const Descriptor& info : effect_catalogue()) {
     for (const ParameterInfo& p : info.parameters) {
       CAPTURE(info.name, p.name);
       EffectSpec spec = mid_range(info);
@@ -182,7 +269,7 @@ TEST_CASE("the ends of closed ranges are allowed", "[plant][catalogue]") {
 }
 
 TEST_CASE("the actuator's dynamics belong to the inertial law, within the sampling rate",
-          "[plant][catalogue]") {
+          "[effects][catalogue]") {
   EffectSpec spec = stiction(1.0, 0.3);
   spec.parameters["natural_frequency"] = 5.0;
   CHECK(complaint(spec, Block::valve) == "natural_frequency");
@@ -194,7 +281,7 @@ TEST_CASE("the actuator's dynamics belong to the inertial law, within the sampli
   CHECK(complaint(offset, Block::valve) == "knee");
 }
 
-TEST_CASE("what an effect does not know is refused", "[plant][catalogue]") {
+TEST_CASE("what an effect does not know is refused", "[effects][catalogue]") {
   CHECK(complaint({.name = "sticktion"}, Block::valve) == "effect");
   EffectSpec spec = stiction(1.0, 0.3);
   CHECK(complaint(spec, Block::process) == "effect");
@@ -214,7 +301,7 @@ TEST_CASE("what an effect does not know is refused", "[plant][catalogue]") {
   CHECK(complaint(spec, Block::valve) == "table");
 }
 
-TEST_CASE("parameters that must fit each other", "[plant][catalogue]") {
+TEST_CASE("parameters that must fit each other", "[effects][catalogue]") {
   CHECK(complaint(stiction(1.0, 1.0), Block::valve) == "none");
   CHECK(complaint(stiction(1.0, 1.01), Block::valve) == "j");
 
@@ -235,7 +322,7 @@ TEST_CASE("parameters that must fit each other", "[plant][catalogue]") {
   CHECK(complaint(delay, Block::process) == "seconds");
 }
 
-TEST_CASE("a table of a characteristic rises and is of a size that fits", "[plant][catalogue]") {
+TEST_CASE("a table of a characteristic rises and is of a size that fits", "[effects][catalogue]") {
   EffectSpec spec{.name = "valve_characteristic", .options = {{"curve", "table"}}};
   const auto with = [&](std::vector<std::pair<double, double>> points) {
     spec.table = std::move(points);
@@ -257,32 +344,42 @@ TEST_CASE("a table of a characteristic rises and is of a size that fits", "[plan
   CHECK(with({{0.0, 0.0}, {5.0, 2.0}}) == "table");
 }
 
-TEST_CASE("options choose the variant", "[plant][catalogue]") {
+TEST_CASE("options choose the variant", "[effects][catalogue]") {
   const auto made = [](EffectSpec spec, const char* option, const char* value) {
     spec.options[option] = value;
     return make_effect(spec, kContext);
   };
-  CHECK(std::holds_alternative<StictionChoudhury>(make_effect(stiction(1.0, 0.3), kContext)));
-  CHECK(std::holds_alternative<StictionHe>(made(stiction(1.0, 0.3), "law", "he")));
-  CHECK(std::holds_alternative<StictionKarnopp>(made(stiction(1.0, 0.3), "law", "karnopp")));
+  // The same steps as the law itself.
+  const auto steps_as = [](plant::Effect effect, auto law) {
+    bool same = effect.reset(5.0) == law.reset(5.0);
+    for (int k = 0; k < 300; ++k) {
+      const double u = 5.0 + 4.0 * std::sin(0.05 * k);
+      same = same && effect.step(u, 0.1 * k) == law.step(u);
+    }
+    return same;
+  };
+  const plant::StictionParameters p{1.0, 0.3};
+  const EffectSpec spec = stiction(1.0, 0.3);
+  CHECK(steps_as(make_effect(spec, kContext), plant::StictionChoudhury(p)));
+  CHECK(steps_as(made(spec, "law", "he"), plant::StictionHe(p)));
+  CHECK(steps_as(made(spec, "law", "karnopp"), plant::StictionKarnopp(p, 0.1)));
+  CHECK(steps_as(made(spec, "law", "inertial"), plant::StictionInertial(p, {}, 0.1)));
+  CHECK_FALSE(steps_as(made(spec, "law", "he"), plant::StictionChoudhury(p)));
 
   const EffectSpec air{.name = "low_air_supply", .parameters = {{"rate", 1.0}}};
-  Effect spring = made(air, "filling", "one_sided");
-  auto& valve = std::get<LowAirSupply>(spring);
-  valve.reset(9.0);
-  CHECK(valve.step(2.0) == Approx(2.0));
+  plant::Effect spring = made(air, "filling", "one_sided");
+  spring.reset(9.0);
+  CHECK(spring.step(2.0, 0.0) == Approx(2.0));
 
   EffectSpec curve{.name = "valve_characteristic"};
-  Effect equal_percentage = made(curve, "curve", "equal_percentage");
   // Rangeability 30 unless told otherwise, over the output's range of 0 to 10.
-  CHECK(std::get<ValveCharacteristic>(equal_percentage).step(5.0) ==
+  CHECK(made(curve, "curve", "equal_percentage").step(5.0, 0.0) ==
         Approx(10.0 / (std::sqrt(30.0) + 1.0)));
   curve.table = {{0.0, 1.0}, {10.0, 7.0}};
-  Effect table = made(curve, "curve", "table");
-  CHECK(std::get<ValveCharacteristic>(table).step(5.0) == Approx(4.0));
+  CHECK(made(curve, "curve", "table").step(5.0, 0.0) == Approx(4.0));
 }
 
-TEST_CASE("blocks are named as in files", "[plant][catalogue]") {
+TEST_CASE("blocks are named as in files", "[effects][catalogue]") {
   CHECK(to_text(Block::controller) == std::string("controller"));
   CHECK(to_text(Block::valve) == std::string("valve"));
   CHECK(to_text(Block::process) == std::string("process"));
@@ -290,4 +387,4 @@ TEST_CASE("blocks are named as in files", "[plant][catalogue]") {
   CHECK(to_text(Block::disturbance) == std::string("disturbance"));
 }
 
-}  // namespace effect_catalogue_test
+}  // namespace catalogue_test

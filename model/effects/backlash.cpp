@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/backlash.hpp"
+
+#include "model/effects/descriptor.hpp"
+
+namespace loopwarden::effects::backlash {
+namespace {
+
+void candidates(const SearchContext& c, std::vector<Candidate>& all) {
+  all.push_back(
+      {.smooth = false,
+       .parameters = 1,
+       .search = {{"deadband", 0.005 * c.span(), 0.5 * c.span(), true, 10}, kStart},
+       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
+         return {"backlash", {{"deadband", v[0]}}};
+       },
+       .resting_half_band = [](Candidate::Values v) { return v[0] / 2.0; },
+       .friction = true});
+}
+
+}  // namespace
+
+Descriptor describe() {
+  return {
+      .number = 2,
+      .name = "backlash",
+      .blocks = {Block::valve},
+      .parameters = {at_least_zero("deadband", "CO units", "all that CO loses on a reversal")},
+      .header = "backlash.hpp",
+      .meaning = "play between stem and plug: lost motion on every reversal",
+      .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
+        return plant::Backlash(read.value("deadband"));
+      },
+      .candidates = candidates,
+      .resting_band = [](const SpecReader& r) { return r.value("deadband") / 2.0; },
+      .valve_band =
+          [](const SpecReader& r) { return ValveBand{.backlash = true, .s = r.value("deadband")}; },
+      .alarms = {"backlash", "hysteresis"},
+      .seen =
+          "After each reversal of CO nothing moves until CO has come back by the deadband; "
+          "then PV follows smoothly. The residual has the sign of the last move.",
+      .look_alikes =
+          {{"stiction", "jumps after the rest; backlash does not."},
+           {"extra_dead_time",
+            "delays every move by the same time; backlash delays reversals only, and less the "
+            "faster CO moves: deadband divided by the rate of CO."},
+           {"hysteresis", "(`width`) has round corners and loses less on a small reversal."}},
+      .examples = {{"backlash", {"backlash", {{"deadband", 0.8}}}, Block::valve}}};
+}
+
+}  // namespace loopwarden::effects::backlash

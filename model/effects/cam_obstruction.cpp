@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/cam_obstruction.hpp"
+
+#include "model/control/root_sum_square.hpp"
+#include "model/effects/descriptor.hpp"
+
+namespace loopwarden::effects::cam_obstruction {
+namespace {
+
+void check(const SpecReader& read, const EffectContext&) {
+  if (read.value("jump") > read.value("band")) {
+    throw EffectError("jump", "jump must be at most band = " + number_text(read.value("band")) +
+                                  " CO units (got " + number_text(read.value("jump")) + ")");
+  }
+}
+
+void candidates(const SearchContext& c, std::vector<Candidate>& all) {
+  const double middle = c.used_middle();
+  const double used = c.used_span();
+  all.push_back(
+      {.smooth = false,
+       .parameters = 3,
+       .search = {{"position", middle - 0.35 * used, middle + 0.35 * used, false, 5},
+                  {"band", 0.01 * c.span(), 0.5 * c.span(), true, 4},
+                  {"ratio", 0.6, 1.0, false, 2}},
+       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
+         return {"cam_obstruction", {{"position", v[0]}, {"band", v[1]}, {"jump", v[1] * v[2]}}};
+       },
+       .deviations =
+           [](Candidate::Values v, Candidate::Values spread, const EffectSpec&,
+              Candidate::Deviations& named) {
+             named["jump"] = control::root_sum_square(v[2] * spread[1], v[1] * spread[2]);
+           },
+       .friction = true});
+}
+
+}  // namespace
+
+Descriptor describe() {
+  return {.number = 6,
+          .name = "cam_obstruction",
+          .blocks = {Block::valve},
+          .parameters = {any_value("position", "CO units", "where on the travel"),
+                         above_zero("band", "CO units", "CO that it takes to pass"),
+                         at_least_zero("jump", "CO units",
+                                       "how far the stem then jumps, at most band")},
+          .header = "cam_obstruction.hpp",
+          .meaning = "the stem sticks and jumps at one place of its travel",
+          .check = check,
+          .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
+            return plant::CamObstruction(read.value("position"), read.value("band"),
+                                         read.value("jump"));
+          },
+          .candidates = candidates,
+          .alarms = {"stiction"},
+          .seen =
+              "Good everywhere but at one opening: there PV stands, then jumps, on the way up and "
+              "on the way down.",
+          .look_alikes = {{"stiction", "sticks wherever CO turns, not at one opening."},
+                          {"valve_characteristic",
+                           "a flat and a steep stretch, but passed at the same CO both ways."}},
+          .examples = {{"cam_obstruction",
+                        {"cam_obstruction", {{"position", 3.8}, {"band", 0.6}, {"jump", 0.5}}},
+                        Block::valve}}};
+}
+
+}  // namespace loopwarden::effects::cam_obstruction

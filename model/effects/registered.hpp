@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The descriptors of this folder, in no order. CMakeLists.txt writes the function from the folder's
+// files: model/effects/<name>.cpp defines loopwarden::effects::<name>::describe().
+#pragma once
+
+#include <vector>
+
+#include "model/effects/descriptor.hpp"
+
+namespace loopwarden::effects {
+
+std::vector<Descriptor> registered_effects();
+
+}  // namespace loopwarden::effects

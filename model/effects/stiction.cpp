@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <numbers>
+
+#include "model/control/root_sum_square.hpp"
+#include "model/effects/descriptor.hpp"
+#include "model/plant/stiction_choudhury.hpp"
+#include "model/plant/stiction_he.hpp"
+#include "model/plant/stiction_inertial.hpp"
+#include "model/plant/stiction_karnopp.hpp"
+
+namespace loopwarden::effects::stiction {
+namespace {
+
+void check(const SpecReader& read, const EffectContext& context) {
+  if (read.value("j") > read.value("s")) {
+    throw EffectError("j", "j must be at most s = " + number_text(read.value("s")) +
+                               " CO units (got " + number_text(read.value("j")) + ")");
+  }
+  const bool inertial = read.option("law") == "inertial";
+  for (const char* key : {"natural_frequency", "damping"}) {
+    if (!inertial && read.has(key)) {
+      throw EffectError(key, std::string(key) + " belongs to law inertial");
+    }
+  }
+  const double highest = std::numbers::pi / context.sample_time_s;
+  if (inertial && !(read.value("natural_frequency") * context.sample_time_s < std::numbers::pi)) {
+    throw EffectError("natural_frequency", "natural_frequency must be below " +
+                                               number_text(highest) +
+                                               " rad/s, half the sampling rate (got " +
+                                               number_text(read.value("natural_frequency")) + ")");
+  }
+}
+
+plant::Effect make(const SpecReader& read, const EffectContext& context) {
+  const plant::StictionParameters p{read.value("s"), read.value("j")};
+  const std::string_view law = read.option("law");
+  if (law == "he") return plant::StictionHe(p);
+  if (law == "karnopp") return plant::StictionKarnopp(p, context.sample_time_s);
+  if (law == "inertial") {
+    return plant::StictionInertial(p, {read.value("natural_frequency"), read.value("damping")},
+                                   context.sample_time_s);
+  }
+  return plant::StictionChoudhury(p);
+}
+
+// The stem of a real valve has momentum.
+EffectSpec with_momentum(EffectSpec effect, double natural_frequency_rad_s, double damping) {
+  effect.parameters["natural_frequency"] = natural_frequency_rad_s;
+  effect.parameters["damping"] = damping;
+  effect.options["law"] = "inertial";
+  return effect;
+}
+
+void candidates(const SearchContext& c, std::vector<Candidate>& all) {
+  all.push_back(
+      {.smooth = false,
+       .parameters = 2,
+       .search = {{"s", 0.005 * c.span(), 0.5 * c.span(), true, 16},
+                  {"ratio", 0.0, 1.0, false, 5},
+                  {"start", -1.0, 1.0, false, 3}},
+       .starts = 4,
+       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
+         return {"stiction", {{"s", v[0]}, {"j", v[0] * v[1]}}};
+       },
+       .resting_half_band = [](Candidate::Values v) { return v[0] * (1.0 + v[1]) / 2.0; },
+       .with_momentum = with_momentum,
+       .deviations =
+           [](Candidate::Values v, Candidate::Values spread, const EffectSpec&,
+              Candidate::Deviations& named) {
+             named["j"] = control::root_sum_square(v[1] * spread[0], v[0] * spread[1]);
+           },
+       .friction = true,
+       .slips = true});
+}
+
+}  // namespace
+
+Descriptor describe() {
+  return {
+      .number = 1,
+      .name = "stiction",
+      .blocks = {Block::valve},
+      .parameters = {at_least_zero("s", "CO units", "deadband + stickband"),
+                     at_least_zero("j", "CO units", "slip jump, at most s"),
+                     of_the_law(optional(
+                         above_zero("natural_frequency", "rad/s", "of the actuator, law inertial"),
+                         20.0)),
+                     of_the_law(optional({"damping", "-", 0.0, true, 20.0, false, true, 0.0,
+                                          "ratio, of the actuator, law inertial"},
+                                         0.7))},
+      .options = {{"law",
+                   {"choudhury", "he", "karnopp", "inertial"},
+                   "data-driven (choudhury, he) or physical (karnopp, inertial)"}},
+      .header = "stiction_choudhury.hpp",
+      .meaning = "the stem sticks, then jumps",
+      .check = check,
+      .make = make,
+      .candidates = candidates,
+      .valve_rank = 3,
+      .resting_band = [](const SpecReader& r) { return (r.value("s") + r.value("j")) / 2.0; },
+      .healthy_valve =
+          [](double friction, double natural_frequency_rad_s, double damping) {
+            return with_momentum({"stiction", {{"s", friction}, {"j", 0.0}}},
+                                 natural_frequency_rad_s, damping);
+          },
+      .valve_band =
+          [](const SpecReader& r) { return ValveBand{.s = r.value("s"), .j = r.value("j")}; },
+      .alarms = {"stiction"},
+      .seen =
+          "CO winds up while PV stands still, then PV jumps and stands again: in a flow loop "
+          "CO is a triangle and PV nearly square. Stem over CO is a parallelogram with jumps.",
+      .look_alikes =
+          {{"backlash",
+            "moves on smoothly once the play is taken up; a jump after the rest is stiction. It "
+            "takes about four slips to tell."},
+           {"cam_obstruction", "sticks at one opening only; stiction sticks wherever CO turns."},
+           {"oscillating_disturbance",
+            "CO-PV draws a smooth ellipse, and the model driven by the measured CO lacks a pure "
+            "sine; with stiction it parts from PV at the slips."},
+           {"tight tuning", "leaves no gap: the model oscillates as the loop does."},
+           {"a valve that never moved",
+            "until the first slip, stuck and at the end of its travel are the same."}},
+      .examples = {{"stiction", {"stiction", {{"s", 1.0}, {"j", 0.4}}}, Block::valve}}};
+}
+
+}  // namespace loopwarden::effects::stiction
