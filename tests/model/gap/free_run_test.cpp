@@ -12,6 +12,7 @@ namespace free_run_test {
 
 using namespace loopwarden::gap;
 using namespace loopwarden::test;
+namespace effects = loopwarden::effects;
 namespace plant = loopwarden::plant;
 
 namespace {

@@ -11,6 +11,7 @@
 #include "model/plant/gain_change.hpp"
 #include "model/plant/output_bias.hpp"
 #include "model/plant/positioner_overshoot.hpp"
+#include "model/plant/random_load.hpp"
 #include "model/plant/stiction_inertial.hpp"
 #include "model/plant/valve_characteristic.hpp"
 #include "model/plant/low_air_supply.hpp"
