@@ -60,10 +60,17 @@ inline constexpr double kNoiseFloor = 1.5;
 inline constexpr double kFewestFloors = 3.0;
 
 // prove ------------------------------------------------------------------------------------------------
-// The innovations on the holdout may be so much larger, squared, than those of the model alone. By hand:
+// Gap closed on the holdout = (before^2 - after^2)/(before^2 - floor^2). By definition (gap.json): where the
+// model alone is nearer to the floor than kGapFloors floors there is no such figure; from kClosed on a name
+// is given as it is, from kPartlyClosed on with no more than kPartlyConfidence, below it is taken back.
+inline constexpr double kGapFloors = 2.0;
+inline constexpr double kClosed = 0.8;
+inline constexpr double kPartlyClosed = 0.5;
+inline constexpr double kPartlyConfidence = 0.89;
+// Where there is no such figure: the innovations on the holdout may be so much larger, squared, than those of the model alone. By hand:
 // what shows only before the holdout can't be better there.
 inline constexpr double kWorstInnovations = 1.05;
-// Where more than noise is left, the free run's holdout rmse must fall to this part. By hand.
+// ... and where more than noise is left, the free run's holdout rmse must fall to this part. By hand.
 inline constexpr double kWorstHoldout = 0.8;
 
 // locate -----------------------------------------------------------------------------------------------
@@ -73,8 +80,13 @@ inline constexpr double kClearPattern = 0.6;
 inline constexpr std::size_t kTimeBins = 24;
 inline constexpr double kStandsOut = 1.25;
 
+// By so much more energy than its part of the samples, and a condition stands for the cause. By hand.
+inline constexpr double kTellingCondition = 1.5;
+
 // say --------------------------------------------------------------------------------------------------
 // Two-sided 95 % of a Gaussian, standard deviations. By definition.
 inline constexpr double k95 = 1.96;
+// A smaller share of the gap that is left is not worth a sentence. By hand.
+inline constexpr double kWorthSaying = 0.02;
 
 }  // namespace loopwarden::gap

@@ -48,7 +48,7 @@ Decision decide(const Competition& competition, const Residuals& left,
   // What the model's own uncertainty covers is no gap.
   const bool material = competition.model_rmse > control::root_sum_square(floor, scale.least_rms);
   out.unexplained = controller.unexplained || (material && !left.adequate);
-  if (!left.believable) return out;
+  out.believable = left.believable;
   const std::vector<double> by = leads(competition.chosen, competition.tried);
   for (std::size_t i = 0; i < by.size(); ++i) {
     const std::string& name = competition.chosen.names[i];
@@ -58,9 +58,15 @@ Decision decide(const Competition& competition, const Residuals& left,
   return out;
 }
 
-Verdict verdict_of(const Decision& decision, bool refuted) noexcept {
-  if (refuted) return Verdict::unexplained;
-  if (!decision.named.empty() || decision.other_settings) return Verdict::missing_effect;
+double confidence_after(double confidence, Proof proof) noexcept {
+  return proof == Proof::partly ? std::min(confidence, kPartlyConfidence) : confidence;
+}
+
+Verdict verdict_of(const Decision& decision, Proof proof) noexcept {
+  const bool named = !decision.named.empty();
+  const bool taken_back = named && proof == Proof::refuted;
+  if (taken_back && decision.believable) return Verdict::unexplained;
+  if ((named && !taken_back) || decision.other_settings) return Verdict::missing_effect;
   return decision.unexplained ? Verdict::unexplained : Verdict::no_gap;
 }
 

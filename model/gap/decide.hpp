@@ -2,8 +2,9 @@
 // Fifth stage: what is missing, how sure, and what else it may be. From scores, from what the chosen
 // explanation leaves, and from what the controller did; the holdout has no part in it (prove.hpp).
 //
-//   named         the search chose effects, and what they leave is noise and a quiet load, or they close
-//                 so much of the gap that the name stands although more is left
+//   named         what the search chose
+//   believable    what they leave is noise and a quiet load, or they close so much of the gap on the data
+//                 of the fit that the names stand although more is left
 //   alternatives  names of explanations of as many effects, too near in score to be told apart
 //   unexplained   more is left than noise and load, of a size that matters, and nothing accounts for it
 //
@@ -20,6 +21,7 @@
 #include "model/gap/accept.hpp"
 #include "model/gap/confidence.hpp"
 #include "model/gap/controller.hpp"
+#include "model/gap/proof.hpp"
 #include "model/gap/result.hpp"
 
 namespace loopwarden::gap {
@@ -47,6 +49,7 @@ struct NamedEffect {
 
 struct Decision {
   std::vector<NamedEffect> named;  // in the order in which they were found
+  bool believable = true;          // without a look at the holdout
   bool other_settings = false;     // of the controller
   bool unexplained = false;        // more is left than noise and a quiet load
 };
@@ -55,7 +58,9 @@ Decision decide(const Competition& competition, const Residuals& left,
                 const ControllerFinding& controller, const Scale& scale,
                 const ConfidenceTable& table = kConfidenceTable);
 
-// `refuted`: the holdout contradicts what was decided.
-Verdict verdict_of(const Decision& decision, bool refuted) noexcept;
+// What partly holds is given with less than the confidence of a sure name.
+double confidence_after(double confidence, Proof proof) noexcept;
+
+Verdict verdict_of(const Decision& decision, Proof proof) noexcept;
 
 }  // namespace loopwarden::gap

@@ -84,6 +84,7 @@ struct Pattern {
   plant::Block block = plant::Block::disturbance;
   double from_s = 0.0;
   double share = 0.0;  // of the energy
+  enum class Shape : std::uint8_t { trend, level, constant, sine } shape = Shape::trend;
 };
 
 // The best of: a ramp from the start, a level from one moment on, a sine.
@@ -93,8 +94,9 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
   for (const double v : r) total += v * v;
   Pattern best;
   if (!(total > 0.0)) return best;
-  const auto offer = [&](const char* what, plant::Block block, double from_s, double explained) {
-    if (explained / total > best.share) best = {what, block, from_s, explained / total};
+  const auto offer = [&](const char* what, plant::Block block, double from_s, double explained,
+                         Pattern::Shape shape) {
+    if (explained / total > best.share) best = {what, block, from_s, explained / total, shape};
   };
   double tt = 0.0;
   double tr = 0.0;
@@ -103,7 +105,7 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
     tt += t * t;
     tr += t * r[k];
   }
-  offer("a slow drift", plant::Block::transmitter, 0.0, tr * tr / tt);
+  offer("a slow drift", plant::Block::transmitter, 0.0, tr * tr / tt, Pattern::Shape::trend);
   double tail = 0.0;
   double tail_best = 0.0;
   std::size_t tail_at = 0;
@@ -117,7 +119,8 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
   }
   const bool from_start = static_cast<double>(tail_at) < 0.03 * n;
   offer(from_start ? "all the time, by a constant" : "from one moment on",
-        plant::Block::disturbance, static_cast<double>(tail_at) * period_s, tail_best);
+        plant::Block::disturbance, static_cast<double>(tail_at) * period_s, tail_best,
+        from_start ? Pattern::Shape::constant : Pattern::Shape::level);
   const std::size_t stride = std::max<std::size_t>(1, r.size() / 2000);
   const double duration = n * period_s;
   for (double cycles = 3.0; cycles < n / static_cast<double>(8 * stride); cycles += 0.25) {
@@ -131,7 +134,8 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
       cc += r[k] * std::cos(angle);
     }
     offer("periodically", plant::Block::disturbance, 0.0,
-          2.0 * (ss * ss + cc * cc) / static_cast<double>(count) * n / static_cast<double>(count));
+          2.0 * (ss * ss + cc * cc) / static_cast<double>(count) * n / static_cast<double>(count),
+          Pattern::Shape::sine);
     if (cycles > 400.0) break;
   }
   best.share = std::min(best.share, 1.0);
@@ -252,6 +256,45 @@ std::vector<Located> locate(const Disagreement& d) {
             [](const Located& a, const Located& b) { return a.share_of_gap > b.share_of_gap; });
   located.insert(located.end(), list.begin(), list.end());
   return located;
+}
+
+LooksLike looks_like(const Leftover& d) {
+  if (d.is_noise) return LooksLike::disturbance;
+  const std::size_t n = d.pv.size();
+  std::vector<double> residual(n, 0.0);
+  double total = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double r = d.pv[k] - d.pv_after[k];
+    if (!std::isfinite(r)) continue;
+    residual[k] = r;
+    total += r * r;
+  }
+  if (!(total > 0.0)) return LooksLike::nothing_known;
+  const Pattern pattern = best_pattern(residual, d.model.sample_time_s);
+  const bool clear = pattern.what != nullptr && pattern.share > kClearPattern;
+  // A valve that sticks cycles as well: a sine is a disturbance only where no condition tells more.
+  if (clear && pattern.shape != Pattern::Shape::sine) {
+    return pattern.shape == Pattern::Shape::constant ? LooksLike::process : LooksLike::disturbance;
+  }
+  const std::vector<Condition> conditions = conditions_of(d.co, d.model, d.model.sample_time_s);
+  std::array<double, kConditions> energy{};
+  std::array<double, kConditions> samples{};
+  for (std::size_t k = 0; k < n; ++k) {
+    energy[conditions[k]] += residual[k] * residual[k] / total;
+    samples[conditions[k]] += 1.0 / static_cast<double>(n);
+  }
+  // Rising and falling together are the process at work; each alone is a valve that differs.
+  const double while_moving = energy[kFast] + energy[kRising] + energy[kFalling];
+  const double moving = samples[kFast] + samples[kRising] + samples[kFalling];
+  const auto worst =
+      static_cast<std::size_t>(std::max_element(energy.begin(), energy.end()) - energy.begin());
+  if (while_moving > energy[worst] && while_moving > kTellingCondition * moving) {
+    return LooksLike::process;
+  }
+  if (energy[worst] <= kTellingCondition * samples[worst]) {
+    return clear ? LooksLike::disturbance : LooksLike::nothing_known;
+  }
+  return worst == kFast ? LooksLike::process : LooksLike::valve;
 }
 
 }  // namespace loopwarden::gap

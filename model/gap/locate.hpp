@@ -38,6 +38,25 @@ struct Disagreement {
   plant::Block likely = plant::Block::process;  // where nothing was named
 };
 
+// What is left of PV: what it looks like.
+//
+//   a disturbance    a pattern in time explains most of it, or noise and a quiet load do
+//   the valve        it stands out after reversals, at rest, at a limit, or at one end of the travel
+//   the process      it stands out while CO changes, or it is a constant
+//   nothing known    none of these
+//
+// It is a hint where to look, not a finding: a load that happens to come with the moves of CO looks like
+// the valve. Compression is never told from the record alone, the controller only where its own CO is not
+// explained and little else is.
+struct Leftover {
+  const plant::LoopModel& model;
+  const std::vector<double>& pv;        // PV units
+  const std::vector<double>& pv_after;  // PV units, with all that was named
+  const std::vector<double>& co;        // CO units
+  bool is_noise = false;                // noise and a quiet load account for it
+};
+LooksLike looks_like(const Leftover& leftover);
+
 // By block, then by time, then by condition; empty where model and record agree exactly.
 std::vector<Located> locate(const Disagreement& disagreement);
 

@@ -2,23 +2,40 @@
 #include "model/gap/prove.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
 
-bool refuted(const Trial& t) noexcept {
-  if (t.rest_is_noise) return !(t.choice_innovations < kWorstInnovations * t.model_innovations);
-  return t.choice_rmse > kWorstHoldout * t.model_rmse;
+double gap_closed(double before_rmse, double after_rmse, double floor_rmse) noexcept {
+  if (!(before_rmse >= kGapFloors * floor_rmse) || !(before_rmse > 0.0)) return kNone;
+  const double before = before_rmse * before_rmse;
+  const double closed = (before - after_rmse * after_rmse) / (before - floor_rmse * floor_rmse);
+  return std::clamp(closed, -1.0, 1.0);
+}
+
+Proof judge(const Trial& t) noexcept {
+  if (std::isfinite(t.closed)) {
+    return t.closed >= kClosed         ? Proof::holds
+           : t.closed >= kPartlyClosed ? Proof::partly
+                                       : Proof::refuted;
+  }
+  const bool holds = t.rest_is_noise
+                         ? t.choice_innovations < kWorstInnovations * t.model_innovations
+                         : t.choice_rmse <= kWorstHoldout * t.model_rmse;
+  return t.believable && holds ? Proof::holds : Proof::refuted;
 }
 
 Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
-                     const CheckedRecord& record, bool rest_is_noise, const Misfit& before,
+                     const CheckedRecord& record, const Residuals& left, const Misfit& before,
                      const Misfit& after) {
-  Trial trial{.rest_is_noise = rest_is_noise,
+  Trial trial{.believable = left.believable,
+              .rest_is_noise = left.adequate,
+              .closed = gap_closed(before.holdout_rmse, after.holdout_rmse, left.floor_rmse),
               .model_rmse = before.holdout_rmse,
               .choice_rmse = after.holdout_rmse};
-  if (!rest_is_noise) return trial;
+  if (std::isfinite(trial.closed) || !left.adequate) return trial;
   const Fitter whole = model_fit.over_whole_record();
   const auto first = std::count(record.training.begin(), record.training.end(), true);
   const auto sum = [&](const Fit& fit) {

@@ -12,6 +12,18 @@ const char* to_text(Verdict verdict) noexcept {
   return "unexplained";
 }
 
+const char* to_text(LooksLike what) noexcept {
+  switch (what) {
+    case LooksLike::disturbance: return "a disturbance";
+    case LooksLike::valve: return "the valve";
+    case LooksLike::process: return "the process";
+    case LooksLike::controller: return "the controller";
+    case LooksLike::compression: return "compression";
+    case LooksLike::nothing_known: break;
+  }
+  return "nothing known";
+}
+
 const char* to_text(LocatedBy by) noexcept {
   switch (by) {
     case LocatedBy::block: return "block";

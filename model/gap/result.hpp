@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,23 @@ struct Rest {
   double closed = kNone;        // share of the gap that is closed, first two thirds
 };
 
+enum class LooksLike : std::uint8_t {
+  disturbance,
+  valve,
+  process,
+  controller,
+  compression,
+  nothing_known
+};
+const char* to_text(LooksLike what) noexcept;
+
+// What is left of the gap on the holdout, above the noise floor.
+struct Remainder {
+  double rmse = kNone;   // PV units
+  double share = kNone;  // of the gap, 0 to 2; NaN: the gap is too near to the noise floor to say
+  LooksLike looks_like = LooksLike::nothing_known;
+};
+
 struct Step {
   enum class Change : std::uint8_t { added, taken_out };
   std::string effect;
@@ -117,6 +135,7 @@ struct Result {
   double noise_floor_rmse = 0.0;  // PV units
   double load_intensity = 0.0;    // PV units per root second, of the unmeasured load; 0: none seen
   Misfit before, after;
+  std::optional<Remainder> remainder;     // none: nothing is left above the floor
   double controller_before_rmse = kNone;  // CO units
   double controller_after_rmse = kNone;
   std::vector<Step> steps;

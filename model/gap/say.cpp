@@ -74,8 +74,8 @@ std::string why_not(const Hypothesis& tried, const SearchResult& search, Verdict
 
 }  // namespace
 
-std::vector<FoundEffect> describe_effects(const Decision& decision, const SearchResult& search,
-                                          const ModelFit& model_fit) {
+std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
+                                          const SearchResult& search, const ModelFit& model_fit) {
   const Fit& fit = search.chosen.fit;
   std::vector<FoundEffect> out;
   for (std::size_t i = 0; i < decision.named.size(); ++i) {
@@ -84,7 +84,7 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, const Search
     effect.spec = spec_of(model_fit.run, fit, i);
     effect.block = fit.terms[i]->block;
     effect.interval = intervals(fit, i, model_fit.fitter, effect.spec);
-    effect.confidence = named.confidence;
+    effect.confidence = confidence_after(named.confidence, proof);
     effect.lead_nats = named.lead_nats;
     effect.alternatives = named.alternatives;
     effect.evidence = text(
@@ -134,9 +134,19 @@ std::string sentence_of(const Summary& r) {
                 r.with_load ? "noise and an unmeasured load" : "the noise of the record");
   }
   if (r.verdict == Verdict::unexplained) {
-    return text(
-        "Model and record disagree by %.3g rms, and no effect that is known here explains it.",
-        r.before.rmse);
+    std::string out =
+        text("Model and record disagree by %.3g rms, and no effect that is known here explains it.",
+             r.before.rmse);
+    if (!r.best.empty() && r.best_closed > 0.0) {
+      std::string names;
+      for (const std::string& name : r.best) names += (names.empty() ? "" : " and ") + name;
+      out += text(" The best of them, %s, closes only %.0f %% of it on data the fit never saw.",
+                  names.c_str(), 100.0 * r.best_closed);
+    }
+    if (r.remainder && r.remainder->looks_like != LooksLike::nothing_known) {
+      out += text(" It looks like %s.", to_text(r.remainder->looks_like));
+    }
+    return out;
   }
   std::string names;
   for (std::size_t i = 0; i < r.effects.size(); ++i) {
@@ -149,9 +159,15 @@ std::string sentence_of(const Summary& r) {
         "cycle: its misfit can't show that, the evidence from the replayed controller does.",
         names.c_str());
   }
-  return text(
+  std::string out = text(
       "The model lacks %s: with it the misfit on data the fit never saw falls from %.3g to %.3g.",
       names.c_str(), r.before.holdout_rmse, r.after.holdout_rmse);
+  if (r.remainder && r.remainder->share >= kWorthSaying) {
+    const char* pronoun = r.effects.size() > 1 ? "They explain" : "It explains";
+    out += text(" %s %.0f %% of the gap; the rest looks like %s.", pronoun,
+                100.0 * (1.0 - r.remainder->share), to_text(r.remainder->looks_like));
+  }
+  return out;
 }
 
 }  // namespace loopwarden::gap

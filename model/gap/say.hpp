@@ -7,6 +7,7 @@
 // narrow.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,8 @@
 namespace loopwarden::gap {
 
 // The effects that were named, in their order.
-std::vector<FoundEffect> describe_effects(const Decision& decision, const SearchResult& search,
-                                          const ModelFit& model_fit);
+std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
+                                          const SearchResult& search, const ModelFit& model_fit);
 
 // Other settings of the controller than the model's.
 FoundEffect describe_controller(const ControllerFinding& found, const control::PidGains& model);
@@ -33,6 +34,9 @@ struct Summary {
   const std::vector<FoundEffect>& effects;
   const Misfit& before;
   const Misfit& after;
+  const std::optional<Remainder>& remainder;
+  const std::vector<std::string>& best;  // names that did not hold on the holdout
+  double best_closed = kNone;            // gap closed by them there
   bool closed_loop = false;
   bool with_load = false;  // an unmeasured load was seen
 };

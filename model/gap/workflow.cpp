@@ -92,6 +92,14 @@ std::vector<LocatedEffect> energies_of(const Fit& fit, const Fitter& fitter,
   return out;
 }
 
+// What was the best explanation, and did not hold.
+std::vector<std::string> taken_back_names(const Decision& decision, Proof proof) {
+  std::vector<std::string> names;
+  if (proof != Proof::refuted) return names;
+  for (const NamedEffect& named : decision.named) names.push_back(named.name);
+  return names;
+}
+
 Series series_of(const Record& given, const CheckedRecord& record,
                  const ControllerFinding& controller) {
   Series s;
@@ -140,10 +148,23 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
       corrected_model(model, decision, controller, fit, model_fit.run);
   series.pv_after = simulated(corrected, fit, record, model_fit.run);
   result.after = misfit(series.pv_after);
-  const bool taken_back =
-      !decision.named.empty() && refuted(try_on_holdout(model_fit, search, record, left.adequate,
-                                                        result.before, result.after));
-  result.verdict = verdict_of(decision, taken_back);
+  Decision kept = decision;
+  Trial trial;
+  Proof proof = Proof::holds;
+  if (!decision.named.empty()) {
+    trial = try_on_holdout(model_fit, search, record, left, result.before, result.after);
+    proof = judge(trial);
+  }
+  result.verdict = verdict_of(decision, proof);
+  if (proof == Proof::refuted) kept.named.clear();
+  if (result.verdict != Verdict::missing_effect) kept.other_settings = false;
+  result.corrected = corrected_model(model, kept, controller, fit, model_fit.run);
+  if (proof == Proof::refuted) {
+    series.pv_after = kept.other_settings
+                          ? simulated(result.corrected, search.base, record, model_fit.run)
+                          : series.pv_before;
+    result.after = misfit(series.pv_after);
+  }
 
   result.closed_loop = record.closed_loop;
   result.holdout_from_s = record.record.time_s(record.training_end);
@@ -163,20 +184,16 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
            "near its limits CO behaves as with anti_windup: " + controller.anti_windup});
     }
   }
-  if (taken_back) {
-    series.pv_after = series.pv_before;
-    result.after = result.before;
+  if (proof == Proof::refuted && decision.believable) {
     result.check.notes.push_back(
         {"holdout", "the best explanation of the first two thirds fails on the last third",
          result.holdout_from_s, record.record.time_s(record.record.size() - 1)});
-  } else {
-    result.corrected = corrected;
-    if (decision.other_settings) {
-      result.effects.push_back(describe_controller(controller, model.controller.pid.gains));
-    }
-    for (FoundEffect& effect : describe_effects(decision, search, model_fit)) {
-      result.effects.push_back(std::move(effect));
-    }
+  }
+  if (kept.other_settings) {
+    result.effects.push_back(describe_controller(controller, model.controller.pid.gains));
+  }
+  for (FoundEffect& effect : describe_effects(kept, proof, search, model_fit)) {
+    result.effects.push_back(std::move(effect));
   }
   if (result.verdict == Verdict::missing_effect) {
     result.steps = steps_of(search, record, model_fit.run, left.floor_rmse);
@@ -184,7 +201,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   result.candidates = describe_tried(search, model_fit, result.verdict);
   if (result.verdict != Verdict::no_gap) {
     std::vector<LocatedEffect> effects;
-    if (!decision.named.empty() && !taken_back) {
+    if (!kept.named.empty()) {
       effects = energies_of(fit, model_fit.fitter, record);
     }
     result.located =
@@ -201,10 +218,25 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
                 .likely = result.candidates.empty() ? plant::Block::process
                                                     : result.candidates.front().block});
   }
+  if (result.verdict != Verdict::no_gap && result.after.holdout_rmse > left.floor_rmse) {
+    const double closed =
+        gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, left.floor_rmse);
+    result.remainder = {
+        .rmse = result.after.holdout_rmse,
+        .share = 1.0 - closed,
+        .looks_like = looks_like({.model = model,
+                                  .pv = series.pv,
+                                  .pv_after = series.pv_after,
+                                  .co = series.co,
+                                  .is_noise = left.adequate && !kept.named.empty()})};
+  }
   result.sentence = sentence_of({.verdict = result.verdict,
                                  .effects = result.effects,
                                  .before = result.before,
                                  .after = result.after,
+                                 .remainder = result.remainder,
+                                 .best = taken_back_names(decision, proof),
+                                 .best_closed = trial.closed,
                                  .closed_loop = result.closed_loop,
                                  .with_load = result.load_intensity > 0.0});
   result.series = std::move(series);

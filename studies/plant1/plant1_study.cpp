@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// An engine of its own, not that of model/gap: one corrected plant is fitted to five records of PV together, while
+// gap fits one record.
 #include "studies/plant1/plant1_study.hpp"
 
 #include <algorithm>

@@ -73,6 +73,12 @@ json of(const gap::Step& step) {
           {"holdout_rmse", finite_or_null(step.holdout_rmse)}};
 }
 
+json of(const gap::Remainder& remainder) {
+  return {{"rmse", finite_or_null(remainder.rmse)},
+          {"share", finite_or_null(remainder.share)},
+          {"looks_like", gap::to_text(remainder.looks_like)}};
+}
+
 json of(const gap::Located& located) {
   return {{"by", gap::to_text(located.by)},
           {"block", plant::to_text(located.block)},
@@ -133,6 +139,7 @@ json gap_json(const gap::Result& result) {
             {"controller_before_rmse", finite_or_null(result.controller_before_rmse)},
             {"controller_after_rmse", finite_or_null(result.controller_after_rmse)},
             {"steps", list_of(result.steps)}}},
+          {"remainder", result.remainder ? of(*result.remainder) : json()},
           {"located", list_of(result.located)},
           {"candidates", list_of(result.candidates)},
           {"holdout_from_s", finite_or_null(result.holdout_from_s)},

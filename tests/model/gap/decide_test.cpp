@@ -45,7 +45,7 @@ TEST_CASE("a name over noise is given with the confidence of its lead", "[gap][d
   CHECK(d.named[0].lead_nats == 50.0);
   CHECK(d.named[0].confidence == Approx(0.99));
   CHECK(d.named[0].alternatives.empty());
-  CHECK(verdict_of(d, false) == Verdict::missing_effect);
+  CHECK(verdict_of(d, Proof::holds) == Verdict::missing_effect);
 }
 
 TEST_CASE("each of a pair has a lead and a confidence of its own", "[gap][decide]") {
@@ -80,26 +80,29 @@ TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
         std::vector<std::string>{"backlash", "extra_lag", "output_bias"});
 }
 
-TEST_CASE("a rest that is more than noise takes the name, and says so", "[gap][decide]") {
+TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap][decide]") {
   const Decision d = decided(one_name(), more_than_noise());
-  CHECK(d.named.empty());
+  CHECK_FALSE(d.believable);
   CHECK(d.unexplained);
-  CHECK(verdict_of(d, false) == Verdict::unexplained);
+  CHECK(verdict_of(d, Proof::refuted) == Verdict::unexplained);
+  // Unless the names hold on data that the fit never saw.
+  CHECK(verdict_of(d, Proof::holds) == Verdict::missing_effect);
+  CHECK(verdict_of(d, Proof::partly) == Verdict::missing_effect);
 
-  // Unless so much is closed that the name stands, with what such names are worth.
+  // What closes enough on the data of the fit is believable, and worth what such names are worth.
   Residuals mostly = more_than_noise();
   mostly.believable = true;
   const Decision named = decided(one_name(), mostly);
   REQUIRE(named.named.size() == 1);
   CHECK(named.named[0].confidence == Approx(0.5));
-  CHECK(verdict_of(named, false) == Verdict::missing_effect);
+  CHECK(verdict_of(named, Proof::holds) == Verdict::missing_effect);
 }
 
 TEST_CASE("a rest that is more than noise but does not matter is no gap", "[gap][decide]") {
   Competition none{{{}, 0.0, 0.02}, {}, 0.02};
   // sqrt((1.5 x 0.01)^2 + 0.015^2) = 0.0212
   CHECK_FALSE(decided(none, more_than_noise()).unexplained);
-  CHECK(verdict_of(decided(none, more_than_noise()), false) == Verdict::no_gap);
+  CHECK(verdict_of(decided(none, more_than_noise()), Proof::holds) == Verdict::no_gap);
   none.model_rmse = 0.0211;
   CHECK_FALSE(decided(none, more_than_noise()).unexplained);
   none.model_rmse = 0.0213;
@@ -110,7 +113,7 @@ TEST_CASE("noise and a quiet load are no gap, whatever their size", "[gap][decid
   const Competition none{{{}, 0.0, 0.4}, {{{"drift"}, 3.0}}, 0.4};
   const Decision d = decided(none, noise());
   CHECK(d.named.empty());
-  CHECK(verdict_of(d, false) == Verdict::no_gap);
+  CHECK(verdict_of(d, Proof::holds) == Verdict::no_gap);
 }
 
 TEST_CASE("a controller speaks for itself", "[gap][decide]") {
@@ -118,14 +121,20 @@ TEST_CASE("a controller speaks for itself", "[gap][decide]") {
   ControllerFinding other;
   other.compared = true;
   other.mismatch = true;
-  CHECK(verdict_of(decided(none, noise(), other), false) == Verdict::missing_effect);
+  CHECK(verdict_of(decided(none, noise(), other), Proof::holds) == Verdict::missing_effect);
   other.mismatch = false;
   other.unexplained = true;
-  CHECK(verdict_of(decided(none, noise(), other), false) == Verdict::unexplained);
+  CHECK(verdict_of(decided(none, noise(), other), Proof::holds) == Verdict::unexplained);
+}
+
+TEST_CASE("what only partly holds is never sure", "[gap][decide]") {
+  CHECK(confidence_after(0.97, Proof::holds) == 0.97);
+  CHECK(confidence_after(0.97, Proof::partly) == 0.89);
+  CHECK(confidence_after(0.6, Proof::partly) == 0.6);
 }
 
 TEST_CASE("what the holdout refutes is unexplained", "[gap][decide]") {
-  CHECK(verdict_of(decided(one_name(), noise()), true) == Verdict::unexplained);
+  CHECK(verdict_of(decided(one_name(), noise()), Proof::refuted) == Verdict::unexplained);
 }
 
 }  // namespace decide_test

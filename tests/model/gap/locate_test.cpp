@@ -212,4 +212,29 @@ TEST_CASE("missing samples and an exact model do no harm", "[gap][locate]") {
   check_shares(all);
 }
 
+TEST_CASE("what is left looks like what would leave it", "[gap][locate]") {
+  const auto left = [](const Case& c, bool is_noise = false) {
+    return looks_like(
+        {.model = c.model, .pv = c.pv, .pv_after = c.pv_before, .co = c.co, .is_noise = is_noise});
+  };
+  CHECK(left(missing([](double t) { return t > 55.0 ? 0.4 : 0.0; })) == LooksLike::disturbance);
+  CHECK(left(missing([](double) { return 0.3; })) == LooksLike::process);
+  CHECK(left(missing([](double) { return 0.0; })) == LooksLike::nothing_known);
+  CHECK(left(missing(wobble), true) == LooksLike::disturbance);
+
+  // A triangle of 40 s: what comes after each reversal is the valve's, a sine through it all is not.
+  std::vector<double> co;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const double phase = std::fmod(0.1 * static_cast<double>(k), 40.0) / 20.0;
+    co.push_back(3.0 + 4.0 * (phase < 1.0 ? phase : 2.0 - phase));
+  }
+  CHECK(left(missing(
+            [](double t) {
+              const double since = std::fmod(t, 20.0);
+              return t > 20.0 && since > 1.5 && since < 4.5 ? 3.0 * wobble(t) : 0.0;
+            },
+            co)) == LooksLike::valve);
+  CHECK(left(missing([](double t) { return std::sin(2.1 * t); }, co)) == LooksLike::disturbance);
+}
+
 }  // namespace locate_test

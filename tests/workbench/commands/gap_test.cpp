@@ -81,8 +81,8 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
   CHECK(report.find("PV over stem") != std::string::npos);  // the record has a stem
 
   const auto result = nlohmann::json::parse(read_file(fs::path(out) / "gap.json"));
-  for (const char* key : {"verdict", "sentence", "compared", "effects", "gap", "located",
-                          "candidates", "holdout_from_s", "record", "corrected_model"}) {
+  for (const char* key : {"verdict", "sentence", "compared", "effects", "gap", "remainder",
+                          "located", "candidates", "holdout_from_s", "record", "corrected_model"}) {
     CAPTURE(key);
     CHECK(result.contains(key));
   }

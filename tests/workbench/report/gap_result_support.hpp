@@ -41,6 +41,7 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
   result.load_intensity = 0.004;
   result.before = {0.31, 61.0, 0.30, 0.33, 58.0};
   result.after = {0.02, 97.4, 0.019, 0.021, 97.1};
+  result.remainder = gap::Remainder{0.021, 0.03, gap::LooksLike::valve};
   result.controller_before_rmse = 0.01;
   result.controller_after_rmse = 0.009;
   result.steps = {{"drift", gap::Step::Change::added, 0.2, 0.4},

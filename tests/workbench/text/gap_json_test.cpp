@@ -38,6 +38,7 @@ TEST_CASE("gap.json holds what its contract names", "[gap][json]") {
   CHECK(gap.at("controller_after_rmse") == 0.009);
   CHECK(gap.at("steps").at(2) ==
         json({{"added", "-drift"}, {"rmse", 0.019}, {"holdout_rmse", 0.021}}));
+  CHECK(j.at("remainder") == json({{"rmse", 0.021}, {"share", 0.03}, {"looks_like", "the valve"}}));
   CHECK(j.at("located").at(2) == json({{"by", "time"},
                                        {"block", "valve"},
                                        {"what", "20 to 30 s"},
@@ -86,6 +87,7 @@ TEST_CASE("an empty result keeps every list", "[gap][json]") {
   CHECK(j.at("effects") == json::array());
   CHECK(j.at("located") == json::array());
   CHECK(j.at("candidates") == json::array());
+  CHECK(j.at("remainder").is_null());
   CHECK(j.at("gap").at("steps") == json::array());
   CHECK(j.at("gap").at("controller_before_rmse").is_null());
 }
