@@ -24,7 +24,7 @@
 // What it can't do: loops that integrate, oscillate by themselves or have a bent characteristic beyond
 // what g takes up; a dead time of more than half the window.
 //
-// Sources: Choudhury, Thornhill and Shah (2005) and He et al. (2007) for the laws (model/plant);
+// Sources: the laws are those of model/plant, stepped as they stand there, four stems in a row;
 // R. Srinivasan et al., Ind. Eng. Chem. Res. 44 (2005), for the scheme of fitting them.
 #pragma once
 
