@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/monitor/loop_monitor.hpp"
 
+#include <algorithm>
+
 namespace loopwarden::monitor {
 
 void LoopMonitor::restore(AlarmKind kind, bool on, double severity_percent) noexcept {
@@ -14,13 +16,9 @@ void LoopMonitor::restore(AlarmKind kind, bool on, double severity_percent) noex
 
 AlarmConditions LoopMonitor::conditions() const noexcept {
   AlarmConditions all = rule_.conditions();
-  if (!routine_) return all;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const AlarmCondition& routine = routine_->conditions()[k];
-    if (!routine.on) continue;
-    if (!all[k].on) all[k] = routine;
-  }
-  return all;
+  const bool named = std::any_of(all.begin(), all.end(), [](const auto& c) { return c.on; });
+  if (!routine_ || named) return all;
+  return routine_->conditions();
 }
 
 MonitorStep LoopMonitor::add(const Cycle& cycle) {

@@ -5,8 +5,8 @@
 //   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule -> conditions
 //         -> RoutineWatch -----------------------------------------------------------------^
 //
-// A condition is on where either says so. The specialists' opinion has its weight in the routine evidence, too
-// (routine_watch.hpp); without specialists that evidence stands alone.
+// Where the specialists' windows name a fault, it is that one: they tell valve effects apart better. Where they name none,
+// routine evidence may; their opinion has its weight in it (routine_watch.hpp), and without specialists it stands alone.
 //
 // A window with CO at an end of its range for more than kMostSaturated of its samples is not judged: the
 // loop is open there, and every valve looks stuck. In manual the valve may be worked on: what was seen

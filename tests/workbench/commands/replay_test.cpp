@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "tests/support/biased_specialists.hpp"
@@ -121,11 +122,37 @@ TEST_CASE("no window across missing samples; a saturated one is not judged", "[r
   CHECK(result.at("suppressed_windows") == 1);
 }
 
+TEST_CASE("without specialists routine evidence stands alone, and says so", "[replay]") {
+  // A sticking valve of a real loop, three windows of it in a row.
+  const Bench bench;
+  std::string joined = "time,sp,pv,co\n";
+  int row = 0;
+  for (const char* part : {"r21", "r22", "r23"}) {
+    const std::string text =
+        read_file(LOOPWARDEN_SOURCE_DIR "/data/routine/" + std::string(part) + ".csv");
+    std::istringstream lines(text.substr(text.find('\n') + 1));
+    for (std::string line; std::getline(lines, line);) {
+      joined += std::to_string(10 * row++) + line.substr(line.find(',')) + "\n";
+    }
+  }
+  write_file(bench.folder / "b.csv", joined);
+  const Outcome outcome = replay((bench.folder / "b.csv").string() + " --json");
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  const json result = json::parse(outcome.text);
+  CHECK(result.at("windows") == result.at("suppressed_windows"));
+  CHECK(result.at("routine_windows").get<int>() >= 3);
+  REQUIRE(result.at("transitions").size() == 1);
+  CHECK(result.at("transitions")[0].at("alarm") == "stiction");
+  CHECK(result.at("transitions")[0].at("to") == "unacknowledged");
+  CHECK(result.at("transitions")[0].at("reason") == "routine");
+}
+
 TEST_CASE("what can't be replayed is refused with a reason", "[replay]") {
   const Bench bench;
   const std::string record = bench.record(1000);
   CHECK(replay("").exit_code == 64);
-  CHECK(replay(record).exit_code == 64);
+  CHECK(replay(record + " --co-range 5 5").exit_code == 64);
   CHECK(replay(bench.folder.path().string()).exit_code == 65);  // no evidence
   CHECK(replay(record + " --specialists /nowhere").exit_code == 78);
   CHECK(replay("/nowhere.csv" + bench.specialists(specialist::Condition::no_fault)).exit_code ==
