@@ -59,3 +59,19 @@ function(loopwarden_executable name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} loopwarden_flags)
 endfunction()
+
+# loopwarden_embed(TARGET HEADER NAMESPACE [NAME FILE]...)
+# Puts each file's text into TARGET as NAMESPACE::NAME, a `const char*` that HEADER declares.
+function(loopwarden_embed target header namespace)
+  while(ARGN)
+    list(POP_FRONT ARGN name file)
+    get_filename_component(file ${file} ABSOLUTE)
+    set(source ${CMAKE_CURRENT_BINARY_DIR}/embedded/${name}.cpp)
+    add_custom_command(OUTPUT ${source}
+      COMMAND ${CMAKE_COMMAND} -DIN=${file} -DOUT=${source} -DHEADER=${header} -DNAMESPACE=${namespace} -DNAME=${name}
+        -P ${CMAKE_SOURCE_DIR}/cmake/embed.cmake
+      DEPENDS ${file} ${CMAKE_SOURCE_DIR}/cmake/embed.cmake
+      VERBATIM)
+    target_sources(${target} PRIVATE ${source})
+  endwhile()
+endfunction()

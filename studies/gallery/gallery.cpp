@@ -126,9 +126,9 @@ std::string picture(const Exhibit& exhibit, const analysis::LoopRecord& r) {
                            .y_label = "L/min, V",
                            .width = 460.0,
                            .height = 240.0};
-    chart.lines = {{"SP", "#7a828c", t, cut(r.sp, 0.0, to_s), true},
-                   {"PV", "#0072b2", t, cut(r.pv, 0.0, to_s)},
-                   {"CO", "#d55e00", t, cut(r.co, 0.0, to_s)}};
+    chart.lines = {{"SP", workbench::palette::kGrey, t, cut(r.sp, 0.0, to_s), true},
+                   {"PV", workbench::palette::kBlue, t, cut(r.pv, 0.0, to_s)},
+                   {"CO", workbench::palette::kVermilion, t, cut(r.co, 0.0, to_s)}};
     return chart;
   };
   workbench::Chart signature = trend(kWindow);
@@ -138,7 +138,8 @@ std::string picture(const Exhibit& exhibit, const analysis::LoopRecord& r) {
                                .y_label = "PV, L/min",
                                .width = 300.0,
                                .height = 240.0};
-  correlation.lines = {{"", "#0072b2", cut(r.co, 0.0, 600.0), cut(r.true_pv, 0.0, 600.0)}};
+  correlation.lines = {
+      {"", workbench::palette::kBlue, cut(r.co, 0.0, 600.0), cut(r.true_pv, 0.0, 600.0)}};
   std::vector<workbench::Chart> charts{std::move(signature), trend(600.0)};
   correlation.width = 460.0;
   charts.push_back(std::move(correlation));

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Not fitted by model/gap, which takes one record at a time: here five records share one corrected plant.
+//
 // What plant 1 lacks, and what each fault adds on top: published model, one corrected plant for the
 // five measured records, and for each faulty record the competition of the catalogue's effects.
 #pragma once

@@ -19,6 +19,7 @@ int run(int argc, char** argv) {
       "prints.");
   int exit_code = kExitOk;
   add_alarm(app, exit_code);
+  add_compare(app, exit_code);
   add_diagnose(app, exit_code);
   add_gallery(app, exit_code);
   add_gap(app, exit_code);

@@ -10,6 +10,7 @@
 namespace loopwarden::studies {
 
 void add_alarm(CLI::App& app, int& exit_code);
+void add_compare(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_gallery(CLI::App& app, int& exit_code);
 void add_gap(CLI::App& app, int& exit_code);

@@ -22,7 +22,7 @@
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
 #include "hal/os/parallel.hpp"
-#include "workbench/report/plot.hpp"
+#include "workbench/report/chart.hpp"
 #include "workbench/training/specialist_training.hpp"
 #include "studies/program/studies.hpp"
 
@@ -271,37 +271,25 @@ void Study::fresh_signatures() {
 
 std::string sweep_picture(const std::vector<double>& severities,
                           const std::vector<std::pair<std::string, std::vector<double>>>& curves) {
-  constexpr std::array kColours{"#b5392f", "#0b6fa4", "#2a8f3c", "#8a5a00"};
-  std::string svg =
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"560\" height=\"300\" viewBox=\"0 0 560 "
-      "300\" "
-      "font-family=\"sans-serif\" font-size=\"11\"><rect width=\"560\" height=\"300\" "
-      "fill=\"#fff\"/>";
-  const double last = std::log(severities.back() / severities.front());
-  const auto x = [&](double s) { return 44.0 + 380.0 * std::log(s / severities.front()) / last; };
-  const auto y = [](double p) { return 262.0 - 2.4 * p; };
-  for (const double p : {0.0, 50.0, 95.0}) {
-    svg += fmt::format(
-        "<line x1=\"44\" x2=\"424\" y1=\"{0:.1f}\" y2=\"{0:.1f}\" stroke=\"#ddd\"/>"
-        "<text x=\"38\" y=\"{1:.1f}\" text-anchor=\"end\">{2:g}</text>",
-        y(p), y(p) + 4.0, p);
-  }
+  workbench::Chart chart{.title = "windows in which it is named",
+                         .x_label = "size, % of CO span (low air: %/s)",
+                         .y_label = "%",
+                         .height = 300.0};
+  chart.logarithmic_x = true;
+  chart.y_range = workbench::PlotRange{0.0, 102.0};
+  std::vector<double> sizes;
   for (const double s : severities) {
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"278\" text-anchor=\"middle\">{:g}</text>", x(s), s);
+    sizes.push_back(std::log10(s));
+    chart.x_names.emplace_back(sizes.back(), fmt::format("{:g}", s));
   }
-  svg +=
-      "<text x=\"234\" y=\"294\" text-anchor=\"middle\">size, % of CO span (low air: %/s)</text>"
-      "<text x=\"44\" y=\"14\">windows in which it is named, %</text>";
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    svg += fmt::format("<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\" points=\"",
-                       kColours[i % kColours.size()]);
-    for (std::size_t k = 0; k < severities.size(); ++k) {
-      svg += fmt::format("{:.1f},{:.1f} ", x(severities[k]), y(curves[i].second[k]));
-    }
-    svg += fmt::format("\"/><text x=\"432\" y=\"{}\" fill=\"{}\">{}</text>", 40 + 18 * i,
-                       kColours[i % kColours.size()], workbench::escaped(curves[i].first));
+  for (const double p : {0.0, 50.0, 95.0}) chart.y_names.emplace_back(p, fmt::format("{:g}", p));
+  for (const auto& [name, shares] : curves) {
+    chart.lines.push_back({.name = name,
+                           .colour = workbench::chart_colour(chart.lines.size()),
+                           .x = sizes,
+                           .y = shares});
   }
-  return svg + "</svg>\n";
+  return workbench::chart_svg(chart);
 }
 
 void Study::severity_sweep() {

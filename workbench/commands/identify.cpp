@@ -132,7 +132,7 @@ void print_text(const Findings& f) {
 std::string picture(const record::Record& record, const Findings& f) {
   const std::vector<double> t = time_axis(record.size(), record.period_s);
   Chart chart{.title = "Step record and model", .x_label = "s", .y_label = "PV", .lines = {}};
-  chart.lines.push_back({"measured", "#7a828c", t, record.pv});
+  chart.lines.push_back({"measured", palette::kGrey, t, record.pv});
   const auto model = [&](const analysis::ProcessFit& fit) {
     plant::Process process({.gain = fit.gain.value,
                             .time_constant_s = fit.time_constant_s.value,
@@ -145,12 +145,15 @@ std::string picture(const record::Record& record, const Findings& f) {
     }
     return y;
   };
-  chart.lines.push_back({"one lag", "#0072b2", t, model(f.first)});
+  chart.lines.push_back({"one lag", palette::kBlue, t, model(f.first)});
   if (f.tangent) {
     const double from = f.tangent->step_time_s + f.tangent->process.dead_time_s;
     const double to = from + f.tangent->process.time_constant_s;
-    chart.lines.push_back(
-        {"tangent", "#d55e00", {from, to}, {f.tangent->before, f.tangent->final_value}, true});
+    chart.lines.push_back({"tangent",
+                           palette::kVermilion,
+                           {from, to},
+                           {f.tangent->before, f.tangent->final_value},
+                           true});
   }
   return chart_svg(chart);
 }

@@ -221,21 +221,21 @@ std::string nyquist(const analysis::LinearLoop& loop, const analysis::ValveNonli
               .lines = {},
               .width = 620.0,
               .height = 560.0};
-  ChartLine l{"open loop L(jw)", "#0072b2", {}, {}};
+  ChartLine l{"open loop L(jw)", palette::kBlue, {}, {}};
   for (const double w : analysis::frequencies(loop, 3000)) {
     const std::complex<double> value = loop.open_loop(w);
     l.x.push_back(value.real());
     l.y.push_back(value.imag());
   }
-  ChartLine n{"-1/N, growing amplitude towards -1", "#d55e00", {}, {}};
+  ChartLine n{"-1/N, growing amplitude towards -1", palette::kVermilion, {}, {}};
   for (const analysis::CriticalPoint& point : analysis::critical_locus(valve, 200.0, 400)) {
     n.x.push_back(point.value.real());
     n.y.push_back(point.value.imag());
   }
-  ChartLine critical{"-1", "#1b1f24", {-1.0}, {0.0}, false, true};
+  ChartLine critical{"-1", palette::kInk, {-1.0}, {0.0}, false, true};
   double reach = 2.5;
-  ChartLine stable{"limit cycle, stable", "#009e73", {}, {}, false, true};
-  ChartLine unstable{"limit cycle, unstable", "#cc79a7", {}, {}, false, true};
+  ChartLine stable{"limit cycle, stable", palette::kGreen, {}, {}, false, true};
+  ChartLine unstable{"limit cycle, unstable", palette::kPurple, {}, {}, false, true};
   for (const analysis::LimitCycle& cycle : cycles) {
     const std::complex<double> at = -1.0 / valve.describing_function(cycle.co_amplitude);
     ChartLine& line = cycle.stable ? stable : unstable;

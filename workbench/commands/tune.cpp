@@ -175,7 +175,7 @@ std::string page(const std::string& model_file, const std::vector<Row>& rows, co
   co.y_label = "CO";
   const analysis::LoopRecord& first = rows.front().response.record;
   const std::vector<double> t = time_axis(first.pv.size(), first.sample_time_s);
-  pv.lines.push_back({"SP", "#7a828c", t, first.sp, true});
+  pv.lines.push_back({"SP", palette::kGrey, t, first.sp, true});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows[i].margins.stable) continue;
     pv.lines.push_back({rows[i].name, chart_colour(i), t, rows[i].response.record.pv});

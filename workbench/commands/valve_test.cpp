@@ -92,13 +92,13 @@ Chart chart_of(const TestResult& r) {
               .height = 260.0};
   if (scan) {
     // From the first turn on: the way there is no branch.
-    chart.lines.push_back({"signature", "#0072b2", r.co, r.position});
-    chart.lines.push_back({"CO", "#7a828c", r.co, r.co, true});
+    chart.lines.push_back({"signature", palette::kBlue, r.co, r.position});
+    chart.lines.push_back({"CO", palette::kGrey, r.co, r.co, true});
   } else {
     std::vector<double> t;
     for (const double time : r.time_s) t.push_back(time - r.time_s.front());
-    chart.lines.push_back({"CO", "#7a828c", t, r.co, true});
-    chart.lines.push_back({"position", "#0072b2", t, r.position});
+    chart.lines.push_back({"CO", palette::kGrey, t, r.co, true});
+    chart.lines.push_back({"position", palette::kBlue, t, r.position});
   }
   return chart;
 }

@@ -4,13 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
 #include <iterator>
 #include <span>
-#include <stdexcept>
+
+#include "workbench/report/assets.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -23,10 +22,24 @@ constexpr double kBottom = 34.0;
 constexpr double kLegendLine = 15.0;
 constexpr std::size_t kMostPoints = 1400;  // of a line; the least and the greatest of more
 
-const char* const kStyle =
-    "<style>text{font:11px system-ui,sans-serif;fill:#5b6570}text.t{fill:#1b1f24}"
-    "text.h{fill:#1b1f24;font-weight:600;font-size:12px}.l{fill:none;stroke-width:1.5;"
-    "stroke-linejoin:round}.g{stroke:#e7eaee}.f{fill:none;stroke:#b8bec5}</style>\n";
+// Of the path in tenths of the picture's unit: what is off the drawn line by less is not kept.
+constexpr double kTenths = 10.0;
+constexpr double kTolerance = 2.0;
+
+std::string style() {
+  return fmt::format(
+      "<style>text{{font:11px system-ui,sans-serif;fill:{}}}text.t{{fill:{}}}"
+      "text.h{{fill:{};font-weight:600;font-size:12px}}.l{{fill:none;stroke-width:1.5;"
+      "stroke-linejoin:round;vector-effect:non-scaling-stroke}}.g{{stroke:{}}}"
+      ".f{{fill:none;stroke:{}}}.v{{stroke:{};stroke-dasharray:2 4}}</style>\n",
+      palette::kSoft, palette::kInk, palette::kInk, palette::kGrid, palette::kFrame,
+      palette::kSoft);
+}
+
+// The text of a tick where the axis has logarithms.
+std::string power_text(double logarithm) {
+  return fmt::format("{:.3g}", std::pow(10.0, logarithm));
+}
 
 PlotRange range_over(const Chart& chart, bool across) {
   std::vector<std::span<const double>> columns;
@@ -34,11 +47,12 @@ PlotRange range_over(const Chart& chart, bool across) {
   return range_of(columns, across ? 0.0 : 0.06);
 }
 
-// Of each stretch of samples the least and the greatest, in their order.
-std::vector<std::size_t> kept(const std::vector<double>& y) {
+// Of each stretch of samples the least and the greatest, in their order; all samples where x is no time.
+std::vector<std::size_t> kept(const ChartLine& line) {
+  const std::vector<double>& y = line.y;
   std::vector<std::size_t> indices;
   const std::size_t n = y.size();
-  if (n <= kMostPoints) {
+  if (n <= kMostPoints || !std::is_sorted(line.x.begin(), line.x.end())) {
     for (std::size_t k = 0; k < n; ++k) indices.push_back(k);
     return indices;
   }
@@ -46,11 +60,16 @@ std::vector<std::size_t> kept(const std::vector<double>& y) {
   for (std::size_t b = 0; b < buckets; ++b) {
     const std::size_t from = b * n / buckets;
     const std::size_t to = (b + 1) * n / buckets;
-    const auto begin = y.begin() + static_cast<std::ptrdiff_t>(from);
-    const auto end = y.begin() + static_cast<std::ptrdiff_t>(to);
-    const auto [least, most] = std::minmax_element(begin, end);
-    const auto first = static_cast<std::size_t>(std::min(least, most) - y.begin());
-    const auto last = static_cast<std::size_t>(std::max(least, most) - y.begin());
+    std::size_t least = to;
+    std::size_t most = to;
+    for (std::size_t k = from; k < to; ++k) {
+      if (!std::isfinite(y[k])) continue;
+      if (least == to || y[k] < y[least]) least = k;
+      if (most == to || y[k] > y[most]) most = k;
+    }
+    // Nothing but a gap.
+    const std::size_t first = least == to ? from : std::min(least, most);
+    const std::size_t last = least == to ? from : std::max(least, most);
     indices.push_back(first);
     if (last != first) indices.push_back(last);
   }
@@ -94,16 +113,10 @@ std::size_t legend_lines(const Chart& chart) {
   return lines;
 }
 
-double whole_height(const Chart& chart) {
-  return chart.height + kLegendLine * static_cast<double>(legend_lines(chart));
-}
-
 }  // namespace
 
-const char* chart_colour(std::size_t index) {
-  constexpr std::array kColours{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                "#1b1f24", "#e69f00", "#56b4e9", "#7a5b00"};
-  return kColours[index % kColours.size()];
+double chart_height(const Chart& chart) {
+  return chart.height + kLegendLine * static_cast<double>(legend_lines(chart));
 }
 
 std::string chart_group(const Chart& chart, double at_x, double at_y) {
@@ -116,17 +129,32 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
   const auto y_of = [&](double y) { return kTop + (up.high - y) / up.span() * height; };
   std::string text = fmt::format("<g transform=\"translate({:g} {:g})\">\n", at_x, at_y);
   auto out = std::back_inserter(text);
-  for (const Tick& tick : ticks(across, chart.width < 400.0 ? 4 : 7)) {
-    fmt::format_to(
-        out,
-        "<path class=\"g\" d=\"M{:.1f} {:g}v{:.1f}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" "
-        "text-anchor=\"middle\">{}</text>\n",
-        x_of(tick.value), kTop, height, x_of(tick.value), kTop + height + 14.0,
-        chart.logarithmic_x ? fmt::format("{:.3g}", std::pow(10.0, tick.value)) : tick.text);
+  for (const ChartBand& band : chart.bands) {
+    const double from = x_of(std::clamp(band.from, across.low, across.high));
+    const double to = x_of(std::clamp(band.to, across.low, across.high));
+    fmt::format_to(out,
+                   "<rect fill=\"{}\" fill-opacity=\"{:.2f}\" x=\"{:.1f}\" y=\"{:g}\" "
+                   "width=\"{:.1f}\" height=\"{:.1f}\">{}</rect>\n",
+                   band.colour, band.opacity, from, kTop, std::max(0.0, to - from), height,
+                   band.meaning.empty() ? "" : "<title>" + escaped(band.meaning) + "</title>");
+  }
+  std::vector<std::pair<double, std::string>> x_names = chart.x_names;
+  if (x_names.empty()) {
+    for (const Tick& tick : ticks(across, chart.width < 400.0 ? 4 : 7)) {
+      x_names.emplace_back(tick.value, chart.logarithmic_x ? power_text(tick.value) : tick.text);
+    }
+  }
+  for (const auto& [value, name] : x_names) {
+    fmt::format_to(out,
+                   "<path class=\"g\" d=\"M{:.1f} {:g}v{:.1f}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" "
+                   "text-anchor=\"middle\">{}</text>\n",
+                   x_of(value), kTop, height, x_of(value), kTop + height + 14.0, escaped(name));
   }
   std::vector<std::pair<double, std::string>> names = chart.y_names;
   if (names.empty()) {
-    for (const Tick& tick : ticks(up, 5)) names.emplace_back(tick.value, tick.text);
+    for (const Tick& tick : ticks(up, height < 100.0 ? 4 : 5)) {
+      names.emplace_back(tick.value, chart.logarithmic_y ? power_text(tick.value) : tick.text);
+    }
   }
   for (const auto& [value, name] : names) {
     fmt::format_to(out,
@@ -134,11 +162,15 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
                    "text-anchor=\"end\">{}</text>\n",
                    left, y_of(value), width, left - 5.0, y_of(value) + 4.0, escaped(name));
   }
+  for (const double level : chart.levels) {
+    if (level < up.low || level > up.high) continue;
+    fmt::format_to(out, "<path class=\"v\" d=\"M{:g} {:.1f}h{:.1f}\"/>\n", left, y_of(level),
+                   width);
+  }
   for (const ChartLine& line : chart.lines) {
-    std::string path;
+    std::vector<PlotPoint> points;
     bool gap = true;
-    std::pair<double, double> last{-1e9, -1e9};
-    for (const std::size_t k : kept(line.y)) {
+    for (const std::size_t k : kept(line)) {
       if (!std::isfinite(line.x[k]) || !std::isfinite(line.y[k])) {
         gap = true;
         continue;
@@ -153,19 +185,19 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
                        line.colour);
         continue;
       }
-      if (!gap && std::abs(x - last.first) + std::abs(y - last.second) < 0.3) continue;
-      last = {x, y};
-      fmt::format_to(std::back_inserter(path), "{}{:.1f} {:.1f}", gap ? "M" : "L", x, y);
+      points.push_back(
+          {std::llround((x - left) * kTenths), std::llround((y - kTop) * kTenths), gap});
       gap = false;
     }
-    if (path.empty()) continue;
+    if (points.empty()) continue;
     // The nested picture cuts off what lies outside of the frame.
     fmt::format_to(out,
-                   "<svg x=\"{0:g}\" y=\"{1:g}\" width=\"{2:.1f}\" height=\"{3:.1f}\" "
-                   "viewBox=\"{0:g} {1:g} {2:.1f} {3:.1f}\"><path class=\"l\" stroke=\"{4}\"{5} "
-                   "d=\"{6}\"/></svg>\n",
-                   left, kTop, width, height, line.colour,
-                   line.dashed ? " stroke-dasharray=\"5 3\"" : "", path);
+                   "<svg x=\"{:g}\" y=\"{:g}\" width=\"{:.1f}\" height=\"{:.1f}\" "
+                   "viewBox=\"0 0 {:.0f} {:.0f}\" preserveAspectRatio=\"none\"><path class=\"l\" "
+                   "stroke=\"{}\"{} d=\"{}\"/></svg>\n",
+                   left, kTop, width, height, width * kTenths, height * kTenths, line.colour,
+                   line.dashed ? " stroke-dasharray=\"5 3\"" : "",
+                   path_data(simplified(points, kTolerance)));
   }
   fmt::format_to(out,
                  "<rect class=\"f\" x=\"{0:g}\" y=\"{1:g}\" width=\"{2:.1f}\" height=\"{3:.1f}\"/>"
@@ -179,49 +211,50 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
   return text + legend(below) + "</g>\n";
 }
 
+std::string sheet_svg(const std::string& title, double width, double height,
+                      const std::string& groups) {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" role=\"img\" "
+      "width=\"{0:g}\" height=\"{1:g}\"><title>{2}</title>\n{3}"
+      "<rect width=\"100%\" height=\"100%\" fill=\"{4}\"/>\n{5}{6}</svg>\n",
+      width, height, escaped(title), style(), palette::kPaper,
+      title.empty()
+          ? std::string()
+          : fmt::format("<text class=\"h\" x=\"{:g}\" y=\"18\">{}</text>\n", kLeft, escaped(title)),
+      groups);
+}
+
 std::string chart_svg(const Chart& chart) {
   return fmt::format(
              "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" role=\"img\" "
              "width=\"{0:g}\" height=\"{1:g}\"><title>{2}</title>\n{3}"
-             "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
-             chart.width, whole_height(chart), escaped(chart.title), kStyle) +
+             "<rect width=\"100%\" height=\"100%\" fill=\"{4}\"/>\n",
+             chart.width, chart_height(chart), escaped(chart.title), style(), palette::kPaper) +
          chart_group(chart) + "</svg>\n";
 }
 
 std::string chart_sheet(const std::string& title, const std::vector<Chart>& charts,
                         std::size_t columns) {
   if (charts.empty()) return {};
-  double cell = 0.0;
-  for (const Chart& chart : charts) cell = std::max(cell, whole_height(chart));
-  const double width = charts.front().width * static_cast<double>(columns);
-  const std::size_t rows = (charts.size() + columns - 1) / columns;
-  constexpr double kTitle = 26.0;
-  std::string text = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" role=\"img\" "
-      "width=\"{0:g}\" height=\"{1:g}\"><title>{2}</title>\n{3}"
-      "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
-      "<text class=\"h\" x=\"{4:g}\" y=\"18\">{2}</text>\n",
-      width, kTitle + cell * static_cast<double>(rows), escaped(title), kStyle, kLeft);
-  for (std::size_t i = 0; i < charts.size(); ++i) {
-    text += chart_group(charts[i], charts[i].width * static_cast<double>(i % columns),
-                        kTitle + cell * static_cast<double>(i / columns));
+  std::string groups;
+  double top = kSheetTitle;
+  for (std::size_t first = 0; first < charts.size(); first += columns) {
+    double row = 0.0;
+    for (std::size_t i = first; i < std::min(first + columns, charts.size()); ++i) {
+      groups += chart_group(charts[i], charts[i].width * static_cast<double>(i - first), top);
+      row = std::max(row, chart_height(charts[i]));
+    }
+    top += row;
   }
-  return text + "</svg>\n";
+  return sheet_svg(title, charts.front().width * static_cast<double>(columns), top, groups);
 }
 
 std::string html_page(const std::string& title, const std::string& body) {
   return fmt::format(
       "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>{0}</title><style>"
-      "body{{font:15px/1.5 system-ui,sans-serif;margin:1.5rem auto;max-width:1180px;padding:0 1rem;"
-      "color:#1b1f24;background:#fff}}h1{{font-size:1.4rem}}h2{{font-size:1.1rem;margin-top:2rem}}"
-      "table{{border-collapse:collapse;font-size:.875rem}}th,td{{padding:.25rem .75rem;text-align:"
-      "right;border-bottom:1px solid #e7eaee;font-variant-numeric:tabular-nums}}"
-      "th:first-child,td:first-child{{text-align:left;padding-left:0}}th{{color:#5b6570;font-"
-      "weight:"
-      "500}}td.best{{font-weight:600}}td.no{{color:#b23a00}}svg{{max-width:100%;height:auto}}"
-      ".note{{color:#5b6570}}</style><h1>{0}</h1>\n{1}</html>\n",
-      escaped(title), body);
+      "content=\"width=device-width, initial-scale=1\"><title>{0}</title><style>{1}{2}</style>"
+      "<h1>{0}</h1>\n{3}</html>\n",
+      escaped(title), palette_style(), kPageStyle, body);
 }
 
 std::vector<double> time_axis(std::size_t count, double sample_time_s) {

@@ -11,7 +11,7 @@
 #include "model/control/loop_controller.hpp"
 #include "model/effects/catalogue.hpp"
 #include "model/plant/simulated_loop.hpp"
-#include "workbench/report/plot.hpp"
+#include "workbench/report/chart.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -20,13 +20,8 @@ using Column = std::vector<double>;
 using plant::Block;
 
 constexpr double kDuration = 400.0;  // s
-constexpr std::size_t kStretches = 900;
-constexpr double kDots = 10.0;      // path units per unit of the picture
-constexpr double kTolerance = 3.0;  // path units
-constexpr double kLeft = 44.0;
-constexpr double kTimeWidth = 420.0;
-constexpr double kPhaseLeft = 520.0;
-constexpr double kPhaseSize = 226.0;
+constexpr double kTimeWidth = 476.0;
+constexpr double kPhaseWidth = 284.0;
 
 struct LoopRun {
   Column sp, pv, co, flow;  // flow: CO units, what leaves the valve
@@ -88,14 +83,21 @@ Column residual_of(const LoopRun& run, const plant::LoopModel& model, Block bloc
   return residual;
 }
 
-struct Curve {
-  const char* style;
+// As a curve is called and coloured in all panels.
+struct PanelCurve {
+  const char* name;
+  const char* colour;
   const Column* values;
+  bool dashed = false;
 };
+PanelCurve with_it(const Column& values) { return {"with the effect", palette::kAfter, &values}; }
+PanelCurve without_it(const Column& values) {
+  return {"without it", palette::kBefore, &values, true};
+}
 
-PlotRange range_of_curves(const std::vector<Curve>& curves, double least_span) {
+PlotRange range_of_curves(const std::vector<PanelCurve>& curves, double least_span) {
   std::vector<std::span<const double>> columns;
-  for (const Curve& curve : curves) columns.emplace_back(*curve.values);
+  for (const PanelCurve& curve : curves) columns.emplace_back(*curve.values);
   PlotRange range = range_of(columns, 0.06);
   // What is all but nothing must look like it.
   if (const double lacks = least_span - range.span(); lacks > 0.0) {
@@ -105,88 +107,33 @@ PlotRange range_of_curves(const std::vector<Curve>& curves, double least_span) {
   return range;
 }
 
-std::string up_ticks(double left, double top, double width, double height, const PlotRange& range,
-                     int count) {
-  std::string text;
-  for (const Tick& tick : ticks(range, count)) {
-    const double y = top + (range.high - tick.value) / range.span() * height;
-    text += fmt::format(
-        "<path class=\"g\" d=\"M{0} {1:.1f}h{2}\"/><text x=\"{3}\" y=\"{4:.1f}\" "
-        "text-anchor=\"end\">{5}</text>\n",
-        left, y, width, left - 5.0, y + 3.5, tick.text);
+Chart time_panel(const char* title, double height, const std::vector<PanelCurve>& curves,
+                 double least_span, const plant::LoopModel& model, bool legend) {
+  Chart chart{.title = title, .x_label = "s", .y_label = "", .width = kTimeWidth, .height = height};
+  for (const PanelCurve& curve : curves) {
+    chart.lines.push_back({.name = legend ? curve.name : "",
+                           .colour = curve.colour,
+                           .x = time_axis(curve.values->size(), model.sample_time_s),
+                           .y = *curve.values,
+                           .dashed = curve.dashed});
   }
-  return text;
+  chart.x_range = PlotRange{0.0, kDuration};
+  chart.y_range = range_of_curves(curves, least_span);
+  return chart;
 }
 
-std::string across_ticks(double left, double top, double width, double height,
-                         const PlotRange& range, int count, bool with_text) {
-  std::string text;
-  for (const Tick& tick : ticks(range, count)) {
-    const double x = left + (tick.value - range.low) / range.span() * width;
-    text += fmt::format("<path class=\"g\" d=\"M{:.1f} {}v{}\"/>", x, top, height);
-    if (with_text) {
-      text += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{}</text>", x,
-                          top + height + 14.0, tick.text);
-    }
-    text += "\n";
-  }
-  return text;
-}
-
-std::string curve_path(const char* style, double left, double top,
-                       std::span<const PlotPoint> points) {
-  return fmt::format("<path class=\"{}\" transform=\"translate({} {}) scale({})\" d=\"{}\"/>\n",
-                     style, left, top, 1.0 / kDots, path_data(simplified(points, kTolerance)));
-}
-
-std::string time_panel(double top, double height, const std::string& title,
-                       const std::vector<Curve>& curves, double least_span, bool last) {
-  const PlotRange range = range_of_curves(curves, least_span);
-  std::string text = across_ticks(kLeft, top, kTimeWidth, height, {0.0, kDuration}, 6, last) +
-                     up_ticks(kLeft, top, kTimeWidth, height, range, 4);
-  for (const Curve& curve : curves) {
-    const double samples = static_cast<double>(curve.values->size());
-    std::vector<PlotPoint> points = decimated(*curve.values, range, kStretches);
-    for (PlotPoint& p : points) {
-      p.x = std::llround(static_cast<double>(p.x) / samples * kTimeWidth * kDots);
-      p.y = std::llround(static_cast<double>(p.y) / kPlotHeight * height * kDots);
-    }
-    text += curve_path(curve.style, kLeft, top, points);
-  }
-  return text + fmt::format(
-                    "<rect class=\"f\" x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\"/>"
-                    "<text class=\"t\" x=\"{0}\" y=\"{4}\">{5}</text>\n",
-                    kLeft, top, kTimeWidth, height, top - 5.0, title);
-}
-
-std::string phase_panel(const std::string& title,
-                        const std::vector<std::pair<Curve, const Column*>>& curves) {
-  constexpr double kTop = 40.0;
-  std::vector<Curve> ups;
-  std::vector<Curve> acrosses;
-  for (const auto& [up, across] : curves) {
-    ups.push_back(up);
-    acrosses.push_back({"", across});
-  }
-  const PlotRange up = range_of_curves(ups, 0.0);
-  const PlotRange across = range_of_curves(acrosses, 0.0);
-  std::string text = across_ticks(kPhaseLeft, kTop, kPhaseSize, kPhaseSize, across, 5, true) +
-                     up_ticks(kPhaseLeft, kTop, kPhaseSize, kPhaseSize, up, 5);
+Chart phase_panel(const char* title,
+                  const std::vector<std::pair<PanelCurve, const Column*>>& curves) {
+  Chart chart{.title = title,
+              .x_label = "CO, V",
+              .y_label = "",
+              .width = kPhaseWidth,
+              .height = kPhaseWidth};
   for (const auto& [curve, co] : curves) {
-    std::vector<PlotPoint> points;
-    for (std::size_t k = 0; k < co->size(); ++k) {
-      points.push_back(
-          {std::llround(((*co)[k] - across.low) / across.span() * kPhaseSize * kDots),
-           std::llround(up.down((*curve.values)[k]) / kPlotHeight * kPhaseSize * kDots), k == 0});
-    }
-    text += curve_path(curve.style, kPhaseLeft, kTop, points);
+    chart.lines.push_back(
+        {.name = "", .colour = curve.colour, .x = *co, .y = *curve.values, .dashed = curve.dashed});
   }
-  return text + fmt::format(
-                    "<rect class=\"f\" x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{2}\"/>"
-                    "<text class=\"t\" x=\"{0}\" y=\"{3}\">{4}</text>"
-                    "<text x=\"{5}\" y=\"{6}\" text-anchor=\"end\">CO, V</text>\n",
-                    kPhaseLeft, kTop, kPhaseSize, kTop - 5.0, title, kPhaseLeft + kPhaseSize,
-                    kTop + kPhaseSize + 28.0);
+  return chart;
 }
 
 }  // namespace
@@ -232,36 +179,27 @@ std::string effect_picture_svg(const effects::Example& example) {
   const bool controller = example.block == Block::controller;
   const bool valve = example.block == Block::valve;
 
-  std::string text = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 760 436\" role=\"img\" "
-      "aria-labelledby=\"t d\">\n<title id=\"t\">{}</title>\n"
-      "<desc id=\"d\">The same loop with the effect and without it.</desc>\n<style>"
-      "rect.p{{fill:#fff}}rect.f{{fill:none;stroke:#b8bec5}}"
-      "text{{font:11px system-ui,sans-serif;fill:#5b6570}}text.t{{fill:#1b1f24}}"
-      "path{{fill:none;stroke-width:1.4;stroke-linejoin:round;vector-effect:non-scaling-stroke}}"
-      ".g{{stroke:#e7eaee;stroke-width:1}}.s{{stroke:#7a828c;stroke-dasharray:5 3}}"
-      ".w{{stroke:#d55e00;stroke-dasharray:6 3}}.e{{stroke:#0072b2}}"
-      "</style>\n<rect class=\"p\" width=\"760\" height=\"436\"/>\n",
-      escaped(example_text(example)));
-  text += time_panel(40.0, 150.0, "PV and SP, L/min",
-                     {{"s", &run.sp}, {"w", &plain.pv}, {"e", &run.pv}}, 0.0, false);
-  text += time_panel(216.0, 90.0, "CO, V", {{"w", &plain.co}, {"e", &run.co}}, 0.5, false);
-  text += time_panel(332.0, 70.0,
-                     controller ? "CO less the model's controller, V"
-                                : "residual: PV less the model without it, same CO, L/min",
-                     {{"e", &residual}}, 0.2, true);
-  text += valve ? phase_panel("flow out of the valve over CO, V",
-                              {{{"w", &plain.flow}, &plain.co}, {{"e", &run.flow}, &run.co}})
-                : phase_panel("PV over CO, L/min",
-                              {{{"w", &plain.pv}, &plain.co}, {{"e", &run.pv}, &run.co}});
-  text += fmt::format(
-      "<text x=\"{4}\" y=\"430\" text-anchor=\"end\">time, s</text>"
-      "<path class=\"e\" d=\"M{1} 332h28\"/><text class=\"t\" x=\"{2}\" y=\"336\">with the effect"
-      "</text><path class=\"w\" d=\"M{1} 350h28\"/><text class=\"t\" x=\"{2}\" y=\"354\">without it"
-      "</text><path class=\"s\" d=\"M{1} 368h28\"/><text class=\"t\" x=\"{2}\" y=\"372\">set point"
-      "</text><text class=\"t\" x=\"{0}\" y=\"18\" font-weight=\"bold\">{3}</text>\n</svg>\n",
-      kLeft, kPhaseLeft, kPhaseLeft + 36.0, escaped(example_text(example)), kLeft + kTimeWidth);
-  return text;
+  const std::vector<Chart> panels{
+      time_panel(
+          "PV and SP, L/min", 220.0,
+          {{"set point", palette::kSetPoint, &run.sp, true}, without_it(plain.pv), with_it(run.pv)},
+          0.0, model, true),
+      time_panel("CO, V", 140.0, {without_it(plain.co), with_it(run.co)}, 0.5, model, false),
+      time_panel(controller ? "CO less the model's controller, V"
+                            : "residual: PV less the model without it, same CO, L/min",
+                 130.0, {with_it(residual)}, 0.2, model, false)};
+  const Chart phase =
+      valve ? phase_panel("flow out of the valve over CO, V",
+                          {{without_it(plain.flow), &plain.co}, {with_it(run.flow), &run.co}})
+            : phase_panel("PV over CO, L/min",
+                          {{without_it(plain.pv), &plain.co}, {with_it(run.pv), &run.co}});
+  std::string groups = chart_group(phase, kTimeWidth, kSheetTitle);
+  double top = kSheetTitle;
+  for (const Chart& panel : panels) {
+    groups += chart_group(panel, 0.0, top);
+    top += chart_height(panel);
+  }
+  return sheet_svg(example_text(example), kTimeWidth + kPhaseWidth, top, groups);
 }
 
 }  // namespace loopwarden::workbench

@@ -14,9 +14,10 @@
 
 #include "config/loop_model_writer.hpp"
 #include "model/effects/catalogue.hpp"
-#include "workbench/report/gap_report_page.hpp"
+#include "workbench/report/assets.hpp"
 #include "workbench/report/gap_report_plots.hpp"
 #include "workbench/text/line_diff.hpp"
+#include "workbench/report/palette.hpp"
 #include "workbench/report/plot.hpp"
 
 namespace loopwarden::workbench {
@@ -133,10 +134,11 @@ class Page {
     record();
     model_diff();
     commands();
-    add("<footer>loopwarden {}, {:.2f} s of work.</footer></main><script>{}</script>"
+    add("<footer>loopwarden {}, {:.2f} s of work.</footer></main><script>{}\n{}</script>"
         "</body></html>\n",
         escaped(context_.version),
-        std::isfinite(context_.seconds_of_work) ? context_.seconds_of_work : 0.0, kReportScript);
+        std::isfinite(context_.seconds_of_work) ? context_.seconds_of_work : 0.0, kUplotScript,
+        kGapReportScript);
     return std::move(text_);
   }
 
@@ -152,8 +154,8 @@ class Page {
         // The page can't load anything, even if an escape were missed.
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
         "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">"
-        "<title>Gap: {}</title><style>{}</style></head><body><main>\n",
-        escaped(context_.record), kReportStyle);
+        "<title>Gap: {}</title><style>{}{}{}</style></head><body><main>\n",
+        escaped(context_.record), palette_style(), kUplotStyle, kGapReportStyle);
     add("<header><p class=\"kind\">Gap report: {} against {}</p>"
         "<span class=\"verdict {}\">{}</span><h1>{}</h1></header>\n",
         escaped(context_.record), escaped(context_.model),
@@ -233,9 +235,9 @@ class Page {
   }
 
   void plots() {
-    const std::string time_plots = gap_time_plots_html(result_);
-    if (time_plots.empty()) return;
-    add("<h2>Measured, before and after</h2>\n{}\n{}\n", time_plots, gap_phase_plots_html(result_));
+    const std::string plots = gap_plots_html(result_);
+    if (plots.empty()) return;
+    add("<h2>Measured, before and after</h2>\n{}\n", plots);
   }
 
   // Rows by block are told apart by the block itself.

@@ -6,28 +6,33 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "workbench/report/plot.hpp"
+#include "workbench/report/chart.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
 using Column = std::vector<double>;
 
-// Points for 2000 stretches of time show no step at twice the width of the page, and keep a record
-// of any length below a megabyte.
-constexpr std::size_t kMostStretches = 2000;
-constexpr std::size_t kMostPhasePoints = 3000;
+// Points for so many stretches of time show no step at the width of the page, and keep the page of a record of any
+// length below a megabyte.
+constexpr std::size_t kMostStretches = 1200;
+constexpr std::size_t kMostPhasePoints = 2000;
+constexpr double kStillWidth = 760.0;  // of a picture on paper
 constexpr std::size_t kTableRows = 25;
 // A controller that holds less of the gap than this is not worth two more curves.
 constexpr double kControllerShare = 0.1;
 
 struct Curve {
   const char* name;
-  const char* style;  // of gap_report_page.cpp
+  const char* style;  // a colour of palette_style
   const Column* values;
 };
 
@@ -43,7 +48,7 @@ struct TimePlot {
   const char* title;
   std::string text;
   const char* unit;  // at the axis
-  double height;     // of the drawing, in the units of a page 1000 wide
+  double height;     // of the drawing
   std::vector<Curve> curves;
   bool zero_line = false;
   double floor = 0.0;  // lines at plus and minus this
@@ -86,51 +91,29 @@ Column difference(const Column& a, const Column& b) {
   return result;
 }
 
-PlotRange range_of_curves(const std::vector<Curve>& curves, double margin) {
-  std::vector<std::span<const double>> columns;
-  for (const Curve& curve : curves) columns.emplace_back(*curve.values);
-  return range_of(columns, margin);
+const char* colour_of(std::string_view style) {
+  if (style == "measured") return palette::kMeasured;
+  if (style == "before") return palette::kBefore;
+  if (style == "after") return palette::kAfter;
+  return palette::kSetPoint;
+}
+bool is_dashed(std::string_view style) { return style == "before" || style == "sp"; }
+
+// A number of JSON; what is not finite is null there.
+void put(nlohmann::json& list, double value) {
+  if (std::isfinite(value)) {
+    list.push_back(std::stod(fmt::format("{:.6g}", value)));
+  } else {
+    list.push_back(nullptr);
+  }
 }
 
-// Axes of an outer drawing around an inner one.
-struct Frame {
-  double left;
-  double top;
-  double width;
-  double height;
-};
-
-std::string axes(const Frame& f, const PlotRange& across, int across_ticks, const PlotRange& up,
-                 int up_ticks) {
-  std::string text = "<g class=\"grid across\">";
-  for (const Tick& tick : ticks(across, across_ticks)) {
-    const double x = f.left + (tick.value - across.low) / across.span() * f.width;
-    text += fmt::format(
-        "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\"/>"
-        "<text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4}</text>",
-        x, f.top, f.top + f.height, f.top + f.height + 16.0, tick.text);
-  }
-  text += "</g><g class=\"grid up\">";
-  for (const Tick& tick : ticks(up, up_ticks)) {
-    const double y = f.top + (up.high - tick.value) / up.span() * f.height;
-    text += fmt::format(
-        "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\"/>"
-        "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text>",
-        f.left, f.left + f.width, y, f.left - 6.0, y + 4.0, tick.text);
-  }
-  return text + "</g>";
-}
-
-std::string legend(const std::vector<Curve>& curves) {
-  std::string text = "<ul class=\"legend\">";
-  for (const Curve& curve : curves) {
-    text += fmt::format(
-        "<li><button type=\"button\" data-curve=\"{0}\" aria-pressed=\"true\">"
-        "<svg aria-hidden=\"true\"><line class=\"{0}\" x1=\"0\" x2=\"28\" y1=\"6\" y2=\"6\"/></svg>"
-        "{1} <output></output></button></li>",
-        curve.style, escaped(curve.name));
-  }
-  return text + "</ul>";
+ChartLine line_of(const Curve& curve, std::vector<double> x) {
+  return {.name = curve.name,
+          .colour = colour_of(curve.style),
+          .x = std::move(x),
+          .y = *curve.values,
+          .dashed = is_dashed(curve.style)};
 }
 
 std::string value_table(const TimePlot& plot, const TimeAxis& axis) {
@@ -154,76 +137,98 @@ std::string value_table(const TimePlot& plot, const TimeAxis& axis) {
   return text + "</tbody></table></div></details>";
 }
 
-// A stretch of samples as a rectangle over the full height, wherever the picture is zoomed to.
-std::string stretch(const TimeAxis& axis, double from_s, double to_s, const std::string& attributes,
-                    const std::string& tooltip) {
-  const double from = std::clamp(axis.sample(from_s), 0.0, axis.last());
-  const double to = std::clamp(axis.sample(to_s), from, axis.last());
+// For people who read by ear.
+std::string described(const TimePlot& plot, const TimeAxis& axis, const PlotRange& range) {
+  std::string names;
+  for (const Curve& curve : plot.curves) {
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", curve.name);
+  }
+  return fmt::format("{} over time. Curves: {}. From {} to {} s, {} from {} to {}.", plot.title,
+                     names, plain_number(axis.first_s), plain_number(axis.time_s(axis.last())),
+                     plot.unit, plain_number(range.low), plain_number(range.high));
+}
+
+bool holds_back(const TimeAxis& axis, double holdout_from_s) {
+  const double from = axis.sample(holdout_from_s);
+  return from > 0.0 && from < axis.last();
+}
+
+// What stands where no script runs, and on paper.
+std::string still(const TimePlot& plot, const TimeAxis& axis, double holdout_from_s) {
+  Chart chart{.title = plot.title,
+              .x_label = "s",
+              .y_label = plot.unit,
+              .width = kStillWidth,
+              .height = plot.height};
+  std::vector<double> time;
+  for (std::size_t k = 0; k < axis.samples; ++k) {
+    time.push_back(axis.time_s(static_cast<double>(k)));
+  }
+  for (const Curve& curve : plot.curves) chart.lines.push_back(line_of(curve, time));
+  if (holds_back(axis, holdout_from_s)) {
+    chart.bands.push_back({.from = holdout_from_s,
+                           .to = axis.time_s(axis.last()),
+                           .colour = palette::kSoft,
+                           .opacity = 0.1,
+                           .meaning = "held back"});
+  }
+  for (const Shade& shade : plot.shades) {
+    chart.bands.push_back({.from = shade.from_s,
+                           .to = shade.to_s,
+                           .colour = palette::kOrange,
+                           .opacity = 0.1 + 0.35 * std::clamp(shade.share, 0.0, 1.0),
+                           .meaning = shade.what});
+  }
+  if (plot.zero_line) chart.levels.push_back(0.0);
+  if (plot.floor > 0.0) chart.levels.insert(chart.levels.end(), {plot.floor, -plot.floor});
+  return "<div class=\"still\">" + chart_svg(chart) + "</div>";
+}
+
+std::string figure(const char* id, const char* title, const std::string& text,
+                   const std::string& description, const std::string& picture,
+                   const std::string& table) {
   return fmt::format(
-      "<rect {} x=\"{:.1f}\" y=\"-100000\" width=\"{:.1f}\" height=\"200000\">{}</rect>",
-      attributes, from, to - from,
-      tooltip.empty() ? std::string() : "<title>" + escaped(tooltip) + "</title>");
+      "<figure id=\"{}\"><figcaption><b>{}</b> {}</figcaption>"
+      "<div class=\"chart\" role=\"img\" aria-label=\"{}\"></div>{}{}</figure>",
+      id, title, text, escaped(description), picture, table);
+}
+
+PlotRange range_of_curves(const std::vector<Curve>& curves) {
+  std::vector<std::span<const double>> columns;
+  for (const Curve& curve : curves) columns.emplace_back(*curve.values);
+  return range_of(columns, 0.0);
 }
 
 std::string time_plot(const TimePlot& plot, const TimeAxis& axis, double holdout_from_s) {
-  const Frame frame{.left = 62.0, .top = 8.0, .width = 926.0, .height = plot.height - 34.0};
-  const PlotRange range = range_of_curves(plot.curves, 0.05);
-  const PlotRange across{axis.first_s, axis.time_s(axis.last())};
+  return figure(plot.id, plot.title, plot.text, described(plot, axis, range_of_curves(plot.curves)),
+                still(plot, axis, holdout_from_s), value_table(plot, axis));
+}
 
-  std::string names;
+// Points of the curves by sample: the least and the greatest of every stretch, so that no peak is lost.
+nlohmann::json time_data(const TimePlot& plot) {
+  nlohmann::json curves = nlohmann::json::array();
   for (const Curve& curve : plot.curves) {
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", escaped(curve.name));
+    nlohmann::json k = nlohmann::json::array();
+    nlohmann::json y = nlohmann::json::array();
+    const Column& values = *curve.values;
+    std::int64_t last = -1;
+    for (const PlotPoint& point : decimated(values, range_of_curves({curve}), kMostStretches)) {
+      // A gap before this point: one sample without a value tells of it.
+      if (point.starts && last >= 0 && point.x > last + 1) {
+        k.push_back(last + 1);
+        y.push_back(nullptr);
+      }
+      k.push_back(point.x);
+      put(y, values[static_cast<std::size_t>(point.x)]);
+      last = point.x;
+    }
+    curves.push_back({{"name", curve.name}, {"style", curve.style}, {"k", k}, {"y", y}});
   }
-  std::string text = fmt::format(
-      "<figure id=\"{0}\"><figcaption><b>{1}</b> {2}</figcaption>{3}"
-      "<svg class=\"plot time\" viewBox=\"0 0 1000 {4}\" role=\"img\" "
-      "aria-labelledby=\"{0}-t {0}-d\" data-low=\"{5:.9g}\" data-high=\"{6:.9g}\">"
-      "<title id=\"{0}-t\">{1} over time</title>"
-      "<desc id=\"{0}-d\">Curves: {7}. From {8} to {9} s, {10} from {11} to {12}.</desc>",
-      plot.id, plot.title, plot.text, legend(plot.curves), plot.height, range.low, range.high,
-      names, plain_number(across.low), plain_number(across.high), plot.unit,
-      plain_number(range.low), plain_number(range.high));
-  text += axes(frame, across, 10, range, static_cast<int>(frame.height / 38.0));
-  text += fmt::format(
-      "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {:g} {:g}\" "
-      "preserveAspectRatio=\"none\">",
-      frame.left, frame.top, frame.width, frame.height, axis.last(), kPlotHeight);
-
-  const double held_from = axis.sample(holdout_from_s);
-  const bool has_holdout = held_from > 0.0 && held_from < axis.last();
-  if (has_holdout) {
-    text += stretch(axis, holdout_from_s, across.high, "class=\"held\"", "");
-  }
-  for (const Shade& shade : plot.shades) {
-    text += stretch(axis, shade.from_s, shade.to_s,
-                    fmt::format("class=\"located\" fill-opacity=\"{:.2f}\"",
-                                0.1 + 0.35 * std::clamp(shade.share, 0.0, 1.0)),
-                    shade.what);
-  }
-  const auto level = [&](const char* style, double value) {
-    text += fmt::format("<line class=\"{0}\" x1=\"0\" x2=\"{1:g}\" y1=\"{2:.0f}\" y2=\"{2:.0f}\"/>",
-                        style, axis.last(), range.down(value));
-  };
-  if (plot.zero_line) level("zero", 0.0);
-  if (plot.floor > 0.0) {
-    level("floor", plot.floor);
-    level("floor", -plot.floor);
-  }
-  for (const Curve& curve : plot.curves) {
-    text += fmt::format("<path class=\"{0}\" data-curve=\"{0}\" d=\"{1}\"/>", curve.style,
-                        path_data(decimated(*curve.values, range, kMostStretches)));
-  }
-  text += fmt::format(
-      "</svg><rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>"
-      "<text class=\"axis\" x=\"{}\" y=\"{}\">{}</text>",
-      frame.left, frame.top, frame.width, frame.height, frame.left + 6.0, frame.top + 15.0,
-      plot.unit);
-  if (has_holdout) {
-    text += fmt::format(
-        "<text class=\"mark\" data-k=\"{:.1f}\" x=\"{:.1f}\" y=\"{}\">held back</text>", held_from,
-        frame.left + held_from / axis.last() * frame.width + 5.0, frame.top + frame.height - 7.0);
-  }
-  return text + "</svg>" + value_table(plot, axis) + "</figure>";
+  nlohmann::json shades = nlohmann::json::array();
+  for (const Shade& shade : plot.shades) shades.push_back({shade.from_s, shade.to_s, shade.share});
+  return {{"id", plot.id},          {"unit", plot.unit},   {"height", plot.height},
+          {"zero", plot.zero_line}, {"floor", plot.floor}, {"curves", curves},
+          {"shades", shades}};
 }
 
 // Moments, not the whole record: shading everything shows nothing.
@@ -256,70 +261,66 @@ std::string tools(const gap::Result& result, const TimeAxis& axis) {
         result.holdout_from_s, end_s);
   }
   return text +
-         "<span class=\"note\">Drag to select a span, then to move it. Ctrl + wheel zooms; after a "
-         "click the wheel alone and + &minus; 0 &larr; &rarr; do.</span>"
-         "<output id=\"at\"></output><output id=\"span\"></output></div>";
+         "<span class=\"note\">Drag to select a span; twice a click shows all. Ctrl + wheel zooms; "
+         "after "
+         "a click the wheel alone and + &minus; 0 &larr; &rarr; do.</span>"
+         "<output id=\"span\"></output></div>";
 }
 
 // The same curve twice would hide that nothing was changed.
 bool differ(const Column& a, const Column& b) { return !a.empty() && !b.empty() && a != b; }
 
-std::string phase_plot(const char* id, const char* title, const std::string& caption,
-                       const char* up_name, const char* across_name, const Column& across_values,
-                       const TimeAxis& axis, const std::vector<Curve>& curves) {
-  const std::span<const double> across_column(across_values);
-  const PlotRange across = range_of(std::span(&across_column, 1), 0.04);
-  const PlotRange up = range_of_curves(curves, 0.04);
-  const Frame frame{.left = 56.0, .top = 8.0, .width = 432.0, .height = 340.0};
-  const std::size_t stride = std::max<std::size_t>(1, axis.samples / kMostPhasePoints);
+struct PhasePlot {
+  const char* id;
+  const char* title;
+  const char* text;
+  const char* up;  // name and unit of the axis
+  const char* across;
+  const Column* across_values;
+  std::vector<Curve> curves;
+};
 
-  std::string text =
-      fmt::format("<figure id=\"{0}\"><figcaption><b>{1}</b> {2}</figcaption><ul class=\"legend\">",
-                  id, title, caption);
-  for (const Curve& curve : curves) {
-    text += fmt::format(
-        "<li><span class=\"key\"><svg aria-hidden=\"true\"><line class=\"{0}\" x1=\"0\" x2=\"28\" "
-        "y1=\"6\" y2=\"6\"/></svg>{1}</span></li>",
-        curve.style, escaped(curve.name));
+std::size_t phase_stride(const TimeAxis& axis) {
+  return std::max<std::size_t>(1, axis.samples / kMostPhasePoints);
+}
+
+std::string phase_plot(const PhasePlot& plot, const TimeAxis& axis) {
+  Chart chart{.title = plot.title,
+              .x_label = plot.across,
+              .y_label = plot.up,
+              .width = 440.0,
+              .height = 360.0};
+  const auto thinned = [&](const Column& column) {
+    Column some;
+    for (std::size_t k = 0; k < axis.samples; k += phase_stride(axis)) some.push_back(column[k]);
+    return some;
+  };
+  for (const Curve& curve : plot.curves) {
+    const Column up = thinned(*curve.values);
+    chart.lines.push_back(line_of({curve.name, curve.style, &up}, thinned(*plot.across_values)));
   }
-  text += fmt::format(
-      "</ul><svg class=\"plot phase\" viewBox=\"0 0 500 390\" role=\"img\" "
-      "aria-labelledby=\"{0}-t {0}-d\" data-lowx=\"{1:.9g}\" data-highx=\"{2:.9g}\" "
-      "data-low=\"{3:.9g}\" data-high=\"{4:.9g}\"><title id=\"{0}-t\">{5}</title>"
-      "<desc id=\"{0}-d\">{6} against {7}. What is plotted over time has its values in the tables "
-      "there.</desc>",
-      id, across.low, across.high, up.low, up.high, title, up_name, across_name);
-  text += axes(frame, across, 6, up, 8);
-  text += fmt::format(
-      "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {:g} {:g}\" "
-      "preserveAspectRatio=\"none\">",
-      frame.left, frame.top, frame.width, frame.height, kPlotHeight, kPlotHeight);
-  for (const Curve& curve : curves) {
-    std::vector<PlotPoint> points;
-    std::string firsts;
-    bool gap = true;
-    for (std::size_t k = 0; k < axis.samples; k += stride) {
-      const double x = across_values[k];
-      const double y = (*curve.values)[k];
-      if (!std::isfinite(x) || !std::isfinite(y)) {
-        gap = true;
-        continue;
-      }
-      if (gap) firsts += fmt::format("{}{}", firsts.empty() ? "" : " ", k);
-      points.push_back({std::llround((x - across.low) / across.span() * kPlotHeight),
-                        std::llround(up.down(y)), gap});
-      gap = false;
+  return figure(plot.id, plot.title, plot.text,
+                fmt::format("{} against {}. What is plotted over time has its values in the tables "
+                            "there.",
+                            plot.up, plot.across),
+                "<div class=\"still\">" + chart_svg(chart) + "</div>", "");
+}
+
+nlohmann::json phase_data(const PhasePlot& plot, const TimeAxis& axis) {
+  nlohmann::json curves = nlohmann::json::array();
+  for (const Curve& curve : plot.curves) {
+    nlohmann::json k_list = nlohmann::json::array();
+    nlohmann::json x = nlohmann::json::array();
+    nlohmann::json y = nlohmann::json::array();
+    for (std::size_t k = 0; k < axis.samples; k += phase_stride(axis)) {
+      k_list.push_back(k);
+      put(x, (*plot.across_values)[k]);
+      put(y, (*curve.values)[k]);
     }
-    text += fmt::format("<path class=\"{}\" data-first=\"{}\" data-stride=\"{}\" d=\"{}\"/>",
-                        curve.style, firsts, stride, path_data(points));
+    curves.push_back(
+        {{"name", curve.name}, {"style", curve.style}, {"k", k_list}, {"x", x}, {"y", y}});
   }
-  return text +
-         fmt::format(
-             "</svg><rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>"
-             "<text class=\"axis\" x=\"{}\" y=\"{}\">{}</text>"
-             "<text class=\"axis\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text></svg></figure>",
-             frame.left, frame.top, frame.width, frame.height, frame.left + 6.0, frame.top + 15.0,
-             up_name, frame.left + frame.width - 6.0, frame.top + frame.height - 8.0, across_name);
+  return {{"id", plot.id}, {"up", plot.up}, {"across", plot.across}, {"curves", curves}};
 }
 
 }  // namespace
@@ -337,7 +338,7 @@ bool has_controller_gap(const gap::Result& result) {
   return false;
 }
 
-std::string gap_time_plots_html(const gap::Result& result) {
+std::string gap_plots_html(const gap::Result& result) {
   const gap::Series& s = result.series;
   const TimeAxis axis(s);
   if (!axis.drawable() || !has_values(s.pv, axis)) return "";
@@ -355,7 +356,7 @@ std::string gap_time_plots_html(const gap::Result& result) {
               .text = result.closed_loop
                           ? "measured and in a free closed-loop run of the model, driven by SP."
                           : "measured and in a free run of the model, driven by the measured CO.",
-              .unit = "PV",
+              .unit = "PV units",
               .height = 300.0,
               .curves = {}};
   add(pv.curves, "SP", "sp", s.sp);
@@ -372,18 +373,18 @@ std::string gap_time_plots_html(const gap::Result& result) {
       .text =
           "measured PV minus model. Shaded: where the gap was located, darker for a larger "
           "share. Dotted: the noise floor.",
-      .unit = "PV",
+      .unit = "PV units",
       .height = 230.0,
       .curves = {},
       .zero_line = true,
-      .floor = result.noise_floor_rmse,
+      .floor = std::isfinite(result.noise_floor_rmse) ? result.noise_floor_rmse : 0.0,
       .shades = shades_of(result, axis)};
   add(residual.curves, before_name, "before", residual_before);
   if (changed) add(residual.curves, "corrected model", "after", residual_after);
   if (!residual.curves.empty()) plots.push_back(std::move(residual));
 
   TimePlot co{
-      .id = "output", .title = "CO", .text = "", .unit = "CO", .height = 200.0, .curves = {}};
+      .id = "output", .title = "CO", .text = "", .unit = "CO units", .height = 200.0, .curves = {}};
   if (has_controller_gap(result)) {
     co.text = "measured and as the model's controller gives it from the measured SP and PV.";
     const bool controller_changed = differ(s.co_before, s.co_after) || s.co_before.empty();
@@ -395,41 +396,55 @@ std::string gap_time_plots_html(const gap::Result& result) {
   add(co.curves, "measured", "measured", s.co);
   if (!co.curves.empty()) plots.push_back(std::move(co));
 
-  std::string text =
-      fmt::format("<div id=\"plots\" data-n=\"{}\" data-t0=\"{:.9g}\" data-period=\"{:.12g}\">{}",
-                  axis.samples, axis.first_s, axis.period_s, tools(result, axis));
-  for (const TimePlot& plot : plots) text += time_plot(plot, axis, result.holdout_from_s);
-  return text + "<p class=\"note\">Time in s.</p></div>";
-}
-
-std::string gap_phase_plots_html(const gap::Result& result) {
-  const gap::Series& s = result.series;
-  const TimeAxis axis(s);
-  if (!axis.drawable() || !has_values(s.co, axis)) return "";
-  std::vector<Curve> curves;
-  const auto add = [&](const char* name, const char* style, const Column& values) {
-    if (has_values(values, axis)) curves.push_back({name, style, &values});
-  };
-  add("measured", "measured", s.pv);
-  add("model as given", "before", s.pv_before);
-  if (differ(s.pv_before, s.pv_after) || s.pv_before.empty()) {
-    add("corrected model", "after", s.pv_after);
-  }
-  std::string text = "<div class=\"pair\">";
-  if (!curves.empty()) {
-    text += phase_plot("phase", "PV over CO", "of the span of time that is shown above.", "PV",
-                       "CO", s.co, axis, curves);
-  }
-  // The read-back parts the valve from what comes after it.
-  if (has_values(s.stem, axis)) {
-    text += phase_plot("stem", "Stem over CO", "the valve up to its stem, as measured.", "stem",
-                       "CO", s.co, axis, {{"measured", "measured", &s.stem}});
-    if (has_values(s.pv, axis)) {
-      text += phase_plot("pv-stem", "PV over stem", "the plug and the process, as measured.", "PV",
-                         "stem", s.stem, axis, {{"measured", "measured", &s.pv}});
+  std::vector<PhasePlot> phases;
+  if (has_values(s.co, axis)) {
+    PhasePlot phase{.id = "phase",
+                    .title = "PV over CO",
+                    .text = "of the span of time that is shown above.",
+                    .up = "PV units",
+                    .across = "CO units",
+                    .across_values = &s.co,
+                    .curves = {}};
+    add(phase.curves, "measured", "measured", s.pv);
+    add(phase.curves, "model as given", "before", s.pv_before);
+    if (changed) add(phase.curves, "corrected model", "after", s.pv_after);
+    phases.push_back(std::move(phase));
+    // The read-back parts the valve from what comes after it.
+    if (has_values(s.stem, axis)) {
+      phases.push_back({"stem",
+                        "Stem over CO",
+                        "the valve up to its stem, as measured.",
+                        "stem, CO units",
+                        "CO units",
+                        &s.co,
+                        {{"measured", "measured", &s.stem}}});
+      phases.push_back({"pv-stem",
+                        "PV over stem",
+                        "the plug and the process, as measured.",
+                        "PV units",
+                        "stem, CO units",
+                        &s.stem,
+                        {{"measured", "measured", &s.pv}}});
     }
   }
-  return text + "</div>";
+
+  std::string text = "<div id=\"plots\">" + tools(result, axis);
+  nlohmann::json data = {{"samples", axis.samples},          {"first_s", axis.first_s},
+                         {"period_s", axis.period_s},        {"held_from_s", nullptr},
+                         {"plots", nlohmann::json::array()}, {"phases", nlohmann::json::array()}};
+  if (holds_back(axis, result.holdout_from_s)) data["held_from_s"] = result.holdout_from_s;
+  for (const TimePlot& plot : plots) {
+    text += time_plot(plot, axis, result.holdout_from_s);
+    data["plots"].push_back(time_data(plot));
+  }
+  text += "</div>\n<div class=\"pair\">";
+  for (const PhasePlot& plot : phases) {
+    text += phase_plot(plot, axis);
+    data["phases"].push_back(phase_data(plot, axis));
+  }
+  // Only names of this file and numbers stand in it, so that no text can end the element.
+  return text + "</div>\n<script type=\"application/json\" id=\"data\">" + data.dump() +
+         "</script>\n";
 }
 
 }  // namespace loopwarden::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The time and phase plots of the gap report.
+// The plots of the gap report over time, and of one quantity over another.
 #pragma once
 
 #include <string>
@@ -8,9 +8,8 @@
 
 namespace loopwarden::workbench {
 
-// Empty where the result holds no series to draw.
-std::string gap_time_plots_html(const gap::Result& result);
-std::string gap_phase_plots_html(const gap::Result& result);
+// Each as a picture, and its points as JSON for gap_report.js. Empty where the result holds no series to draw.
+std::string gap_plots_html(const gap::Result& result);
 
 // Whether the disagreement lies in the controller as well, or the record does not tell.
 bool has_controller_gap(const gap::Result& result);

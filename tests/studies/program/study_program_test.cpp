@@ -19,7 +19,7 @@ ShellOutcome study(const std::string& words) { return bash(kProgram + " " + word
 
 TEST_CASE("every study prints JSON where it is asked for, and has help") {
   for (const char* name :
-       {"alarm", "diagnose", "gallery", "gap", "jacket", "plant1", "specialist"}) {
+       {"alarm", "compare", "diagnose", "gallery", "gap", "jacket", "plant1", "specialist"}) {
     INFO(name);
     const ShellOutcome help = study(std::string(name) + " --help");
     CHECK(help.exit_code == 0);

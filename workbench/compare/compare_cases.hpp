@@ -4,8 +4,8 @@
 //
 //   faults      stiction with J = 0.3 S and with J = S, backlash, hysteresis (width), none
 //   severities  2, 5 and 10 % of the CO range
-//   plants      the model's own with its settings; four times its lag, and twice its dead time, with the
-//               lambda rule's
+//   plants      the model's own with its settings; in the study also four times its lag, and twice its dead time,
+//               with the lambda rule's
 //   noise       none, and 0.1 % of the PV range
 //   set points  50, 52, 60 and 55 % of the PV range, each held for 350 (T + L)
 //
@@ -49,7 +49,8 @@ struct CompareResult {
   double reversals_per_hour = 0.0;  // 1 / h
 };
 
-std::vector<CompareCase> compare_cases(const plant::LoopModel& model);
+enum class ComparedPlants { own, own_and_others };
+std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPlants plants);
 // The first is "none".
 std::vector<Contender> contenders(const CompareCase& one, double estimate);
 CompareResult compare_one(const CompareCase& one, const Contender& contender);

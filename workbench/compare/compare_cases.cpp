@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/commands/compare_study.hpp"
+#include "workbench/compare/compare_cases.hpp"
 
 #include <algorithm>
 #include <array>
@@ -40,12 +40,13 @@ struct PlantVariant {
 
 }  // namespace
 
-std::vector<CompareCase> compare_cases(const plant::LoopModel& model) {
+std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPlants plants) {
   std::vector<CompareCase> cases;
   const double pv_span = model.transmitter.high - model.transmitter.low;
   for (const PlantVariant& variant :
        {PlantVariant{"own", 1.0, 1.0}, PlantVariant{"lag x 4", 4.0, 1.0},
         PlantVariant{"dead time x 2", 1.0, 2.0}}) {
+    if (plants == ComparedPlants::own && variant.name != "own") continue;
     plant::LoopModel plant = model;
     plant.scenario.faults.clear();
     plant.valve_effects.clear();

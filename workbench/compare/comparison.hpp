@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// The valve compensators side by side: tables, JSON, and a page with pictures.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+#include "workbench/compare/compare_cases.hpp"
+
+namespace loopwarden::workbench {
+
+struct ComparisonOptions {
+  std::string model;
+  std::string out;
+  double estimate = 0.8;
+  bool json = false;
+  ComparedPlants plants = ComparedPlants::own;
+};
+
+void add_comparison_options(CLI::App& sub, ComparisonOptions& options);
+
+// Returns the exit code.
+int run_comparison(const ComparisonOptions& options);
+
+}  // namespace loopwarden::workbench
