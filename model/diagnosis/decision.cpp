@@ -4,17 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/diagnosis/decision_weights.hpp"
+
 namespace loopwarden::diagnosis {
 namespace {
-
-// At once: w0, w1, w2, w3. `loopwarden-study diagnose --records` fits them again with each loop left out.
-constexpr double kBase = 0.3;
-constexpr double kPerPhase = 0.6;
-constexpr double kPerPlay = 0.4;
-constexpr double kPerHammerstein = 7.0;
-// Hammerstein evidence alone must be half as strong again: behind a slow process the band is blurred.
-constexpr double kBaseAlone = -2.2;
-constexpr double kAlone = 18.0;
 
 constexpr const char* kStep =
     "in manual, step CO by 2 % up, then by 2 % up and down again, and look when PV answers";
@@ -33,15 +26,30 @@ const char* to_text(Grade grade) noexcept {
 double logit(double p) { return std::log(p / (1.0 - p)); }
 double from_logit(double z) { return 1.0 / (1.0 + std::exp(-z)); }
 
+ValveTerms terms_of(const ValveEvidence& e) {
+  return {e.phase, e.play, std::sqrt(std::max(0.0, e.hammerstein))};
+}
+
+double ValveWeights::logit_of(const ValveTerms& x) const {
+  return base + per[0] * x[0] + per[1] * x[1] + per[2] * x[2];
+}
+
+const ValveWeights& weights_for(Follows follows) {
+  return follows == Follows::at_once ? kAtOnce : kLater;
+}
+
 ValveDecision decide(const ValveEvidence& e, Follows follows) {
+  return decide(e, follows, weights_for(follows));
+}
+
+ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights& weights) {
   ValveDecision d;
   const bool at_once = follows == Follows::at_once;
-  const double z =
-      at_once ? kBase + kPerPhase * e.phase + kPerPlay * e.play + kPerHammerstein * e.hammerstein
-              : kBaseAlone + kAlone * e.hammerstein;
-  d.probability = std::clamp(from_logit(z), kLeastProbability, kMostProbability);
-  const bool seen = e.hammerstein > kSeenFrom;
-  if (d.probability >= kDecidedFrom && e.hammerstein > 0.0) {
+  d.probability =
+      std::clamp(from_logit(weights.logit_of(terms_of(e))), kLeastProbability, kMostProbability);
+  if (d.probability >= kDecidedFrom && e.hammerstein > kLikelyFrom) {
+    const bool seen =
+        e.hammerstein > (at_once ? kSeenFrom : kSeenLaterFrom) && e.parts_for >= kPartsFor;
     d.grade = seen ? Grade::seen : Grade::likely;
     return d;
   }

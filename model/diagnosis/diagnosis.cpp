@@ -5,6 +5,7 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "model/diagnosis/correlation.hpp"
 #include "model/diagnosis/phase.hpp"
 
 namespace loopwarden::diagnosis {
@@ -17,7 +18,8 @@ constexpr double kLeastCycles = 3.0;
 constexpr double kSamePeriod = 0.15;         // difference between SP's period and PV's
 constexpr double kBlocksPerMovement = 40.0;  // at most, for phase and play
 constexpr std::size_t kLeastOfBlocks = 120;
-constexpr double kShapesExclude = 0.1;  // probability of a valve effect by shapes and fits
+constexpr double kControllerKnown = 0.5;  // R^2 of its fit
+constexpr double kShapesExclude = 0.1;    // probability of a valve effect by shapes and fits
 
 bool oscillates(const Oscillation& o) { return o.regularity > kRegular && o.peak > kLeastPeak; }
 
@@ -32,10 +34,14 @@ void measure(Diagnosis& d) {
   const Scales pv_scales = three_scales(block_means(pv, factor), blocks);
   const Scales co_scales = three_scales(block_means(co, factor), blocks);
   d.play = fit_play(pv_scales, co_scales, blocks);
-  d.hammerstein = fit_hammerstein(pv, co, period);
+  const ControllerFit controller =
+      fit_controller(d.prepared.error, d.prepared.output, d.prepared.period);
+  d.hammerstein =
+      fit_hammerstein(pv, co, controller.fit > kControllerKnown ? controller.action : 0.0);
   d.evidence = {.phase = phase_evidence(pv_scales, co_scales, blocks),
                 .play = d.play.evidence,
-                .hammerstein = d.hammerstein.evidence};
+                .hammerstein = d.hammerstein.evidence,
+                .parts_for = d.hammerstein.parts_for};
 }
 
 Follows follows_of(const Diagnosis& d) {
@@ -68,10 +74,12 @@ void name_valve_effect(Diagnosis& d) {
   const ValveFit& fit = findings.fit;
   d.integrating = fit.integrating_gain > 0.0;
   const double fitted = sticks ? fit.s : fit.backlash_deadband;
-  d.s = std::sqrt(fitted * fit.output_range);
+  const double free_run = std::sqrt(fitted * fit.output_range);
+  d.s = d.hammerstein.band > 0.0 ? kSizeScale * std::sqrt(free_run * d.hammerstein.band) : free_run;
   if (sticks && fit.s > 0.0) d.j = d.s * fit.j / fit.s;
-  d.s_low = d.s / kSizeFactor;
-  d.s_high = d.s * kSizeFactor;
+  const double factor = d.grade == Grade::seen ? kSizeFactorSeen : kSizeFactorLikely;
+  d.s_low = d.s / factor;
+  d.s_high = d.s * factor;
   // A valve's cycle need not repeat from one period to the next.
   d.oscillating |= d.prepared.pv_oscillation.regularity > kRegular ||
                    d.prepared.co_oscillation.regularity > kRegular;
