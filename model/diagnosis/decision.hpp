@@ -3,7 +3,7 @@
 //
 //   logit p = w0 + w1 ph + w2 pl + w3 sqrt(max(A, 0))
 //
-// The weights (decision_weights.hpp) are written by `loopwarden diagnose-study --weights`: greatest likelihood on simulated loops
+// The weights (decision_weights.hpp) are written by `loopwarden-study diagnose --weights`: greatest likelihood on simulated loops
 // and on the open records, half of the weight each, sticky and other loops alike, and every loop alike; none below 0, so that
 // more evidence never makes a valve effect less probable. The prior is one half; another prior moves logit p by
 // log(prior / (1 - prior)). One set where PV must follow CO at once, and where nothing is known of the loop; another for levels,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Written by `loopwarden diagnose-study --weights`; not edited by hand.
+// Written by `loopwarden-study diagnose --weights`; not edited by hand.
 #pragma once
 
 #include "model/diagnosis/decision.hpp"

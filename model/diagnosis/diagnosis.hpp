@@ -38,7 +38,7 @@ inline constexpr double kBacklashOdds = 2.0;
 // The fit in free run puts the band too low, as it can trade it for dead time; the range of CO puts it too high, as CO overshoots
 // the band; the fit one step ahead puts it too low, as noise rounds its corners. The geometric mean of the first two, and of that
 // and the third, times kSizeScale is right in the median of simulated loops, and in nine of ten within the factor of the grade
-// (`loopwarden diagnose-study --cases 1000 --seed 3`).
+// (`loopwarden-study diagnose --cases 1000 --seed 3`).
 inline constexpr double kSizeScale = 1.1;
 inline constexpr double kSizeFactorSeen = 1.8;
 inline constexpr double kSizeFactorLikely = 2.6;

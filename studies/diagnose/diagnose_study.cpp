@@ -39,6 +39,8 @@ struct StudyOptions {
   std::size_t cases = 4000;
   std::uint64_t seed = 1;
   std::string train;                 // table to write
+  std::string weights;               // of the valve's decision, header to write
+  bool refit = false;                // weights fitted without the loop judged
   std::vector<std::string> records;  // folders with labels.csv
   bool compare_too = false;          // the records beside the simulated loops
   std::string evidence;              // CSV to write
@@ -221,16 +223,27 @@ nlohmann::json as_json(const Judged& j) {
           {"probability", j.diagnosis.probability}};
 }
 
+constexpr const char* kEvidenceColumns =
+    "verdict,grade,p,ph,pl,A,parts_for,steadiness,band_share,reversals,s,band,play_band,follows,"
+    "linear_r2,play_r2,s_low,s_high\n";
+
+std::string evidence_row(const diagnosis::Diagnosis& d) {
+  const diagnosis::Hammerstein& h = d.hammerstein;
+  return fmt::format(
+      "{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f},{:.3f},{:.2f},{},{:.4g},{:.4g},{:.4g},{},{:.3f},{:."
+      "3f},{:.4g},{:.4g}\n",
+      to_text(d.verdict), to_text(d.grade), d.probability, d.evidence.phase, d.evidence.play,
+      h.evidence, h.parts_for, h.steadiness, h.band_share, h.reversals, d.s, h.band, d.play.band,
+      static_cast<int>(d.follows), d.play.linear_r2, d.play.play_r2, d.s_low, d.s_high);
+}
+
 void write_evidence(const std::string& path, const std::vector<Judged>& judged) {
   std::ostringstream file;
-  file << "index,cause,kind,mover,detail,size,verdict,grade,p,ph,pl,A,s,band,play_band,follows\n";
+  file << "index,cause,kind,mover,detail,size," << kEvidenceColumns;
   for (const Judged& j : judged) {
-    const diagnosis::Diagnosis& d = j.diagnosis;
-    file << fmt::format(
-        "{},{},{},{},{},{:.4g},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4g},{:.4g},{:.4g},{}\n",
-        j.index, to_text(j.labelled.cause), j.kind, j.mover, j.detail, j.size, to_text(d.verdict),
-        to_text(d.grade), d.probability, d.evidence.phase, d.evidence.play, d.evidence.hammerstein,
-        d.s, d.hammerstein.band, d.play.band, static_cast<int>(d.follows));
+    file << fmt::format("{},{},{},{},{},{:.4g},", j.index, to_text(j.labelled.cause), j.kind,
+                        j.mover, j.detail, j.size)
+         << evidence_row(j.diagnosis);
   }
   workbench::write_output(path, file.str());
 }
@@ -315,14 +328,8 @@ std::vector<Label> read_labels(const std::filesystem::path& path) {
 struct Window {
   Label label;
   diagnosis::Diagnosis diagnosis;
-  double left_out = 0.5;  // probability by weights fitted without this loop
-  ThreeNumbers numbers() const {
-    return {diagnosis.evidence.phase, diagnosis.evidence.play, diagnosis.evidence.hammerstein};
-  }
-  // The weights that are fitted are those of loops whose PV follows CO at once.
-  bool weighed() const {
-    return diagnosis.judged() && diagnosis.follows == diagnosis::Follows::at_once;
-  }
+  diagnosis::ValveDecision left_out{};  // by weights fitted without this loop
+  bool at_once() const { return diagnosis.follows == diagnosis::Follows::at_once; }
 };
 
 constexpr double kRidge = 0.3;
@@ -340,24 +347,47 @@ std::vector<Window> read_windows(const std::vector<std::string>& folders) {
   return windows;
 }
 
-// Loops count alike, and so do sticky and other loops.
-LogisticFit fit_without(const std::vector<Window>& windows, const std::string& loop) {
+// Half of the weight on simulated loops, half on the open ones; in either half sticky and other loops have the same weight, and
+// every loop has the same as the next. On levels and temperatures there are no open loops to learn from but those whose
+// windows integrate.
+diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
+                                    const std::vector<Window>& windows, bool at_once,
+                                    const std::string& without) {
+  std::vector<LogisticRow> rows;
+  std::array<std::vector<std::size_t>, 2> of_class;
+  for (const Judged& j : simulated) {
+    if (j.labelled.cause == Cause::backlash || !j.diagnosis.judged()) continue;
+    // A loop of which nothing is known may be of any kind.
+    if (!at_once && j.diagnosis.follows == diagnosis::Follows::at_once) continue;
+    const bool sticky = j.labelled.cause == Cause::stiction;
+    of_class[sticky ? 1 : 0].push_back(rows.size());
+    rows.push_back({.x = diagnosis::terms_of(j.diagnosis.evidence), .positive = sticky});
+  }
+  for (const auto& members : of_class) {
+    for (const std::size_t i : members) rows[i].weight = 1.0 / static_cast<double>(members.size());
+  }
   std::map<std::string, double> of_loop;
   std::array<std::map<std::string, bool>, 2> loops;
+  const auto counts = [&](const Window& w) {
+    return at_once && w.label.loop != without && w.diagnosis.judged() && w.at_once();
+  };
   for (const Window& w : windows) {
-    if (w.label.loop == loop || !w.weighed()) continue;
+    if (!counts(w)) continue;
     of_loop[w.label.loop] += 1.0;
     loops[w.label.sticky ? 1 : 0][w.label.loop] = true;
   }
-  std::vector<LogisticRow> rows;
   for (const Window& w : windows) {
-    if (w.label.loop == loop || !w.weighed()) continue;
-    rows.push_back({.x = w.numbers(),
+    if (!counts(w)) continue;
+    rows.push_back({.x = diagnosis::terms_of(w.diagnosis.evidence),
                     .positive = w.label.sticky,
                     .weight = 1.0 / of_loop[w.label.loop] /
                               static_cast<double>(loops[w.label.sticky ? 1 : 0].size())});
   }
   return fit_logistic(rows, kRidge);
+}
+
+diagnosis::ValveTerms numbers_of(const diagnosis::Diagnosis& d) {
+  return {d.evidence.phase, d.evidence.play, d.evidence.hammerstein};
 }
 
 struct LoopFigures {
@@ -367,9 +397,12 @@ struct LoopFigures {
   std::size_t windows_right = 0;
   std::size_t windows_decided = 0;
   std::size_t windows_decided_right = 0;
-  double left_out = 0.5;  // from the mean logit
+  double left_out = 0.5;           // from the mean logit
+  std::size_t left_out_right = 0;  // windows, and so the next two
+  std::size_t left_out_decided = 0;
+  std::size_t left_out_decided_right = 0;
   diagnosis::LoopVerdict verdict{};
-  ThreeNumbers numbers{};
+  diagnosis::ValveTerms numbers{};  // ph, pl, A, means of the windows
   double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
   bool right() const { return (verdict.verdict == diagnosis::Verdict::valve_effect) == sticky; }
 };
@@ -390,8 +423,12 @@ std::vector<LoopFigures> by_loop(const std::vector<Window>& windows) {
       f.windows_right += right ? 1U : 0U;
       f.windows_decided += decided ? 1U : 0U;
       f.windows_decided_right += decided && right ? 1U : 0U;
-      logits += diagnosis::logit(w->left_out);
-      const ThreeNumbers x = w->numbers();
+      logits += diagnosis::logit(w->left_out.probability);
+      const bool left_right = (w->left_out.grade != diagnosis::Grade::none) == f.sticky;
+      f.left_out_right += left_right ? 1U : 0U;
+      f.left_out_decided += w->left_out.undecided ? 0U : 1U;
+      f.left_out_decided_right += !w->left_out.undecided && left_right ? 1U : 0U;
+      const diagnosis::ValveTerms x = numbers_of(w->diagnosis);
       for (std::size_t i = 0; i < x.size(); ++i) {
         f.numbers[i] += x[i] / static_cast<double>(members.size());
       }
@@ -425,14 +462,55 @@ void print_share(const char* what, const std::vector<LoopFigures>& loops,
              interval.low, interval.high);
 }
 
-void judge_without_own_loop(std::vector<Window>& windows) {
-  for (Window& w : windows) {
-    w.left_out = w.diagnosis.probability;
-    if (!w.weighed()) continue;
-    w.left_out =
-        std::clamp(diagnosis::from_logit(fit_without(windows, w.label.loop).logit_of(w.numbers())),
-                   diagnosis::kLeastProbability, diagnosis::kMostProbability);
+void judge_without_own_loop(std::vector<Window>& windows, const std::vector<Judged>& simulated) {
+  std::map<std::string, diagnosis::ValveWeights> without;
+  for (const Window& w : windows) {
+    if (w.at_once() && !without.contains(w.label.loop)) {
+      without[w.label.loop] = fit_weights(simulated, windows, true, w.label.loop);
+    }
   }
+  const diagnosis::ValveWeights later = fit_weights(simulated, windows, false, "");
+  for (Window& w : windows) {
+    w.left_out = diagnosis::decide(w.diagnosis.evidence, w.diagnosis.follows,
+                                   w.at_once() ? without[w.label.loop] : later);
+  }
+}
+
+// Of the loops whose p is stated within each fifth: how many are sticky. Windows of one loop are one loop here.
+void print_reliability(const std::vector<double>& stated, const std::vector<bool>& sticky) {
+  constexpr std::size_t kBins = 5;
+  std::array<Rate, kBins> found;
+  for (std::size_t i = 0; i < stated.size(); ++i) {
+    found[std::min(kBins - 1, static_cast<std::size_t>(stated[i] * kBins))].count(sticky[i]);
+  }
+  for (std::size_t b = 0; b < kBins; ++b) {
+    if (found[b].all == 0) continue;
+    fmt::print("  {:.1f} to {:.1f}  {:5.1f} % of {}\n", static_cast<double>(b) / kBins,
+               static_cast<double>(b + 1) / kBins, found[b].percent(), found[b].all);
+  }
+}
+
+int write_weights(const StudyOptions& options) {
+  const std::vector<Window> windows = read_windows(options.records);
+  const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
+  const auto line = [&](const char* name, bool at_once) {
+    const diagnosis::ValveWeights w = fit_weights(simulated, windows, at_once, "");
+    return fmt::format(
+        "inline constexpr ValveWeights {}{{.base = {:.2f}, .per = {{{:.2f}, {:.2f}, {:.2f}}}}};\n",
+        name, w.base, w.per[0], w.per[1], w.per[2]);
+  };
+  write_output(
+      options.weights,
+      fmt::format("// SPDX-License-Identifier: Apache-2.0\n"
+                  "// Written by `loopwarden-study diagnose --records data/routine "
+                  "data/isdb --weights FILE --cases {} --seed {}`;\n"
+                  "// not edited by hand.\n"
+                  "#pragma once\n\n"
+                  "#include \"model/diagnosis/decision.hpp\"\n\n"
+                  "namespace loopwarden::diagnosis {{\n\n{}{}\n"
+                  "}}  // namespace loopwarden::diagnosis\n",
+                  options.cases, options.seed, line("kAtOnce", true), line("kLater", false)));
+  return kExitOk;
 }
 
 void print_json(const std::vector<Window>& windows) {
@@ -445,8 +523,7 @@ void print_json(const std::vector<Window>& windows) {
                        {"verdict", to_text(d.verdict)},
                        {"grade", to_text(d.grade)},
                        {"cause", to_text(d.cause)},
-                       {"probability", d.probability},
-                       {"probability_left_out", w.left_out}});
+                       {"probability", d.probability}});
   }
   nlohmann::json loops = nlohmann::json::array();
   for (const LoopFigures& f : by_loop(windows)) {
@@ -455,8 +532,7 @@ void print_json(const std::vector<Window>& windows) {
                      {"windows", f.windows},
                      {"windows_right", f.windows_right},
                      {"verdict", to_text(f.verdict.verdict)},
-                     {"probability", f.verdict.probability},
-                     {"probability_left_out", f.left_out}});
+                     {"probability", f.verdict.probability}});
   }
   const nlohmann::json result = {{"records", std::move(records)}, {"loops", std::move(loops)}};
   fmt::print("{}\n", result.dump(2));
@@ -464,22 +540,29 @@ void print_json(const std::vector<Window>& windows) {
 
 int judge_records(const StudyOptions& options) {
   std::vector<Window> windows = read_windows(options.records);
-  judge_without_own_loop(windows);
+  if (options.refit) judge_without_own_loop(windows, judge_cases(options, options.seed, "refit"));
+  if (!options.evidence.empty()) {
+    std::ostringstream file;
+    file << "file,loop,sticky," << kEvidenceColumns;
+    for (const Window& w : windows) {
+      file << fmt::format("{},{},{},", w.label.file, w.label.loop, w.label.sticky ? 1 : 0)
+           << evidence_row(w.diagnosis);
+    }
+    write_output(options.evidence, file.str());
+  }
   if (options.json) {
     print_json(windows);
     return kExitOk;
   }
-  fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6} {:>6} {:>6} {:>6} {:>8}\n", "record",
-             "loop", "sticky", "verdict", "grade", "cause", "ph", "pl", "A", "p", "left out");
+  fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6} {:>6} {:>6} {:>6}\n", "record", "loop",
+             "sticky", "verdict", "grade", "cause", "ph", "pl", "A", "p");
   for (const Window& w : windows) {
     const diagnosis::Diagnosis& d = w.diagnosis;
     const bool called = d.verdict == diagnosis::Verdict::valve_effect;
-    fmt::print(
-        "{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6.2f} {:>6.2f} {:>6.3f} {:>6.2f} {:>8.2f}{}\n",
-        w.label.file, w.label.loop, w.label.sticky ? "yes" : "no", to_text(d.verdict),
-        to_text(d.grade), to_text(d.cause), d.evidence.phase, d.evidence.play,
-        d.evidence.hammerstein, d.probability, w.left_out,
-        called == w.label.sticky ? "" : "  wrong");
+    fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6.2f} {:>6.2f} {:>6.3f} {:>6.2f}{}\n",
+               w.label.file, w.label.loop, w.label.sticky ? "yes" : "no", to_text(d.verdict),
+               to_text(d.grade), to_text(d.cause), d.evidence.phase, d.evidence.play,
+               d.evidence.hammerstein, d.probability, called == w.label.sticky ? "" : "  wrong");
   }
   const std::vector<LoopFigures> loops = by_loop(windows);
   fmt::print("\n");
@@ -499,29 +582,39 @@ int judge_records(const StudyOptions& options) {
   std::size_t loops_right = 0;
   Rate decided;
   Rate left_out_right;
-  Rate left_out_windows;
+  std::vector<double> stated;
+  std::vector<bool> sticky;
   for (const LoopFigures& f : loops) {
     loops_right += f.right() ? 1U : 0U;
     if (f.verdict.verdict != diagnosis::Verdict::cant_tell) decided.count(f.right());
     left_out_right.count((f.left_out >= diagnosis::kDecidedFrom) == f.sticky);
-  }
-  for (const Window& w : windows) {
-    left_out_windows.count((w.left_out >= diagnosis::kDecidedFrom) == w.label.sticky);
+    stated.push_back(options.refit ? f.left_out : f.verdict.probability);
+    sticky.push_back(f.sticky);
   }
   fmt::print("loops right, as answered {} of {}; of the decided {} of {}\n", loops_right,
              loops.size(), decided.hits, decided.all);
-  fmt::print("with weights fitted without the loop judged: windows {} of {}, loops {} of {}\n",
-             left_out_windows.hits, left_out_windows.all, left_out_right.hits, left_out_right.all);
-  const auto mean_loss = [&loops](std::span<const std::size_t> drawn) {
-    double sum = 0.0;
-    for (const std::size_t i : drawn) sum += loops[i].log_loss();
-    return sum / static_cast<double>(drawn.size());
-  };
   std::vector<std::size_t> all(loops.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  const BootstrapInterval loss = bootstrap(loops.size(), 1, mean_loss);
-  fmt::print("log-loss by loop, left out: {:.3f} (95 % interval {:.3f} to {:.3f}; a coin 0.693)\n",
-             mean_loss(all), loss.low, loss.high);
+  if (options.refit) {
+    fmt::print("\nwith weights fitted without the loop judged:\n");
+    print_share("windows right, as answered", loops, &LoopFigures::left_out_right,
+                &LoopFigures::windows);
+    print_share("windows right, of the decided", loops, &LoopFigures::left_out_decided_right,
+                &LoopFigures::left_out_decided);
+    const auto mean_loss = [&loops](std::span<const std::size_t> drawn) {
+      double sum = 0.0;
+      for (const std::size_t i : drawn) sum += loops[i].log_loss();
+      return sum / static_cast<double>(drawn.size());
+    };
+    const BootstrapInterval loss = bootstrap(loops.size(), 1, mean_loss);
+    fmt::print("loops right, as answered {} of {}\n", left_out_right.hits, left_out_right.all);
+    fmt::print("log-loss by loop {:.3f} (95 % interval {:.3f} to {:.3f}; a coin 0.693)\n",
+               mean_loss(all), loss.low, loss.high);
+  }
+  fmt::print("\nprobability of a valve effect, stated{}; sticky loops\n",
+             options.refit ? " by weights fitted without the loop" : "");
+  print_reliability(stated, sticky);
+  fmt::print("\n");
   constexpr std::array kNames{"phase", "play", "Hammerstein"};
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     std::vector<double> scores;
@@ -539,9 +632,6 @@ int judge_records(const StudyOptions& options) {
     fmt::print("AUC by loop, {:<12} {:.2f} (95 % interval {:.2f} to {:.2f})\n", kNames[i], auc(all),
                interval.low, interval.high);
   }
-  const LogisticFit fit = fit_without(windows, "");
-  fmt::print("weights fitted to all: {:.2f} + {:.2f} ph + {:.2f} pl + {:.2f} A\n", fit.base,
-             fit.per[0], fit.per[1], fit.per[2]);
   return kExitOk;
 }
 
@@ -580,7 +670,8 @@ int compare(const StudyOptions& options) {
         s.push_back(std::array{e.phase, e.play, e.hammerstein}[i]);
       }
       for (const Window& w : measured) {
-        if (w.diagnosis.judged() && w.label.sticky == sticky) m.push_back(w.numbers()[i]);
+        if (w.diagnosis.judged() && w.label.sticky == sticky)
+          m.push_back(numbers_of(w.diagnosis)[i]);
       }
       compare_distributions(fmt::format("{}, {}", kNames[i], sticky ? "sticky" : "not").c_str(), s,
                             m);
@@ -612,6 +703,7 @@ int save_cases(const StudyOptions& options) {
 
 int run_study(const StudyOptions& options) {
   try {
+    if (!options.weights.empty()) return write_weights(options);
     if (options.compare_too) return compare(options);
     if (!options.records.empty()) return judge_records(options);
     if (!options.save.empty()) return save_cases(options);
@@ -648,6 +740,14 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       sub->add_flag("--compare", options->compare_too,
                     "the evidence of the simulated loops beside that of the records")
           ->needs(records);
+  sub->add_option("--weights", options->weights,
+                  "fit the weights of the decision to simulated loops and the records, and write "
+                  "them here")
+      ->needs(records);
+  sub->add_flag("--refit", options->refit,
+                "judge each record by weights fitted to simulated loops and the other loops' "
+                "records, too")
+      ->needs(records);
   sub->add_flag("--unknown-kind", options->unknown_kind,
                 "do not tell the kind of the simulated loops");
   sub->add_option("--evidence", options->evidence, "write the evidence of each loop, CSV");

@@ -28,6 +28,13 @@ std::size_t choice(Random& random, std::size_t count) {
                   static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));
 }
 
+// Share of the other loops up to which the controller leans on its gain: of the healthy loops measured CO moves in step
+// with PV (`--compare`, phase).
+constexpr double kProportionalTo = 0.65;
+// CO of a valve that is called sticky moves no farther than this about its mean, in bands (`--compare`, travel): where a load moves CO
+// much farther, the band is no matter to anyone.
+constexpr double kFarthest = 1.5;
+
 // Times in units of the logging interval.
 struct ProcessDraw {
   bool integrating = false;
@@ -215,8 +222,9 @@ struct Draw {
 };
 
 // A process and a controller with margins (largest sensitivity 1.1 to 2.5), or at the edge of stability.
-Draw draw_loop(Random& random, bool integrating, bool tight, bool integral_heavy,
-               double time_scale) {
+enum class Weight { balanced, integral, proportional };  // what the controller leans on
+
+Draw draw_loop(Random& random, bool integrating, bool tight, Weight weight, double time_scale) {
   Draw d;
   ProcessDraw& p = d.process;
   p.integrating = integrating;
@@ -239,12 +247,13 @@ Draw draw_loop(Random& random, bool integrating, bool tight, bool integral_heavy
   } else {
     c.gain = p.tau1 / (p.gain * (closed + theta));
     c.integral_time = std::min(p.tau1, 4.0 * (closed + theta)) * log_uniform(random, 0.4, 2.0);
-    if (integral_heavy) {
+    if (weight == Weight::integral) {
       const double weaker = log_uniform(random, 0.1, 0.8);
       c.gain *= weaker;
       c.integral_time *= weaker * log_uniform(random, 0.6, 1.6);
     }
   }
+  if (weight == Weight::proportional) c.integral_time *= log_uniform(random, 3.0, 30.0);
   if (chance(random, 0.12)) c.derivative_time = 0.2 * c.integral_time * random.uniform();
   d.interval = std::min(1.0, time_scale / 15.0);
   const auto at = [&](double factor, bool by_gain) {
@@ -356,8 +365,12 @@ bool try_case(Random& random, DiagnosisCase& out) {
   out.kind = kKinds[k].name;
   out.integrating = chance(random, kKinds[k].integrating);
   const double time_scale = log_uniform(random, kKinds[k].fastest, kKinds[k].slowest);
-  const Draw loop = draw_loop(random, out.integrating, tight,
-                              valve ? chance(random, 0.6) : chance(random, 0.35), time_scale);
+  // Controllers that lean on integral action let a sticking valve cycle; most that behave well do not.
+  const double of_weight = random.uniform();
+  const Weight weight = of_weight < (valve ? 0.6 : 0.15)                  ? Weight::integral
+                        : !valve && !tight && of_weight < kProportionalTo ? Weight::proportional
+                                                                          : Weight::balanced;
+  const Draw loop = draw_loop(random, out.integrating, tight, weight, time_scale);
   const ProcessDraw& p = loop.process;
 
   const auto samples = static_cast<std::size_t>(log_uniform(random, 200.0, 3000.0));
@@ -557,8 +570,8 @@ bool try_case(Random& random, DiagnosisCase& out) {
   const double co_deviation = deviation_of(out.co);
   const std::size_t slips = friction.slips() - slips_before;
   if (co_deviation < 0.02) return false;
-  if (out.cause == Cause::stiction && (slips < 2 || co_deviation > 6.0 * s)) return false;
-  if (out.cause == Cause::backlash && (slips < 2 || co_deviation > 5.0 * s)) return false;
+  if (out.cause == Cause::stiction && (slips < 2 || co_deviation > kFarthest * s)) return false;
+  if (out.cause == Cause::backlash && (slips < 2 || co_deviation > kFarthest * s)) return false;
   std::size_t at_limit = 0;
   for (const double v : out.co) at_limit += v <= low || v >= high ? 1U : 0U;
   const double limit_share = static_cast<double>(at_limit) / static_cast<double>(out.co.size());

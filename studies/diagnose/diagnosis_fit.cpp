@@ -9,31 +9,25 @@
 namespace loopwarden::studies {
 namespace {
 
-constexpr ThreeNumbers kNumberSpread{3.0, 1.0,
-                                     0.2};  // of the numbers, so that the ridge treats them alike
+// Of the terms, so that the ridge treats them alike.
+constexpr diagnosis::ValveTerms kNumberSpread{3.0, 0.7, 0.3};
 constexpr std::size_t kDescentSteps = 4000;
 constexpr double kDescentStep = 0.5;
 constexpr std::size_t kResamples = 2000;
 
 }  // namespace
 
-double LogisticFit::logit_of(const ThreeNumbers& x) const {
-  double z = base;
-  for (std::size_t i = 0; i < x.size(); ++i) z += per[i] * x[i];
-  return z;
-}
-
-LogisticFit fit_logistic(std::span<const LogisticRow> rows, double ridge) {
-  LogisticFit fit;
+diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge) {
+  diagnosis::ValveWeights fit;
   double total = 0.0;
   for (const LogisticRow& row : rows) total += row.weight;
   if (total <= 0.0) return fit;
   // Projected gradient on scaled numbers: small, convex, and the weights stay at 0 or above.
-  ThreeNumbers scaled{};
+  diagnosis::ValveTerms scaled{};
   const double count = static_cast<double>(rows.size());
   for (std::size_t step = 0; step < kDescentSteps; ++step) {
     double base_slope = 0.0;
-    ThreeNumbers slope{};
+    diagnosis::ValveTerms slope{};
     for (const LogisticRow& row : rows) {
       double z = fit.base;
       for (std::size_t i = 0; i < scaled.size(); ++i) z += scaled[i] * row.x[i] / kNumberSpread[i];

@@ -3,31 +3,24 @@
 // intervals over loops.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
 
+#include "model/diagnosis/decision.hpp"
+
 namespace loopwarden::studies {
 
-// Phase, play and Hammerstein evidence (model/diagnosis/decision.hpp).
-using ThreeNumbers = std::array<double, 3>;
-
 struct LogisticRow {
-  ThreeNumbers x{};
+  diagnosis::ValveTerms x{};
   bool positive = false;
   double weight = 1.0;
 };
-struct LogisticFit {
-  double base = 0.0;
-  ThreeNumbers per{};  // none below 0
-  double logit_of(const ThreeNumbers& x) const;
-};
 // Greatest likelihood less ridge/2 times the squared weights of the numbers over their usual spread, the weights
 // not below 0. The rows' weights are scaled to a mean of 1.
-LogisticFit fit_logistic(std::span<const LogisticRow> rows, double ridge);
+diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge);
 
 // Share of pairs that a score puts in the right order, ties half; 0.5 without pairs.
 double area_under_curve(std::span<const double> scores, std::span<const bool> positive);

@@ -64,7 +64,7 @@ TEST_CASE(
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
   const double period = movement_period(sticky.co, sticky.pv);
-  const Hammerstein found = fit_hammerstein(sticky.pv, sticky.co, period);
+  const Hammerstein found = fit_hammerstein(sticky.pv, sticky.co);
   CHECK(found.evidence > kSeenFrom);
   CHECK(found.band == Approx(5.0).epsilon(0.4));
   const SmallLoop::Run cycling = loop.run(
@@ -83,7 +83,7 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves not
     pv.push_back(x = 0.95 * x + random.normal());
     co.push_back(-pv.back());
   }
-  CHECK(std::abs(fit_hammerstein(pv, co, 60.0).evidence) < 0.05);
+  CHECK(std::abs(fit_hammerstein(pv, co).evidence) < 0.05);
 }
 
 TEST_CASE("the decision rises with every number and states its grade") {
