@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "model/diagnosis/scales.hpp"
 #include "model/plant/backlash.hpp"
 #include "workbench/report/chart.hpp"
 
@@ -17,34 +19,50 @@ using diagnosis::Diagnosis;
 using diagnosis::Grade;
 using diagnosis::Verdict;
 
-// CO through the fitted play, on PV's scale, and what of PV lies within a band.
-struct FittedBand {
-  std::vector<double> followed;  // PV units
-  std::vector<double> stuck;     // PV where the play stands still while CO moves, else NaN
-};
-FittedBand fitted_band(const Diagnosis& d, double band) {
-  const auto& co = d.prepared.raw_co;
-  const auto& pv = d.prepared.raw_pv;
-  plant::Backlash play(band);
-  play.reset(co.front());
-  std::vector<double> v(co.size());
-  std::transform(co.begin(), co.end(), v.begin(), [&](double u) { return play.step(u); });
-  const double spread = std::sqrt(diagnosis::variance(v));
-  const double gain =
-      spread > 0.0 ? diagnosis::correlation(v, pv) * std::sqrt(diagnosis::variance(pv)) / spread
-                   : 0.0;
-  FittedBand fit;
-  const double v_mean = diagnosis::mean(v);
-  const double pv_mean = diagnosis::mean(pv);
-  for (std::size_t k = 0; k < v.size(); ++k) {
-    fit.followed.push_back(pv_mean + gain * (v[k] - v_mean));
-    const bool stands = k > 0 && v[k] == v[k - 1] && co[k] != co[k - 1];
-    fit.stuck.push_back(stands ? pv[k] : std::numeric_limits<double>::quiet_NaN());
-  }
-  return fit;
-}
+constexpr std::size_t kDeadTimes = 12;
+constexpr double kLongestDeadTime = 0.35;                     // of the movement's period
+constexpr std::array kLags{0.0, 0.025, 0.05, 0.1, 0.2, 0.4};  // of the movement's period
 
 }  // namespace
+
+ValveView valve_view(std::span<const double> pv, std::span<const double> co, double band) {
+  plant::Backlash play(band);
+  play.reset(co.front());
+  std::vector<double> valve(co.size());
+  std::transform(co.begin(), co.end(), valve.begin(), [&](double u) { return play.step(u); });
+  ValveView view;
+  const double period = diagnosis::movement_period(co, pv);
+  double best = 0.0;
+  for (const double share : kLags) {
+    const double keep = share > 0.0 ? std::exp(-1.0 / (share * period)) : 0.0;
+    std::vector<double> behind(valve.size());
+    double state = valve.front();
+    std::transform(valve.begin(), valve.end(), behind.begin(),
+                   [&](double v) { return state = keep * state + (1.0 - keep) * v; });
+    const auto longest =
+        std::min(static_cast<std::size_t>(kLongestDeadTime * period), co.size() / 4);
+    const std::size_t step = std::max<std::size_t>(1, longest / kDeadTimes);
+    for (std::size_t dead = 0; dead <= longest; dead += step) {
+      const std::span<const double> earlier(behind.data(), behind.size() - dead);
+      const auto later = pv.subspan(dead);
+      const double r = diagnosis::correlation(earlier, later);
+      if (r * r <= best) continue;
+      best = r * r;
+      view.dead_time = dead;
+      const double gain = r * std::sqrt(diagnosis::variance(later) / diagnosis::variance(earlier));
+      const double level = diagnosis::mean(later) - gain * diagnosis::mean(earlier);
+      view.followed.assign(pv.size(), std::numeric_limits<double>::quiet_NaN());
+      for (std::size_t k = dead; k < pv.size(); ++k) {
+        view.followed[k] = level + gain * behind[k - dead];
+      }
+    }
+  }
+  view.standing.assign(co.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t k = 1; k < co.size(); ++k) {
+    if (valve[k] == valve[k - 1] && co[k] != co[k - 1]) view.standing[k] = co[k];
+  }
+  return view;
+}
 
 std::vector<double> sample_times(const DiagnosedWindow& w) {
   const auto& p = w.diagnosis.prepared;
@@ -72,18 +90,22 @@ std::string diagnosis_page(const DiagnosedLoop& loop) {
     }
     Chart plane{.title = "PV over CO", .x_label = "CO units", .y_label = "PV units"};
     plane.lines.push_back({.name = "PV over CO", .x = p.raw_co, .y = p.raw_pv});
-    const double band = d.grade == Grade::seen ? d.hammerstein.band : d.play.band;
-    if (d.verdict == Verdict::valve_effect && band > 0.0) {
-      const FittedBand fit = fitted_band(d, band);
-      trend.lines.push_back({.name = "CO moves, the valve does not",
-                             .colour = chart_colour(2),
-                             .x = time,
-                             .y = fit.stuck});
-      plane.lines.push_back(
-          {.name = "fitted band", .colour = chart_colour(2), .x = p.raw_co, .y = fit.followed});
-    }
     Chart output{.title = "CO", .x_label = "s", .y_label = "CO units"};
     output.lines.push_back({.name = "CO", .x = time, .y = p.raw_co});
+    const double band = d.grade == Grade::seen ? d.hammerstein.band : d.play.band;
+    if (d.verdict == Verdict::valve_effect && band > 0.0) {
+      const ValveView view = valve_view(p.raw_pv, p.raw_co, band);
+      output.lines.push_back({.name = "CO moves, the valve does not",
+                              .colour = chart_colour(2),
+                              .x = time,
+                              .y = view.standing});
+      trend.lines.push_back({.name = "PV behind the fitted band",
+                             .colour = chart_colour(2),
+                             .x = time,
+                             .y = view.followed});
+      plane.lines.push_back(
+          {.name = "fitted band", .colour = chart_colour(2), .x = p.raw_co, .y = view.followed});
+    }
     body += chart_sheet("", {trend, output, plane}, 3);
   }
   return html_page("Diagnosis", body);

@@ -144,6 +144,15 @@ Diagnosis for_loop(const DiagnosedLoop& loop) {
   d.probability = loop.verdict.probability;
   return d;
 }
+
+// Of the sizes over the windows.
+diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
+  std::vector<Diagnosis> windows;
+  windows.reserve(loop.windows.size());
+  for (const DiagnosedWindow& w : loop.windows) windows.push_back(w.diagnosis);
+  return diagnosis::size_trend(windows);
+}
+
 std::string votes_line(const Diagnosis& d) {
   const auto vote = [](bool yes) { return yes ? "valve" : "no"; };
   return fmt::format("votes: phase {:.2f} ({}), play {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
@@ -183,6 +192,14 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   result["since_file"] = whole.verdict == Verdict::valve_effect
                              ? nlohmann::json(loop.windows[loop.verdict.since].file)
                              : nullptr;
+  const diagnosis::SizeTrend trend = trend_of(loop);
+  result["size_trend"] = nullptr;
+  if (whole.verdict == Verdict::valve_effect && trend.windows > 1) {
+    result["size_trend"] = {{"windows", trend.windows},
+                            {"first_percent_of_span", 100.0 * trend.first / span},
+                            {"last_percent_of_span", 100.0 * trend.last / span},
+                            {"percent_of_span_per_window", 100.0 * trend.per_window / span}};
+  }
   result["windows"] = nlohmann::json::array();
   for (const DiagnosedWindow& w : loop.windows) {
     nlohmann::json window = json_of(w.diagnosis, w.diagnosis.probability, span);
@@ -216,6 +233,14 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
     if (d.verdict == Verdict::valve_effect) {
       const DiagnosedWindow& since = loop.windows[loop.verdict.since];
       text += fmt::format("since {:g} s of {}\n", since.from_s, since.file);
+      if (const diagnosis::SizeTrend trend = trend_of(loop); trend.windows > 1) {
+        const double span = loop.co_range[1] - loop.co_range[0];
+        text += fmt::format(
+            "size over {} windows: first {:.2g} %, last {:.2g} % of the CO span, {:+.2g} % a "
+            "window\n",
+            trend.windows, 100.0 * trend.first / span, 100.0 * trend.last / span,
+            100.0 * trend.per_window / span);
+      }
     }
     for (const DiagnosedWindow& w : loop.windows) {
       text += fmt::format("  {} {:g} to {:g} s: {}\n", w.file, w.from_s, w.to_s,

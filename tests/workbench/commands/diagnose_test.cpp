@@ -8,9 +8,11 @@
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 #include <string>
 
+#include "model/plant/backlash.hpp"
 #include "model/plant/random.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "workbench/report/diagnosis_page.hpp"
@@ -110,6 +112,36 @@ TEST_CASE("the page shows the trend, the stuck stretches and PV over CO") {
   CHECK(text.find("votes: phase") != std::string::npos);
   CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --report /nonexistent/x.html").exit_code ==
         74);
+}
+
+TEST_CASE("the band is drawn behind dead time and lag, and marked where the valve stands",
+          "[diagnosis]") {
+  constexpr std::size_t kSamples = 1000;
+  constexpr std::size_t kDead = 12;
+  constexpr double kBand = 4.0;
+  std::vector<double> co(kSamples);
+  std::vector<double> valve(kSamples);
+  std::vector<double> pv(kSamples);
+  plant::Backlash play(kBand);
+  double lagged = 50.0;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    co[k] = 50.0 + 5.0 * std::sin(2.0 * std::numbers::pi * static_cast<double>(k) / 100.0);
+    if (k == 0) play.reset(co[0]);
+    valve[k] = play.step(co[k]);
+    lagged += 0.1 * ((k >= kDead ? valve[k - kDead] : 50.0) - lagged);
+    pv[k] = 100.0 + 2.0 * lagged;
+  }
+  const workbench::ValveView view = workbench::valve_view(pv, co, kBand);
+  double miss = 0.0;
+  std::size_t marked_wrong = 0;
+  for (std::size_t k = 200; k < kSamples; ++k) {
+    miss = std::max(miss, std::abs(view.followed[k] - pv[k]));
+    marked_wrong += std::isfinite(view.standing[k]) != (valve[k] == valve[k - 1]) ? 1U : 0U;
+  }
+  CHECK(marked_wrong == 0);
+  // PV swings by 8.5 either way.
+  CHECK(miss < 1.0);
+  CHECK(view.dead_time > 0);
 }
 
 TEST_CASE("wrong usage and bad records end with their codes") {
