@@ -48,8 +48,8 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
   d.probability =
       std::clamp(from_logit(weights.logit_of(terms_of(e))), kLeastProbability, kMostProbability);
   if (d.probability >= kDecidedFrom && e.hammerstein > kLikelyFrom) {
-    const bool seen =
-        e.hammerstein > (at_once ? kSeenFrom : kSeenLaterFrom) && e.parts_for >= kPartsFor;
+    const bool seen = at_once ? e.hammerstein > kSeenFrom && e.parts_for >= kPartsFor
+                              : e.hammerstein > kSeenLaterFrom && e.parts_for >= kPartsForLater;
     d.grade = seen ? Grade::seen : Grade::likely;
     return d;
   }

@@ -10,7 +10,7 @@
 // temperatures, and any loop whose PV moved to a new set point while CO came back to where it was (it integrates). p is kept within
 // 0.1 to 0.95, as no routine record proves more: of the simulated loops below 0.1 more than a tenth stick.
 //
-//   seen        p >= 0.65, A > 0.1 (0.15 on levels and temperatures), and a gain in three of four parts of the record: CO travels, PV
+//   seen        p >= 0.65, A > 0.1 and a gain in six of the record's eight parts (levels and temperatures: 0.15, seven): CO travels, PV
 //               stays, and moves only when the band is crossed
 //   likely      p >= 0.65 and A > 0.05: test the valve
 //   can't tell  p from 0.35 to 0.65; p >= 0.65 without A: integral control against a slow load looks the same; phase and play
@@ -27,10 +27,11 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr double kSeenFrom = 0.1;        // A, where PV follows CO at once
-inline constexpr double kSeenLaterFrom = 0.15;  // A, where it need not
-inline constexpr double kLikelyFrom = 0.05;     // A
-inline constexpr double kPartsFor = 0.75;       // of the record, for what is seen
+inline constexpr double kSeenFrom = 0.1;         // A, where PV follows CO at once
+inline constexpr double kSeenLaterFrom = 0.15;   // A, where it need not
+inline constexpr double kLikelyFrom = 0.05;      // A
+inline constexpr double kPartsFor = 0.75;        // of the record, for what is seen
+inline constexpr double kPartsForLater = 0.875;  // the same, where PV need not follow at once
 inline constexpr double kDecidedFrom = 0.65;
 inline constexpr double kDecidedBelow = 0.35;
 inline constexpr double kLeastProbability = 0.1;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <utility>
+#include <vector>
 
 #include "model/diagnosis/correlation.hpp"
 #include "model/diagnosis/phase.hpp"
@@ -161,6 +163,26 @@ Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
   }
   if (d.oscillating) d.period_s = d.prepared.period_s;
   return d;
+}
+
+SizeTrend size_trend(std::span<const Diagnosis> windows) {
+  SizeTrend trend;
+  std::vector<std::size_t> at;
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    if (windows[i].verdict == Verdict::valve_effect) at.push_back(i);
+  }
+  trend.windows = at.size();
+  if (at.empty()) return trend;
+  trend.first = windows[at.front()].s;
+  trend.last = windows[at.back()].s;
+  Series slopes;
+  for (std::size_t b = 1; b < at.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      slopes.push_back((windows[at[b]].s - windows[at[a]].s) / static_cast<double>(at[b] - at[a]));
+    }
+  }
+  if (!slopes.empty()) trend.per_window = quantile(std::move(slopes), 0.5);
+  return trend;
 }
 
 LoopVerdict judge_loop(std::span<const Diagnosis> windows) {

@@ -38,10 +38,10 @@ inline constexpr double kBacklashOdds = 2.0;
 // The fit in free run puts the band too low, as it can trade it for dead time; the range of CO puts it too high, as CO overshoots
 // the band; the fit one step ahead puts it too low, as noise rounds its corners. The geometric mean of the first two, and of that
 // and the third, times kSizeScale is right in the median of simulated loops, and in nine of ten within the factor of the grade
-// (`loopwarden-study diagnose --cases 1000 --seed 3`).
+// (`loopwarden-study diagnose --cases 1500 --seed 3`).
 inline constexpr double kSizeScale = 1.1;
-inline constexpr double kSizeFactorSeen = 1.8;
-inline constexpr double kSizeFactorLikely = 2.6;
+inline constexpr double kSizeFactorSeen = 1.6;
+inline constexpr double kSizeFactorLikely = 1.9;
 
 struct Diagnosis {
   Verdict verdict = Verdict::not_enough_data;
@@ -86,6 +86,15 @@ struct LoopVerdict {
   std::size_t since =
       0;  // of a valve effect: the first of the windows that show it without a break up to the last
 };
+// Size of the effect over the windows that show it, in order: median of the slopes between all pairs (P. K. Sen, J. Am. Stat.
+// Assoc. 63, 1968).
+struct SizeTrend {
+  std::size_t windows = 0;  // that show the effect
+  double first = 0.0;       // CO units
+  double last = 0.0;
+  double per_window = 0.0;
+};
+SizeTrend size_trend(std::span<const Diagnosis> windows);
 LoopVerdict judge_loop(std::span<const Diagnosis> windows);
 
 }  // namespace loopwarden::diagnosis

@@ -27,17 +27,6 @@ constexpr double kMostSteady = 3.0;
 
 using Parts = std::array<double, kParts>;
 
-// Four sums side by side: one alone waits for each addition.
-double dot(const double* a, const double* b, std::size_t count) {
-  std::array<double, 4> sums{};
-  std::size_t k = 0;
-  for (; k + 4 <= count; k += 4) {
-    for (std::size_t i = 0; i < 4; ++i) sums[i] += a[k + i] * b[k + i];
-  }
-  double rest = 0.0;
-  for (; k < count; ++k) rest += a[k] * b[k];
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest;
-}
 double dot(const Series& a, const double* b) { return dot(a.data(), b, a.size()); }
 
 void take_out(Series& x, const Series& q) {

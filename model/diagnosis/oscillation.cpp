@@ -27,9 +27,7 @@ class Autocorrelation {
 
  private:
   double sum_at(std::size_t lag) const {
-    double sum = 0.0;
-    for (std::size_t k = lag; k < centred_.size(); ++k) sum += centred_[k] * centred_[k - lag];
-    return sum;
+    return dot(centred_.data() + lag, centred_.data(), centred_.size() - lag);
   }
   Series centred_;
   double power_ = 0.0;

@@ -11,9 +11,7 @@ constexpr double kPeakThatRepeats = 0.15;
 constexpr std::size_t kMostAcfSamples = 4000;  // longer records are averaged first
 
 double autocovariance(const Series& x, std::size_t lag) {
-  double sum = 0.0;
-  for (std::size_t k = lag; k < x.size(); ++k) sum += x[k] * x[k - lag];
-  return sum;
+  return dot(x.data() + lag, x.data(), x.size() - lag);
 }
 
 // Four times the first zero, or 0 where there is none.

@@ -2,6 +2,7 @@
 #include "model/diagnosis/series.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -17,6 +18,18 @@ double central_moment(std::span<const double> x, int order) {
 }
 
 }  // namespace
+
+// Four sums side by side: one alone waits for each addition.
+double dot(const double* a, const double* b, std::size_t count) {
+  std::array<double, 4> sums{};
+  std::size_t k = 0;
+  for (; k + 4 <= count; k += 4) {
+    for (std::size_t i = 0; i < 4; ++i) sums[i] += a[k + i] * b[k + i];
+  }
+  double rest = 0.0;
+  for (; k < count; ++k) rest += a[k] * b[k];
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest;
+}
 
 double mean(std::span<const double> x) {
   return x.empty() ? 0.0 : std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());

@@ -11,6 +11,8 @@ namespace loopwarden::diagnosis {
 
 using Series = std::vector<double>;
 
+// Sum of products of `count` values.
+double dot(const double* a, const double* b, std::size_t count);
 double mean(std::span<const double> x);
 double variance(std::span<const double> x);  // about the mean, divided by the count
 double correlation(std::span<const double> x,

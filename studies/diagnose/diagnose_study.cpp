@@ -38,14 +38,15 @@ using diagnosis::kCauseCount;
 struct StudyOptions {
   std::size_t cases = 4000;
   std::uint64_t seed = 1;
-  std::string train;                 // table to write
-  std::string weights;               // of the valve's decision, header to write
-  bool refit = false;                // weights fitted without the loop judged
-  std::vector<std::string> records;  // folders with labels.csv
-  bool compare_too = false;          // the records beside the simulated loops
-  std::string evidence;              // CSV to write
-  std::string save;                  // folder to write cases to
-  bool unknown_kind = false;         // the kind of the simulated loops is not told
+  std::string train;                      // table to write
+  std::string weights;                    // of the valve's decision, header to write
+  bool refit = false;                     // weights fitted without the loop judged
+  std::vector<std::string> records;       // folders with labels.csv
+  std::vector<std::string> gap_examples;  // folders of records with truth.json
+  bool compare_too = false;               // the records beside the simulated loops
+  std::string evidence;                   // CSV to write
+  std::string save;                       // folder to write cases to
+  bool unknown_kind = false;              // the kind of the simulated loops is not told
   bool json = false;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -128,7 +129,7 @@ void report(const std::vector<Judged>& judged) {
   std::map<std::string, Rate> found_seen;
   Rate right, right_decided, undecided, named, false_alarms, false_at_seen, wide_found, wide_seen,
       levels;
-  std::array<Rate, 10> reliability;
+  std::array<std::array<double, 2>, 10> reliability{};  // other and sticky loops in each tenth of p
   std::vector<double> errors;
   std::vector<double> wide_errors;
   Rate within;
@@ -145,8 +146,8 @@ void report(const std::vector<Judged>& judged) {
     undecided.count(d.verdict == Verdict::cant_tell);
     if (!open) right_decided.count(called == sticky);
     if (d.judged()) {
-      reliability[std::min<std::size_t>(9, static_cast<std::size_t>(d.probability * 10.0))].count(
-          sticky);
+      const auto tenth = std::min<std::size_t>(9, static_cast<std::size_t>(d.probability * 10.0));
+      reliability[tenth][sticky ? 1 : 0] += 1.0;
     }
     const std::string cell = j.kind + ", " + j.mover;
     if (!sticky) {
@@ -202,11 +203,20 @@ void report(const std::vector<Judged>& judged) {
   print_cells(found_seen);
   fmt::print("\nsticky valves found at either grade\n");
   print_cells(found);
-  fmt::print("\nprobability of a valve effect at these shares of sticky loops: stated, found\n");
+  fmt::print("\nprobability of a valve effect: stated, found where half of the loops are sticky\n");
+  std::array<double, 2> all{};
+  for (const auto& tenth : reliability) {
+    all[0] += tenth[0];
+    all[1] += tenth[1];
+  }
   for (std::size_t i = 0; i < reliability.size(); ++i) {
-    if (reliability[i].all == 0) continue;
+    const auto [other, sticky] = reliability[i];
+    if (other + sticky == 0.0) continue;
+    const double share_sticky = sticky / std::max(all[1], 1.0);
+    const double share_other = other / std::max(all[0], 1.0);
     fmt::print("  {:.1f} to {:.1f}  {:5.1f} % of {}\n", 0.1 * static_cast<double>(i),
-               0.1 * static_cast<double>(i + 1), reliability[i].percent(), reliability[i].all);
+               0.1 * static_cast<double>(i + 1),
+               100.0 * share_sticky / (share_sticky + share_other), other + sticky);
   }
 }
 
@@ -499,7 +509,7 @@ int write_weights(const StudyOptions& options) {
         "inline constexpr ValveWeights {}{{.base = {:.2f}, .per = {{{:.2f}, {:.2f}, {:.2f}}}}};\n",
         name, w.base, w.per[0], w.per[1], w.per[2]);
   };
-  write_output(
+  workbench::write_output(
       options.weights,
       fmt::format("// SPDX-License-Identifier: Apache-2.0\n"
                   "// Written by `loopwarden-study diagnose --records data/routine "
@@ -548,7 +558,7 @@ int judge_records(const StudyOptions& options) {
       file << fmt::format("{},{},{},", w.label.file, w.label.loop, w.label.sticky ? 1 : 0)
            << evidence_row(w.diagnosis);
     }
-    write_output(options.evidence, file.str());
+    workbench::write_output(options.evidence, file.str());
   }
   if (options.json) {
     print_json(windows);
@@ -636,9 +646,9 @@ int judge_records(const StudyOptions& options) {
 }
 
 // Medians, quartiles and the overlap of the two distributions: twice the share of pairs in the rarer order.
-void compare_distributions(const char* what, std::vector<double> simulated,
-                           std::vector<double> measured) {
-  if (simulated.empty() || measured.empty()) return;
+double compare_distributions(const char* what, std::vector<double> simulated,
+                             std::vector<double> measured) {
+  if (simulated.empty() || measured.empty()) return 1.0;
   std::vector<double> scores = simulated;
   scores.insert(scores.end(), measured.begin(), measured.end());
   const auto positive = std::make_unique<bool[]>(scores.size());
@@ -651,12 +661,15 @@ void compare_distributions(const char* what, std::vector<double> simulated,
       "{:<22} {:>7.2f} ({:>6.2f} to {:>6.2f})   {:>7.2f} ({:>6.2f} to {:>6.2f})   {:>4.0f} %\n",
       what, q(simulated, 0.5), q(simulated, 0.25), q(simulated, 0.75), q(measured, 0.5),
       q(measured, 0.25), q(measured, 0.75), 200.0 * std::min(auc, 1.0 - auc));
+  return 2.0 * std::min(auc, 1.0 - auc);
 }
 
 int compare(const StudyOptions& options) {
   const std::vector<Window> measured = read_windows(options.records);
   const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
   constexpr std::array kNames{"phase", "play", "Hammerstein"};
+  std::string worst;
+  double least = 2.0;
   fmt::print("{:<22} {:<27} {:<27} overlap\n", "", "simulated (quartiles)", "measured (quartiles)");
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     for (const bool sticky : {false, true}) {
@@ -673,10 +686,68 @@ int compare(const StudyOptions& options) {
         if (w.diagnosis.judged() && w.label.sticky == sticky)
           m.push_back(numbers_of(w.diagnosis)[i]);
       }
-      compare_distributions(fmt::format("{}, {}", kNames[i], sticky ? "sticky" : "not").c_str(), s,
-                            m);
+      const std::string name = fmt::format("{}, {}", kNames[i], sticky ? "sticky" : "not");
+      const double overlap = compare_distributions(name.c_str(), s, m);
+      if (overlap < least) worst = name;
+      least = std::min(least, overlap);
     }
   }
+  fmt::print("largest disagreement: {}\n", worst);
+  return kExitOk;
+}
+
+// Records whose truth is known from a simulation of another make: truth.json names the hidden effects of DIR/ID/record.csv.
+int judge_gap_examples(const StudyOptions& options) {
+  constexpr std::array<std::string_view, 3> kValveEffects{"stiction", "backlash", "hysteresis"};
+  Rate found;
+  Rate false_alarms;
+  Rate false_seen;
+  fmt::print("{:<6} {:<33} {:<15} {:<7} {:<12} {:>5}\n", "record", "truth", "verdict", "grade",
+             "cause", "p");
+  for (const std::string& folder : options.gap_examples) {
+    const std::filesystem::path path = std::filesystem::path(folder) / "truth.json";
+    std::ifstream file(path);
+    if (!file) {
+      throw record::RecordError(record::RecordError::Kind::io, 0, 0,
+                                path.string() + ": can't be read");
+    }
+    const nlohmann::json truths = nlohmann::json::parse(file, nullptr, false);
+    if (!truths.is_array()) {
+      throw record::RecordError(record::RecordError::Kind::data, 0, 0,
+                                path.string() + ": not a list of truths");
+    }
+    for (const nlohmann::json& truth : truths) {
+      const auto id = truth.at("id").get<std::string>();
+      const record::Record r =
+          record::read_record(std::filesystem::path(folder) / id / "record.csv");
+      const diagnosis::Diagnosis d = diagnosis::diagnose({.pv = r.pv,
+                                                          .co = r.co,
+                                                          .sp = r.sp,
+                                                          .sample_time_s = r.period_s,
+                                                          .co_low = 0.0,
+                                                          .co_high = 10.0});
+      bool sticky = false;
+      for (const nlohmann::json& name : truth.at("accept")) {
+        sticky |= std::find(kValveEffects.begin(), kValveEffects.end(), name.get<std::string>()) !=
+                  kValveEffects.end();
+      }
+      const bool called = d.verdict == diagnosis::Verdict::valve_effect;
+      if (sticky) {
+        found.count(called);
+      } else {
+        false_alarms.count(called);
+        false_seen.count(d.grade == diagnosis::Grade::seen);
+      }
+      fmt::print("{:<6} {:<33} {:<15} {:<7} {:<12} {:>5.2f}{}\n", id,
+                 truth.at("effect").get<std::string>(), to_text(d.verdict), to_text(d.grade),
+                 to_text(d.cause), d.probability,
+                 called == sticky ? ""
+                 : called         ? "  false alarm"
+                                  : "  missed");
+    }
+  }
+  fmt::print("\nvalve effects found {} of {}; false alarms {} of {}, at 'seen' {}\n", found.hits,
+             found.all, false_alarms.hits, false_alarms.all, false_seen.hits);
   return kExitOk;
 }
 
@@ -703,6 +774,7 @@ int save_cases(const StudyOptions& options) {
 
 int run_study(const StudyOptions& options) {
   try {
+    if (!options.gap_examples.empty()) return judge_gap_examples(options);
     if (!options.weights.empty()) return write_weights(options);
     if (options.compare_too) return compare(options);
     if (!options.records.empty()) return judge_records(options);
@@ -740,6 +812,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       sub->add_flag("--compare", options->compare_too,
                     "the evidence of the simulated loops beside that of the records")
           ->needs(records);
+  sub->add_option("--gap-examples", options->gap_examples,
+                  "folders with truth.json and the records it names, instead: valve effects found, "
+                  "and false alarms where the truth is another effect");
   sub->add_option("--weights", options->weights,
                   "fit the weights of the decision to simulated loops and the records, and write "
                   "them here")

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each indicator on a case of the books, the decision, the kind from a tag, and the verdict of a loop.
+#include <array>
 #include <catch2/catch.hpp>
+#include <vector>
 
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/phase.hpp"
@@ -63,14 +65,12 @@ TEST_CASE(
   valve.reset(50.0);
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
-  const double period = movement_period(sticky.co, sticky.pv);
   const Hammerstein found = fit_hammerstein(sticky.pv, sticky.co);
   CHECK(found.evidence > kSeenFrom);
   CHECK(found.band == Approx(5.0).epsilon(0.4));
   const SmallLoop::Run cycling = loop.run(
       1200, [](double u) { return u; }, [](double t) { return 4.0 * sine(t / 25.0); });
-  CHECK(fit_hammerstein(cycling.pv, cycling.co, movement_period(cycling.co, cycling.pv)).evidence <
-        kSeenFrom);
+  CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < kSeenFrom);
 }
 
 TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves nothing") {
@@ -83,7 +83,56 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves not
     pv.push_back(x = 0.95 * x + random.normal());
     co.push_back(-pv.back());
   }
-  CHECK(std::abs(fit_hammerstein(pv, co).evidence) < 0.05);
+  CHECK(fit_hammerstein(pv, co).evidence < kSeenFrom);
+  CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != Verdict::valve_effect);
+}
+
+TEST_CASE("Hammerstein: one step does not drown the sticking of the rest") {
+  const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
+  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  valve.reset(50.0);
+  // The load steps by more than a band.
+  const SmallLoop::Run stepped = loop.run(
+      1200, [&](double u) { return valve.step(u); },
+      [](double t) { return t < 400.0 ? 1.3 : -5.0; });
+  const Hammerstein found = fit_hammerstein(stepped.pv, stepped.co);
+  CHECK(found.evidence > kSeenFrom);
+  CHECK(found.parts_for >= kPartsFor);
+  CHECK(found.band == Approx(5.0).epsilon(0.5));
+}
+
+TEST_CASE("Hammerstein: a valve that reverses less than twice is no evidence") {
+  plant::Random random(8);
+  Series co;
+  Series pv;
+  plant::Backlash play(8.0);
+  play.reset(0.0);
+  for (int k = 0; k < 800; ++k) {
+    co.push_back(k < 400 ? 0.05 * k : 20.0 - 0.02 * (k - 400));
+    pv.push_back(play.step(co.back()) + 0.05 * random.normal());
+  }
+  const Hammerstein found = fit_hammerstein(pv, co);
+  CHECK(found.evidence < kLikelyFrom);
+}
+
+TEST_CASE("Hammerstein: a gain that would run away under this controller does not count") {
+  const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
+  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  valve.reset(50.0);
+  const SmallLoop::Run sticky = loop.run(
+      1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
+  const double right = fit_hammerstein(sticky.pv, sticky.co, 1.0).evidence;
+  CHECK(right > kSeenFrom);
+  CHECK(fit_hammerstein(sticky.pv, sticky.co, -1.0).evidence < 0.5 * right);
+}
+
+TEST_CASE("what is seen comes from most of the record, and more of it behind a slow process") {
+  const ValveEvidence whole{.phase = 2.0, .play = 0.5, .hammerstein = 0.12, .parts_for = 0.9};
+  ValveEvidence once = whole;
+  once.parts_for = 0.4;
+  CHECK(decide(whole, Follows::at_once).grade == Grade::seen);
+  CHECK(decide(once, Follows::at_once).grade == Grade::likely);
+  CHECK(decide(whole, Follows::by_integration).grade != Grade::seen);
 }
 
 TEST_CASE("the decision rises with every number and states its grade") {
@@ -97,7 +146,7 @@ TEST_CASE("the decision rises with every number and states its grade") {
         Grade::seen);
   CHECK(decide({.phase = 4.0, .play = 1.0, .hammerstein = 0.3}, Follows::at_once).probability ==
         kMostProbability);
-  CHECK(decide({.phase = 3.0, .play = 0.5, .hammerstein = 0.02}, Follows::at_once).grade ==
+  CHECK(decide({.phase = 3.0, .play = 0.5, .hammerstein = 0.08}, Follows::at_once).grade ==
         Grade::likely);
   CHECK(decide({.phase = -4.0, .play = -1.0, .hammerstein = -0.1}, Follows::at_once).probability ==
         kLeastProbability);
@@ -154,6 +203,20 @@ TEST_CASE("a loop's verdict is that of its windows together, with the time since
   CHECK(judge_loop(undecided).verdict == Verdict::cant_tell);
   const std::vector<Diagnosis> empty{none, none};
   CHECK(judge_loop(empty).verdict == Verdict::not_enough_data);
+}
+
+TEST_CASE("the trend of the size is the median slope of the windows that show the effect") {
+  std::vector<Diagnosis> windows(5, window(Verdict::valve_effect, 0.9, Grade::seen));
+  const std::array<double, 5> sizes{1.0, 1.5, 0.0, 2.5, 9.0};
+  for (std::size_t i = 0; i < windows.size(); ++i) windows[i].s = sizes[i];
+  windows[0] = windows[2] = window(Verdict::healthy, 0.1);
+  const SizeTrend trend = size_trend(windows);
+  CHECK(trend.windows == 3);
+  CHECK(trend.first == 1.5);
+  CHECK(trend.last == 9.0);
+  // Slopes 0.5, 2.5, 6.5.
+  CHECK(trend.per_window == Approx(2.5));
+  CHECK(size_trend({}).windows == 0);
 }
 
 }  // namespace
