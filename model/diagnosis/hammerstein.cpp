@@ -27,8 +27,6 @@ constexpr double kMostSteady = 3.0;
 
 using Parts = std::array<double, kParts>;
 
-double dot(const Series& a, const double* b) { return dot(a.data(), b, a.size()); }
-
 void take_out(Series& x, const Series& q) {
   const double share = dot(x, q.data());
   for (std::size_t k = 0; k < x.size(); ++k) x[k] -= share * q[k];

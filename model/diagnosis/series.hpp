@@ -13,6 +13,7 @@ using Series = std::vector<double>;
 
 // Sum of products of `count` values.
 double dot(const double* a, const double* b, std::size_t count);
+inline double dot(const Series& a, const double* b) { return dot(a.data(), b, a.size()); }
 double mean(std::span<const double> x);
 double variance(std::span<const double> x);  // about the mean, divided by the count
 double correlation(std::span<const double> x,
