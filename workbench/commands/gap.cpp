@@ -77,7 +77,9 @@ void print_result(const gap::Result& r, const std::string& out) {
   fmt::print("{:<22}{:>10.4g}{:>12.4g}{:>10}\n", "model corrected", r.after.rmse,
              r.after.holdout_rmse, percent(r.after.holdout_fit_percent));
   fmt::print("{:<22}{:>10.4g}\n", "noise floor", r.noise_floor_rmse);
-  if (r.remainder && std::isfinite(r.remainder->share)) {
+  // A remainder that the noise alone may have left has no looks.
+  constexpr double kVisible = 0.005;
+  if (r.remainder && r.remainder->share >= kVisible) {
     fmt::print("{:<22}{:>10}{:>12.4g}{:>10}  looks like {}\n", "left", "", r.remainder->rmse,
                percent(100.0 * r.remainder->share), gap::to_text(r.remainder->looks_like));
   }
