@@ -20,11 +20,13 @@ struct Loop {
   std::vector<record::Record> records;
 };
 
-// A rest between records, as the labels don't say how they follow each other: what is half a window of the
+// A gap in automatic between records, as the labels don't say how they follow each other: what is half a window of the
 // first one must not go on in the second.
 void rest(monitor::LoopMonitor& watch, std::uint64_t& period) {
   period += 10'000'000;
-  watch.add({.period_index = period++, .pv = std::numeric_limits<double>::quiet_NaN()});
+  watch.add({.period_index = period++,
+             .pv = std::numeric_limits<double>::quiet_NaN(),
+             .automatic = true});
 }
 
 nlohmann::json watched(const std::string& name, const Loop& loop) {
