@@ -86,12 +86,12 @@ Oscillation find_oscillation(std::span<const double> x) {
 }
 
 TimeScale find_time_scale(std::span<const double> x) {
-  constexpr std::array<std::size_t, 4> kParts{1, 3, 8, 20};
+  constexpr std::array<std::size_t, 4> kLengths{1, 3, 8, 20};
   TimeScale best;
   const Series straight = detrended(x);
   const double whole = variance(straight);
   if (whole <= 0.0) return best;
-  for (const std::size_t part : kParts) {
+  for (const std::size_t part : kLengths) {
     const Series fast = part == 1 ? straight : high_passed(straight, x.size() / part);
     TimeScale scale;
     scale.oscillation = find_oscillation(fast);
