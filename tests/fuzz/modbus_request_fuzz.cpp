@@ -10,7 +10,7 @@
 
 #include "daemon/gateway/map_bank.hpp"
 #include "daemon/gateway/modbus_answer.hpp"
-#include "tests/daemon/gateway/fake_plant.hpp"
+#include "tests/daemon/gateway/fake_loops.hpp"
 
 namespace {
 
@@ -64,7 +64,7 @@ void check_answer(Bytes request, Bytes reply) {
 // First byte: bit 0 lets the master write, bits 1 and 2 are the word order. The rest is the request.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
-  tests::FakePlant plant(3);
+  tests::FakeLoops plant(3);
   ServerState server;
   MapBank bank(plant, static_cast<hal::modbus::ByteOrder>((data[0] >> 1) & 3U), server);
   const Peer peer{"fuzzer", (data[0] & 1U) != 0};
