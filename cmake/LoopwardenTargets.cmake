@@ -16,6 +16,10 @@ target_compile_options(loopwarden_flags INTERFACE
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   target_compile_options(loopwarden_flags INTERFACE -Wno-restrict)
 endif()
+# What says the version links this; all else is not compiled again when it changes.
+add_library(loopwarden_version INTERFACE)
+target_compile_definitions(loopwarden_version INTERFACE LOOPWARDEN_VERSION="${PROJECT_VERSION}")
+
 if(LOOPWARDEN_SANITIZE)
   # g++ 12 sees uninitialised variables in std::regex when it instruments (Catch2 uses it).
   target_compile_options(loopwarden_flags INTERFACE
@@ -28,6 +32,18 @@ if(LOOPWARDEN_FUZZ)
   target_link_options(loopwarden_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# loopwarden_together(NAME)
+# Where many sources are compiled as one (CMAKE_UNITY_BUILD), those of all libraries of the current folder and below
+# are: headers of templates are the greater part of what each costs. Every library keeps its name and its view of the
+# tree; what a library may not include is found by the build of one source at a time (preset debug).
+macro(loopwarden_together name)
+  if(CMAKE_UNITY_BUILD)
+    set(loopwarden_together ${name}_together)
+    add_library(${loopwarden_together} STATIC)
+    target_link_libraries(${loopwarden_together} PRIVATE loopwarden_flags)
+  endif()
+endmacro()
+
 # loopwarden_library(NAME [SOURCES files...] [LINK targets...])
 # Defines NAME for the current folder. Its headers are included as "<folder>/<file>.hpp" from the
 # top of the tree, and only by targets that link NAME.
@@ -38,7 +54,23 @@ function(loopwarden_library name)
   get_filename_component(parent ${view}/${folder} DIRECTORY)
   file(MAKE_DIRECTORY ${parent})
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${view}/${folder} SYMBOLIC)
-  if(ARG_SOURCES)
+  if(ARG_SOURCES AND loopwarden_together)
+    list(TRANSFORM ARG_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+    target_sources(${loopwarden_together} PRIVATE ${ARG_SOURCES})
+    target_include_directories(${loopwarden_together} PUBLIC ${view})
+    foreach(linked ${ARG_LINK})
+      set(group)
+      if(TARGET ${linked})
+        get_target_property(group ${linked} LOOPWARDEN_TOGETHER)
+      endif()
+      if(NOT group STREQUAL ${loopwarden_together})
+        target_link_libraries(${loopwarden_together} PUBLIC ${linked})
+      endif()
+    endforeach()
+    add_library(${name} INTERFACE)
+    set_target_properties(${name} PROPERTIES LOOPWARDEN_TOGETHER ${loopwarden_together})
+    target_link_libraries(${name} INTERFACE ${loopwarden_together})
+  elseif(ARG_SOURCES)
     add_library(${name} STATIC ${ARG_SOURCES})
     target_include_directories(${name} PUBLIC ${view})
     target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE loopwarden_flags)
@@ -61,8 +93,11 @@ function(loopwarden_executable name)
 endfunction()
 
 # loopwarden_embed(TARGET HEADER NAMESPACE [NAME FILE]...)
-# Puts each file's text into TARGET as NAMESPACE::NAME, a `const char*` that HEADER declares.
+# Defines the library TARGET that holds each file's text as NAMESPACE::NAME, a `const char*` that HEADER declares.
 function(loopwarden_embed target header namespace)
+  add_library(${target} STATIC)
+  target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${target} PRIVATE loopwarden_flags)
   while(ARGN)
     list(POP_FRONT ARGN name file)
     get_filename_component(file ${file} ABSOLUTE)

@@ -9,20 +9,19 @@
 #include <numbers>
 #include <utility>
 
+#include "model/numeric/draw.hpp"
 #include "model/plant/random.hpp"
 
 namespace loopwarden::studies {
 namespace {
 
 using diagnosis::Cause;
+using numeric::chance;
+using numeric::log_uniform;
 using plant::Random;
 
 constexpr double kPi = std::numbers::pi;
 
-double log_uniform(Random& random, double low, double high) {
-  return std::exp(random.uniform(std::log(low), std::log(high)));
-}
-bool chance(Random& random, double share) { return random.uniform() < share; }
 std::size_t choice(Random& random, std::size_t count) {
   return std::min(count - 1,
                   static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));

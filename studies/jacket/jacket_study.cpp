@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "model/numeric/draw.hpp"
 #include "model/plant/random.hpp"
 #include "hal/os/parallel.hpp"
 
@@ -13,6 +14,7 @@ namespace loopwarden::studies {
 namespace {
 
 using control::JacketForm;
+using numeric::log_uniform;
 using plant::Random;
 
 constexpr double kOutputSpan = 10.0;                  // CO units (V) of every loop here
@@ -110,10 +112,6 @@ std::vector<Plant1Row> plant1_rows() {
 }
 
 // ---- random loops
-
-double log_uniform(Random& random, double low, double high) {
-  return std::exp(random.uniform(std::log(low), std::log(high)));
-}
 
 // Lambda tuning with the factor 1 to 4 on the larger of lag and dead time, or Ziegler and Nichols'
 // reaction curve with both gains divided by 1.5 to 2.

@@ -578,12 +578,12 @@ bool Study::real_signatures() {
       return false;
     }
     control::Pid pid(p.model.controller.pid, p.model.sample_time_s);
-    constexpr double kSetPoint = 5.0;  // L/min, from the start
+    constexpr double kStartSetPoint = 5.0;  // L/min, from the start
     pid.initialise(0.0, pv.front(), pv.front());
     std::vector<double> co;
     double out = 0.0;
     for (const double value : pv) {
-      out = std::clamp(pid.step(kSetPoint, value, out, 0.0), p.model.controller.pid.output_low,
+      out = std::clamp(pid.step(kStartSetPoint, value, out, 0.0), p.model.controller.pid.output_low,
                        p.model.controller.pid.output_high);
       co.push_back(out);
     }

@@ -33,7 +33,7 @@ struct TuneOptions {
   bool json = false;
 };
 
-struct Row {
+struct RuleRow {
   std::string name;
   control::PidGains gains;
   bool scales = true;
@@ -42,12 +42,12 @@ struct Row {
   analysis::PredictedResponse response{};
 };
 
-std::vector<Row> rows_of(const plant::LoopModel& model, const TuneOptions& options) {
-  std::vector<Row> rows;
+std::vector<RuleRow> rows_of(const plant::LoopModel& model, const TuneOptions& options) {
+  std::vector<RuleRow> rows;
   const double half = 15.0 * (2.0 * model.process.time_constant_s + model.process.dead_time_s) +
                       10.0 * model.sample_time_s;
   const auto add = [&](std::string name, const control::PidGains& gains, bool scales, bool rule) {
-    Row row{.name = std::move(name), .gains = gains, .scales = scales, .rule = rule};
+    RuleRow row{.name = std::move(name), .gains = gains, .scales = scales, .rule = rule};
     analysis::LinearLoop linear = analysis::linear_loop(model);
     linear.gains = gains;
     row.margins = analysis::margins(linear);
@@ -66,9 +66,9 @@ std::vector<Row> rows_of(const plant::LoopModel& model, const TuneOptions& optio
 }
 
 // Of the rules that scale with the gain and leave enough margin, the one that meets a load best.
-const Row* recommended(const std::vector<Row>& rows) {
-  const Row* best = nullptr;
-  for (const Row& row : rows) {
+const RuleRow* recommended(const std::vector<RuleRow>& rows) {
+  const RuleRow* best = nullptr;
+  for (const RuleRow& row : rows) {
     if (!row.rule || !row.scales || !row.margins.stable || !row.response.settles ||
         row.margins.sensitivity > kMostSensitivity) {
       continue;
@@ -80,26 +80,22 @@ const Row* recommended(const std::vector<Row>& rows) {
   return best;
 }
 
-nlohmann::json finite(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
-
-void print_json(const std::vector<Row>& rows, const Row* best) {
+void print_json(const std::vector<RuleRow>& rows, const RuleRow* best) {
   nlohmann::json list = nlohmann::json::array();
-  for (const Row& r : rows) {
+  for (const RuleRow& r : rows) {
     list.push_back({{"rule", r.name},
                     {"kp", r.gains.kp},
                     {"ki", r.gains.ki},
                     {"kd", r.gains.kd},
                     {"scales_with_gain", r.scales},
                     {"stable", r.margins.stable},
-                    {"gain_margin", finite(r.margins.gain_margin)},
-                    {"phase_margin_deg", finite(r.margins.phase_margin_deg)},
-                    {"delay_margin_s", finite(r.margins.delay_margin_s)},
+                    {"gain_margin", r.margins.gain_margin},
+                    {"phase_margin_deg", r.margins.phase_margin_deg},
+                    {"delay_margin_s", r.margins.delay_margin_s},
                     {"sensitivity", r.margins.sensitivity},
-                    {"rise_10_90_s", finite(r.response.step.rise_10_90_s)},
+                    {"rise_10_90_s", r.response.step.rise_10_90_s},
                     {"overshoot_percent", 100.0 * r.response.step.overshoot},
-                    {"settling_2_percent_s", finite(r.response.step.settling_2_s)},
+                    {"settling_2_percent_s", r.response.step.settling_2_s},
                     {"load_absolute_error", r.response.load_absolute_error}});
   }
   const nlohmann::json result = {
@@ -112,7 +108,7 @@ std::string number(double value, const char* format) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
 }
 
-std::vector<std::string> cells(const Row& r) {
+std::vector<std::string> cells(const RuleRow& r) {
   return {r.name,
           number(r.gains.kp, "{:.4g}"),
           number(r.gains.ki, "{:.4g}"),
@@ -136,7 +132,8 @@ const std::vector<std::string>& heads() {
   return names;
 }
 
-void print_text(const plant::LoopModel& model, const std::vector<Row>& rows, const Row* best) {
+void print_text(const plant::LoopModel& model, const std::vector<RuleRow>& rows,
+                const RuleRow* best) {
   fmt::print("process: gain {:g}, time constant {:g} s, dead time {:g} s\n\n", model.process.gain,
              model.process.time_constant_s, model.process.dead_time_s);
   const auto line = [](const std::vector<std::string>& c) {
@@ -144,7 +141,7 @@ void print_text(const plant::LoopModel& model, const std::vector<Row>& rows, con
                c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11]);
   };
   line(heads());
-  for (const Row& row : rows) line(cells(row));
+  for (const RuleRow& row : rows) line(cells(row));
   fmt::print(
       "\nrise, overshoot and settling (2 %) of a set-point step; load IAE: integral of |SP - "
       "PV| after a load step of 10 % of the range.\n");
@@ -163,7 +160,8 @@ void print_text(const plant::LoopModel& model, const std::vector<Row>& rows, con
   }
 }
 
-std::string page(const std::string& model_file, const std::vector<Row>& rows, const Row* best) {
+std::string page(const std::string& model_file, const std::vector<RuleRow>& rows,
+                 const RuleRow* best) {
   Chart pv{.title = "Set-point step, then a load step",
            .x_label = "s",
            .y_label = "PV",
@@ -184,7 +182,7 @@ std::string page(const std::string& model_file, const std::vector<Row>& rows, co
   std::string table = "<table><tr>";
   for (const std::string& head : heads()) table += "<th>" + head + "</th>";
   table += "</tr>\n";
-  for (const Row& row : rows) {
+  for (const RuleRow& row : rows) {
     table += "<tr>";
     for (const std::string& cell : cells(row)) {
       table += fmt::format("<td{}>{}</td>", &row == best ? " class=\"best\"" : "", escaped(cell));
@@ -201,8 +199,8 @@ std::string page(const std::string& model_file, const std::vector<Row>& rows, co
 int run_tune(const TuneOptions& options) {
   const auto model = load_model(options.model);
   if (!model) return kExitConfiguration;
-  const std::vector<Row> rows = rows_of(*model, options);
-  const Row* best = recommended(rows);
+  const std::vector<RuleRow> rows = rows_of(*model, options);
+  const RuleRow* best = recommended(rows);
   if (!options.out.empty()) {
     write_output(options.out,
                  page(std::filesystem::path(options.model).filename().string(), rows, best),
