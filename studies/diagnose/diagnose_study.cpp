@@ -463,21 +463,22 @@ int write_weights(const StudyOptions& options) {
         "inline constexpr ValveWeights {}{{.base = {:.2f}, .per = {{{:.2f}, {:.2f}, {:.2f}}}}};\n",
         name, w.base, w.per[0], w.per[1], w.per[2]);
   };
-  workbench::write_output(
-      options.weights,
-      fmt::format("// SPDX-License-Identifier: Apache-2.0\n"
-                  "// Written by `loopwarden-study diagnose --records data/routine "
-                  "data/isdb --weights FILE --cases {} --seed {}`;\n"
-                  "// not edited by hand.\n"
-                  "#pragma once\n\n"
-                  "#include \"model/diagnosis/decision.hpp\"\n\n"
-                  "namespace loopwarden::diagnosis {{\n\n{}{}\n"
-                  "}}  // namespace loopwarden::diagnosis\n",
-                  options.cases, options.seed, line("kAtOnce", true), line("kLater", false)));
+  workbench::write_output(options.weights,
+                          fmt::format("// SPDX-License-Identifier: Apache-2.0\n"
+                                      "// Written by `loopwarden-study diagnose --records {} "
+                                      "--weights FILE --cases {} --seed {}`;\n"
+                                      "// not edited by hand.\n"
+                                      "#pragma once\n\n"
+                                      "#include \"model/diagnosis/decision.hpp\"\n\n"
+                                      "namespace loopwarden::diagnosis {{\n\n{}{}\n"
+                                      "}}  // namespace loopwarden::diagnosis\n",
+                                      fmt::join(options.records, " "), options.cases, options.seed,
+                                      line("kAtOnce", true), line("kLater", false)));
   return kExitOk;
 }
 
-void print_json(const std::vector<Window>& windows) {
+// `refit`: left_out is then what weights say in which the loop had no say.
+void print_json(const std::vector<Window>& windows, bool refit) {
   nlohmann::json records = nlohmann::json::array();
   for (const Window& w : windows) {
     const diagnosis::Diagnosis& d = w.diagnosis;
@@ -488,6 +489,7 @@ void print_json(const std::vector<Window>& windows) {
                        {"grade", to_text(d.grade)},
                        {"cause", to_text(d.cause)},
                        {"probability", d.probability}});
+    if (refit) records.back()["left_out"] = w.left_out.probability;
   }
   nlohmann::json loops = nlohmann::json::array();
   for (const LoopFigures& f : by_loop(windows)) {
@@ -497,6 +499,7 @@ void print_json(const std::vector<Window>& windows) {
                      {"windows_right", f.windows_right},
                      {"verdict", to_text(f.verdict.verdict)},
                      {"probability", f.verdict.probability}});
+    if (refit) loops.back()["left_out"] = f.left_out;
   }
   const nlohmann::json result = {{"records", std::move(records)}, {"loops", std::move(loops)}};
   fmt::print("{}\n", result.dump(2));
@@ -515,7 +518,7 @@ int judge_records(const StudyOptions& options) {
     workbench::write_output(options.evidence, file.str());
   }
   if (options.json) {
-    print_json(windows);
+    print_json(windows, options.refit);
     return kExitOk;
   }
   fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6} {:>6} {:>6} {:>6}\n", "record", "loop",
@@ -650,6 +653,29 @@ int compare(const StudyOptions& options) {
   return kExitOk;
 }
 
+struct Truth {
+  std::string id;
+  std::string effect;
+  std::vector<std::string> accept;  // names that are right
+};
+
+std::vector<Truth> truths_of(std::istream& file, const std::filesystem::path& path) {
+  try {
+    std::vector<Truth> truths;
+    for (const nlohmann::json& truth : nlohmann::json::parse(file)) {
+      truths.push_back({.id = truth.at("id").get<std::string>(),
+                        .effect = truth.at("effect").get<std::string>(),
+                        .accept = truth.at("accept").get<std::vector<std::string>>()});
+    }
+    return truths;
+  } catch (const nlohmann::json::exception& e) {
+    throw record::RecordError(
+        record::RecordError::Kind::data, 0, 0,
+        fmt::format("{}: not a list of truths with id, effect and accept ({})", path.string(),
+                    e.what()));
+  }
+}
+
 // Records whose truth is known from a simulation of another make: truth.json names the hidden effects of DIR/ID/record.csv.
 int judge_gap_examples(const StudyOptions& options) {
   constexpr std::array<std::string_view, 3> kValveEffects{"stiction", "backlash", "hysteresis"};
@@ -665,26 +691,20 @@ int judge_gap_examples(const StudyOptions& options) {
       throw record::RecordError(record::RecordError::Kind::io, 0, 0,
                                 path.string() + ": can't be read");
     }
-    const nlohmann::json truths = nlohmann::json::parse(file, nullptr, false);
-    if (!truths.is_array()) {
-      throw record::RecordError(record::RecordError::Kind::data, 0, 0,
-                                path.string() + ": not a list of truths");
-    }
-    for (const nlohmann::json& truth : truths) {
-      const auto id = truth.at("id").get<std::string>();
+    for (const Truth& truth : truths_of(file, path)) {
       const record::Record r =
-          record::read_record(std::filesystem::path(folder) / id / "record.csv");
+          record::read_record(std::filesystem::path(folder) / truth.id / "record.csv");
       const diagnosis::Diagnosis d = diagnosis::diagnose({.pv = r.pv,
                                                           .co = r.co,
                                                           .sp = r.sp,
                                                           .sample_time_s = r.period_s,
                                                           .co_low = 0.0,
                                                           .co_high = 10.0});
-      bool sticky = false;
-      for (const nlohmann::json& name : truth.at("accept")) {
-        sticky |= std::find(kValveEffects.begin(), kValveEffects.end(), name.get<std::string>()) !=
-                  kValveEffects.end();
-      }
+      const bool sticky =
+          std::any_of(truth.accept.begin(), truth.accept.end(), [&](const std::string& name) {
+            return std::find(kValveEffects.begin(), kValveEffects.end(), name) !=
+                   kValveEffects.end();
+          });
       const bool called = d.verdict == diagnosis::Verdict::valve_effect;
       if (sticky) {
         found.count(called);
@@ -692,9 +712,8 @@ int judge_gap_examples(const StudyOptions& options) {
         false_alarms.count(called);
         false_seen.count(d.grade == diagnosis::Grade::seen);
       }
-      fmt::print("{:<6} {:<33} {:<15} {:<7} {:<12} {:>5.2f}{}\n", id,
-                 truth.at("effect").get<std::string>(), to_text(d.verdict), to_text(d.grade),
-                 to_text(d.cause), d.probability,
+      fmt::print("{:<6} {:<33} {:<15} {:<7} {:<12} {:>5.2f}{}\n", truth.id, truth.effect,
+                 to_text(d.verdict), to_text(d.grade), to_text(d.cause), d.probability,
                  called == sticky ? ""
                  : called         ? "  false alarm"
                                   : "  missed");
