@@ -7,20 +7,19 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "model/numeric/draw.hpp"
 #include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
 
 namespace loopwarden::specialist {
 namespace {
 
+using numeric::chance;
+using numeric::log_uniform;
 using numeric::Random;
 using plant::Block;
 using plant::EffectSpec;
 
-double log_uniform(Random& random, double low, double high) {
-  return std::exp(random.uniform(std::log(low), std::log(high)));
-}
-bool chance(Random& random, double share) { return random.uniform() < share; }
 std::size_t choice(Random& random, std::size_t count) {
   return std::min(count - 1,
                   static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));
