@@ -50,7 +50,7 @@ std::string describe(const json& alarm, std::int64_t now_ms) {
 }
 
 // null is what the daemon says of a size that is not known.
-std::string percent(const json& size, const char* not_known) {
+std::string size_text(const json& size, const char* not_known) {
   return size.is_number() ? fmt::format("{:.1f} %", size.get<double>()) : not_known;
 }
 
@@ -69,7 +69,7 @@ void print_table(const json& answer, bool all) {
                  "RAISED (UTC)", "TIMES", "STATE");
     }
     fmt::print("{:<14} {:<15} {:>10} {:<20} {:>5}  {}\n", alarm.at("loop").get<std::string>(),
-               alarm.at("alarm").get<std::string>(), percent(alarm.at("severity_percent"), "-"),
+               alarm.at("alarm").get<std::string>(), size_text(alarm.at("severity_percent"), "-"),
                utc(alarm.at("raised_ms").get<std::int64_t>()),
                alarm.at("times_raised").get<std::uint64_t>(), describe(alarm, now_ms));
   }
@@ -163,11 +163,11 @@ int run_explain(const Options& options) {
   }
   const json& alarm = answer.at("alarm");
   const json& m = answer.at("monitor");
-  const std::string size =
-      alarm.at("severity_percent").is_number()
-          ? fmt::format("{} of the CO span (worst {})", percent(alarm.at("severity_percent"), "-"),
-                        percent(alarm.at("worst_severity_percent"), "-"))
-          : "size not known";
+  const std::string size = alarm.at("severity_percent").is_number()
+                               ? fmt::format("{} of the CO span (worst {})",
+                                             size_text(alarm.at("severity_percent"), "-"),
+                                             size_text(alarm.at("worst_severity_percent"), "-"))
+                               : "size not known";
   fmt::print("{} of {}: {}, {}, raised {} UTC\n", options.alarm, options.loop,
              alarm.at("state").get<std::string>(), size,
              utc(alarm.at("raised_ms").get<std::int64_t>()));
