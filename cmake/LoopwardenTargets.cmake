@@ -75,7 +75,7 @@ function(loopwarden_library name)
     target_include_directories(${name} PUBLIC ${view})
     target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE loopwarden_flags)
     # Fuzzers are led by the coverage of what their input gets to; that of the rest would only take time.
-    if(LOOPWARDEN_FUZZ AND NOT folder MATCHES "^model/(analysis|diagnosis|gap|monitor|specialist)$")
+    if(LOOPWARDEN_FUZZ AND NOT folder MATCHES "^model/(analysis|diagnosis|gap|monitor|specialist|training|window)$")
       target_compile_options(${name} PRIVATE -fsanitize=fuzzer-no-link)
     endif()
   else()

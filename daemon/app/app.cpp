@@ -21,6 +21,7 @@
 #include "config/config_reader.hpp"
 #include "daemon/loops/event_text.hpp"
 #include "daemon/loops/loop_health.hpp"
+#include "daemon/loops/loop_orders.hpp"
 #include "hal/os/exit_code.hpp"
 #include "hal/os/real_time.hpp"
 #include "record/segment_format.hpp"
@@ -230,7 +231,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
     specialist_hashes_[name] = folder.hash;
   }
   std::vector<monitor::WatchedLoop> watched;
-  for (const LoopRuntime& loop : loops_) {
+  for (LoopRuntime& loop : loops_) {
     // One judge serves all loops of its folder: there is one monitor thread.
     const auto judge = judges_.find(loop.config.monitor.specialists);
     watched.push_back({.cycles = &loop.channels->watched,
@@ -238,7 +239,8 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
                        .judge = judge == judges_.end() ? nullptr : judge->second.get(),
                        .rule = loopwarden::monitor::kAlarmRule,
                        .corrective = loop.config.monitor.corrective,
-                       .orders = &loop.channels->monitor_orders});
+                       .orders = &monitor_desks_.emplace_back(
+                           desk_of(loop, loop.channels->monitor_orders, journal_))});
   }
   monitor_ = std::make_unique<monitor::Monitor>(
       std::move(watched), board_,

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -105,6 +106,7 @@ class App {
   std::uint32_t model_hash_;                                // of the specialists; 0: none
   std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
   EvidenceStore evidence_;
+  std::deque<orders::OrderDesk> monitor_desks_;  // one for each loop
   std::unique_ptr<monitor::Monitor> monitor_;
   std::uint32_t start_hash_;                // of the files as they were at the start
   std::atomic<std::uint32_t> config_hash_;  // of the configuration in force

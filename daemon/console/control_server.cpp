@@ -113,6 +113,9 @@ model::AlarmAction wanted_action(const json& request) {
 
 json alarm_json(const std::string& loop, model::AlarmKind kind, const model::Alarm& alarm) {
   const model::AlarmMemory& memory = alarm.memory();
+  const auto size = [kind](double percent) {
+    return model::has_size(kind) ? number(percent) : json(nullptr);
+  };
   return {{"loop", loop},
           {"alarm", model::to_text(kind)},
           {"state", model::to_text(alarm.state())},
@@ -123,8 +126,8 @@ json alarm_json(const std::string& loop, model::AlarmKind kind, const model::Ala
           {"changed_ms", memory.changed_ms},
           {"times_raised", memory.times_raised},
           {"shelved_until_ms", memory.shelved_until_ms},
-          {"severity_percent", number(memory.severity_percent)},
-          {"worst_severity_percent", number(memory.worst_severity_percent)}};
+          {"severity_percent", size(memory.severity_percent)},
+          {"worst_severity_percent", size(memory.worst_severity_percent)}};
 }
 
 const char* source_text(model::StickSource source) {
@@ -146,6 +149,8 @@ json condition_json(const analysis::ConditionIndices& condition) {
 
 json watch_json(const monitor::LoopWatch& watch) {
   const model::WindowMeasures& m = watch.measures;
+  const bool no_size = watch.judgement.result == model::WindowJudgement::Result::fault &&
+                       !model::has_size(watch.judgement.fault);
   json probability = json::object();
   for (const model::AlarmKind kind : model::kAlarmKinds) {
     probability[model::to_text(kind)] = watch.judgement.probability[model::index_of(kind)];
@@ -154,7 +159,7 @@ json watch_json(const monitor::LoopWatch& watch) {
           {"windows", watch.windows},
           {"windows_suppressed", watch.windows_suppressed},
           {"probability", std::move(probability)},
-          {"severity_percent", number(watch.judgement.severity_percent)},
+          {"severity_percent", no_size ? json(nullptr) : number(watch.judgement.severity_percent)},
           {"oscillation_index", number(m.oscillation_index)},
           {"oscillation_period_s", number(m.period_s)},
           {"variability_percent", number(m.variability_percent)},

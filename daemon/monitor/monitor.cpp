@@ -63,6 +63,9 @@ void Monitor::start() {
 void Monitor::stop() {
   quit_ = true;
   thread_.join();
+  for (Track& track : tracks_) {
+    if (track.orders != nullptr) track.orders->close();
+  }
 }
 
 void Monitor::round() {
@@ -78,9 +81,7 @@ void Monitor::round() {
 
 bool Monitor::take_turn(std::size_t index) {
   Track& track = tracks_[index];
-  if (track.corrective.state() != model::CorrectiveState::off) {
-    follow(index, track.corrective.veto(board_.veto(index)));
-  }
+  if (track.corrective.state() != model::CorrectiveState::off) attend(index);
   RecordRow row;
   std::size_t taken = 0;
   bool window = false;
@@ -133,10 +134,23 @@ bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
   return true;
 }
 
+void Monitor::attend(std::size_t index) {
+  Track& track = tracks_[index];
+  if (track.order != 0) {
+    if (const auto outcome = track.orders->outcome(track.order)) {
+      track.order = 0;
+      if (!outcome->why.empty()) follow(index, track.corrective.refused());
+    }
+  }
+  if (track.orders->has_room()) follow(index, track.corrective.veto(board_.veto(index)));
+}
+
 void Monitor::correct(std::size_t index, const model::MonitorStep& step, bool came) {
   using State = model::WindowState;
   model::CorrectiveAction& action = tracks_[index].corrective;
   if (action.state() == model::CorrectiveState::off) return;
+  // A loop that does not take its orders does not run either: what it would be told now waits for a later window.
+  if (!tracks_[index].orders->has_room()) return;
   // A loop that the jacket has calmed may move too little to be judged; its error shows all the same.
   if (step.kind == model::MonitorStep::Kind::judged || step.state == State::not_enough_movement) {
     const model::Alarm alarm = board_.watch(index).alarms.alarm(model::AlarmKind::stiction);
@@ -150,13 +164,14 @@ void Monitor::correct(std::size_t index, const model::MonitorStep& step, bool ca
 void Monitor::follow(std::size_t index, const model::CorrectiveStep& step) {
   using Order = model::CorrectiveStep::Order;
   if (!step.changed()) return;
-  bool accepted = true;
-  if (step.order != Order::none) {
+  std::vector<journal::JournalEntry> lines{board_.corrective_step(index, step)};
+  if (step.order == Order::none) {
+    board_.write_down(std::move(lines.front()));
+  } else {
     const rt::Order order{.jacket = step.order == Order::on ? rt::JacketWish::on
                                                             : rt::JacketWish::shadow};
-    accepted = tracks_[index].orders != nullptr && tracks_[index].orders->try_push(order);
+    tracks_[index].order = tracks_[index].orders->send(order, std::move(lines));
   }
-  board_.corrective_step(index, step, accepted);
 }
 
 MonitorStatus Monitor::status() const noexcept {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "daemon/monitor/watch_board.hpp"
-#include "daemon/rt/order.hpp"
+#include "daemon/orders/order_desk.hpp"
 #include "hal/os/spsc_ring.hpp"
 #include "hal/os/thread.hpp"
 #include "record/record_row.hpp"
@@ -32,8 +32,8 @@ struct WatchedLoop {
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
   loopwarden::monitor::VerdictRuleSettings rule;
   loopwarden::monitor::CorrectiveSettings corrective{};
-  // Where orders for the jacket go; may be null where there is no corrective action.
-  hal::os::SpscRing<rt::Order>* orders = nullptr;
+  // Where orders for the jacket go, used by the monitor's thread alone. Null: no corrective action.
+  orders::OrderDesk* orders = nullptr;
 };
 
 struct MonitorStatus {
@@ -75,11 +75,13 @@ class Monitor {
         : cycles(watched.cycles),
           orders(watched.orders),
           monitor(watched.window, watched.rule, watched.judge),
-          corrective(watched.corrective),
+          corrective(watched.orders != nullptr ? watched.corrective
+                                               : loopwarden::monitor::CorrectiveSettings{}),
           condition(watched.window),
           times(watched.window.sample_time_s) {}
     hal::os::SpscRing<record::RecordRow>* cycles;
-    hal::os::SpscRing<rt::Order>* orders;
+    orders::OrderDesk* orders;
+    std::uint64_t order = 0;  // newest that is not answered yet; 0: none
     loopwarden::monitor::LoopMonitor monitor;
     loopwarden::monitor::CorrectiveAction corrective;
     loopwarden::monitor::ConditionWatch condition;
@@ -89,6 +91,8 @@ class Monitor {
   bool take_turn(std::size_t index);
   // True if it was a window.
   bool pass_on(std::size_t index, const loopwarden::monitor::MonitorStep& step);
+  // What the loop made of the last order, and what the operator wants.
+  void attend(std::size_t index);
   void correct(std::size_t index, const loopwarden::monitor::MonitorStep& step, bool came);
   void follow(std::size_t index, const loopwarden::monitor::CorrectiveStep& step);
 

@@ -172,8 +172,7 @@ void WatchBoard::corrective_state(std::size_t loop, model::CorrectiveState state
   watches_[loop].corrective = state;
 }
 
-void WatchBoard::corrective_step(std::size_t loop, const model::CorrectiveStep& step,
-                                 bool accepted) {
+JournalEntry WatchBoard::corrective_step(std::size_t loop, const model::CorrectiveStep& step) {
   using Order = model::CorrectiveStep::Order;
   const std::lock_guard lock(mutex_);
   watches_[loop].corrective = step.to;
@@ -196,8 +195,12 @@ void WatchBoard::corrective_step(std::size_t loop, const model::CorrectiveStep& 
     entry.reason +=
         fmt::format("; after: rms {:.3g}, mean {:.3g}", step.rms_after, step.mean_after);
   }
-  entry.result = accepted ? "done" : "refused: too many commands at once";
-  journal_.post(std::move(entry));
+  return entry;
+}
+
+void WatchBoard::write_down(JournalEntry line) {
+  line.result = "done";
+  journal_.post(std::move(line));
 }
 
 OrderResult WatchBoard::set_veto(std::size_t loop, model::Veto veto, const std::string& peer,
@@ -259,7 +262,7 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
       line = true;
       entry.from = model::to_text(t.from);
       entry.to = model::to_text(t.to);
-      entry.severity_percent = t.severity_percent;
+      if (model::has_size(kind)) entry.severity_percent = t.severity_percent;
       entry.reason = why;
     }
     if (alarm.explained() && alarm.active()) entry.what = "consequence of low_air_supply";

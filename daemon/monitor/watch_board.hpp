@@ -94,9 +94,11 @@ class WatchBoard {
   void pass_time();
   loopwarden::monitor::Veto veto(std::size_t loop) const;
   void corrective_state(std::size_t loop, loopwarden::monitor::CorrectiveState state);
-  // `accepted`: the loop took the order, where there is one.
-  void corrective_step(std::size_t loop, const loopwarden::monitor::CorrectiveStep& step,
-                       bool accepted);
+  // Returns the journal's line, whose result is known once the loop has answered the order.
+  journal::JournalEntry corrective_step(std::size_t loop,
+                                        const loopwarden::monitor::CorrectiveStep& step);
+  // Of a step without an order.
+  void write_down(journal::JournalEntry line);
 
   // --- operators ---
   // Refused where the loop has no corrective action. Followed by the monitor within its round.

@@ -78,8 +78,7 @@ void ControlCycle::take_settings() noexcept {
 
 // Who is taken later has the last word: the monitor gives way to the Modbus master, the master to the operator.
 void ControlCycle::take_orders() noexcept {
-  Order order;
-  while (channels_.monitor_orders.try_pop(order)) take(order);
+  answer(channels_.monitor_orders);
   answer(channels_.master_orders);
   answer(channels_.operator_orders);
 }

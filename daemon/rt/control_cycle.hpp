@@ -28,7 +28,7 @@ struct LoopChannels {
   hal::os::NewestValue<LoopSettings> settings;   // reload -> cycle
   OrderBox operator_orders;                      // operator <-> cycle
   OrderBox master_orders;                        // Modbus master <-> cycle
-  hal::os::SpscRing<Order> monitor_orders{8};    // monitor -> cycle
+  OrderBox monitor_orders;                       // monitor <-> cycle
   hal::os::SpscRing<record::RecordRow> records;  // cycle -> historian
   hal::os::SpscRing<record::RecordRow> watched;  // cycle -> monitor
   // What the next order will find: packed(Standing); cycle -> operator, Modbus server

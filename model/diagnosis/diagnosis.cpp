@@ -9,6 +9,7 @@
 
 #include "model/diagnosis/correlation.hpp"
 #include "model/diagnosis/phase.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -64,7 +65,7 @@ bool master_swings(const Prepared& p) {
 }
 
 void name_valve_effect(Diagnosis& d) {
-  const Findings findings = find_evidence(d.prepared);
+  const EvidenceAndFit findings = find_evidence(d.prepared);
   const CauseProbabilities p = weigh(findings.evidence);
   const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
   const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
@@ -88,12 +89,12 @@ void name_valve_effect(Diagnosis& d) {
 }
 
 void name_other_cause(Diagnosis& d) {
-  d.verdict = Verdict::other_cause;
+  d.verdict = DiagnosisVerdict::other_cause;
   if (master_swings(d.prepared)) {
     d.cause = Cause::master_loop;
     return;
   }
-  const Findings findings = find_evidence(d.prepared);
+  const EvidenceAndFit findings = find_evidence(d.prepared);
   const CauseProbabilities p = weigh(findings.evidence);
   d.integrating = findings.fit.integrating_gain > 0.0;
   const auto others = {Cause::tuning, Cause::disturbance, Cause::saturation};
@@ -104,13 +105,13 @@ void name_other_cause(Diagnosis& d) {
 
 }  // namespace
 
-const char* to_text(Verdict verdict) noexcept {
+const char* to_text(DiagnosisVerdict verdict) noexcept {
   switch (verdict) {
-    case Verdict::valve_effect: return "valve_effect";
-    case Verdict::other_cause: return "other_cause";
-    case Verdict::healthy: return "healthy";
-    case Verdict::not_enough_data: return "not_enough_data";
-    case Verdict::cant_tell: return "cant_tell";
+    case DiagnosisVerdict::valve_effect: return "valve_effect";
+    case DiagnosisVerdict::other_cause: return "other_cause";
+    case DiagnosisVerdict::healthy: return "healthy";
+    case DiagnosisVerdict::not_enough_data: return "not_enough_data";
+    case DiagnosisVerdict::cant_tell: return "cant_tell";
   }
   return "";
 }
@@ -129,7 +130,7 @@ Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
     case Gate::open: break;
   }
   if (d.prepared.gate != Gate::open) {
-    d.verdict = Verdict::other_cause;
+    d.verdict = DiagnosisVerdict::other_cause;
     return d;
   }
   d.oscillating = d.prepared.cycles >= kLeastCycles &&
@@ -150,16 +151,16 @@ Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
   d.probability = decision.probability;
   d.grade = decision.grade;
   if (decision.grade != Grade::none) {
-    d.verdict = Verdict::valve_effect;
+    d.verdict = DiagnosisVerdict::valve_effect;
     name_valve_effect(d);
   } else if (decision.undecided) {
-    d.verdict = Verdict::cant_tell;
+    d.verdict = DiagnosisVerdict::cant_tell;
     d.reason = decision.reason;
     d.settle = decision.settle;
   } else if (d.oscillating) {
     name_other_cause(d);
   } else {
-    d.verdict = Verdict::healthy;
+    d.verdict = DiagnosisVerdict::healthy;
   }
   if (d.oscillating) d.period_s = d.prepared.period_s;
   return d;
@@ -169,7 +170,7 @@ SizeTrend size_trend(std::span<const Diagnosis> windows) {
   SizeTrend trend;
   std::vector<std::size_t> at;
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    if (windows[i].verdict == Verdict::valve_effect) at.push_back(i);
+    if (windows[i].verdict == DiagnosisVerdict::valve_effect) at.push_back(i);
   }
   trend.windows = at.size();
   if (at.empty()) return trend;
@@ -181,7 +182,7 @@ SizeTrend size_trend(std::span<const Diagnosis> windows) {
       slopes.push_back((windows[at[b]].s - windows[at[a]].s) / static_cast<double>(at[b] - at[a]));
     }
   }
-  if (!slopes.empty()) trend.per_window = quantile(std::move(slopes), 0.5);
+  if (!slopes.empty()) trend.per_window = numeric::median(std::move(slopes));
   return trend;
 }
 
@@ -203,7 +204,9 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
   };
   if (judged == 0) {
     // A cause that a gate named, or too little in every window.
-    const auto named = [](const Diagnosis& d) { return d.verdict == Verdict::other_cause; };
+    const auto named = [](const Diagnosis& d) {
+      return d.verdict == DiagnosisVerdict::other_cause;
+    };
     loop.like = first(named);
     if (windows.empty()) return loop;
     loop.verdict = windows[loop.like].verdict;
@@ -213,14 +216,18 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
     return loop;
   }
   loop.probability = from_logit(sum / static_cast<double>(judged));
-  const auto effect = [](const Diagnosis& d) { return d.verdict == Verdict::valve_effect; };
-  const auto undecided = [](const Diagnosis& d) { return d.verdict == Verdict::cant_tell; };
+  const auto effect = [](const Diagnosis& d) {
+    return d.verdict == DiagnosisVerdict::valve_effect;
+  };
+  const auto undecided = [](const Diagnosis& d) {
+    return d.verdict == DiagnosisVerdict::cant_tell;
+  };
   const auto other = [](const Diagnosis& d) {
-    return d.judged() && d.verdict == Verdict::other_cause;
+    return d.judged() && d.verdict == DiagnosisVerdict::other_cause;
   };
   if (loop.probability >= kDecidedFrom && count(effect) > 0) {
     const auto seen = [](const Diagnosis& d) { return d.grade == Grade::seen; };
-    loop.verdict = Verdict::valve_effect;
+    loop.verdict = DiagnosisVerdict::valve_effect;
     loop.grade = 2 * count(seen) >= count(effect) ? Grade::seen : Grade::likely;
     // Of the windows with the loop's grade the last stands for it: the size of today.
     for (std::size_t i = 0; i < windows.size(); ++i) {
@@ -235,18 +242,18 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
       if (windows[i].judged() && windows[i].probability < 0.5) break;
     }
   } else if (loop.probability > kDecidedBelow) {
-    loop.verdict = Verdict::cant_tell;
+    loop.verdict = DiagnosisVerdict::cant_tell;
     loop.like = first(undecided);
     const Diagnosis& d = windows[loop.like];
     loop.reason = undecided(d) ? d.reason : "the windows of the loop contradict each other";
     loop.settle = undecided(d) ? d.settle : "more windows of the same loop, in the state of today";
   } else if (2 * count(other) >= judged) {
-    loop.verdict = Verdict::other_cause;
+    loop.verdict = DiagnosisVerdict::other_cause;
     loop.like = first(other);
     loop.cause = windows[loop.like].cause;
   } else {
-    loop.verdict = Verdict::healthy;
-    loop.like = first([](const Diagnosis& d) { return d.verdict == Verdict::healthy; });
+    loop.verdict = DiagnosisVerdict::healthy;
+    loop.like = first([](const Diagnosis& d) { return d.verdict == DiagnosisVerdict::healthy; });
   }
   return loop;
 }

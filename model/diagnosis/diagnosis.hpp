@@ -22,14 +22,14 @@
 
 namespace loopwarden::diagnosis {
 
-enum class Verdict : std::uint8_t {
+enum class DiagnosisVerdict : std::uint8_t {
   valve_effect,
   other_cause,
   healthy,
   not_enough_data,
   cant_tell
 };
-const char* to_text(Verdict verdict) noexcept;
+const char* to_text(DiagnosisVerdict verdict) noexcept;
 
 // Stiction and backlash look alike in routine data, and a self-regulating loop seldom cycles from backlash:
 // it is named where it is this many times more probable.
@@ -44,7 +44,7 @@ inline constexpr double kSizeFactorSeen = 1.6;
 inline constexpr double kSizeFactorLikely = 1.9;
 
 struct Diagnosis {
-  Verdict verdict = Verdict::not_enough_data;
+  DiagnosisVerdict verdict = DiagnosisVerdict::not_enough_data;
   Grade grade = Grade::none;  // of a valve effect
   std::string reason;         // why nothing is said of the valve: not_enough_data, cant_tell, gates
   std::string settle;         // what would settle it
@@ -67,7 +67,7 @@ struct Diagnosis {
   Prepared prepared;
 
   bool judged() const noexcept {
-    return prepared.gate == Gate::open && verdict != Verdict::not_enough_data;
+    return prepared.gate == Gate::open && verdict != DiagnosisVerdict::not_enough_data;
   }
 };
 
@@ -75,7 +75,7 @@ Diagnosis diagnose(const RoutineRecord& record, LoopKind kind = LoopKind::unknow
 
 // One verdict of all windows of a loop, in the order of time.
 struct LoopVerdict {
-  Verdict verdict = Verdict::not_enough_data;
+  DiagnosisVerdict verdict = DiagnosisVerdict::not_enough_data;
   Grade grade = Grade::none;
   Cause cause = Cause::none;
   double probability = 0.5;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/diagnosis/series.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -38,12 +39,10 @@ std::vector<std::size_t> turning_points(std::span<const double> x, double depth)
 }
 
 double scatter(const Series& x) {
-  const double middle = quantile(x, 0.5);
+  const double middle = numeric::median(x);
   if (x.size() < 4 || middle <= 0.0) return 1.0;
-  return std::min(3.0, (quantile(x, 0.75) - quantile(x, 0.25)) / middle);
+  return std::min(3.0, (numeric::quantile(x, 0.75) - numeric::quantile(x, 0.25)) / middle);
 }
-
-double median(Series x) { return quantile(std::move(x), 0.5); }
 
 int word(double change, double threshold) {
   return change > threshold ? 1 : change < -threshold ? -1 : 0;
@@ -56,7 +55,7 @@ Dwell dwell(std::span<const double> output, std::span<const double> behind, doub
   const auto smoothing = static_cast<std::size_t>(period / 40.0);
   const Series u = moving_mean(output, smoothing);
   const Series q = moving_mean(behind, smoothing);
-  const auto turns = turning_points(u, kTurnDepth * std::sqrt(variance(u)));
+  const auto turns = turning_points(u, kTurnDepth * numeric::deviation(u));
   Series by_output;
   Series by_behind;
   Series lateness;
@@ -96,9 +95,9 @@ Dwell dwell(std::span<const double> output, std::span<const double> behind, doub
   d.duration_scatter = scatter(durations);
   d.runs = by_output.size();
   if (d.runs >= 2) {
-    d.output_concentration = median(by_output);
-    d.behind_concentration = median(by_behind);
-    d.late = median(lateness);
+    d.output_concentration = numeric::median(by_output);
+    d.behind_concentration = numeric::median(by_behind);
+    d.late = numeric::median(lateness);
   }
 
   const auto lag = std::max<std::size_t>(1, static_cast<std::size_t>(period / 10.0 + 0.5));
@@ -109,8 +108,8 @@ Dwell dwell(std::span<const double> output, std::span<const double> behind, doub
     moved_u.push_back(u[k] - u[k - lag]);
     moved_q.push_back(q[k] - q[k - lag]);
   }
-  const double threshold_u = kSteadyBelow * std::sqrt(variance(moved_u));
-  const double threshold_q = kSteadyBelow * std::sqrt(variance(moved_q));
+  const double threshold_u = kSteadyBelow * numeric::deviation(moved_u);
+  const double threshold_q = kSteadyBelow * numeric::deviation(moved_q);
   double moving = 0.0;
   double sticky = 0.0;
   double pairs = 0.0;
@@ -128,11 +127,11 @@ Dwell dwell(std::span<const double> output, std::span<const double> behind, doub
     d.sticky_words = sticky / moving;
     d.sticky_pairs = pairs / moving;
   }
-  d.heavy_tails = std::log2(std::max(kurtosis(moved_q), 1.0) / 3.0);
-  d.output_tails = std::log2(std::max(kurtosis(moved_u), 1.0) / 3.0);
+  d.heavy_tails = std::log2(std::max(numeric::kurtosis(moved_q), 1.0) / 3.0);
+  d.output_tails = std::log2(std::max(numeric::kurtosis(moved_u), 1.0) / 3.0);
   double area = 0.0;
   for (std::size_t k = 1; k < u.size(); ++k) area += u[k - 1] * q[k] - u[k] * q[k - 1];
-  const double spread = std::sqrt(variance(u) * variance(q));
+  const double spread = std::sqrt(numeric::variance(u) * numeric::variance(q));
   if (spread > 0.0) {
     d.loop_area = area * period / static_cast<double>(u.size()) / (4.0 * std::numbers::pi * spread);
   }

@@ -8,6 +8,7 @@
 #include "model/diagnosis/dwell.hpp"
 #include "model/diagnosis/series.hpp"
 #include "model/diagnosis/waveform.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -23,8 +24,8 @@ double explained_more(double with, double without) {
 
 }  // namespace
 
-Findings find_evidence(const Prepared& p) {
-  Findings found;
+EvidenceAndFit find_evidence(const Prepared& p) {
+  EvidenceAndFit found;
   const auto set = [&](std::size_t index, double value) {
     found.evidence[index] = std::isfinite(value) ? value : 0.0;
   };
@@ -92,8 +93,8 @@ Findings find_evidence(const Prepared& p) {
   set(evidence_index("slope_concentration"), by_slope.behind_concentration);
   set(evidence_index("slope_sticky_words"), by_slope.sticky_words);
   set(evidence_index("slope_tails"), std::min(4.0, by_slope.heavy_tails));
-  set(evidence_index("pv_skewness"), std::min(3.0, std::abs(skewness(p.error))));
-  set(evidence_index("pv_step_skewness"), std::min(3.0, std::abs(skewness(slope))));
+  set(evidence_index("pv_skewness"), std::min(3.0, std::abs(numeric::skewness(p.error))));
+  set(evidence_index("pv_step_skewness"), std::min(3.0, std::abs(numeric::skewness(slope))));
 
   found.fit = fit_valve(p, controller.action);
   const ValveFit& f = found.fit;

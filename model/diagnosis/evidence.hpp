@@ -65,12 +65,12 @@ consteval std::size_t evidence_index(std::string_view name) {
   throw "no evidence of this name";
 }
 
-struct Findings {
+struct EvidenceAndFit {
   Evidence evidence{};
   ValveFit fit;
 };
 
 // `prepared` must not carry a refusal.
-Findings find_evidence(const Prepared& prepared);
+EvidenceAndFit find_evidence(const Prepared& prepared);
 
 }  // namespace loopwarden::diagnosis

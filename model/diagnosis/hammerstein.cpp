@@ -8,6 +8,7 @@
 
 #include "model/plant/backlash.hpp"
 #include "model/plant/stiction_choudhury.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -32,7 +33,7 @@ void take_out(Series& x, const Series& q) {
   for (std::size_t k = 0; k < x.size(); ++k) x[k] -= share * q[k];
 }
 
-struct Fit {
+struct HammersteinFit {
   double rss = 0.0;
   std::size_t dead_time = 0;
   bool found = false;
@@ -52,7 +53,7 @@ class OneStepAhead {
   }
 
   // `action` other than 0: only fits whose gain has its sign.
-  Fit fit(const Series& v, double action) const {
+  HammersteinFit fit(const Series& v, double action) const {
     std::array<double, kInputLags> with_rest{};
     std::array<double, kInputLags> own{};
     std::array<double, kInputLags> with_next{};
@@ -78,7 +79,7 @@ class OneStepAhead {
         if (l + 1 < kInputLags) with_next[l] -= along[l][q] * along[l + 1][q];
       }
     }
-    Fit best{.rss = power_};
+    HammersteinFit best{.rss = power_};
     for (std::size_t d = 0; d <= kLongestDelay; ++d) {
       const double ridge = 1e-10 * (own[d] + own[d + 1]);
       const double aa = own[d] + ridge;
@@ -102,7 +103,7 @@ class OneStepAhead {
   }
 
   // Sum of squares of what the fit leaves, part by part.
-  Parts left_by(const Fit& fit, const Series& v) const {
+  Parts left_by(const HammersteinFit& fit, const Series& v) const {
     Series left = rest_;
     if (fit.found) {
       const double* first = v.data() + (kInputLags - 1 - fit.dead_time);
@@ -168,7 +169,7 @@ class OneStepAhead {
 
   void weigh_parts() {
     const Parts powers = power_by_part(rest_);
-    const double middle = quantile({powers.begin(), powers.end()}, 0.5);
+    const double middle = numeric::median({powers.begin(), powers.end()});
     if (middle <= 0.0) return;
     for (std::size_t p = 0; p < kParts; ++p) {
       weights_[p] = std::sqrt(middle / std::max(powers[p], kQuietest * middle));
@@ -198,23 +199,23 @@ std::size_t reversals_of(const Series& v) {
 
 Hammerstein fit_blocks(Series y, Series u, double action) {
   Hammerstein h;
-  const double deviation = std::sqrt(variance(y));
-  const double range = quantile(u, 0.98) - quantile(u, 0.02);
+  const double deviation = numeric::deviation(y);
+  const double range = numeric::quantile(u, 0.98) - numeric::quantile(u, 0.02);
   if (deviation <= 0.0 || range <= 0.0) return h;
-  const double level = mean(y);
+  const double level = numeric::mean(y);
   for (double& value : y) value = (value - level) / deviation;
   const double start = u.front();
   for (double& value : u) value = (value - start) / range;
   const OneStepAhead ahead(y);
   if (ahead.power() <= 0.0) return h;
-  const Fit linear = ahead.fit(u, 0.0);
-  Fit best{.rss = std::numeric_limits<double>::infinity()};
+  const HammersteinFit linear = ahead.fit(u, 0.0);
+  HammersteinFit best{.rss = std::numeric_limits<double>::infinity()};
   Series best_input;
   Series v(u.size());
   const auto consider = [&](double s, bool jumps) {
     const std::size_t reversals = reversals_of(v);
     if (reversals < kLeastReversals) return;
-    const Fit fit = ahead.fit(v, action);
+    const HammersteinFit fit = ahead.fit(v, action);
     if (fit.rss >= best.rss) return;
     best = fit;
     h.reversals = reversals;
@@ -243,11 +244,11 @@ Hammerstein fit_blocks(Series y, Series u, double action) {
         std::clamp(std::log((straight[p] + least) / (through[p] + least)), kLowest, kHighest));
     in_favour += gains.back() > 0.0 ? 1.0 : 0.0;
   }
-  h.evidence = mean(gains);
+  h.evidence = numeric::mean(gains);
   h.parts_for = in_favour / static_cast<double>(kParts);
   // The spread of eight equal parts is never zero in a measured record.
-  h.steadiness = std::clamp(h.evidence / std::max(std::sqrt(variance(gains)), 1e-6), -kMostSteady,
-                            kMostSteady);
+  h.steadiness =
+      std::clamp(h.evidence / std::max(numeric::deviation(gains), 1e-6), -kMostSteady, kMostSteady);
   h.band = h.band_share * range;
   h.dead_time = best.dead_time;
   return h;

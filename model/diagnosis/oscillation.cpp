@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/diagnosis/series.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -19,7 +20,7 @@ constexpr double kRegularityThatCounts = 3.0;
 class Autocorrelation {
  public:
   explicit Autocorrelation(std::span<const double> x) : centred_(x.begin(), x.end()) {
-    const double m = mean(x);
+    const double m = numeric::mean(x);
     for (double& v : centred_) v -= m;
     power_ = sum_at(0);
   }
@@ -69,10 +70,10 @@ Oscillation find_oscillation(std::span<const double> x) {
     intervals.push_back(crossings[k] - crossings[k - 1]);
   }
   result.intervals = intervals.size();
-  result.period = intervals.size() >= 3 ? 2.0 * mean(intervals) : 4.0 * crossings.front();
+  result.period = intervals.size() >= 3 ? 2.0 * numeric::mean(intervals) : 4.0 * crossings.front();
   if (intervals.size() >= 3) {
-    const double spread = std::sqrt(variance(intervals));
-    const double average = mean(intervals);
+    const double spread = numeric::deviation(intervals);
+    const double average = numeric::mean(intervals);
     result.regularity =
         std::min(kHighestRegularity, average / std::max(3.0 * spread, 1e-6 * average));
   }
@@ -89,7 +90,7 @@ TimeScale find_time_scale(std::span<const double> x) {
   constexpr std::array<std::size_t, 4> kLengths{1, 3, 8, 20};
   TimeScale best;
   const Series straight = detrended(x);
-  const double whole = variance(straight);
+  const double whole = numeric::variance(straight);
   if (whole <= 0.0) return best;
   for (const std::size_t part : kLengths) {
     const Series fast = part == 1 ? straight : high_passed(straight, x.size() / part);
@@ -97,7 +98,7 @@ TimeScale find_time_scale(std::span<const double> x) {
     scale.oscillation = find_oscillation(fast);
     if (scale.oscillation.period < 3.0) continue;
     scale.score = (0.05 + std::min(kRegularityThatCounts, scale.oscillation.regularity)) *
-                  std::sqrt(variance(fast) / whole);
+                  std::sqrt(numeric::variance(fast) / whole);
     if (scale.score > best.score) best = scale;
   }
   return best;

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/numeric/statistics.hpp"
+
 namespace loopwarden::diagnosis {
 
 double odd_share(std::span<const double> pv, std::span<const double> co, double period) {
   if (pv.size() < 3) return 0.0;
-  const double pv_mean = mean(pv);
-  const double co_mean = mean(co);
+  const double pv_mean = numeric::mean(pv);
+  const double co_mean = numeric::mean(co);
   const std::size_t longest = std::min(static_cast<std::size_t>(period / 2.0 + 0.5), pv.size() - 2);
   double odd = 0.0;
   double even = 0.0;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/plant/backlash.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -20,7 +21,7 @@ double best_r2(const Series& y, const Series& v, std::size_t longest) {
   for (std::size_t d = 0; d <= longest && d + 3 < y.size(); d += step) {
     const std::span<const double> later(y.data() + d, y.size() - d);
     const std::span<const double> earlier(v.data(), v.size() - d);
-    const double r = correlation(later, earlier);
+    const double r = numeric::correlation(later, earlier);
     best = std::max(best, r * r);
   }
   return best;
@@ -33,7 +34,7 @@ PlayFit fit_play(const Scales& pv, const Scales& co, double period) {
   const auto longest = static_cast<std::size_t>(period / 4.0 + 0.5);
   Series bands;
   for (std::size_t i = 0; i < pv.size(); ++i) {
-    const double range = quantile(co[i], 0.98) - quantile(co[i], 0.02);
+    const double range = numeric::quantile(co[i], 0.98) - numeric::quantile(co[i], 0.02);
     if (range <= 0.0) continue;
     const double straight = best_r2(pv[i], co[i], longest);
     double best = 0.0;
@@ -59,7 +60,7 @@ PlayFit fit_play(const Scales& pv, const Scales& co, double period) {
   fit.evidence /= count;
   fit.linear_r2 /= count;
   fit.play_r2 /= count;
-  fit.band = quantile(bands, 0.5);
+  fit.band = numeric::median(bands);
   return fit;
 }
 

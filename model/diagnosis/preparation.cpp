@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/diagnosis/preparation.hpp"
+#include "model/numeric/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -98,7 +99,7 @@ double share_at_limits(const Series& co) {
 
 // Share of variance in the differences of neighbours that a smooth movement can't explain.
 double noise_share(const Series& x) {
-  const double v = variance(detrended(x));
+  const double v = numeric::variance(detrended(x));
   if (v <= 0.0 || x.size() < 4) return 0.0;
   double sum = 0.0;
   for (std::size_t k = 3; k < x.size(); ++k) {
@@ -117,13 +118,13 @@ double held_share(const Series& x) {
 
 // To a standard deviation of 1, upsets cut back; returns the scale.
 double scale(Series& x) {
-  const double half_range = (quantile(x, 0.95) - quantile(x, 0.05)) / 2.0;
+  const double half_range = (numeric::quantile(x, 0.95) - numeric::quantile(x, 0.05)) / 2.0;
   if (half_range > 0.0) {
-    const double middle = (quantile(x, 0.95) + quantile(x, 0.05)) / 2.0;
+    const double middle = (numeric::quantile(x, 0.95) + numeric::quantile(x, 0.05)) / 2.0;
     const double reach = kUpset * half_range;
     for (double& v : x) v = std::clamp(v, middle - reach, middle + reach);
   }
-  const double deviation = std::sqrt(variance(x));
+  const double deviation = numeric::deviation(x);
   if (deviation <= 0.0) return 1.0;
   for (double& v : x) v /= deviation;
   return deviation;
@@ -136,11 +137,11 @@ bool moves(const Series& x, double least) {
 
 // PV follows an SP that moves: SP explains some of PV, and PV stays about it.
 bool follows(const Series& pv, const Series& sp) {
-  if (sp.empty() || variance(sp) <= 0.0) return false;
+  if (sp.empty() || numeric::variance(sp) <= 0.0) return false;
   Series error(pv.size());
   for (std::size_t k = 0; k < pv.size(); ++k) error[k] = pv[k] - sp[k];
-  const double spread = std::sqrt(variance(pv) + variance(sp));
-  return correlation(pv, sp) > 0.3 && std::abs(mean(error)) < 2.0 * spread;
+  const double spread = std::sqrt(numeric::variance(pv) + numeric::variance(sp));
+  return numeric::correlation(pv, sp) > 0.3 && std::abs(numeric::mean(error)) < 2.0 * spread;
 }
 
 bool stands_still(std::span<const double> x) {
@@ -242,8 +243,8 @@ Prepared prepare(const RoutineRecord& record) {
   if (p.set_point_active) {
     for (std::size_t k = 0; k < error.size(); ++k) error[k] -= sp[k];
   }
-  p.integrates = p.set_point_active && correlation(pv, sp) > kFollowsSetPoint &&
-                 std::abs(correlation(co, sp)) < kComesBack;
+  p.integrates = p.set_point_active && numeric::correlation(pv, sp) > kFollowsSetPoint &&
+                 std::abs(numeric::correlation(co, sp)) < kComesBack;
   p.raw_pv = pv;
   p.raw_co = co;
   p.raw_sp = sp;

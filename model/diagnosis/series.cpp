@@ -3,22 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <numeric>
+
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
-namespace {
-
-double central_moment(std::span<const double> x, int order) {
-  if (x.empty()) return 0.0;
-  const double m = mean(x);
-  double sum = 0.0;
-  for (const double v : x) sum += std::pow(v - m, order);
-  return sum / static_cast<double>(x.size());
-}
-
-}  // namespace
-
 // Four sums side by side: one alone waits for each addition.
 double dot(const double* a, const double* b, std::size_t count) {
   std::array<double, 4> sums{};
@@ -31,52 +19,9 @@ double dot(const double* a, const double* b, std::size_t count) {
   return (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest;
 }
 
-double mean(std::span<const double> x) {
-  return x.empty() ? 0.0 : std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
-}
-
-double variance(std::span<const double> x) {
-  if (x.empty()) return 0.0;
-  const double m = mean(x);
-  double sum = 0.0;
-  for (const double v : x) sum += (v - m) * (v - m);
-  return sum / static_cast<double>(x.size());
-}
-
-double correlation(std::span<const double> x, std::span<const double> y) {
-  const double mx = mean(x);
-  const double my = mean(y);
-  double xx = 0.0;
-  double yy = 0.0;
-  double xy = 0.0;
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    xx += (x[k] - mx) * (x[k] - mx);
-    yy += (y[k] - my) * (y[k] - my);
-    xy += (x[k] - mx) * (y[k] - my);
-  }
-  return xx > 0.0 && yy > 0.0 ? xy / std::sqrt(xx * yy) : 0.0;
-}
-
-double kurtosis(std::span<const double> x) {
-  const double v = variance(x);
-  return v > 0.0 ? central_moment(x, 4) / (v * v) : 0.0;
-}
-
-double skewness(std::span<const double> x) {
-  const double v = variance(x);
-  return v > 0.0 ? central_moment(x, 3) / (v * std::sqrt(v)) : 0.0;
-}
-
-double quantile(Series x, double share) {
-  if (x.empty()) return 0.0;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(x.size() - 1) + 0.5);
-  std::nth_element(x.begin(), x.begin() + at, x.end());
-  return x[static_cast<std::size_t>(at)];
-}
-
 Series detrended(std::span<const double> x) {
   const double middle = (static_cast<double>(x.size()) - 1.0) / 2.0;
-  const double level = mean(x);
+  const double level = numeric::mean(x);
   double tx = 0.0;
   double tt = 0.0;
   for (std::size_t k = 0; k < x.size(); ++k) {
@@ -105,7 +50,7 @@ Series moving_mean(std::span<const double> x, std::size_t half_width) {
 }
 
 Series high_passed(std::span<const double> x, std::size_t window) {
-  const double level = mean(x);
+  const double level = numeric::mean(x);
   Series out(x.begin(), x.end());
   for (double& v : out) v -= level;
   const Series slow = moving_mean(out, window / 2);
@@ -115,7 +60,8 @@ Series high_passed(std::span<const double> x, std::size_t window) {
 
 Series block_means(std::span<const double> x, std::size_t factor) {
   Series out(x.size() / factor);
-  for (std::size_t k = 0; k < out.size(); ++k) out[k] = mean(x.subspan(k * factor, factor));
+  for (std::size_t k = 0; k < out.size(); ++k)
+    out[k] = numeric::mean(x.subspan(k * factor, factor));
   return out;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small tools on equally spaced samples. All take finite values; an empty series gives 0 or an empty
+// Small tools on equally spaced samples, beside the statistics of model/numeric. All take finite values; an empty series gives 0 or an empty
 // series.
 #pragma once
 
@@ -14,14 +14,6 @@ using Series = std::vector<double>;
 // Sum of products of `count` values.
 double dot(const double* a, const double* b, std::size_t count);
 inline double dot(const Series& a, const double* b) { return dot(a.data(), b, a.size()); }
-double mean(std::span<const double> x);
-double variance(std::span<const double> x);  // about the mean, divided by the count
-double correlation(std::span<const double> x,
-                   std::span<const double> y);  // -1 to 1; 0 without spread
-// Fourth moment over the squared second, about the mean: square wave 1, sine 1.5, ramps 1.8, normal 3.
-double kurtosis(std::span<const double> x);
-double skewness(std::span<const double> x);
-double quantile(Series x, double share);  // share 0 to 1
 
 // Less its straight line by least squares.
 Series detrended(std::span<const double> x);

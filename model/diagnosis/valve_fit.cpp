@@ -8,6 +8,7 @@
 
 #include "model/plant/backlash.hpp"
 #include "model/plant/stiction_choudhury.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -122,7 +123,8 @@ ValveFit fit_valve(const Prepared& prepared, double action) {
   fit.dead_time = linear.dead_time / prepared.period;
 
   Series fast(prepared.output.begin(), prepared.output.begin() + static_cast<std::ptrdiff_t>(n));
-  const double range = (quantile(fast, 0.97) - quantile(fast, 0.03)) * prepared.co_scale;
+  const double range =
+      (numeric::quantile(fast, 0.97) - numeric::quantile(fast, 0.03)) * prepared.co_scale;
   if (range <= 0.0) return fit;
   Series v(n);
   for (const double band : kBands) {

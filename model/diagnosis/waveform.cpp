@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/diagnosis/series.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -112,7 +113,7 @@ Waveform waveform(std::span<const double> x, double period) {
   const Series smooth = moving_mean(x, static_cast<std::size_t>(period / 12.0));
   bool first_rises = true;
   const std::vector<std::size_t> starts =
-      half_cycles(smooth, kShapeCrossingDepth * std::sqrt(variance(smooth)), first_rises);
+      half_cycles(smooth, kShapeCrossingDepth * numeric::deviation(smooth), first_rises);
   double energy = 0.0;
   double sine = 0.0;
   double straight = 0.0;
@@ -148,9 +149,10 @@ Waveform waveform(std::span<const double> x, double period) {
     straight += best_triangle;
     flat += best_flat;
     const auto peak_at = static_cast<std::size_t>(best_peak * static_cast<double>(length));
-    const double before = std::abs(mean(half.first(peak_at))) * static_cast<double>(peak_at);
+    const double before =
+        std::abs(numeric::mean(half.first(peak_at))) * static_cast<double>(peak_at);
     const double after =
-        std::abs(mean(half.subspan(peak_at))) * static_cast<double>(length - peak_at);
+        std::abs(numeric::mean(half.subspan(peak_at))) * static_cast<double>(length - peak_at);
     if (before > 0.0 && after > 0.0) {
       log_areas += std::clamp(std::log(before / after), -3.0, 3.0);
     }
@@ -161,7 +163,7 @@ Waveform waveform(std::span<const double> x, double period) {
   w.triangle_error = straight / energy;
   w.flat_error = flat / energy;
   w.area_ratio = std::exp(log_areas / static_cast<double>(w.half_cycles));
-  w.kurtosis = kurtosis(values);
+  w.kurtosis = numeric::kurtosis(values);
   add_harmonics(w, x, starts, first_rises ? 0 : 1);
   return w;
 }

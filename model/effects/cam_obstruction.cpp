@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/plant/cam_obstruction.hpp"
 
-#include "model/control/root_sum_square.hpp"
+#include "model/numeric/root_sum_square.hpp"
 #include "model/effects/descriptor.hpp"
 
 namespace loopwarden::effects::cam_obstruction {
@@ -29,7 +29,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
        .deviations =
            [](Candidate::Values v, Candidate::Values spread, const EffectSpec&,
               Candidate::Deviations& named) {
-             named["jump"] = control::root_sum_square(v[2] * spread[1], v[1] * spread[2]);
+             named["jump"] = numeric::root_sum_square(v[2] * spread[1], v[1] * spread[2]);
            },
        .friction = true});
 }

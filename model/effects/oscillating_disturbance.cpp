@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/control/root_sum_square.hpp"
+#include "model/numeric/root_sum_square.hpp"
 #include "model/effects/descriptor.hpp"
 
 namespace loopwarden::effects::oscillating_disturbance {
@@ -12,7 +12,7 @@ namespace {
 
 EffectSpec spec(const Candidate&, Candidate::Values v, Candidate::Values solved) {
   return {"oscillating_disturbance",
-          {{"amplitude", control::root_sum_square(solved[0], solved[1])},
+          {{"amplitude", numeric::root_sum_square(solved[0], solved[1])},
            {"period", v[0]},
            {"phase", std::atan2(solved[1], solved[0])}}};
 }

@@ -2,7 +2,7 @@
 #include <array>
 #include <numbers>
 
-#include "model/control/root_sum_square.hpp"
+#include "model/numeric/root_sum_square.hpp"
 #include "model/effects/descriptor.hpp"
 #include "model/plant/stiction_choudhury.hpp"
 #include "model/plant/stiction_he.hpp"
@@ -68,7 +68,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
        .deviations =
            [](Candidate::Values v, Candidate::Values spread, const EffectSpec&,
               Candidate::Deviations& named) {
-             named["j"] = control::root_sum_square(v[1] * spread[0], v[0] * spread[1]);
+             named["j"] = numeric::root_sum_square(v[1] * spread[0], v[0] * spread[1]);
            },
        .friction = true,
        .slips = true});

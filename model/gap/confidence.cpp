@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/control/root_sum_square.hpp"
+#include "model/numeric/root_sum_square.hpp"
 #include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
@@ -54,7 +54,7 @@ Residuals examine(const Fitter& fitter, const SearchResult& search, const std::v
   left.load_intensity = fit.noise_rms * ratio / std::sqrt(period_s);
   const double load_rms = left.load_intensity * std::sqrt(LoadFilter::kReturnTime_s / 2.0);
   left.floor_rmse =
-      std::min(control::root_sum_square(fit.noise_rms, load_rms), search.chosen.training_rmse);
+      std::min(numeric::root_sum_square(fit.noise_rms, load_rms), search.chosen.training_rmse);
   const std::vector<double> e = fitter.innovations(fit);
   double fourth = 0.0;
   double second = 0.0;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "model/control/root_sum_square.hpp"
+#include "model/numeric/root_sum_square.hpp"
 #include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
@@ -46,7 +46,7 @@ Decision decide(const Competition& competition, const Residuals& left,
   // Load counts as floor only where a quiet one accounts for what is left.
   const double floor = left.adequate ? left.floor_rmse : kNoiseFloor * scale.noise_rms;
   // What the model's own uncertainty covers is no gap.
-  const bool material = competition.model_rmse > control::root_sum_square(floor, scale.least_rms);
+  const bool material = competition.model_rmse > numeric::root_sum_square(floor, scale.least_rms);
   out.unexplained = controller.unexplained || (material && !left.adequate);
   out.believable = left.believable;
   const std::vector<double> by = leads(competition.chosen, competition.tried);

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::gap {
 namespace {
@@ -295,7 +295,7 @@ Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const 
           0.2, first_step(start.terms[i]->search[j], duration_s, start.point.searched[i][j])));
     }
   }
-  plant::Random random(kEvolutionSeed);
+  numeric::Random random(kEvolutionSeed);
   const auto draw = [&random] { return random.uniform(); };
   const auto pick = [&] { return static_cast<std::size_t>(draw() * kPopulation); };
   const auto cost = [&](const std::vector<double>& at) {

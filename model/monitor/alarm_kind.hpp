@@ -30,6 +30,9 @@ constexpr const char* to_text(AlarmKind kind) noexcept {
   return "unknown";
 }
 
+// What no specialist explains has no size either: it is shown as not known, never as 0.
+constexpr bool has_size(AlarmKind kind) noexcept { return kind != AlarmKind::unknown; }
+
 // What an operator is told with the alarm: an alarm without an action is none.
 struct AlarmGuide {
   const char* cause;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/control/root_sum_square.hpp"
+#include "model/numeric/root_sum_square.hpp"
 
 namespace loopwarden::monitor {
 namespace {
@@ -89,7 +89,7 @@ void ConditionWatch::close() noexcept {
 void ConditionWatch::window(const WindowMeasures& measures,
                             const AlarmConditions* conditions) noexcept {
   inputs_.rms_error_percent =
-      control::root_sum_square(measures.variability_percent, measures.mean_error_percent);
+      numeric::root_sum_square(measures.variability_percent, measures.mean_error_percent);
   inputs_.stick_percent = measures.stick_source == StickSource::read_back
                               ? measures.stick_percent
                               : analysis::ConditionInputs::kUnknown;

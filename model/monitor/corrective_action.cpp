@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/control/root_sum_square.hpp"
+#include "model/numeric/root_sum_square.hpp"
 
 namespace loopwarden::monitor {
 namespace {
@@ -59,7 +59,7 @@ CorrectiveStep CorrectiveAction::window(const WindowMeasures& m, bool sticks, bo
   }
   if (m.set_point_range_percent > kStandsStill) return {};
   const double mean = std::abs(m.mean_error_percent);
-  newest_[steady_ % kTrial] = {control::root_sum_square(m.variability_percent, mean), mean};
+  newest_[steady_ % kTrial] = {numeric::root_sum_square(m.variability_percent, mean), mean};
   ++steady_;
   return decide();
 }
@@ -106,6 +106,14 @@ CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
   }
   due_ = true;  // the alarm stands: once more, from a baseline of its own
   return go(State::waiting, "the loop is not in automatic on a good PV");
+}
+
+CorrectiveStep CorrectiveAction::refused() noexcept {
+  if (!acting()) return {};
+  settling_ = 0;
+  CorrectiveStep step = go(State::given_up, "the loop refused the order");
+  step.order = Order::none;
+  return step;
 }
 
 CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {

@@ -12,6 +12,7 @@
 //              otherwise                                                            -> back, given_up
 //   helping    over each kTrial steady windows the same; else                       -> back, given_up
 //   any        stiction no longer raised                                            -> back, waiting
+//              the loop refused the order for the jacket                            -> given_up
 //              the loop leaves automatic, or its PV is not good                     -> back, waiting
 //              the operator's veto                                                  -> back, vetoed
 //
@@ -95,6 +96,8 @@ class CorrectiveAction {
   // `controlling`: the loop is in automatic on a good PV.
   CorrectiveStep interrupted(bool controlling) noexcept;
   CorrectiveStep veto(Veto veto) noexcept;
+  // The loop did not do what was ordered: a jacket that is not there can't help. No order follows.
+  CorrectiveStep refused() noexcept;
 
   CorrectiveState state() const noexcept { return state_; }
   bool acting() const noexcept {

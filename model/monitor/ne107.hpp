@@ -6,7 +6,7 @@
 //   function_check         C  orange  simulated or replayed; the operator has the loop in manual
 //   out_of_specification   S  yellow  low air; another valve fault at or above `severe_percent`; PV
 //                                     uncertain
-//   maintenance_required   M  blue    a valve fault below that
+//   maintenance_required   M  blue    a valve fault below that; a size that is not known counts as 0
 //   normal                 N  green
 //
 // Gravest first, F > C > S > M > N. A shelved alarm still counts: shelving silences, it repairs nothing.

@@ -14,13 +14,13 @@ double logit(double p) noexcept {
   return std::log(within / (1.0 - within));
 }
 
-bool speaks(diagnosis::Verdict verdict) noexcept {
+bool speaks(diagnosis::DiagnosisVerdict verdict) noexcept {
   switch (verdict) {
-    case diagnosis::Verdict::valve_effect:
-    case diagnosis::Verdict::other_cause:
-    case diagnosis::Verdict::healthy: return true;
-    case diagnosis::Verdict::not_enough_data:
-    case diagnosis::Verdict::cant_tell: break;
+    case diagnosis::DiagnosisVerdict::valve_effect:
+    case diagnosis::DiagnosisVerdict::other_cause:
+    case diagnosis::DiagnosisVerdict::healthy: return true;
+    case diagnosis::DiagnosisVerdict::not_enough_data:
+    case diagnosis::DiagnosisVerdict::cant_tell: break;
   }
   return false;
 }
@@ -131,7 +131,7 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
     }
     level.sum = std::clamp(
         level.sum + logit(found.probability) + judgement.from_specialists - kDrift, 0.0, kMost);
-    if (found.verdict == diagnosis::Verdict::valve_effect) {
+    if (found.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
       level.fault =
           found.cause == diagnosis::Cause::backlash ? AlarmKind::backlash : AlarmKind::stiction;
       level.severity_percent = co_high_ > co_low_ ? 100.0 * found.s / (co_high_ - co_low_) : 0.0;

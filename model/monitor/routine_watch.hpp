@@ -56,7 +56,7 @@ class RoutineWatch {
   // What a window said.
   struct Judgement {
     double window_s = 0.0;  // its length
-    diagnosis::Verdict verdict = diagnosis::Verdict::not_enough_data;
+    diagnosis::DiagnosisVerdict verdict = diagnosis::DiagnosisVerdict::not_enough_data;
     diagnosis::Grade grade = diagnosis::Grade::none;
     double probability = 0.5;       // of a valve effect
     double from_specialists = 0.0;  // nats, w

@@ -15,17 +15,18 @@ WindowJudgement judgement_of(const specialist::WindowVerdict& verdict) noexcept 
   result.severity_percent = verdict.severity_percent;
   result.errors = verdict.mse;
   switch (verdict.verdict) {
-    case specialist::Verdict::no_fault: result.result = Result::no_fault; break;
-    case specialist::Verdict::not_enough_movement:
+    case specialist::VerdictName::no_fault: result.result = Result::no_fault; break;
+    case specialist::VerdictName::not_enough_movement:
       result.result = Result::not_enough_movement;
       break;
-    case specialist::Verdict::stiction: result.fault = AlarmKind::stiction; break;
-    case specialist::Verdict::backlash: result.fault = AlarmKind::backlash; break;
-    case specialist::Verdict::hysteresis: result.fault = AlarmKind::hysteresis; break;
-    case specialist::Verdict::low_air_supply: result.fault = AlarmKind::low_air_supply; break;
-    case specialist::Verdict::unknown: result.fault = AlarmKind::unknown; break;
+    case specialist::VerdictName::stiction: result.fault = AlarmKind::stiction; break;
+    case specialist::VerdictName::backlash: result.fault = AlarmKind::backlash; break;
+    case specialist::VerdictName::hysteresis: result.fault = AlarmKind::hysteresis; break;
+    case specialist::VerdictName::low_air_supply: result.fault = AlarmKind::low_air_supply; break;
+    case specialist::VerdictName::unknown: result.fault = AlarmKind::unknown; break;
   }
-  if (specialist::names_fault(verdict.verdict) || verdict.verdict == specialist::Verdict::unknown) {
+  if (specialist::names_fault(verdict.verdict) ||
+      verdict.verdict == specialist::VerdictName::unknown) {
     result.result = Result::fault;
   }
   return result;

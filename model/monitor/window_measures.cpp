@@ -7,7 +7,7 @@
 
 #include "model/analysis/loop_metrics.hpp"
 #include "model/diagnosis/oscillation.hpp"
-#include "model/diagnosis/series.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::monitor {
 namespace {
@@ -40,16 +40,15 @@ void measure_stick(const Window& window, double resolution, bool has_stem, Windo
   if (has_stem) {
     std::vector<double> travels = stick_travels(window, resolution);
     if (travels.empty()) return;
-    const auto middle = travels.begin() + static_cast<std::ptrdiff_t>(travels.size() / 2);
-    std::nth_element(travels.begin(), middle, travels.end());
     // The move is seen once it exceeds the resolution: CO went on by as much.
-    m.stick_percent = 100.0 * std::max(*middle - resolution, 0.0) / span;
+    m.stick_percent =
+        100.0 * std::max(numeric::quantile_in_place(travels, 0.5) - resolution, 0.0) / span;
     m.stick_source = StickSource::read_back;
     return;
   }
   if (m.oscillation_index <= 1.0) return;
-  const double rho = diagnosis::correlation(window.co, window.pv);
-  const double width = 2.0 * std::sqrt(2.0 * diagnosis::variance(window.co)) *
+  const double rho = numeric::correlation(window.co, window.pv);
+  const double width = 2.0 * std::sqrt(2.0 * numeric::variance(window.co)) *
                        std::sqrt(std::max(1.0 - rho * rho, 0.0));
   m.stick_percent = 100.0 * width / span;
   m.stick_source = StickSource::ellipse;

@@ -15,7 +15,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::plant {
 
@@ -42,7 +42,7 @@ class RandomLoad {
   double kick_;        // PV units
   double load_ = 0.0;  // PV units
   double severity_ = 1.0;
-  Random random_;
+  numeric::Random random_;
 };
 
 }  // namespace loopwarden::plant

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::plant {
 
@@ -46,7 +46,7 @@ class Transmitter {
 
  private:
   TransmitterParameters parameters_;
-  Random random_;
+  numeric::Random random_;
 };
 
 }  // namespace loopwarden::plant

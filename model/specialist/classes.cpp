@@ -23,7 +23,7 @@ std::optional<Condition> condition_of(std::string_view name) noexcept {
   return std::nullopt;
 }
 
-const char* to_text(Verdict verdict) noexcept {
+const char* to_text(VerdictName verdict) noexcept {
   return kVerdictNames[static_cast<std::size_t>(verdict)];
 }
 

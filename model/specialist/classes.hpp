@@ -1,5 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // What specialists answer: the conditions they know, and the verdict on a window.
+//
+// The order of both is that of files on users' disks and never changes: weights (config/specialists), evidence.
+//
+// Errors: a name that is none of the known conditions is nothing.
+// What it can't do: two faults at once; how large a fault is (team.hpp has the size).
+//
+// Source: the five conditions: Sewdass, thesis (Durban University of Technology), chapter 7; `other`,
+// `unknown` and `not_enough_movement` are ours.
 #pragma once
 
 #include <array>
@@ -26,7 +34,7 @@ const char* to_text(Condition condition) noexcept;
 std::optional<Condition> condition_of(std::string_view name) noexcept;
 
 // A name, or why there is none: what no specialist explains, and a window that can't tell.
-enum class Verdict : std::uint8_t {
+enum class VerdictName : std::uint8_t {
   no_fault,
   stiction,
   backlash,
@@ -36,9 +44,9 @@ enum class Verdict : std::uint8_t {
   not_enough_movement
 };
 inline constexpr std::size_t kVerdicts = 7;
-const char* to_text(Verdict verdict) noexcept;
-constexpr bool names_fault(Verdict v) noexcept {
-  return v >= Verdict::stiction && v <= Verdict::low_air_supply;
+const char* to_text(VerdictName verdict) noexcept;
+constexpr bool names_fault(VerdictName v) noexcept {
+  return v >= VerdictName::stiction && v <= VerdictName::low_air_supply;
 }
 
 }  // namespace loopwarden::specialist

@@ -23,7 +23,7 @@
 
 #include "model/specialist/classes.hpp"
 #include "model/specialist/network.hpp"
-#include "model/specialist/signature.hpp"
+#include "model/window/signature.hpp"
 
 namespace loopwarden::specialist {
 

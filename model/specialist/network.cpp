@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::specialist {
 namespace {
@@ -15,7 +15,7 @@ Layer layer(std::size_t outputs, std::size_t inputs) {
   return {Eigen::MatrixXd::Zero(rows, static_cast<Index>(inputs)), Eigen::VectorXd::Zero(rows)};
 }
 
-void spread(Layer& l, plant::Random& random) {
+void spread(Layer& l, numeric::Random& random) {
   const auto neurons = static_cast<double>(l.weights.rows());
   const auto inputs = static_cast<double>(l.weights.cols());
   const double length = 0.7 * std::pow(neurons, 1.0 / inputs);
@@ -55,7 +55,7 @@ Eigen::MatrixXd Network::respond(const Eigen::Ref<const Eigen::MatrixXd>& inputs
 }
 
 Network random_network(const NetworkShape& shape, std::uint64_t seed) {
-  plant::Random random(seed);
+  numeric::Random random(seed);
   Network network(shape);
   spread(network.layers[0], random);
   spread(network.layers[1], random);

@@ -9,18 +9,18 @@ namespace {
 
 constexpr std::size_t index_of(Condition c) noexcept { return static_cast<std::size_t>(c); }
 
-bool offset_explains_better(const Findings& f) noexcept {
+bool offset_explains_better(const Explanations& f) noexcept {
   return f.of(Explanation::hysteresis_offset).mse < f.of(Explanation::hysteresis_width).mse;
 }
 
-const Fit& hysteresis_of(const Findings& f) noexcept {
+const ExplanationFit& hysteresis_of(const Explanations& f) noexcept {
   return f.of(offset_explains_better(f) ? Explanation::hysteresis_offset
                                         : Explanation::hysteresis_width);
 }
 
 }  // namespace
 
-double misfit_of(const Findings& f, Condition condition) noexcept {
+double misfit_of(const Explanations& f, Condition condition) noexcept {
   switch (condition) {
     case Condition::no_fault: return f.of(Explanation::healthy).mse;
     case Condition::stiction: return f.of(Explanation::stiction).mse;
@@ -32,7 +32,7 @@ double misfit_of(const Findings& f, Condition condition) noexcept {
   return f.of(Explanation::other_process).mse;
 }
 
-double severity_of(const Findings& f, Condition condition) noexcept {
+double severity_of(const Explanations& f, Condition condition) noexcept {
   // A stem that CO never took out of its play or friction would have left no trace.
   const double crossed = f.co_range;
   // An offset, or a stem still on its way, shows in PV as well.
@@ -66,7 +66,7 @@ WindowVerdict TeamJudge::judge(const LoopWindow& window) noexcept {
   return judge(explainer_.explain(window));
 }
 
-WindowVerdict TeamJudge::judge(const Findings& findings) noexcept {
+WindowVerdict TeamJudge::judge(const Explanations& findings) noexcept {
   WindowVerdict result;
   if (!findings.usable || findings.shut_share > kMostShut) return result;
   Evidence evidence = evidence_of(findings);
@@ -105,17 +105,17 @@ WindowVerdict TeamJudge::judge(const Findings& findings) noexcept {
     explained = explained || fits(static_cast<Condition>(c));
   }
   if (1.0 - healthy - other >= kFault && at_least(best, kNamed)) {
-    result.verdict = static_cast<Verdict>(best);
+    result.verdict = static_cast<VerdictName>(best);
     result.probability = result.probabilities[index_of(best)];
     result.severity_percent = severity_of(findings, best);
   } else if (moved && at_least(Condition::no_fault, kNoFault)) {
-    result.verdict = Verdict::no_fault;
+    result.verdict = VerdictName::no_fault;
     result.probability = healthy;
   } else if (moved && (other >= kUnknown || !explained)) {
-    result.verdict = Verdict::unknown;
+    result.verdict = VerdictName::unknown;
     result.probability = other;
   } else {
-    result.verdict = Verdict::not_enough_movement;
+    result.verdict = VerdictName::not_enough_movement;
     result.probability = std::max(healthy, result.probabilities[index_of(best)]);
   }
   return result;

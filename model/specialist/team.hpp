@@ -29,7 +29,7 @@
 #include <vector>
 
 #include "model/specialist/classes.hpp"
-#include "model/specialist/evidence.hpp"
+#include "model/window/evidence.hpp"
 #include "model/specialist/network.hpp"
 
 namespace loopwarden::specialist {
@@ -60,7 +60,7 @@ struct Team {
 };
 
 struct WindowVerdict {
-  Verdict verdict = Verdict::not_enough_movement;
+  VerdictName verdict = VerdictName::not_enough_movement;
   double probability = 0.0;       // of the verdict's condition; of `unknown` what no known one has
   double severity_percent = 0.0;  // of CO span; 0 without a fault
   std::array<double, kConditions> probabilities{};
@@ -74,7 +74,7 @@ class TeamJudge {
 
   WindowVerdict judge(const LoopWindow& window) noexcept;
   // The same from findings made before.
-  WindowVerdict judge(const Findings& findings) noexcept;
+  WindowVerdict judge(const Explanations& findings) noexcept;
 
   const LoopFacts& facts() const noexcept { return explainer_.facts(); }
 
@@ -88,9 +88,9 @@ class TeamJudge {
 };
 
 // Mean square that the explanation of this condition leaves, (% of CO span)^2. Of hysteresis the better form.
-double misfit_of(const Findings& findings, Condition condition) noexcept;
+double misfit_of(const Explanations& findings, Condition condition) noexcept;
 // Size of the fault, % of CO span, as its explanation has it but no more than the window can show: the range that
 // CO moved in it; of an offset or of low air, that of PV over the gain where it is larger. 0 of what is no fault.
-double severity_of(const Findings& findings, Condition condition) noexcept;
+double severity_of(const Explanations& findings, Condition condition) noexcept;
 
 }  // namespace loopwarden::specialist

@@ -17,8 +17,9 @@
 #include "config/specialists/specialist_folder.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/specialist_judge.hpp"
-#include "model/specialist/simulated_windows.hpp"
-#include "model/specialist/team_training.hpp"
+#include "model/numeric/statistics.hpp"
+#include "model/training/simulated_windows.hpp"
+#include "model/training/team_training.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "workbench/files/model_file.hpp"
 #include "hal/os/parallel.hpp"
@@ -140,11 +141,9 @@ double percent(std::size_t part, std::size_t of) {
   return of > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(of) : 0.0;
 }
 
-std::string quantile(std::vector<std::size_t> delays, double share) {
+std::string quantile(const std::vector<std::size_t>& delays, double share) {
   if (delays.empty()) return "-";
-  std::sort(delays.begin(), delays.end());
-  const auto at = static_cast<std::size_t>(share * static_cast<double>(delays.size() - 1) + 0.5);
-  return fmt::format("{}", delays[at]);
+  return fmt::format("{:.0f}", numeric::quantile({delays.begin(), delays.end()}, share));
 }
 
 class AlarmStudy {

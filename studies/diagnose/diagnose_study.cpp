@@ -20,6 +20,7 @@
 
 #include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/numeric/statistics.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "studies/diagnose/diagnosis_cases.hpp"
 #include "studies/diagnose/diagnosis_fit.hpp"
@@ -121,8 +122,8 @@ void print_cells(const std::map<std::string, Rate>& cells) {
 }
 
 void report(const std::vector<Judged>& judged) {
+  using diagnosis::DiagnosisVerdict;
   using diagnosis::Grade;
-  using diagnosis::Verdict;
   std::map<std::string, std::map<std::string, std::size_t>> confusion;
   std::map<std::string, Rate> false_seen;
   std::map<std::string, Rate> false_any;
@@ -138,13 +139,14 @@ void report(const std::vector<Judged>& judged) {
     const diagnosis::Diagnosis& d = j.diagnosis;
     const bool sticky = j.labelled.cause == Cause::stiction;
     const bool backlash = j.labelled.cause == Cause::backlash;
-    const bool called = d.verdict == Verdict::valve_effect;
+    const bool called = d.verdict == DiagnosisVerdict::valve_effect;
     ++confusion[to_text(j.labelled.cause)][to_text(d.verdict)];
     if (backlash) continue;  // either answer is sound
-    const bool open = d.verdict == Verdict::cant_tell || d.verdict == Verdict::not_enough_data;
+    const bool open =
+        d.verdict == DiagnosisVerdict::cant_tell || d.verdict == DiagnosisVerdict::not_enough_data;
     const bool seen = called && d.grade == Grade::seen;
     right.count(called == sticky);
-    undecided.count(d.verdict == Verdict::cant_tell);
+    undecided.count(d.verdict == DiagnosisVerdict::cant_tell);
     if (!open) right_decided.count(called == sticky);
     if (d.judged()) {
       const auto tenth = std::min<std::size_t>(9, static_cast<std::size_t>(d.probability * 10.0));
@@ -194,8 +196,8 @@ void report(const std::vector<Judged>& judged) {
       "size of the sticky valves found, relative error: median {:.0f} %, nine in ten below {:.0f} "
       "%; "
       "of 3 % of span or more {:.0f} %; truth within the interval {:.0f} %\n",
-      100.0 * diagnosis::quantile(errors, 0.5), 100.0 * diagnosis::quantile(errors, 0.9),
-      100.0 * diagnosis::quantile(wide_errors, 0.5), within.percent());
+      100.0 * numeric::quantile(errors, 0.5), 100.0 * numeric::quantile(errors, 0.9),
+      100.0 * numeric::quantile(wide_errors, 0.5), within.percent());
   fmt::print("\nfalse at 'seen', by kind and what moves the loop\n");
   print_cells(false_seen);
   fmt::print("\nfalse at either grade\n");
@@ -368,7 +370,9 @@ struct LoopFigures {
   diagnosis::LoopVerdict verdict{};
   diagnosis::ValveTerms numbers{};  // ph, pl, A, means of the windows
   double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
-  bool right() const { return (verdict.verdict == diagnosis::Verdict::valve_effect) == sticky; }
+  bool right() const {
+    return (verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect) == sticky;
+  }
 };
 
 std::vector<LoopFigures> by_loop(const std::vector<Window>& windows) {
@@ -381,9 +385,9 @@ std::vector<LoopFigures> by_loop(const std::vector<Window>& windows) {
     double logits = 0.0;
     for (const Window* w : members) {
       const auto verdict = w->diagnosis.verdict;
-      const bool right = (verdict == diagnosis::Verdict::valve_effect) == f.sticky;
-      const bool decided = verdict != diagnosis::Verdict::cant_tell &&
-                           verdict != diagnosis::Verdict::not_enough_data;
+      const bool right = (verdict == diagnosis::DiagnosisVerdict::valve_effect) == f.sticky;
+      const bool decided = verdict != diagnosis::DiagnosisVerdict::cant_tell &&
+                           verdict != diagnosis::DiagnosisVerdict::not_enough_data;
       f.windows_right += right ? 1U : 0U;
       f.windows_decided += decided ? 1U : 0U;
       f.windows_decided_right += decided && right ? 1U : 0U;
@@ -525,7 +529,7 @@ int judge_records(const StudyOptions& options) {
              "sticky", "verdict", "grade", "cause", "ph", "pl", "A", "p");
   for (const Window& w : windows) {
     const diagnosis::Diagnosis& d = w.diagnosis;
-    const bool called = d.verdict == diagnosis::Verdict::valve_effect;
+    const bool called = d.verdict == diagnosis::DiagnosisVerdict::valve_effect;
     fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6.2f} {:>6.2f} {:>6.3f} {:>6.2f}{}\n",
                w.label.file, w.label.loop, w.label.sticky ? "yes" : "no", to_text(d.verdict),
                to_text(d.grade), to_text(d.cause), d.evidence.phase, d.evidence.play,
@@ -553,7 +557,7 @@ int judge_records(const StudyOptions& options) {
   std::vector<bool> sticky;
   for (const LoopFigures& f : loops) {
     loops_right += f.right() ? 1U : 0U;
-    if (f.verdict.verdict != diagnosis::Verdict::cant_tell) decided.count(f.right());
+    if (f.verdict.verdict != diagnosis::DiagnosisVerdict::cant_tell) decided.count(f.right());
     left_out_right.count((f.left_out >= diagnosis::kDecidedFrom) == f.sticky);
     stated.push_back(options.refit ? f.left_out : f.verdict.probability);
     sticky.push_back(f.sticky);
@@ -611,13 +615,12 @@ double compare_distributions(const char* what, std::vector<double> simulated,
   const auto positive = std::make_unique<bool[]>(scores.size());
   for (std::size_t k = 0; k < scores.size(); ++k) positive[k] = k >= simulated.size();
   const double auc = area_under_curve(scores, {positive.get(), scores.size()});
-  const auto q = [](const std::vector<double>& x, double share) {
-    return diagnosis::quantile(x, share);
-  };
   fmt::print(
       "{:<22} {:>7.2f} ({:>6.2f} to {:>6.2f})   {:>7.2f} ({:>6.2f} to {:>6.2f})   {:>4.0f} %\n",
-      what, q(simulated, 0.5), q(simulated, 0.25), q(simulated, 0.75), q(measured, 0.5),
-      q(measured, 0.25), q(measured, 0.75), 200.0 * std::min(auc, 1.0 - auc));
+      what, numeric::quantile(simulated, 0.5), numeric::quantile(simulated, 0.25),
+      numeric::quantile(simulated, 0.75), numeric::quantile(measured, 0.5),
+      numeric::quantile(measured, 0.25), numeric::quantile(measured, 0.75),
+      200.0 * std::min(auc, 1.0 - auc));
   return 2.0 * std::min(auc, 1.0 - auc);
 }
 
@@ -705,7 +708,7 @@ int judge_gap_examples(const StudyOptions& options) {
             return std::find(kValveEffects.begin(), kValveEffects.end(), name) !=
                    kValveEffects.end();
           });
-      const bool called = d.verdict == diagnosis::Verdict::valve_effect;
+      const bool called = d.verdict == diagnosis::DiagnosisVerdict::valve_effect;
       if (sticky) {
         found.count(called);
       } else {

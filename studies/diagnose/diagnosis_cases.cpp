@@ -10,7 +10,8 @@
 #include <utility>
 
 #include "model/numeric/draw.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::studies {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using diagnosis::Cause;
 using numeric::chance;
 using numeric::log_uniform;
-using plant::Random;
+using numeric::Random;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -321,15 +322,6 @@ void hold_last(std::vector<double>& x, double dead_band) {
   }
 }
 
-double deviation_of(const std::vector<double>& x) {
-  double m = 0.0;
-  for (const double v : x) m += v;
-  m /= static_cast<double>(x.size());
-  double sum = 0.0;
-  for (const double v : x) sum += (v - m) * (v - m);
-  return std::sqrt(sum / static_cast<double>(x.size()));
-}
-
 void round_to(std::vector<double>& x, double step) {
   if (step <= 0.0) return;
   for (double& v : x) v = std::round(v / step) * step;
@@ -566,7 +558,7 @@ bool try_case(Random& random, DiagnosisCase& out) {
     pv_sum = co_sum = sp_sum = 0.0;
   }
 
-  const double co_deviation = deviation_of(out.co);
+  const double co_deviation = numeric::deviation(out.co);
   const std::size_t slips = friction.slips() - slips_before;
   if (co_deviation < 0.02) return false;
   if (out.cause == Cause::stiction && (slips < 2 || co_deviation > kFarthest * s)) return false;
@@ -580,7 +572,7 @@ bool try_case(Random& random, DiagnosisCase& out) {
     return false;
   }
 
-  const double pv_deviation = deviation_of(out.pv);
+  const double pv_deviation = numeric::deviation(out.pv);
   if (pv_deviation <= 0.0) return false;
   if (chance(random, 0.3)) round_to(out.pv, pv_deviation * log_uniform(random, 0.02, 1.0));
   if (chance(random, 0.4)) round_to(out.co, co_deviation * log_uniform(random, 0.01, 0.3));

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::studies {
 namespace {
@@ -62,7 +62,7 @@ double area_under_curve(std::span<const double> scores, std::span<const bool> po
 BootstrapInterval bootstrap(std::size_t count, std::uint64_t seed,
                             const std::function<double(std::span<const std::size_t>)>& figure) {
   if (count == 0) return {};
-  plant::Random random(seed);
+  numeric::Random random(seed);
   std::vector<double> figures;
   std::vector<std::size_t> drawn(count);
   for (std::size_t n = 0; n < kResamples; ++n) {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::studies {
 namespace {
@@ -130,7 +130,7 @@ TrainedTable train(const std::vector<LabelledEvidence>& cases, const TrainingSet
   for (auto& s : scores) {
     for (std::size_t c = 0; c < kCauseCount; ++c) s[c] = static_cast<double>(table.base[c]);
   }
-  plant::Random random(settings.seed);
+  numeric::Random random(settings.seed);
   for (std::size_t round = 0; round < settings.rounds; ++round) {
     std::vector<std::size_t> rows;
     for (std::size_t i = 0; i < n; ++i) {

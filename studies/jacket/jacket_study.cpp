@@ -7,7 +7,8 @@
 #include <utility>
 
 #include "model/numeric/draw.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
+#include "model/numeric/statistics.hpp"
 #include "hal/os/parallel.hpp"
 
 namespace loopwarden::studies {
@@ -15,7 +16,7 @@ namespace {
 
 using control::JacketForm;
 using numeric::log_uniform;
-using plant::Random;
+using numeric::Random;
 
 constexpr double kOutputSpan = 10.0;                  // CO units (V) of every loop here
 constexpr double kResolution = kOutputSpan / 4096.0;  // 12 bit
@@ -338,14 +339,11 @@ JacketTrial random_healthy_loop(std::uint64_t seed, std::size_t index, ReadBackQ
   return trial;
 }
 
-Spread spread_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const auto at = [&](double share) {
-    return values[static_cast<std::size_t>(
-        std::lround(share * static_cast<double>(values.size() - 1)))];
-  };
-  if (values.empty()) return {};
-  return {.tenth = at(0.1), .median = at(0.5), .ninetieth = at(0.9), .worst = values.back()};
+Spread spread_of(const std::vector<double>& values) {
+  return {.tenth = numeric::quantile(values, 0.1),
+          .median = numeric::median(values),
+          .ninetieth = numeric::quantile(values, 0.9),
+          .worst = numeric::quantile(values, 1.0)};
 }
 
 StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,

@@ -75,7 +75,7 @@ struct Spread {
   double ninetieth = 0.0;
   double worst = 0.0;  // the largest
 };
-Spread spread_of(std::vector<double> values);
+Spread spread_of(const std::vector<double>& values);
 
 struct StickyRow {
   std::string name;               // form and Ks

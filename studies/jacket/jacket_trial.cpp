@@ -9,7 +9,7 @@
 
 #include "model/control/loop_controller.hpp"
 #include "model/plant/plant.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::studies {
 namespace {
@@ -130,7 +130,7 @@ class Trial {
   const JacketTrial& trial_;
   plant::Plant plant_;
   control::LoopController controller_;
-  plant::Random read_back_noise_;
+  numeric::Random read_back_noise_;
   double stem_resolution_;  // CO units
   Segment segment_;
   double whole_squares_ = 0.0;

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "model/numeric/statistics.hpp"
 #include "model/plant/simulated_loop.hpp"
 
 namespace loopwarden::studies {
@@ -144,19 +145,10 @@ std::vector<Plant1Candidate> make_candidates() {
 
 Plant1Record plant1_record(std::string name, std::string condition, std::vector<double> pv) {
   Plant1Record record{.name = std::move(name), .condition = std::move(condition), .pv = {}};
-  const auto mean = [](std::span<const double> v) {
-    return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
-  };
-  const auto variance = [&](std::span<const double> v) {
-    const double m = mean(v);
-    double sum = 0.0;
-    for (const double x : v) sum += (x - m) * (x - m);
-    return sum / static_cast<double>(v.size());
-  };
   const std::span<const double> at_rest(pv.data(), kRestSamples);
-  record.rest = mean(at_rest);
-  record.noise = std::sqrt(variance(at_rest));
-  record.variance = variance(pv);
+  record.rest = numeric::mean(at_rest);
+  record.noise = numeric::deviation(at_rest);
+  record.variance = numeric::variance(pv);
   record.pv = std::move(pv);
   return record;
 }

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <mutex>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 #include "hal/os/parallel.hpp"
 
 namespace loopwarden::studies {
 namespace {
 
-using plant::Random;
+using numeric::Random;
 
 constexpr double kShareOwnOnly = 0.2;   // trials that leave the shared parameters alone
 constexpr std::size_t kFirstTries = 5;  // own parameters tried for each member at the beginning

@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using specialist::Condition;
 using specialist::kWindowSamples;
-using specialist::Verdict;
+using specialist::VerdictName;
 using specialist::WindowRequest;
 
 constexpr double kDetectionLimit = 5.0;  // % of CO span
@@ -70,13 +70,13 @@ std::size_t sum(const Tally& t) {
 std::size_t faults(const Tally& t) {
   std::size_t total = 0;
   for (std::size_t v = 0; v < t.size(); ++v) {
-    if (specialist::names_fault(static_cast<Verdict>(v))) total += t[v];
+    if (specialist::names_fault(static_cast<VerdictName>(v))) total += t[v];
   }
   return total;
 }
 std::size_t of(const Tally& t, Condition c) { return t[static_cast<std::size_t>(c)]; }
 std::size_t undecided(const Tally& t) {
-  return t[static_cast<std::size_t>(Verdict::not_enough_movement)];
+  return t[static_cast<std::size_t>(VerdictName::not_enough_movement)];
 }
 
 class Study {
@@ -144,7 +144,8 @@ class Study {
     }
     say(" {:>6}\n", sum(t));
     nlohmann::json verdicts = nlohmann::json::object();
-    for (std::size_t v = 0; v < t.size(); ++v) verdicts[to_text(static_cast<Verdict>(v))] = t[v];
+    for (std::size_t v = 0; v < t.size(); ++v)
+      verdicts[to_text(static_cast<VerdictName>(v))] = t[v];
     found({{"table", heading_},
            {"row", name},
            {"windows", sum(t)},

@@ -2,7 +2,6 @@
 // An alarm in the real daemon and its operator, over kill -9 and back. It comes from the journal of a run
 // before, since a window of 961 cycles without a missing one can't be had on a busy machine in short
 // time; how windows make alarms is tested in tests/daemon/monitor.
-#include <array>
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,7 @@
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/loop_file.hpp"
+#include "tests/support/shell.hpp"
 
 namespace loopwarden::tests::alarm_test {
 namespace {
@@ -24,7 +24,7 @@ const std::string kLoop = loop_file("FIC-101");
 constexpr const char* kSpecialists = "monitor: {specialists: ../../specialists}\n";
 
 // What a daemon left behind that had raised an alarm.
-void leave_alarm(const std::filesystem::path& folder) {
+void leave_alarm(const std::filesystem::path& folder, const char* alarm = "stiction") {
   daemon::journal::Journal journal({.folder = folder});
   journal.open();
   journal.start();
@@ -32,7 +32,7 @@ void leave_alarm(const std::filesystem::path& folder) {
   entry.kind = daemon::journal::JournalEntry::Kind::alarm;
   entry.utc_ms = 1'800'000'000'000;
   entry.loop = "FIC-101";
-  entry.alarm = "stiction";
+  entry.alarm = alarm;
   entry.from = "normal";
   entry.to = "unacknowledged";
   entry.severity_percent = 6.5;
@@ -45,30 +45,14 @@ void leave_alarm(const std::filesystem::path& folder) {
   REQUIRE(journal.wait_written(journal.post(entry), std::chrono::seconds(20)));
 }
 
-struct Output {
-  int exit_code = -1;
-  std::string text;
-};
-
 }  // namespace
 
 TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9", "[alarm]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop}});
   leave_alarm(daemon.folder());
   const auto alarms = [&](const std::string& arguments) {
-    const std::string command = LOOPWARDEN_CLI " alarms --socket " +
-                                (daemon.folder() / "control.sock").string() + " " + arguments +
-                                " 2>&1";
-    FILE* pipe = ::popen(command.c_str(), "r");
-    REQUIRE(pipe != nullptr);
-    Output output;
-    std::array<char, 4096> some{};
-    while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe)) {
-      output.text.append(some.data(), n);
-    }
-    const int status = ::pclose(pipe);
-    output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return output;
+    return run(LOOPWARDEN_CLI " alarms --socket " + (daemon.folder() / "control.sock").string() +
+               " " + arguments + " 2>&1");
   };
   const auto state = [&] {
     return daemon.loop("FIC-101").at("alarms").at("stiction").at("state").get<std::string>();
@@ -77,7 +61,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   daemon.start();
   CHECK(state() == "unacknowledged");
   CHECK(alarms("").text.find("unacknowledged") != std::string::npos);
-  const Output explained = alarms("explain FIC-101 stiction");
+  const ShellOutcome explained = alarms("explain FIC-101 stiction");
   CHECK(explained.text.find("what to do") != std::string::npos);
   CHECK(explained.text.find("normal -> unacknowledged") != std::string::npos);
   CHECK(explained.text.find("evidence: none") != std::string::npos);
@@ -85,7 +69,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(alarms("ack FIC-101 backlash").exit_code == 65);  // nothing to acknowledge
   CHECK(alarms("ack FIC-999 stiction").exit_code == 64);
   CHECK(alarms("ack FIC-101").exit_code == 64);
-  const Output done = alarms("ack FIC-101 stiction --reason \"seen at the valve\"");
+  const ShellOutcome done = alarms("ack FIC-101 stiction --reason \"seen at the valve\"");
   INFO(done.text);
   REQUIRE(done.exit_code == 0);
   CHECK(state() == "acknowledged");
@@ -115,6 +99,23 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(state() == "unacknowledged");
   daemon.signal(SIGTERM);
   CHECK(daemon.wait_for_end() == 0);
+}
+
+TEST_CASE("of an unknown fault the size is shown as not known, not as 0", "[alarm]") {
+  DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop}});
+  leave_alarm(daemon.folder(), "unknown");
+  daemon.start();
+  CHECK(daemon.loop("FIC-101").at("alarms").at("unknown").at("severity_percent").is_null());
+  const std::string socket = " --socket " + (daemon.folder() / "control.sock").string();
+  const auto text_of = [&](const std::string& command) {
+    const ShellOutcome outcome = run(LOOPWARDEN_CLI " " + command + socket + " 2>&1");
+    INFO(outcome.text);
+    CHECK(outcome.exit_code == 0);
+    return outcome.text;
+  };
+  CHECK_THAT(text_of("alarms"), Catch::Contains("unknown" + std::string(18, ' ') + "- "));
+  CHECK_THAT(text_of("alarms explain FIC-101 unknown"), Catch::Contains("size not known"));
+  CHECK_THAT(text_of("top --once"), Catch::Contains("unknown (unacknowledged)"));
 }
 
 TEST_CASE("specialists that can't be used are refused before anything moves", "[alarm]") {

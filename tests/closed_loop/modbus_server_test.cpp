@@ -20,29 +20,14 @@
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/loop_file.hpp"
+#include "tests/support/shell.hpp"
 
 namespace loopwarden::tests::modbus_server_test {
 namespace {
 
 using nlohmann::json;
 
-struct Output {
-  int exit_code = -1;
-  std::string text;
-};
-
-Output run(const std::string& command) {
-  FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  Output output;
-  std::array<char, 4096> some{};
-  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe)) {
-    output.text.append(some.data(), n);
-  }
-  const int status = ::pclose(pipe);
-  output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return output;
-}
+ShellOutcome answer_of(const std::string& command) { return run(command + " 2>&1"); }
 
 struct Plant {
   explicit Plant(const std::string& server)
@@ -60,8 +45,9 @@ struct Plant {
   }
   std::string snippet(const char* format) {
     const std::string file = (daemon.folder() / format).string();
-    const Output made = run(std::string(LOOPWARDEN_CLI " register-map --format ") + format +
-                            " --config " + daemon.config().string() + " > " + file);
+    const ShellOutcome made =
+        answer_of(std::string(LOOPWARDEN_CLI " register-map --format ") + format + " --config " +
+                  daemon.config().string() + " > " + file);
     INFO(made.text);
     REQUIRE(made.exit_code == 0);
     return file;
@@ -150,7 +136,7 @@ TEST_CASE("pymodbus reads every register, in each word order offered, and gets w
   const std::string order = GENERATE(as<std::string>(), "abcd", "cdab", "badc", "dcba");
   INFO(order);
   Plant plant("  word_order: " + order + "\n");
-  const Output out = run("/usr/bin/python3 " + plant.snippet("pymodbus"));
+  const ShellOutcome out = answer_of("/usr/bin/python3 " + plant.snippet("pymodbus"));
   INFO(out.text);
   REQUIRE(out.exit_code == 0);
   check_against_top(plant, json::parse(out.text));
@@ -171,7 +157,7 @@ TEST_CASE("mbpoll reads every register with the lines made for it", "[modbus_ser
     if (order == "cdab" && !wide) continue;
     ++count;
     everything += line.substr(line.find('#')) + "\n";
-    everything += run(line.substr(0, line.find('#'))).text + "\n";
+    everything += answer_of(line.substr(0, line.find('#'))).text + "\n";
   }
   INFO(everything);
   CHECK(count > (order == "abcd" ? 150U : 40U));
@@ -192,38 +178,40 @@ TEST_CASE("writes are refused or accepted as configured, and end in the journal"
           "[modbus_server]") {
   SECTION("off") {
     Plant plant("");
-    const Output out = run(plant.mbpoll("-t 4:float -r 34 127.0.0.1 4.5"));
+    const ShellOutcome out = answer_of(plant.mbpoll("-t 4:float -r 34 127.0.0.1 4.5"));
     CHECK(out.text.find("Illegal function") != std::string::npos);
     CHECK(plant.daemon.client().journal(50, "").empty());
   }
   SECTION("on, but not for this client") {
     Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1}, {peer: 10.0.0.1, writes: true}]\n");
-    const Output out = run(plant.mbpoll("-t 4:float -r 34 127.0.0.1 4.5"));
+    const ShellOutcome out = answer_of(plant.mbpoll("-t 4:float -r 34 127.0.0.1 4.5"));
     CHECK(out.text.find("Illegal function") != std::string::npos);
   }
   SECTION("on") {
     Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n");
     const auto loop = [&](const char* key) { return plant.daemon.loop("FIC-102").at(key); };
-    CHECK(run(plant.mbpoll("-t 4:float -r 66 127.0.0.1 4.5")).exit_code == 0);
+    CHECK(answer_of(plant.mbpoll("-t 4:float -r 66 127.0.0.1 4.5")).exit_code == 0);
     CHECK(test::eventually([&] { return loop("sp") == 4.5; }));
     CHECK(plant.daemon.loop("FIC-101").at("sp") == 5.0);
     // Manual, and an output.
-    CHECK(run(plant.mbpoll("-t 4 -r 64 127.0.0.1 0")).exit_code == 0);
+    CHECK(answer_of(plant.mbpoll("-t 4 -r 64 127.0.0.1 0")).exit_code == 0);
     CHECK(test::eventually([&] { return loop("mode") == "MAN"; }));
-    CHECK(run(plant.mbpoll("-t 4:float -r 68 127.0.0.1 2.5")).exit_code == 0);
+    CHECK(answer_of(plant.mbpoll("-t 4:float -r 68 127.0.0.1 2.5")).exit_code == 0);
     CHECK(test::eventually([&] { return std::abs(loop("co").get<double>() - 2.5) < 1e-6; }));
     // Gains, read back.
-    CHECK(run(plant.mbpoll("-t 4:float -r 70 127.0.0.1 0.25")).exit_code == 0);
-    CHECK(run(plant.mbpoll("-t 4:float -r 70 -c 1 127.0.0.1")).text.find("0.25") !=
+    CHECK(answer_of(plant.mbpoll("-t 4:float -r 70 127.0.0.1 0.25")).exit_code == 0);
+    CHECK(answer_of(plant.mbpoll("-t 4:float -r 70 -c 1 127.0.0.1")).text.find("0.25") !=
           std::string::npos);
     // Out of limits, and half of a number.
-    CHECK(run(plant.mbpoll("-t 4:float -r 66 127.0.0.1 9.5")).text.find("Illegal data value") !=
+    CHECK(
+        answer_of(plant.mbpoll("-t 4:float -r 66 127.0.0.1 9.5")).text.find("Illegal data value") !=
+        std::string::npos);
+    CHECK(answer_of(plant.mbpoll("-t 4 -r 66 127.0.0.1 7")).text.find("Illegal data value") !=
           std::string::npos);
-    CHECK(run(plant.mbpoll("-t 4 -r 66 127.0.0.1 7")).text.find("Illegal data value") !=
+    CHECK(answer_of(plant.mbpoll("-t 4 -r 90 127.0.0.1 7")).text.find("Illegal data address") !=
           std::string::npos);
-    CHECK(run(plant.mbpoll("-t 4 -r 90 127.0.0.1 7")).text.find("Illegal data address") !=
-          std::string::npos);
-    CHECK(run(plant.mbpoll("-t 0 -r 16 127.0.0.1 1")).exit_code == 0);  // nothing to acknowledge
+    CHECK(answer_of(plant.mbpoll("-t 0 -r 16 127.0.0.1 1")).exit_code ==
+          0);  // nothing to acknowledge
     bool written = false;
     bool refused = false;
     for (const json& line : plant.daemon.client().journal(50, "FIC-102")) {
@@ -243,12 +231,13 @@ TEST_CASE("an order that can't act is refused on every way in, and the journal h
   Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n");
   const auto loop = [&](const char* key) { return plant.daemon.loop("FIC-102").at(key); };
   const auto set = [&](const std::string& arguments) {
-    return run(LOOPWARDEN_CLI " set FIC-102 --socket " +
-               (plant.daemon.folder() / "control.sock").string() + " " + arguments);
+    return answer_of(LOOPWARDEN_CLI " set FIC-102 --socket " +
+                     (plant.daemon.folder() / "control.sock").string() + " " + arguments);
   };
   // mode, a reserved register, sp and output in one request; prints the exception, None if it was done.
   const auto block = [&](int mode, double sp, double output) {
-    return run("/usr/bin/python3 -c \"import struct; from pymodbus.client import ModbusTcpClient "
+    return answer_of(
+               "/usr/bin/python3 -c \"import struct; from pymodbus.client import ModbusTcpClient "
                "as C; "
                "c = C('127.0.0.1', port=" +
                std::to_string(plant.port) +
@@ -266,17 +255,18 @@ TEST_CASE("an order that can't act is refused on every way in, and the journal h
   CHECK(set("--output 2.5").exit_code == 65);
   CHECK_THAT(set("--output 2.5").text,
              Catch::Contains("in automatic the controller has the output"));
-  CHECK_THAT(run(plant.mbpoll("-t 4:float -r 68 127.0.0.1 2.5")).text, Catch::Contains("busy"));
+  CHECK_THAT(answer_of(plant.mbpoll("-t 4:float -r 68 127.0.0.1 2.5")).text,
+             Catch::Contains("busy"));
   CHECK(loop("mode") == "AUTO");
   // Mode and output together, mode first.
-  const Output both = set("--output 2.5 --mode man");
+  const ShellOutcome both = set("--output 2.5 --mode man");
   INFO(both.text);
   CHECK(both.exit_code == 0);
   CHECK_THAT(both.text, Catch::Contains("after:  mode MAN (wanted MAN)"));
   CHECK_THAT(both.text, Catch::Contains("CO 2.5 V"));
   CHECK(set("--sp 4").exit_code == 65);
   CHECK(set("--sp 9.5").exit_code == 65);
-  CHECK_THAT(run(plant.mbpoll("-t 4:float -r 66 127.0.0.1 4")).text, Catch::Contains("busy"));
+  CHECK_THAT(answer_of(plant.mbpoll("-t 4:float -r 66 127.0.0.1 4")).text, Catch::Contains("busy"));
   CHECK(set("--sp 4 --mode auto").exit_code == 0);
   CHECK(loop("mode") == "AUTO");
   CHECK(loop("sp") == 4.0);
@@ -328,10 +318,10 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   Plant plant("  writes: true\n  serial: {device: " + ours +
               ", unit: 9, parity: none, writes: " + (writes ? "true" : "false") + "}\n");
   const std::string rtu = "mbpoll -q -1 -0 -B -m rtu -a 9 -b 19200 -P none ";
-  const Output test_constant = run(rtu + "-t 3:float -r 14 -c 1 " + theirs);
+  const ShellOutcome test_constant = answer_of(rtu + "-t 3:float -r 14 -c 1 " + theirs);
   INFO(test_constant.text);
   CHECK(test_constant.text.find("123456") != std::string::npos);
-  const Output write = run(rtu + "-t 4:float -r 66 " + theirs + " 4.5");
+  const ShellOutcome write = answer_of(rtu + "-t 4:float -r 66 " + theirs + " 4.5");
   INFO(write.text);
   if (writes) {
     CHECK(test::eventually([&] { return plant.daemon.loop("FIC-102").at("sp") == 4.5; }));
@@ -346,13 +336,13 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
     CHECK(write.text.find("Illegal function") != std::string::npos);
   }
   // A whole block, and another unit, which nobody answers for.
-  const Output block =
-      run("/usr/bin/python3 -c \"from pymodbus.client import ModbusSerialClient as C; "
-          "c = C(port='" +
-          theirs +
-          "', baudrate=19200, parity='N', timeout=2); c.connect(); "
-          "r = c.read_input_registers(64, 64, slave=9); print(len(r.registers), r.registers[0] == "
-          "r.registers[63]); print(c.read_input_registers(0, 1, slave=8).isError())\"");
+  const ShellOutcome block = answer_of(
+      "/usr/bin/python3 -c \"from pymodbus.client import ModbusSerialClient as C; "
+      "c = C(port='" +
+      theirs +
+      "', baudrate=19200, parity='N', timeout=2); c.connect(); "
+      "r = c.read_input_registers(64, 64, slave=9); print(len(r.registers), r.registers[0] == "
+      "r.registers[63]); print(c.read_input_registers(0, 1, slave=8).isError())\"");
   INFO(block.text);
   CHECK(block.text.find("64 True") != std::string::npos);
   CHECK(block.text.find("\nTrue") != std::string::npos);
@@ -366,13 +356,15 @@ TEST_CASE("the master's heartbeat: when it stops, the loops do what is configure
   Plant plant(
       "  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n"
       "  master_heartbeat: {timeout: 0.5, action: manual}\n");
-  CHECK(run(plant.mbpoll("-t 4 -r 0 127.0.0.1 1")).exit_code == 0);
+  CHECK(answer_of(plant.mbpoll("-t 4 -r 0 127.0.0.1 1")).exit_code == 0);
   CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "mode", "MAN"); }));
   CHECK(test::eventually([&] { return plant.daemon.is("FIC-102", "mode", "MAN"); }));
-  CHECK(run(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t1") != std::string::npos);
-  CHECK(run(plant.mbpoll("-t 4 -r 0 127.0.0.1 2")).exit_code == 0);
+  CHECK(answer_of(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t1") !=
+        std::string::npos);
+  CHECK(answer_of(plant.mbpoll("-t 4 -r 0 127.0.0.1 2")).exit_code == 0);
   CHECK(test::eventually([&] {
-    return run(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t0") != std::string::npos;
+    return answer_of(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t0") !=
+           std::string::npos;
   }));
 }
 
@@ -412,7 +404,7 @@ TEST_CASE("hostile clients: no overrun more, no crash, and the others are served
       }
     }
     if (round % 10 != 9) continue;
-    const Output out = run(plant.mbpoll("-t 3:float -r 14 -c 1 127.0.0.1"));
+    const ShellOutcome out = answer_of(plant.mbpoll("-t 3:float -r 14 -c 1 127.0.0.1"));
     INFO(out.text);
     CHECK(out.text.find("123456") != std::string::npos);
   }

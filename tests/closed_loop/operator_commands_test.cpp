@@ -9,12 +9,12 @@
 
 #include <array>
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/loop_file.hpp"
+#include "tests/support/shell.hpp"
 
 namespace loopwarden::tests::operator_commands_test {
 namespace {
@@ -23,28 +23,13 @@ using nlohmann::json;
 
 constexpr const char* kDaemon = "real_time: {priority: 0, lock_memory: false}\n";
 
-struct Output {
-  int exit_code = -1;
-  std::string text;
-};
-
 // A line of bash that finds the daemon by LOOPWARDEN_SOCKET.
-Output bash(const DaemonProcess& daemon, const std::string& line) {
-  const std::string command = "LOOPWARDEN_SOCKET=" + (daemon.folder() / "control.sock").string() +
-                              " bash -c '" + line + "' 2>&1";
-  FILE* pipe = ::popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  Output output;
-  std::array<char, 4096> some{};
-  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe)) {
-    output.text.append(some.data(), n);
-  }
-  const int status = ::pclose(pipe);
-  output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return output;
+ShellOutcome bash(const DaemonProcess& daemon, const std::string& line) {
+  return run("LOOPWARDEN_SOCKET=" + (daemon.folder() / "control.sock").string() + " bash -c '" +
+             line + "' 2>&1");
 }
 
-Output loopwarden(const DaemonProcess& daemon, const std::string& arguments) {
+ShellOutcome loopwarden(const DaemonProcess& daemon, const std::string& arguments) {
   return bash(daemon, LOOPWARDEN_CLI " " + arguments);
 }
 
@@ -107,10 +92,10 @@ TEST_CASE("set and record: what is unknown is 64, what the daemon refuses 65, no
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", loop_file("FIC-101")}});
   CHECK(loopwarden(daemon, "set FIC-101 --sp 5").exit_code == 74);
   daemon.start();
-  const Output unknown = loopwarden(daemon, "set fic-101 --mode man");
+  const ShellOutcome unknown = loopwarden(daemon, "set fic-101 --mode man");
   CHECK(unknown.exit_code == 64);
   CHECK(unknown.text.find("did you mean 'FIC-101'?") != std::string::npos);
-  const Output beyond = loopwarden(daemon, "set FIC-101 --sp 1e6");
+  const ShellOutcome beyond = loopwarden(daemon, "set FIC-101 --sp 1e6");
   CHECK(beyond.exit_code == 65);
   CHECK(beyond.text.find("must be within") != std::string::npos);
   CHECK(loopwarden(daemon, "set FIC-101 --mode cascade").exit_code == 64);
@@ -121,15 +106,15 @@ TEST_CASE("set and record: what is unknown is 64, what the daemon refuses 65, no
 
   for (const char* word : {"man", "auto", "manual", "automatic", "MAN", "Auto"}) {
     INFO(word);
-    const Output set = loopwarden(daemon, "set FIC-101 --json --mode " + std::string(word));
+    const ShellOutcome set = loopwarden(daemon, "set FIC-101 --json --mode " + std::string(word));
     REQUIRE(set.exit_code == 0);
     const json result = json::parse(set.text);
     const bool manual = word[0] == 'm' || word[0] == 'M';
     CHECK(result.at("after").at("requested_mode") == (manual ? "MAN" : "AUTO"));
   }
-  const Output started = loopwarden(daemon, "record FIC-101 --start mine --json");
+  const ShellOutcome started = loopwarden(daemon, "record FIC-101 --start mine --json");
   CHECK(json::parse(started.text).at("recording") == true);
-  const Output stopped = loopwarden(daemon, "record FIC-101 --stop --json");
+  const ShellOutcome stopped = loopwarden(daemon, "record FIC-101 --stop --json");
   CHECK(json::parse(stopped.text).at("file").get<std::string>().ends_with("mine.csv"));
 }
 

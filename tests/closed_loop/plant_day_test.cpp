@@ -2,6 +2,7 @@
 // Days of plant life in seconds: the simulated loop of the thesis's plant 1, its valve's faults, its operator,
 // and the daemon's own monitor, alarms, journal and evidence, with the specialists that the project ships.
 #include <array>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <memory>
@@ -16,6 +17,7 @@
 #include "model/monitor/specialist_judge.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "tests/support/device/foreign_process.hpp"
+#include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::plant_day_test {
@@ -58,7 +60,7 @@ class Plant {
          .judge = &judge_,
          .rule = monitor::kAlarmRule,
          .corrective = corrective,
-         .orders = &orders_}};
+         .orders = &desk_}};
     monitor_ = std::make_unique<Monitor>(
         std::move(watched), board_,
         [this](std::size_t, AlarmKind alarm, const monitor::Window& window,
@@ -127,11 +129,13 @@ class Plant {
       monitor_->round();
     } while (monitor_->status().backlog > 0);
     Order order;
-    while (orders_.try_pop(order)) {
+    while (orders_.orders.try_pop(order)) {
       control::ControllerSettings settings = model_.controller;
       settings.jacket.shadow = order.jacket != JacketWish::on;
       loop_.controller().configure(settings);
+      orders_.answers.try_push({order.number, daemon::rt::Refusal::none});
     }
+    monitor_->round();  // hears the answers
   }
   void keep(AlarmKind alarm, const monitor::Window& window, const monitor::MonitorStep& step) {
     evidence::Evidence e;
@@ -152,12 +156,19 @@ class Plant {
   plant::SimulatedLoop loop_;
   std::uint64_t period_ = 0;
   hal::os::SpscRing<RecordRow> cycles_{1024};
-  hal::os::SpscRing<Order> orders_{8};
+  daemon::rt::OrderBox orders_;
+  std::atomic<std::uint8_t> standing_{0};
   daemon::journal::Journal journal_{{.folder = folder_.path()}};
   daemon::EvidenceStore evidence_;
   WatchBoard board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
                       return kStart + static_cast<std::int64_t>(100 * period_);
                     }};
+  daemon::orders::OrderDesk desk_{
+      orders_,
+      standing_,
+      {.write_down = [this](daemon::journal::JournalEntry line) { return journal_.post(line); },
+       .why = [](daemon::rt::Refusal refusal, const Order&) { return to_text(refusal); },
+       .done = {}}};
   std::unique_ptr<Monitor> monitor_;
 };
 
@@ -174,16 +185,8 @@ plant::LoopModel day_model(double hours, bool steps = true) {
   return m;
 }
 
-int replay(const std::filesystem::path& evidence, std::string& text) {
-  const std::string command = LOOPWARDEN_CLI " replay " + evidence.string() + " 2>&1";
-  FILE* pipe = ::popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::array<char, 4096> some{};
-  text.clear();
-  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe))
-    text.append(some.data(), n);
-  const int status = ::pclose(pipe);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+ShellOutcome replay(const std::filesystem::path& evidence) {
+  return run(LOOPWARDEN_CLI " replay " + evidence.string() + " 2>&1");
 }
 
 }  // namespace
@@ -242,24 +245,24 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
 
   // Each alarm's evidence, judged once more by the program, says the same.
   REQUIRE(test::eventually([&] { return plant.evidence().status().written == 3; }));
-  std::string text;
   for (const AlarmKind kind :
        {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::low_air_supply}) {
     const auto folder = plant.evidence().newest("FIC-101", kind);
     REQUIRE(folder);
-    const int exit_code = replay(*folder, text);
-    INFO(text);
-    CHECK(exit_code == 0);
-    CHECK(text.find("The same verdict.") != std::string::npos);
-    CHECK(text.find(to_text(kind)) != std::string::npos);
+    const ShellOutcome replayed = replay(*folder);
+    INFO(replayed.text);
+    CHECK(replayed.exit_code == 0);
+    CHECK(replayed.text.find("The same verdict.") != std::string::npos);
+    CHECK(replayed.text.find(to_text(kind)) != std::string::npos);
   }
   // And says so if it is not what it was.
   const auto folder = *plant.evidence().newest("FIC-101", AlarmKind::stiction);
   std::string record = read_file(folder / "record.csv");
   record[record.size() / 2] = record[record.size() / 2] == '1' ? '2' : '1';
   write_file(folder / "record.csv", record);
-  CHECK(replay(folder, text) == 65);
-  CHECK(text.find("record.csv is not what it was") != std::string::npos);
+  const ShellOutcome changed = replay(folder);
+  CHECK(changed.exit_code == 65);
+  CHECK(changed.text.find("record.csv is not what it was") != std::string::npos);
 }
 
 TEST_CASE("corrective action: the jacket acts, and goes back at a veto or with the mode",

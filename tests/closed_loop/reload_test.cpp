@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // After a reload, whoever looks is told what is in force: status, registers and log of the real daemon.
-#include <array>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/loop_file.hpp"
+#include "tests/support/shell.hpp"
 
 namespace loopwarden::tests::reload_test {
 namespace {
@@ -18,17 +18,7 @@ namespace {
 using nlohmann::json;
 using test::eventually;
 
-std::string output_of(const std::string& command) {
-  FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  std::array<char, 4096> some{};
-  while (const std::size_t n = std::fread(some.data(), 1, some.size(), pipe)) {
-    text.append(some.data(), n);
-  }
-  ::pclose(pipe);
-  return text;
-}
+std::string output_of(const std::string& command) { return run(command + " 2>&1").text; }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);

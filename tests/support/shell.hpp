@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line of bash, as users type it.
+// What a command prints and ends with.
 #pragma once
 
 #include <sys/wait.h>
@@ -17,8 +17,9 @@ struct ShellOutcome {
   std::string text;  // standard output, and the error output where the line says so
 };
 
-inline ShellOutcome bash(const std::string& line) {
-  FILE* pipe = popen(("exec bash -c '" + line + "'").c_str(), "r");
+// As the shell of `popen` takes it.
+inline ShellOutcome run(const std::string& command) {
+  FILE* pipe = popen(command.c_str(), "r");
   REQUIRE(pipe != nullptr);
   std::string text;
   std::array<char, 4096> buffer{};
@@ -29,5 +30,8 @@ inline ShellOutcome bash(const std::string& line) {
   const int status = pclose(pipe);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
 }
+
+// A line of bash, as users type it; without '.
+inline ShellOutcome bash(const std::string& line) { return run("exec bash -c '" + line + "'"); }
 
 }  // namespace loopwarden::tests

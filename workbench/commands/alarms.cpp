@@ -49,6 +49,11 @@ std::string describe(const json& alarm, std::int64_t now_ms) {
   return text;
 }
 
+// null is what the daemon says of a size that is not known.
+std::string size_text(const json& size, const char* not_known) {
+  return size.is_number() ? fmt::format("{:.1f} %", size.get<double>()) : not_known;
+}
+
 void print_table(const json& answer, bool all) {
   const auto now_ms = answer.at("now_ms").get<std::int64_t>();
   std::size_t shown = 0;
@@ -63,8 +68,8 @@ void print_table(const json& answer, bool all) {
       fmt::print("{:<14} {:<15} {:<10} {:<20} {:>5}  {}\n", "LOOP", "ALARM", "SEVERITY",
                  "RAISED (UTC)", "TIMES", "STATE");
     }
-    fmt::print("{:<14} {:<15} {:>8.1f} % {:<20} {:>5}  {}\n", alarm.at("loop").get<std::string>(),
-               alarm.at("alarm").get<std::string>(), alarm.value("severity_percent", 0.0),
+    fmt::print("{:<14} {:<15} {:>10} {:<20} {:>5}  {}\n", alarm.at("loop").get<std::string>(),
+               alarm.at("alarm").get<std::string>(), size_text(alarm.at("severity_percent"), "-"),
                utc(alarm.at("raised_ms").get<std::int64_t>()),
                alarm.at("times_raised").get<std::uint64_t>(), describe(alarm, now_ms));
   }
@@ -158,9 +163,13 @@ int run_explain(const Options& options) {
   }
   const json& alarm = answer.at("alarm");
   const json& m = answer.at("monitor");
-  fmt::print("{} of {}: {}, {:.1f} % of the CO span (worst {:.1f} %), raised {} UTC\n",
-             options.alarm, options.loop, alarm.at("state").get<std::string>(),
-             alarm.value("severity_percent", 0.0), alarm.value("worst_severity_percent", 0.0),
+  const std::string size = alarm.at("severity_percent").is_number()
+                               ? fmt::format("{} of the CO span (worst {})",
+                                             size_text(alarm.at("severity_percent"), "-"),
+                                             size_text(alarm.at("worst_severity_percent"), "-"))
+                               : "size not known";
+  fmt::print("{} of {}: {}, {}, raised {} UTC\n", options.alarm, options.loop,
+             alarm.at("state").get<std::string>(), size,
              utc(alarm.at("raised_ms").get<std::int64_t>()));
   if (alarm.at("consequence").get<bool>()) fmt::print("explained by low_air_supply\n");
   fmt::print("\nwhat it is:     {}\nwhat it leads to: {}\nwhat to do:     {}\n\n",

@@ -38,8 +38,8 @@ struct JudgedWindow {
   double from_s = 0.0;
   double to_s = 0.0;
   std::string verdict;
-  double probability = 0.0;  // NaN: the form has none
-  double severity_percent = 0.0;
+  double probability = 0.0;       // NaN: the form has none
+  double severity_percent = 0.0;  // NaN: not known
   std::vector<NamedError> errors;
 };
 
@@ -71,7 +71,8 @@ std::vector<JudgedWindow> by_team(const specialist::Team& team, const record::Re
     JudgedWindow row;
     row.verdict = to_text(v.verdict);
     row.probability = v.probability;
-    row.severity_percent = v.severity_percent;
+    row.severity_percent =
+        v.verdict == specialist::VerdictName::unknown ? std::nan("") : v.severity_percent;
     for (const specialist::TeamMember& m : team.members) {
       row.errors.push_back(
           {m.name, to_text(m.condition), v.mse[static_cast<std::size_t>(m.condition)]});

@@ -178,8 +178,11 @@ class Demo {
       if (active == (active_.count(name) != 0)) continue;
       if (active) {
         active_.insert(name);
-        alarms_.push_back(fmt::format("{:6.0f} s  ALARM  {}: {:.1f} % of the output's span",
-                                      now_s(), name, alarm.value("severity_percent", 0.0)));
+        const nlohmann::json& size = alarm.at("severity_percent");
+        alarms_.push_back(fmt::format(
+            "{:6.0f} s  ALARM  {}: {}", now_s(), name,
+            size.is_number() ? fmt::format("{:.1f} % of the output's span", size.get<double>())
+                             : "size not known"));
       } else {
         active_.erase(name);
         alarms_.push_back(fmt::format("{:6.0f} s  gone   {}", now_s(), name));

@@ -16,6 +16,7 @@
 #include "model/analysis/limit_cycle.hpp"
 #include "model/analysis/loop_metrics.hpp"
 #include "model/analysis/tuning_rules.hpp"
+#include "model/numeric/statistics.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/text/json_number.hpp"
@@ -180,7 +181,7 @@ void print_grid(const std::vector<Row>& rows) {
     }
     std::sort(ratios.begin(), ratios.end());
     return ratios.empty() ? std::string("-")
-                          : fmt::format("{:.2f} ({:.2f} to {:.2f})", ratios[ratios.size() / 2],
+                          : fmt::format("{:.2f} ({:.2f} to {:.2f})", numeric::median(ratios),
                                         ratios.front(), ratios.back());
   };
   fmt::print(

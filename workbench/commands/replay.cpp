@@ -130,12 +130,14 @@ Replay replay(const record::Record& record, const specialist::Team* team,
 void print_json(const Replay& result) {
   nlohmann::json transitions = nlohmann::json::array();
   for (const auto& [time_s, t] : result.transitions) {
-    transitions.push_back({{"time_s", time_s},
-                           {"alarm", to_text(t.kind)},
-                           {"from", to_text(t.from)},
-                           {"to", to_text(t.to)},
-                           {"severity_percent", t.severity_percent},
-                           {"reason", to_text(t.reason)}});
+    transitions.push_back(
+        {{"time_s", time_s},
+         {"alarm", to_text(t.kind)},
+         {"from", to_text(t.from)},
+         {"to", to_text(t.to)},
+         {"severity_percent",
+          monitor::has_size(t.kind) ? nlohmann::json(t.severity_percent) : nlohmann::json(nullptr)},
+         {"reason", to_text(t.reason)}});
   }
   fmt::print("{}\n", nlohmann::json{{"transitions", std::move(transitions)},
                                     {"windows", result.windows},
@@ -150,8 +152,10 @@ void print_text(const Replay& result) {
                "severity", "by");
   }
   for (const auto& [time_s, t] : result.transitions) {
-    fmt::print("{:10.1f}  {:<15} {:<24} {:<24} {:6.1f} %  {}\n", time_s, to_text(t.kind),
-               to_text(t.from), to_text(t.to), t.severity_percent, to_text(t.reason));
+    fmt::print("{:10.1f}  {:<15} {:<24} {:<24} {:>8}  {}\n", time_s, to_text(t.kind),
+               to_text(t.from), to_text(t.to),
+               monitor::has_size(t.kind) ? fmt::format("{:.1f} %", t.severity_percent) : "-",
+               to_text(t.reason));
   }
   fmt::print(
       "{} alarm transition{} in {} window{}, {} of them suppressed: not fit to be judged; routine "

@@ -338,7 +338,8 @@ void add_train(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sub->add_flag("--json", o->json, "print the result as JSON");
   sub->footer(
-      "A run that was killed goes on where it stopped when it is started again the same way.\n"
+      "A run that was interrupted or killed goes on when it is started again the same way: what is "
+      "in DIR/unfinished\nis not made again, a network that was in training begins anew.\n"
       "Example: loopwarden train config/examples/models/plant1-believed.yaml --out specialists");
   sub->callback([o, &exit_code] { exit_code = run_train(*o); });
 }

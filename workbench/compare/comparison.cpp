@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "model/numeric/statistics.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
@@ -49,11 +50,8 @@ std::vector<Outcome> run_all(const plant::LoopModel& model, ComparedPlants plant
   return outcomes;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double median_or_none(std::vector<double> values) {
+  return values.empty() ? std::nan("") : numeric::median(std::move(values));
 }
 
 // One line of a table: factors against none, medians over the cases of a fault.
@@ -101,13 +99,13 @@ std::vector<Line> lines_of(const std::vector<Outcome>& outcomes, const std::stri
     }
     line.falls /= cases;
     line.rises /= cases;
-    line.variability = median(values["variability"]);
-    line.absolute_error = median(values["error"]);
-    line.amplitude = median(values["amplitude"]);
-    line.period = median(values["period"]);
-    line.overshoot_percent = median(values["overshoot"]);
-    line.travel = median(values["travel"]);
-    line.reversals = median(values["reversals"]);
+    line.variability = median_or_none(values["variability"]);
+    line.absolute_error = median_or_none(values["error"]);
+    line.amplitude = median_or_none(values["amplitude"]);
+    line.period = median_or_none(values["period"]);
+    line.overshoot_percent = median_or_none(values["overshoot"]);
+    line.travel = median_or_none(values["travel"]);
+    line.reversals = median_or_none(values["reversals"]);
     lines.push_back(std::move(line));
   }
   return lines;

@@ -139,8 +139,8 @@ std::string alarm_summary(const nlohmann::json& loop) {
     const std::string state = alarm.value("state", "normal");
     if (state == "normal" || state == "suppressed") continue;
     const std::string severity =
-        alarm.value("active", false)
-            ? fmt::format(" {:.1f} %", alarm.value("severity_percent", 0.0))
+        alarm.value("active", false) && alarm.at("severity_percent").is_number()
+            ? fmt::format(" {:.1f} %", alarm.at("severity_percent").get<double>())
             : std::string();
     text += fmt::format("{}{}{} ({})", text.empty() ? "" : ", ", alarm.value("alarm", ""), severity,
                         state);

@@ -10,14 +10,15 @@
 
 #include "model/diagnosis/scales.hpp"
 #include "model/plant/backlash.hpp"
+#include "model/numeric/statistics.hpp"
 #include "workbench/report/chart.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
 using diagnosis::Diagnosis;
+using diagnosis::DiagnosisVerdict;
 using diagnosis::Grade;
-using diagnosis::Verdict;
 
 constexpr std::size_t kDeadTimes = 12;
 constexpr double kLongestDeadTime = 0.35;                     // of the movement's period
@@ -45,12 +46,12 @@ ValveView valve_view(std::span<const double> pv, std::span<const double> co, dou
     for (std::size_t dead = 0; dead <= longest; dead += step) {
       const std::span<const double> earlier(behind.data(), behind.size() - dead);
       const auto later = pv.subspan(dead);
-      const double r = diagnosis::correlation(earlier, later);
+      const double r = numeric::correlation(earlier, later);
       if (r * r <= best) continue;
       best = r * r;
       view.dead_time = dead;
-      const double gain = r * std::sqrt(diagnosis::variance(later) / diagnosis::variance(earlier));
-      const double level = diagnosis::mean(later) - gain * diagnosis::mean(earlier);
+      const double gain = r * std::sqrt(numeric::variance(later) / numeric::variance(earlier));
+      const double level = numeric::mean(later) - gain * numeric::mean(earlier);
       view.followed.assign(pv.size(), std::numeric_limits<double>::quiet_NaN());
       for (std::size_t k = dead; k < pv.size(); ++k) {
         view.followed[k] = level + gain * behind[k - dead];
@@ -93,7 +94,7 @@ std::string diagnosis_page(const DiagnosedLoop& loop) {
     Chart output{.title = "CO", .x_label = "s", .y_label = "CO units"};
     output.lines.push_back({.name = "CO", .x = time, .y = p.raw_co});
     const double band = d.grade == Grade::seen ? d.hammerstein.band : d.play.band;
-    if (d.verdict == Verdict::valve_effect && band > 0.0) {
+    if (d.verdict == DiagnosisVerdict::valve_effect && band > 0.0) {
       const ValveView view = valve_view(p.raw_pv, p.raw_co, band);
       output.lines.push_back({.name = "CO moves, the valve does not",
                               .colour = chart_colour(2),

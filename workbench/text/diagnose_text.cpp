@@ -11,9 +11,9 @@ namespace {
 
 using diagnosis::Cause;
 using diagnosis::Diagnosis;
+using diagnosis::DiagnosisVerdict;
 using diagnosis::Follows;
 using diagnosis::Grade;
-using diagnosis::Verdict;
 
 double explained_gain_percent(const Diagnosis& d) {
   return 100.0 * (1.0 - std::exp(-std::max(0.0, d.evidence.hammerstein)));
@@ -22,7 +22,7 @@ double explained_gain_percent(const Diagnosis& d) {
 // What speaks for the verdict, with the figures of this record.
 std::string because(const Diagnosis& d) {
   switch (d.verdict) {
-    case Verdict::valve_effect:
+    case DiagnosisVerdict::valve_effect:
       if (d.grade == Grade::seen) {
         return fmt::format(
             "CO travels and PV does not follow until a band is crossed: behind a sticking valve PV "
@@ -35,7 +35,7 @@ std::string because(const Diagnosis& d) {
           "explains {:.0f} % of "
           "PV, a straight line {:.0f} %; no band is seen step by step, so test the valve",
           100.0 * d.play.play_r2, 100.0 * d.play.linear_r2);
-    case Verdict::other_cause:
+    case DiagnosisVerdict::other_cause:
       switch (d.cause) {
         case Cause::master_loop: return "PV swings with its set point, at the same period";
         case Cause::sensor:
@@ -48,9 +48,10 @@ std::string because(const Diagnosis& d) {
           return "the loop cycles, and PV follows CO without a band; shapes and timing point to " +
                  std::string(d.cause == Cause::tuning ? "the controller" : "a load");
       }
-    case Verdict::healthy: return "PV follows CO without a band, and the loop does not cycle";
-    case Verdict::not_enough_data:
-    case Verdict::cant_tell: return d.reason;
+    case DiagnosisVerdict::healthy:
+      return "PV follows CO without a band, and the loop does not cycle";
+    case DiagnosisVerdict::not_enough_data:
+    case DiagnosisVerdict::cant_tell: return d.reason;
   }
   return {};
 }
@@ -60,10 +61,10 @@ std::string against(const Diagnosis& d) {
   if (!d.judged()) return {};
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
-  const bool effect = d.verdict == Verdict::valve_effect;
+  const bool effect = d.verdict == DiagnosisVerdict::valve_effect;
   const auto oppose = [&](bool vote, const char* for_valve, const char* against_valve) {
     if (effect && !vote) add(against_valve);
-    if (!effect && d.verdict != Verdict::cant_tell && vote) add(for_valve);
+    if (!effect && d.verdict != DiagnosisVerdict::cant_tell && vote) add(for_valve);
   };
   if (d.follows == Follows::at_once) {
     oppose(d.evidence.phase > 0.0, "PV lags CO by about a quarter period",
@@ -79,7 +80,7 @@ std::string against(const Diagnosis& d) {
 
 nlohmann::json effects_of(const Diagnosis& d, double probability, double span) {
   nlohmann::json effects = nlohmann::json::array();
-  if (d.verdict != Verdict::valve_effect) return effects;
+  if (d.verdict != DiagnosisVerdict::valve_effect) return effects;
   nlohmann::json parameters;
   const bool sticks = d.cause == Cause::stiction;
   if (sticks) {
@@ -106,12 +107,15 @@ nlohmann::json or_null(const std::string& text) {
 }
 
 nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
-  const bool open = d.verdict == Verdict::not_enough_data || d.verdict == Verdict::cant_tell;
+  const bool open =
+      d.verdict == DiagnosisVerdict::not_enough_data || d.verdict == DiagnosisVerdict::cant_tell;
   nlohmann::json result = {
       {"verdict", to_text(d.verdict)},
-      {"grade", d.verdict == Verdict::valve_effect ? nlohmann::json(to_text(d.grade)) : nullptr},
+      {"grade",
+       d.verdict == DiagnosisVerdict::valve_effect ? nlohmann::json(to_text(d.grade)) : nullptr},
       {"effects", effects_of(d, probability, span)},
-      {"cause", d.verdict == Verdict::other_cause ? nlohmann::json(to_text(d.cause)) : nullptr},
+      {"cause",
+       d.verdict == DiagnosisVerdict::other_cause ? nlohmann::json(to_text(d.cause)) : nullptr},
       {"reason", open ? or_null(d.reason) : nullptr},
       {"settle", open ? or_null(d.settle) : nullptr},
       {"oscillating", d.oscillating},
@@ -166,16 +170,16 @@ std::string votes_line(const Diagnosis& d) {
 
 std::string headline(const Diagnosis& d, const std::vector<double>& co_range) {
   switch (d.verdict) {
-    case Verdict::valve_effect:
+    case DiagnosisVerdict::valve_effect:
       return fmt::format(
           "valve effect: {} ({}), {:.2g} % of the CO span ({:g} to {:g}), probability {:.0f} %",
           to_text(d.cause), to_text(d.grade), 100.0 * d.s / (co_range[1] - co_range[0]),
           co_range[0], co_range[1], 100.0 * d.probability);
-    case Verdict::other_cause: return fmt::format("no valve effect: {}", to_text(d.cause));
-    case Verdict::healthy:
+    case DiagnosisVerdict::other_cause: return fmt::format("no valve effect: {}", to_text(d.cause));
+    case DiagnosisVerdict::healthy:
       return fmt::format("healthy, probability of a valve effect {:.0f} %", 100.0 * d.probability);
-    case Verdict::not_enough_data: return "not enough data";
-    case Verdict::cant_tell: return "can't tell";
+    case DiagnosisVerdict::not_enough_data: return "not enough data";
+    case DiagnosisVerdict::cant_tell: return "can't tell";
   }
   return {};
 }
@@ -186,15 +190,15 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   nlohmann::json result = json_of(whole, whole.probability, span);
   result["co_range"] = loop.co_range;
   if (loop.windows.size() == 1) return result;
-  result["since_s"] = whole.verdict == Verdict::valve_effect
+  result["since_s"] = whole.verdict == DiagnosisVerdict::valve_effect
                           ? nlohmann::json(loop.windows[loop.verdict.since].from_s)
                           : nullptr;
-  result["since_file"] = whole.verdict == Verdict::valve_effect
+  result["since_file"] = whole.verdict == DiagnosisVerdict::valve_effect
                              ? nlohmann::json(loop.windows[loop.verdict.since].file)
                              : nullptr;
   const diagnosis::SizeTrend trend = trend_of(loop);
   result["size_trend"] = nullptr;
-  if (whole.verdict == Verdict::valve_effect && trend.windows > 1) {
+  if (whole.verdict == DiagnosisVerdict::valve_effect && trend.windows > 1) {
     result["size_trend"] = {{"windows", trend.windows},
                             {"first_percent_of_span", 100.0 * trend.first / span},
                             {"last_percent_of_span", 100.0 * trend.last / span},
@@ -214,7 +218,7 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
 std::string diagnosis_text(const DiagnosedLoop& loop) {
   const Diagnosis d = for_loop(loop);
   std::string text = headline(d, loop.co_range) + "\n";
-  if (d.verdict == Verdict::valve_effect) {
+  if (d.verdict == DiagnosisVerdict::valve_effect) {
     const double span = loop.co_range[1] - loop.co_range[0];
     text += fmt::format("size in nine of ten cases within {:.2g} to {:.2g} %\n",
                         100.0 * d.s_low / span, 100.0 * d.s_high / span);
@@ -226,11 +230,11 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   if (const std::string contra = against(d); !contra.empty()) {
     text += fmt::format("against it: {}\n", contra);
   }
-  if (!d.settle.empty() && d.verdict != Verdict::valve_effect) {
+  if (!d.settle.empty() && d.verdict != DiagnosisVerdict::valve_effect) {
     text += fmt::format("what would settle it: {}\n", d.settle);
   }
   if (loop.windows.size() > 1) {
-    if (d.verdict == Verdict::valve_effect) {
+    if (d.verdict == DiagnosisVerdict::valve_effect) {
       const DiagnosedWindow& since = loop.windows[loop.verdict.since];
       text += fmt::format("since {:g} s of {}\n", since.from_s, since.file);
       if (const diagnosis::SizeTrend trend = trend_of(loop); trend.windows > 1) {

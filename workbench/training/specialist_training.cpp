@@ -233,7 +233,7 @@ TrainingResult train_specialists(const TrainingJob& job, const TrainingListener&
 
 config::SpecialistFigures measure_team(const specialist::Team& team, const plant::LoopModel& model,
                                        std::size_t count, std::uint64_t seed, unsigned threads) {
-  using specialist::Verdict;
+  using specialist::VerdictName;
   struct Seen {
     Condition truth = Condition::no_fault;
     specialist::WindowVerdict verdict;
@@ -264,7 +264,7 @@ config::SpecialistFigures measure_team(const specialist::Team& team, const plant
             ? 1U
             : 0U;
     alarms += !valve && fault ? 1U : 0U;
-    undecided += s.verdict.verdict == Verdict::not_enough_movement ? 1U : 0U;
+    undecided += s.verdict.verdict == VerdictName::not_enough_movement ? 1U : 0U;
     for (std::size_t c = 0; c < specialist::kConditions; ++c) {
       const double p = s.verdict.probabilities[c];
       const auto bin = std::min(kBins - 1, static_cast<std::size_t>(p * kBins));

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "model/specialist/growing.hpp"
-#include "model/specialist/team_training.hpp"
+#include "model/training/growing.hpp"
+#include "model/training/team_training.hpp"
 
 namespace loopwarden::workbench {
 

@@ -76,8 +76,8 @@ void copy_version_1(const std::filesystem::path& to) {
 }
 
 // Findings with another value in every place.
-specialist::Findings varied_findings() {
-  specialist::Findings f;
+specialist::Explanations varied_findings() {
+  specialist::Explanations f;
   f.usable = true;
   f.noise = 0.1;
   f.co_range = 10.0;
@@ -86,7 +86,7 @@ specialist::Findings varied_findings() {
   f.co_fastest = 1.5;
   f.reversals = 6.0;
   double k = 0.0;
-  for (specialist::Fit& fit : f.fits) {
+  for (specialist::ExplanationFit& fit : f.fits) {
     k += 1.0;
     fit.mse = 0.01 + 0.004 * k * k;
     fit.innovation = 0.009 + 0.001 * k;

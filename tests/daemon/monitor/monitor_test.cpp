@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/monitor/monitor.hpp"
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/contract/sample.hpp"
@@ -270,6 +272,70 @@ TEST_CASE("loops are served in turn: a long queue of one does not keep the other
   CHECK(bench.judges[0]->windows == 4);
   CHECK(bench.monitor->status().backlog == 0);
   CHECK(bench.monitor->status().windows == 6);
+}
+
+TEST_CASE("corrective action: journalled as the loop answers, and given up where it refuses",
+          "[monitor][corrective]") {
+  Bench bench;
+  rt::OrderBox box;
+  const std::atomic<std::uint8_t> standing{0};
+  orders::OrderDesk desk(
+      box, standing,
+      {.write_down =
+           [&](journal::JournalEntry line) { return bench.journal.post(std::move(line)); },
+       .why = [](rt::Refusal refusal, const rt::Order&) { return rt::to_text(refusal); },
+       .done = {}});
+  std::vector<WatchedLoop> watched{{.cycles = bench.rings[0].get(),
+                                    .window = {.overlap = 0.0, .sample_time_s = 0.1},
+                                    .judge = bench.judges[0].get(),
+                                    .rule = {.windows = 2, .windows_on = 2, .windows_off = 0},
+                                    .corrective = {.enabled = true},
+                                    .orders = &desk}};
+  bench.monitor = std::make_unique<Monitor>(std::move(watched), *bench.board);
+  const auto written = [&] {
+    bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
+    std::vector<std::string> lines;
+    for (const journal::JournalRow& row : bench.journal.newest(200)) {
+      const journal::JournalEntry& e = row.entry;
+      if (e.kind != journal::JournalEntry::Kind::system || e.loop.empty()) continue;
+      lines.insert(lines.begin(),
+                   e.what + ": " + e.old_value + " > " + e.new_value + ": " + e.result);
+    }
+    return lines;
+  };
+  const auto corrective = [&] { return bench.board->watch(0).corrective; };
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run((2 + model::kBaseline) * kWindow);
+  REQUIRE(corrective() == model::CorrectiveState::trying);
+  rt::Order order;
+  REQUIRE(box.orders.try_pop(order));
+  CHECK(order.jacket == rt::JacketWish::on);
+  CHECK(written().empty());  // nobody knows yet what came of it
+
+  SECTION("refused: a reload has taken the jacket away") {
+    box.answers.try_push({order.number, rt::Refusal::no_jacket});
+    bench.monitor->round();
+    CHECK(corrective() == model::CorrectiveState::given_up);
+    CHECK(written() ==
+          std::vector<std::string>{
+              "jacket on: waiting > trying: refused: the loop has no jacket configured",
+              "corrective action: trying > given up: done"});
+    CHECK_FALSE(box.orders.try_pop(order));
+    bench.run(2 * model::kBaseline * kWindow);
+    CHECK_FALSE(box.orders.try_pop(order));  // not again for this alarm
+  }
+  SECTION("done") {
+    box.answers.try_push({order.number, rt::Refusal::none});
+    bench.monitor->round();
+    CHECK(corrective() == model::CorrectiveState::trying);
+    CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done"});
+  }
+  SECTION("the loop ends before it answers") {
+    bench.monitor->stop();
+    CHECK(written() == std::vector<std::string>{
+                           "jacket on: waiting > trying: not taken: the daemon ended before the "
+                           "loop's next cycle"});
+  }
 }
 
 TEST_CASE("what the ring had no room for is counted and breaks the window", "[monitor]") {

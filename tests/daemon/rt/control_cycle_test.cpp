@@ -493,7 +493,7 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   // As if all had come in another order.
   loop.channels.operator_orders.orders.try_push({.jacket = JacketWish::off, .set_point = 61.0});
   loop.channels.master_orders.orders.try_push({.mode = Mode::manual, .set_point = 62.0});
-  loop.channels.monitor_orders.try_push({.jacket = JacketWish::on});
+  loop.channels.monitor_orders.orders.try_push({.jacket = JacketWish::on});
   loop.run(1);
   CHECK(loop.mode() == Mode::manual);
   CHECK(loop.channels.set_point_wanted.load() == 61.0);

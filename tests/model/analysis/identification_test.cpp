@@ -9,7 +9,7 @@
 #include "model/analysis/loop_frequency.hpp"
 #include "model/analysis/step_metrics.hpp"
 #include "model/analysis/tuning_rules.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace identification_test {
 
@@ -29,7 +29,7 @@ struct StepRecord {
 
 StepRecord step_record(double second_lag_s, double noise, std::uint64_t seed) {
   StepRecord r;
-  plant::Random random(seed);
+  numeric::Random random(seed);
   plant::Process process(kPlant1, kPeriod);
   process.reset(2.0);
   double pv = 2.0 * kPlant1.gain;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace stickband_jacket_test {
 
@@ -75,7 +75,7 @@ TEST_CASE("paper form has an equilibrium off the set point at Ki e = Ks (u - u_v
 TEST_CASE("bounded form never takes more than half of the integral action", "[jacket]") {
   const double gain = GENERATE(0.01, 1.0, 100.0);
   StickbandJacket jacket(settings(JacketForm::bounded, gain), kPeriod);
-  loopwarden::plant::Random random(7);
+  loopwarden::numeric::Random random(7);
   double largest = 0.0;
   for (int i = 0; i < 2000; ++i) {
     const JacketInputs in =
@@ -210,7 +210,7 @@ TEST_CASE("dwell does not see a constant bias of the read-back", "[jacket]") {
   const double bias = GENERATE(-2.0, 0.3, 2.0);
   StickbandJacket straight(settings(JacketForm::dwell), kPeriod);
   StickbandJacket biased(settings(JacketForm::dwell), kPeriod);
-  loopwarden::plant::Random random(3);
+  loopwarden::numeric::Random random(3);
   double stem = 5.0;
   bool acted = false;
   for (int i = 0; i < 5000; ++i) {
@@ -226,7 +226,7 @@ TEST_CASE("dwell does not see a constant bias of the read-back", "[jacket]") {
 
 TEST_CASE("dwell always leaves a twentieth of the integral action, with its sign", "[jacket]") {
   StickbandJacket jacket(settings(JacketForm::dwell), kPeriod);
-  loopwarden::plant::Random random(11);
+  loopwarden::numeric::Random random(11);
   double stem = 5.0;
   double least = 1.0;
   for (int i = 0; i < 20000; ++i) {

@@ -29,7 +29,7 @@ TEST_CASE("a sticking valve is named, with its band, whatever the units") {
   SmallLoop::Run run = loop.run(
       1200, [&](double u) { return valve.step(u); }, kSteadyLoad);
   const Diagnosis d = diagnosed(run);
-  CHECK(d.verdict == Verdict::valve_effect);
+  CHECK(d.verdict == DiagnosisVerdict::valve_effect);
   CHECK(d.cause == Cause::stiction);
   CHECK(d.oscillating);
   CHECK(d.s == Approx(4.0).epsilon(0.35));
@@ -47,7 +47,7 @@ TEST_CASE("a controller that acts the other way round changes nothing") {
       1200, [&](double u) { return valve.step(u); }, kSteadyLoad);
   const Diagnosis before = diagnosed(run);
   for (double& u : run.co) u = 100.0 - u;
-  CHECK(before.verdict == Verdict::valve_effect);
+  CHECK(before.verdict == DiagnosisVerdict::valve_effect);
   CHECK(diagnosed(run).verdict == before.verdict);
   CHECK(diagnosed(run).probability == Approx(before.probability).margin(0.05));
 }
@@ -55,26 +55,26 @@ TEST_CASE("a controller that acts the other way round changes nothing") {
 TEST_CASE("a load that oscillates is no valve effect") {
   const Diagnosis d = diagnosed(SmallLoop{.gain = 0.5, .integral_time = 3.0}.run(
       1500, kIdeal, [](double t) { return 4.0 * sine(t / 25.0); }));
-  CHECK(d.verdict == Verdict::other_cause);
+  CHECK(d.verdict == DiagnosisVerdict::other_cause);
   CHECK(d.cause == Cause::disturbance);
   CHECK(d.oscillating);
   CHECK(d.period_s == Approx(25.0).epsilon(0.05));
 }
 
 TEST_CASE("tight tuning is no valve effect") {
-  plant::Random random(9);
+  numeric::Random random(9);
   const Diagnosis d = diagnosed(SmallLoop{.gain = 3.3, .integral_time = 4.0}.run(
       1500, kIdeal, [&](double) { return 0.1 * random.normal(); }));
-  CHECK(d.verdict == Verdict::other_cause);
+  CHECK(d.verdict == DiagnosisVerdict::other_cause);
   CHECK(d.cause == Cause::tuning);
 }
 
 TEST_CASE("a loop under random load is healthy") {
-  plant::Random random(4);
+  numeric::Random random(4);
   double wander = 0.0;
   const Diagnosis d = diagnosed(SmallLoop{.gain = 0.5, .integral_time = 3.0}.run(
       1500, kIdeal, [&](double) { return wander = 0.98 * wander + 0.3 * random.normal(); }));
-  CHECK(d.verdict == Verdict::healthy);
+  CHECK(d.verdict == DiagnosisVerdict::healthy);
   CHECK_FALSE(d.oscillating);
 }
 
@@ -88,7 +88,7 @@ TEST_CASE("a valve at its end is called saturation") {
 TEST_CASE("too little to judge is said, not guessed") {
   const Series pv(50, 1.0);
   const Diagnosis d = diagnose({.pv = pv, .co = pv, .sp = {}});
-  CHECK(d.verdict == Verdict::not_enough_data);
+  CHECK(d.verdict == DiagnosisVerdict::not_enough_data);
   CHECK_FALSE(d.reason.empty());
 }
 
@@ -105,7 +105,7 @@ TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one
   plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   for (const bool sticky : {false, true}) {
     // Set points by an operator, and PV that follows within a second.
-    plant::Random random(3);
+    numeric::Random random(3);
     valve.reset(50.0);
     Series pv;
     Series co;
@@ -121,12 +121,12 @@ TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one
       x += 0.6 * ((sticky ? valve.step(co.back()) : co.back()) - x);
     }
     const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = sp}, LoopKind::flow);
-    CHECK((d.verdict == Verdict::valve_effect) == sticky);
+    CHECK((d.verdict == DiagnosisVerdict::valve_effect) == sticky);
   }
 }
 
 TEST_CASE("a level whose set point moves is no valve effect, told its kind or not") {
-  plant::Random random(5);
+  numeric::Random random(5);
   Series pv;
   Series co;
   Series sp;
@@ -143,19 +143,19 @@ TEST_CASE("a level whose set point moves is no valve effect, told its kind or no
   for (const LoopKind kind : {LoopKind::level, LoopKind::unknown}) {
     const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = sp}, kind);
     CHECK(d.follows == Follows::by_integration);
-    CHECK(d.verdict != Verdict::valve_effect);
+    CHECK(d.verdict != DiagnosisVerdict::valve_effect);
   }
 }
 
 TEST_CASE("a dead line, a dead transmitter and a clamped valve are their own answers") {
-  plant::Random random(8);
+  numeric::Random random(8);
   Series co;
   double u = 40.0;
   for (int k = 0; k < 600; ++k) co.push_back(u += 0.3 * random.normal());
   Series sp(600, 25.0);
   const Series nothing = with_noise(Series(600, 0.0), 0.05, 9);
   const Diagnosis dead_line = diagnose({.pv = nothing, .co = co, .sp = sp});
-  CHECK(dead_line.verdict == Verdict::other_cause);
+  CHECK(dead_line.verdict == DiagnosisVerdict::other_cause);
   CHECK(dead_line.cause == Cause::no_flow);
   Series frozen = with_noise(Series(600, 25.0), 0.5, 9);
   std::fill(frozen.begin() + 300, frozen.end(), 25.5);

@@ -75,7 +75,7 @@ TEST_CASE(
 
 TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves nothing") {
   // PV is a load; CO = -PV in the same block.
-  plant::Random random(6);
+  numeric::Random random(6);
   double x = 0.0;
   Series pv;
   Series co;
@@ -84,7 +84,7 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves not
     co.push_back(-pv.back());
   }
   CHECK(fit_hammerstein(pv, co).evidence < kSeenFrom);
-  CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != Verdict::valve_effect);
+  CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != DiagnosisVerdict::valve_effect);
 }
 
 TEST_CASE("Hammerstein: one step does not drown the sticking of the rest") {
@@ -102,7 +102,7 @@ TEST_CASE("Hammerstein: one step does not drown the sticking of the rest") {
 }
 
 TEST_CASE("Hammerstein: a valve that reverses less than twice is no evidence") {
-  plant::Random random(8);
+  numeric::Random random(8);
   Series co;
   Series pv;
   plant::Backlash play(8.0);
@@ -177,7 +177,7 @@ TEST_CASE("the kind of a loop is read from its tag") {
   CHECK(kind_from_tag("LIC5 to FIC6") == LoopKind::unknown);
 }
 
-Diagnosis window(Verdict verdict, double probability, Grade grade = Grade::none) {
+Diagnosis window(DiagnosisVerdict verdict, double probability, Grade grade = Grade::none) {
   Diagnosis d;
   d.verdict = verdict;
   d.probability = probability;
@@ -187,29 +187,29 @@ Diagnosis window(Verdict verdict, double probability, Grade grade = Grade::none)
 }
 
 TEST_CASE("a loop's verdict is that of its windows together, with the time since") {
-  const auto healthy = window(Verdict::healthy, 0.1);
-  const auto sticky = window(Verdict::valve_effect, 0.9, Grade::seen);
-  const auto open = window(Verdict::cant_tell, 0.5);
-  const auto none = window(Verdict::not_enough_data, 0.5);
+  const auto healthy = window(DiagnosisVerdict::healthy, 0.1);
+  const auto sticky = window(DiagnosisVerdict::valve_effect, 0.9, Grade::seen);
+  const auto open = window(DiagnosisVerdict::cant_tell, 0.5);
+  const auto none = window(DiagnosisVerdict::not_enough_data, 0.5);
   const std::vector<Diagnosis> later{healthy, sticky, open, sticky, sticky};
   const LoopVerdict found = judge_loop(later);
-  CHECK(found.verdict == Verdict::valve_effect);
+  CHECK(found.verdict == DiagnosisVerdict::valve_effect);
   CHECK(found.grade == Grade::seen);
   CHECK(found.since == 1);
   CHECK(found.like == 4);
   const std::vector<Diagnosis> once{healthy, sticky, healthy, healthy};
-  CHECK(judge_loop(once).verdict == Verdict::healthy);
+  CHECK(judge_loop(once).verdict == DiagnosisVerdict::healthy);
   const std::vector<Diagnosis> undecided{open, none, open};
-  CHECK(judge_loop(undecided).verdict == Verdict::cant_tell);
+  CHECK(judge_loop(undecided).verdict == DiagnosisVerdict::cant_tell);
   const std::vector<Diagnosis> empty{none, none};
-  CHECK(judge_loop(empty).verdict == Verdict::not_enough_data);
+  CHECK(judge_loop(empty).verdict == DiagnosisVerdict::not_enough_data);
 }
 
 TEST_CASE("the trend of the size is the median slope of the windows that show the effect") {
-  std::vector<Diagnosis> windows(5, window(Verdict::valve_effect, 0.9, Grade::seen));
+  std::vector<Diagnosis> windows(5, window(DiagnosisVerdict::valve_effect, 0.9, Grade::seen));
   const std::array<double, 5> sizes{1.0, 1.5, 0.0, 2.5, 9.0};
   for (std::size_t i = 0; i < windows.size(); ++i) windows[i].s = sizes[i];
-  windows[0] = windows[2] = window(Verdict::healthy, 0.1);
+  windows[0] = windows[2] = window(DiagnosisVerdict::healthy, 0.1);
   const SizeTrend trend = size_trend(windows);
   CHECK(trend.windows == 3);
   CHECK(trend.first == 1.5);

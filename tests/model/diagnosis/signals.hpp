@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "model/diagnosis/series.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::tests {
 
@@ -29,7 +29,7 @@ inline double triangle(double t) {  // a quarter period behind a square wave's i
   return phase < 0.5 ? 4.0 * phase - 1.0 : 3.0 - 4.0 * phase;
 }
 inline Series with_noise(Series x, double deviation, std::uint64_t seed) {
-  plant::Random random(seed);
+  numeric::Random random(seed);
   for (double& v : x) v += deviation * random.normal();
   return x;
 }
@@ -49,7 +49,7 @@ struct SmallLoop {
   };
   Run run(std::size_t n, const std::function<double(double)>& valve,
           const std::function<double(double)>& load) const {
-    plant::Random random(seed);
+    numeric::Random random(seed);
     Run r;
     std::vector<double> line(dead_samples + 1, 0.0);
     double x = 0.0;

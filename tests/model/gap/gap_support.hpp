@@ -12,7 +12,7 @@
 #include "model/gap/free_run.hpp"
 #include "model/gap/record.hpp"
 #include "model/plant/plant.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
 
 namespace loopwarden::test {
@@ -48,7 +48,7 @@ inline gap::Record record_of(plant::LoopModel truth, double seconds, std::uint64
 
 // CO that steps, ramps and turns back, 2 to 7.5.
 inline std::vector<double> exciting_output(std::size_t samples, std::uint64_t seed = 11) {
-  plant::Random random(seed);
+  numeric::Random random(seed);
   std::vector<double> co;
   double u = 4.0;
   while (co.size() < samples) {

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <vector>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace load_filter_test {
 
 using loopwarden::gap::LoadFilter;
-using loopwarden::plant::Random;
+using loopwarden::numeric::Random;
 
 namespace {
 

@@ -164,7 +164,7 @@ TEST_CASE("turns count beyond the band, at the sample that shows them", "[gap][r
 }
 
 TEST_CASE("noise is seen beside slow movement, outliers and rounding", "[gap][record]") {
-  plant::Random random(4);
+  numeric::Random random(4);
   std::vector<double> column;
   for (int k = 0; k < 3000; ++k) {
     column.push_back(5.0 + 3.0 * std::sin(0.01 * k) + 0.02 * random.normal());

@@ -30,7 +30,7 @@ Found search_for(const plant::LoopModel& truth, const std::set<std::string>& amo
   const plant::LoopModel believed = test::believed_model();
   const std::vector<double> co = test::exciting_output(kSamples);
   std::vector<double> pv = test::driven(truth, co);
-  plant::Random random(5);
+  numeric::Random random(5);
   for (double& v : pv) v += 0.015 * random.normal();
   static std::vector<Candidate> searched;  // the result points into it
   searched = test::candidates_for(believed, co);

@@ -142,7 +142,7 @@ TEST_CASE("a CO that stands still accuses neither valve nor process", "[gap][lon
   plant::LoopModel truth = model;
   truth.transmitter_effects = {{"output_bias", {{"bias", 0.8}}}};
   gap::Record record{.period_s = 0.1, .pv = {}, .sp = {}, .co = std::vector<double>(900, 4.0)};
-  plant::Random random(3);
+  numeric::Random random(3);
   for (const double v : test::driven(truth, record.co)) {
     record.pv.push_back(v + 0.02 * random.normal());
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace condition_watch_test {
 
@@ -59,7 +59,7 @@ TEST_CASE("the lag of a first-order stem, and how far it is from CO", "[monitor]
   for (const double lag_s : {0.5, 3.0, 12.0}) {
     for (const double noise : {0.0, 0.01}) {
       ConditionWatch watch(kSettings);
-      loopwarden::plant::Random random(5);
+      loopwarden::numeric::Random random(5);
       double stem = 9.0;
       double deviation = 0.0;
       for (std::uint64_t k = 0; k < kStretch; ++k) {

@@ -142,4 +142,15 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
   }
 }
 
+TEST_CASE("an order that the loop refuses ends it for this alarm", "[monitor][corrective]") {
+  CorrectiveAction action = trying();
+  const CorrectiveStep step = action.refused();
+  CHECK(step.to == State::given_up);
+  CHECK(step.order == Order::none);  // it is not on: nothing to take back
+  CHECK_FALSE(windows(action, 3 * kDecision, errors(10.0)).changed());
+  // Whoever orders nothing can't be refused.
+  CHECK_FALSE(action.refused().changed());
+  CHECK(action.window(errors(10.0), false, false).to == State::waiting);
+}
+
 }  // namespace corrective_action_test

@@ -57,7 +57,7 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
   for (std::size_t k = 0; k < run.pv.size() && raised_at == 0; ++k) {
     if (!watch.add(cycle_of(run, k, k))) continue;
     ++windows;
-    CHECK(watch.judgement().verdict == diagnosis::Verdict::valve_effect);
+    CHECK(watch.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect);
     if (stiction_on(watch)) raised_at = k;
   }
   CHECK(raised_at == 2 * RoutineWatch::kSamples - 1);

@@ -161,7 +161,7 @@ TEST_CASE("settings are brought within their ranges", "[monitor]") {
 TEST_CASE("a verdict becomes a judgement with its fault's probability", "[monitor]") {
   using namespace loopwarden::specialist;
   WindowVerdict v;
-  v.verdict = Verdict::hysteresis;
+  v.verdict = VerdictName::hysteresis;
   v.severity_percent = 7.0;
   v.mse = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
   v.probabilities = {0.02, 0.03, 0.15, 0.7, 0.06, 0.04};
@@ -173,11 +173,11 @@ TEST_CASE("a verdict becomes a judgement with its fault's probability", "[monito
   CHECK(j.probability[index_of(AlarmKind::hysteresis)] == 0.7);
   CHECK(j.probability[index_of(AlarmKind::stiction)] == 0.03);
   CHECK(j.probability[index_of(AlarmKind::unknown)] == 0.04);
-  v.verdict = Verdict::no_fault;
+  v.verdict = VerdictName::no_fault;
   CHECK(judgement_of(v).result == WindowJudgement::Result::no_fault);
-  v.verdict = Verdict::not_enough_movement;
+  v.verdict = VerdictName::not_enough_movement;
   CHECK(judgement_of(v).result == WindowJudgement::Result::not_enough_movement);
-  v.verdict = Verdict::unknown;
+  v.verdict = VerdictName::unknown;
   CHECK(judgement_of(v).fault == AlarmKind::unknown);
 }
 

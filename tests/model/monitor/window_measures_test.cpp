@@ -10,7 +10,7 @@
 
 #include "model/monitor/mode_times.hpp"
 #include "model/plant/backlash.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 #include "model/plant/stiction_choudhury.hpp"
 
 namespace window_measures_test {
@@ -50,7 +50,7 @@ double wave(std::size_t k, double period_s) {
 
 TEST_CASE("an oscillation in noise: index and period", "[monitor][measures]") {
   Samples s;
-  plant::Random random(7);
+  numeric::Random random(7);
   for (std::size_t k = 0; k < kWindowSamples; ++k) {
     s.pv[k] = 5.0 + 0.5 * wave(k, 8.0) + 0.1 * random.normal();
   }

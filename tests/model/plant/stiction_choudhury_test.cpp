@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "model/plant/backlash.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace stiction_choudhury_test {
 

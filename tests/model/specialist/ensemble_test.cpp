@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "model/specialist/growing.hpp"
+#include "model/training/growing.hpp"
 #include "tests/model/specialist/specialist_support.hpp"
 
 namespace ensemble_test {

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "model/specialist/levenberg_marquardt.hpp"
+#include "model/training/levenberg_marquardt.hpp"
 
 namespace network_test {
 

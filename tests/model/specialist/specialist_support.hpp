@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "model/plant/random.hpp"
-#include "model/specialist/team_training.hpp"
+#include "model/numeric/random.hpp"
+#include "model/training/team_training.hpp"
 
 namespace loopwarden::tests {
 
@@ -44,7 +44,7 @@ struct PlayWindow {
 inline PlayWindow play_window(double deadband, double noise, double co_scale = 1.0,
                               double co_zero = 0.0, double pv_scale = 1.0) {
   constexpr double kPi = 3.14159265358979323846;
-  plant::Random random(3);
+  numeric::Random random(3);
   PlayWindow w;
   std::vector<double> past;
   double x = 5.0;

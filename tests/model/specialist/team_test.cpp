@@ -44,15 +44,15 @@ Team puppet_team(const std::array<double, kConditions>& scores) {
 }
 
 // What every condition explains down to twice the noise, with movement.
-Findings plain_findings() {
-  Findings f;
+Explanations plain_findings() {
+  Explanations f;
   f.usable = true;
   f.noise = 0.1;
   f.co_range = 10.0;
   f.pv_range = 10.0;
   f.co_travel = 30.0;
   f.co_fastest = 1.0;
-  for (Fit& fit : f.fits) {
+  for (ExplanationFit& fit : f.fits) {
     fit.mse = 0.02;
     fit.innovation = 0.02;
     fit.size = 6.0;
@@ -67,14 +67,14 @@ TEST_CASE("names of conditions and verdicts are those of the files", "[specialis
   CHECK(condition_of("low_air_supply") == Condition::low_air_supply);
   CHECK_FALSE(condition_of("other"));
   CHECK_FALSE(condition_of("sticky"));
-  CHECK(std::string(to_text(Verdict::not_enough_movement)) == "not_enough_movement");
+  CHECK(std::string(to_text(VerdictName::not_enough_movement)) == "not_enough_movement");
   for (std::size_t c = 0; c < kKnownConditions; ++c) {
-    CHECK(std::string(to_text(static_cast<Condition>(c))) == to_text(static_cast<Verdict>(c)));
+    CHECK(std::string(to_text(static_cast<Condition>(c))) == to_text(static_cast<VerdictName>(c)));
   }
 }
 
 TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]") {
-  Findings f = plain_findings();
+  Explanations f = plain_findings();
   f.co_range = 3.0;
   f.pv_range = 5.0;
   // 6 % is what the explanations have found.
@@ -92,47 +92,47 @@ TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]
   CHECK(severity_of(f, Condition::no_fault) == 0.0);
   // And the verdict says so.
   const WindowVerdict verdict = TeamJudge(puppet_team({0.0, 9.0, 0.0, 0.0, 0.0, 0.0})).judge(f);
-  CHECK(verdict.verdict == Verdict::stiction);
+  CHECK(verdict.verdict == VerdictName::stiction);
   CHECK(verdict.severity_percent == 3.0);
 }
 
 TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[specialist]") {
-  const Findings plain = plain_findings();
+  const Explanations plain = plain_findings();
   // no_fault, stiction, backlash, hysteresis, low air, other
-  const auto verdict = [](const std::array<double, kConditions>& scores, const Findings& f) {
+  const auto verdict = [](const std::array<double, kConditions>& scores, const Explanations& f) {
     return TeamJudge(puppet_team(scores)).judge(f);
   };
   const WindowVerdict sticky = verdict({0, 6, 3, 0, 0, 0}, plain);
-  CHECK(sticky.verdict == Verdict::stiction);
+  CHECK(sticky.verdict == VerdictName::stiction);
   CHECK(sticky.severity_percent == Approx(6.0));
   CHECK(sticky.probability == Approx(std::exp(6.0) / (std::exp(6.0) + std::exp(3.0) + 4.0)));
-  CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).verdict == Verdict::no_fault);
+  CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).verdict == VerdictName::no_fault);
   CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).severity_percent == 0.0);
-  CHECK(verdict({0, 0, 0, 0, 0, 6}, plain).verdict == Verdict::unknown);
+  CHECK(verdict({0, 0, 0, 0, 0, 6}, plain).verdict == VerdictName::unknown);
   // Faults together are sure, though none stands out: the window can't tell which.
-  CHECK(verdict({0, 0, 7, 6.9, 0, 0}, plain).verdict == Verdict::not_enough_movement);
-  CHECK(verdict({0, 0, 7, 5, 0, 0}, plain).verdict == Verdict::backlash);
+  CHECK(verdict({0, 0, 7, 6.9, 0, 0}, plain).verdict == VerdictName::not_enough_movement);
+  CHECK(verdict({0, 0, 7, 5, 0, 0}, plain).verdict == VerdictName::backlash);
   // Something is wrong, but a fault may be it as well.
-  CHECK(verdict({0, 0, 0, 0, 5, 5.5}, plain).verdict == Verdict::not_enough_movement);
-  Findings shut = plain;
+  CHECK(verdict({0, 0, 0, 0, 5, 5.5}, plain).verdict == VerdictName::not_enough_movement);
+  Explanations shut = plain;
   shut.shut_share = 0.4;
-  CHECK(verdict({0, 6, 0, 0, 0, 0}, shut).verdict == Verdict::not_enough_movement);
+  CHECK(verdict({0, 6, 0, 0, 0, 0}, shut).verdict == VerdictName::not_enough_movement);
   // Torn between healthy and a fault that would not show.
-  CHECK(verdict({2, 2, 0, 0, 0, 0}, plain).verdict == Verdict::not_enough_movement);
+  CHECK(verdict({2, 2, 0, 0, 0, 0}, plain).verdict == VerdictName::not_enough_movement);
 
-  Findings misfit = plain;
-  for (Fit& fit : misfit.fits) fit.mse = 1.0;
-  CHECK(verdict({0, 6, 0, 0, 0, 0}, misfit).verdict == Verdict::unknown);
-  CHECK(verdict({6, 0, 0, 0, 0, 0}, misfit).verdict == Verdict::unknown);
-  Findings still = plain;
+  Explanations misfit = plain;
+  for (ExplanationFit& fit : misfit.fits) fit.mse = 1.0;
+  CHECK(verdict({0, 6, 0, 0, 0, 0}, misfit).verdict == VerdictName::unknown);
+  CHECK(verdict({6, 0, 0, 0, 0, 0}, misfit).verdict == VerdictName::unknown);
+  Explanations still = plain;
   still.co_range = 0.3;
-  CHECK(verdict({6, 0, 0, 0, 0, 0}, still).verdict == Verdict::not_enough_movement);
-  CHECK(verdict({0, 0, 0, 0, 0, 6}, still).verdict == Verdict::not_enough_movement);
-  CHECK(verdict({0, 6, 0, 0, 0, 0}, Findings{}).verdict == Verdict::not_enough_movement);
+  CHECK(verdict({6, 0, 0, 0, 0, 0}, still).verdict == VerdictName::not_enough_movement);
+  CHECK(verdict({0, 0, 0, 0, 0, 6}, still).verdict == VerdictName::not_enough_movement);
+  CHECK(verdict({0, 6, 0, 0, 0, 0}, Explanations{}).verdict == VerdictName::not_enough_movement);
 }
 
 TEST_CASE("hysteresis is explained by the better of its two forms", "[specialist]") {
-  Findings f = plain_findings();
+  Explanations f = plain_findings();
   f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].mse = 0.01;
   f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].size = -4.0;
   CHECK(misfit_of(f, Condition::hysteresis) == 0.01);
@@ -144,11 +144,11 @@ TEST_CASE("a trained team knows play of other code than its own, and a healthy v
           "[specialist][long]") {
   TeamJudge judge(trained().team);
   const WindowVerdict play = judge.judge(tests::play_window(0.7, 0.02).view());
-  CHECK(play.verdict == Verdict::backlash);
+  CHECK(play.verdict == VerdictName::backlash);
   CHECK(play.severity_percent == Approx(7.0).epsilon(0.1));
   const WindowVerdict healthy = judge.judge(tests::play_window(0.0, 0.02).view());
   CHECK_FALSE(names_fault(healthy.verdict));
-  CHECK(healthy.verdict != Verdict::unknown);
+  CHECK(healthy.verdict != VerdictName::unknown);
   double sum = 0.0;
   for (const double p : play.probabilities) sum += p;
   CHECK(sum == Approx(1.0));
@@ -169,8 +169,8 @@ TEST_CASE("fresh windows with a fault are named right where they can tell, few h
     };
     wrong += names_fault(verdict_on(Condition::no_fault)) ? 1 : 0;
     for (const Condition c : {Condition::backlash, Condition::stiction}) {
-      const Verdict verdict = verdict_on(c);
-      decided += verdict != Verdict::not_enough_movement ? 1 : 0;
+      const VerdictName verdict = verdict_on(c);
+      decided += verdict != VerdictName::not_enough_movement ? 1 : 0;
       named += static_cast<std::size_t>(verdict) == static_cast<std::size_t>(c) ? 1 : 0;
     }
   }
@@ -215,12 +215,12 @@ TEST_CASE("judging a window does not allocate", "[specialist]") {
   TeamJudge judge(trained().team);
   const tests::PlayWindow w = tests::play_window(0.7, 0.02);
   tests::RealTimeSection::reset();
-  Verdict verdict = Verdict::unknown;
+  VerdictName verdict = VerdictName::unknown;
   {
     const tests::RealTimeSection section;
     verdict = judge.judge(w.view()).verdict;
   }
-  CHECK(verdict == Verdict::backlash);
+  CHECK(verdict == VerdictName::backlash);
   CHECK(tests::RealTimeSection::offences() == 0);
 }
 

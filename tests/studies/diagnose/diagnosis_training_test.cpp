@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "model/diagnosis/classifier.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 #include "studies/diagnose/diagnosis_cases.hpp"
 
 namespace loopwarden::tests::diagnosis_training_test {
@@ -22,7 +22,7 @@ TEST_CASE("a simulated case is the same for the same seed, and every cause is dr
 }
 
 TEST_CASE("training finds the evidence that tells the causes apart, by any number of threads") {
-  plant::Random random(2);
+  numeric::Random random(2);
   std::vector<studies::LabelledEvidence> cases(600);
   for (auto& c : cases) {
     for (double& v : c.evidence) v = random.uniform();

@@ -6,7 +6,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -15,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::command_line_test {
@@ -28,26 +28,7 @@ const std::string kHealthyModel =
     LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1-believed.yaml";
 const std::string kRecord = LOOPWARDEN_SOURCE_DIR "/data/routine/r22.csv";
 
-struct Outcome {
-  int exit_code;
-  std::string text;
-};
-
-// A line of bash; standard output is what is returned, with the error output where the line says so.
-Outcome bash(const std::string& line) {
-  FILE* pipe = popen(("exec bash -c '" + line + "'").c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
-       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    text.append(buffer.data(), n);
-  }
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
-}
-
-Outcome loopwarden(const std::string& arguments) {
+ShellOutcome loopwarden(const std::string& arguments) {
   return bash(kProgram + " " + arguments + " 2>&1");
 }
 
@@ -94,7 +75,7 @@ TEST_CASE("standard output that is full or closed is an error of every command")
                   {"--help", "--version", "help gap", "gap --help", "register-map --format csv"});
   for (const std::string& command : commands) {
     INFO(command);
-    const Outcome full = bash(kProgram + " " + command + " 2>&1 >/dev/full");
+    const ShellOutcome full = bash(kProgram + " " + command + " 2>&1 >/dev/full");
     CHECK(full.exit_code == 74);
     CHECK(full.text.find("standard output: No space left on device") != std::string::npos);
     CHECK(bash(kProgram + " " + command + " 2>/dev/null >&-").exit_code == 74);
@@ -126,7 +107,7 @@ TEST_CASE("--json prints one JSON value and nothing else") {
   const TemporaryFolder folder;
   for (const std::string& command : printing_commands(folder)) {
     INFO(command);
-    const Outcome outcome = bash(kProgram + " " + command + " --json 2>/dev/null");
+    const ShellOutcome outcome = bash(kProgram + " " + command + " --json 2>/dev/null");
     CHECK(outcome.exit_code == 0);
     const nlohmann::json value = nlohmann::json::parse(outcome.text, nullptr, false);
     CHECK((value.is_object() || value.is_array()));
@@ -163,7 +144,7 @@ TEST_CASE("an output that is an input is refused by whatever name, and the input
     for (const std::string& out : {at + "/" + row.input, at + "/./results/../" + row.input,
                                    at + "/hard-" + row.input, at + "/soft-" + row.input}) {
       INFO(row.command << " " << out);
-      const Outcome outcome =
+      const ShellOutcome outcome =
           loopwarden(std::string(row.command) + " " + at + "/" + row.input + " --out " + out);
       CHECK(outcome.exit_code == 64);
       CHECK(outcome.text.find("is the input") != std::string::npos);
@@ -186,7 +167,8 @@ TEST_CASE("a full disk leaves nothing behind and says why") {
         "tune " + kModel + " --out " + (folder / "out/tune.html").string(),
         "effects --out " + (folder / "out").string()}) {
     INFO(command);
-    const Outcome outcome = bash("ulimit -f 1; " + kProgram + " " + command + " 2>&1 >/dev/null");
+    const ShellOutcome outcome =
+        bash("ulimit -f 1; " + kProgram + " " + command + " 2>&1 >/dev/null");
     CHECK(outcome.exit_code == 74);
     CHECK(outcome.text.find("can't be written: File too large") != std::string::npos);
     CHECK(outcome.text.find(".tmp") == std::string::npos);
@@ -218,7 +200,7 @@ TEST_CASE("links and rights of what is replaced stay") {
   CHECK(read_file(page).find("<html") != std::string::npos);
   CHECK(fs::status(page).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
   // A device or pipe is written to.
-  const Outcome piped = bash(kProgram + " tune " + kModel + " --out /dev/stdout | cat");
+  const ShellOutcome piped = bash(kProgram + " tune " + kModel + " --out /dev/stdout | cat");
   CHECK(piped.text.find("<html") != std::string::npos);
   CHECK(piped.text.find("simc") != std::string::npos);
 }
@@ -274,7 +256,7 @@ TEST_CASE("an unknown command or option is named, with the nearest that is known
                          Row{"--versoin", "unknown option .--versoin.; did you mean .--version.?"},
                          Row{"tune -x m.yaml", "unknown option .-x. of tune"}}) {
     INFO(row.words);
-    const Outcome outcome = loopwarden(row.words);
+    const ShellOutcome outcome = loopwarden(row.words);
     CHECK(outcome.exit_code == 64);
     CHECK_THAT(outcome.text, Catch::Matches("(.|\n)*" + std::string(row.says) + "(.|\n)*"));
   }
@@ -295,7 +277,7 @@ TEST_CASE("help and version go by the words that people try") {
 TEST_CASE("counts and seeds are not negative") {
   for (const char* command : {"simulate m --out x", "train m --out x"}) {
     INFO(command);
-    const Outcome outcome = loopwarden(std::string(command) + " --seed -1");
+    const ShellOutcome outcome = loopwarden(std::string(command) + " --seed -1");
     CHECK(outcome.exit_code == 64);
     CHECK(outcome.text.find("must not be negative (got -1)") != std::string::npos);
   }
@@ -314,12 +296,12 @@ TEST_CASE("the daemon's socket comes from LOOPWARDEN_SOCKET, or is that of the p
 }
 
 TEST_CASE("a record may come from standard input") {
-  const Outcome piped = bash(kProgram + " diagnose - --json < " + kRecord);
-  const Outcome named = bash(kProgram + " diagnose " + kRecord + " --json");
+  const ShellOutcome piped = bash(kProgram + " diagnose - --json < " + kRecord);
+  const ShellOutcome named = bash(kProgram + " diagnose " + kRecord + " --json");
   CHECK(piped.exit_code == 0);
   CHECK(nlohmann::json::parse(piped.text).at("verdict") ==
         nlohmann::json::parse(named.text).at("verdict"));
-  const Outcome bad = bash("echo time,pv | " + kProgram + " diagnose - 2>&1");
+  const ShellOutcome bad = bash("echo time,pv | " + kProgram + " diagnose - 2>&1");
   CHECK(bad.exit_code == 65);
   CHECK(bad.text.find("standard input") != std::string::npos);
 }
@@ -327,7 +309,7 @@ TEST_CASE("a record may come from standard input") {
 TEST_CASE("train writes over its own folder only") {
   const TemporaryFolder folder;
   write_file(folder / "manifest.yaml", "name: a site of mine\n");
-  const Outcome foreign =
+  const ShellOutcome foreign =
       loopwarden("train " + kModel + " --windows 700 --restarts 1 --out " + folder.path().string());
   CHECK(foreign.exit_code == 64);
   CHECK(foreign.text.find("manifest.yaml: not written by loopwarden train") != std::string::npos);
@@ -349,7 +331,7 @@ TEST_CASE("train goes on from the windows that an interrupted run had") {
   CHECK(interrupted(words("cut"), SIGINT, [&] {
           return fs::exists(folder / "cut/unfinished/windows-0.json");
         }) == -SIGINT);
-  const Outcome again = loopwarden(line("cut"));
+  const ShellOutcome again = loopwarden(line("cut"));
   CHECK(again.exit_code == 0);
   CHECK(again.text.find("windows were there from an interrupted run") != std::string::npos);
   CHECK_FALSE(fs::exists(folder / "cut/unfinished"));

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // diagnose as its users call it, and the open records.
-#include <sys/wait.h>
-
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -13,37 +9,22 @@
 #include <string>
 
 #include "model/plant/backlash.hpp"
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
+#include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "workbench/report/diagnosis_page.hpp"
 
 namespace loopwarden::tests::diagnose_test {
 namespace {
 
-struct Outcome {
-  int exit_code;
-  std::string text;
-};
-
-Outcome loopwarden(const std::string& arguments) {
-  const std::string command =
-      std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden " + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
-       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    text.append(buffer.data(), n);
-  }
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+ShellOutcome loopwarden(const std::string& arguments) {
+  return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
 }
 
 const std::string kRoutine = LOOPWARDEN_SOURCE_DIR "/data/routine/";
 
 nlohmann::json verdict_of(const std::string& file, const std::string& options = "") {
-  const Outcome outcome = loopwarden("diagnose " + kRoutine + file + " --json " + options);
+  const ShellOutcome outcome = loopwarden("diagnose " + kRoutine + file + " --json " + options);
   INFO(file << ": " << outcome.text);
   REQUIRE(outcome.exit_code == 0);
   return nlohmann::json::parse(outcome.text);
@@ -151,13 +132,13 @@ TEST_CASE("wrong usage and bad records end with their codes") {
   CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --co-range 10").exit_code == 64);
   CHECK(loopwarden("diagnose /nonexistent.csv").exit_code == 74);
   write_file(folder / "no_co.csv", "time,pv\n0,1\n1,2\n2,3\n");
-  const Outcome without = loopwarden("diagnose " + (folder / "no_co.csv").string());
+  const ShellOutcome without = loopwarden("diagnose " + (folder / "no_co.csv").string());
   CHECK(without.exit_code == 65);
   CHECK(without.text.find("no column 'co'") != std::string::npos);
   CHECK(without.text.find("loopwarden classify") != std::string::npos);
   CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --kind river").exit_code == 64);
   write_file(folder / "tiny.csv", "time,pv,co\n0,1,5\n1,2,6\n2,3,5\n");
-  const Outcome tiny = loopwarden("diagnose --json " + (folder / "tiny.csv").string());
+  const ShellOutcome tiny = loopwarden("diagnose --json " + (folder / "tiny.csv").string());
   CHECK(tiny.exit_code == 0);
   const nlohmann::json result = nlohmann::json::parse(tiny.text);
   CHECK(result.at("verdict") == "not_enough_data");
@@ -170,7 +151,7 @@ TEST_CASE("the pictures stand at the record's own times, whatever was cut off be
           "[diagnosis]") {
   constexpr std::size_t kDead = 300;
   constexpr double kPeriod_s = 2.0;
-  plant::Random random(5);
+  numeric::Random random(5);
   std::vector<double> pv(1000);
   std::vector<double> co(1000);
   for (std::size_t k = 0; k < pv.size(); ++k) {

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // `loopwarden gap` as its users call it.
-#include <sys/wait.h>
-
-#include <array>
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -10,6 +7,7 @@
 #include <string>
 
 #include "record/record_csv.hpp"
+#include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::gap_test {
@@ -17,24 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int exit_code;
-  std::string text;  // standard output and error output
-};
-
-Outcome loopwarden(const std::string& arguments) {
-  const std::string command =
-      std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden " + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
-       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    text.append(buffer.data(), n);
-  }
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+ShellOutcome loopwarden(const std::string& arguments) {
+  return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
 }
 
 // A loop whose process gain is `gain`.
@@ -54,13 +36,14 @@ class Case {
   Case() {
     write_file(folder_ / "truth.yaml", model_text(0.8));
     write_file(folder_ / "model.yaml", model_text(1.1));
-    const Outcome simulated =
+    const ShellOutcome simulated =
         loopwarden("simulate " + path("truth.yaml") + " --out " + path("record.csv"));
     INFO(simulated.text);
     REQUIRE(simulated.exit_code == 0);
   }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  Outcome gap(const std::string& record, const std::string& model, const std::string& out) const {
+  ShellOutcome gap(const std::string& record, const std::string& model,
+                   const std::string& out) const {
     return loopwarden("gap " + path(record) + " --model " + path(model) + " --out " + out);
   }
   const TemporaryFolder& folder() const { return folder_; }
@@ -72,7 +55,7 @@ class Case {
 TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][program]") {
   const Case one;
   const std::string out = one.path("new/result");
-  const Outcome outcome = one.gap("record.csv", "model.yaml", out);
+  const ShellOutcome outcome = one.gap("record.csv", "model.yaml", out);
   INFO(outcome.text);
   REQUIRE(outcome.exit_code == 0);
   CHECK(outcome.text.find("gain_change") != std::string::npos);
@@ -109,11 +92,11 @@ TEST_CASE("gap refuses records that tell nothing with 65", "[gap][program]") {
   std::size_t end = 0;
   for (int line = 0; line < 120; ++line) end = record.find('\n', end) + 1;
   write_file(one.folder() / "short.csv", record.substr(0, end));
-  const Outcome brief = one.gap("short.csv", "model.yaml", out);
+  const ShellOutcome brief = one.gap("short.csv", "model.yaml", out);
   CHECK(brief.exit_code == 65);
   CHECK(brief.text.find("short.csv: only 119 samples") != std::string::npos);
   write_file(one.folder() / "bad.csv", "time,pv\n0,1\n0.1,high\n");
-  const Outcome bad = one.gap("bad.csv", "model.yaml", out);
+  const ShellOutcome bad = one.gap("bad.csv", "model.yaml", out);
   CHECK(bad.exit_code == 65);
   CHECK(bad.text.find("bad.csv:3") != std::string::npos);
   CHECK_FALSE(fs::exists(fs::path(out) / "gap.json"));
@@ -124,7 +107,7 @@ TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't 
   const Case one;
   const std::string out = one.path("result");
   write_file(one.folder() / "bad.yaml", "sample_time: 0\n");
-  const Outcome bad = one.gap("record.csv", "bad.yaml", out);
+  const ShellOutcome bad = one.gap("record.csv", "bad.yaml", out);
   CHECK(bad.exit_code == 78);
   CHECK(bad.text.find("bad.yaml:1:") != std::string::npos);
   CHECK(one.gap("absent.csv", "model.yaml", out).exit_code == 74);

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The workbench as its users call it.
-#include <sys/wait.h>
-
-#include <array>
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -11,29 +8,14 @@
 #include <string>
 
 #include "record/record_csv.hpp"
+#include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::programs_test {
 namespace {
 
-struct Outcome {
-  int exit_code;
-  std::string text;  // standard output and error output
-};
-
-Outcome loopwarden(const std::string& arguments) {
-  const std::string command =
-      std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden " + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
-       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    text.append(buffer.data(), n);
-  }
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+ShellOutcome loopwarden(const std::string& arguments) {
+  return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
 }
 
 const std::string kModel = LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml";
@@ -50,17 +32,17 @@ TEST_CASE("help and version end with 0, wrong usage with 64") {
 
 TEST_CASE("simulate writes a record that reads back, the same for the same seed") {
   const TemporaryFolder folder;
-  const auto run = [&](const std::string& name, int seed) {
+  const auto simulated = [&](const std::string& name, int seed) {
     const std::string file = (folder / name).string();
-    const Outcome outcome = loopwarden("simulate " + kModel + " --duration 100 --seed " +
-                                       std::to_string(seed) + " --out " + file);
+    const ShellOutcome outcome = loopwarden("simulate " + kModel + " --duration 100 --seed " +
+                                            std::to_string(seed) + " --out " + file);
     INFO(outcome.text);
     CHECK(outcome.exit_code == 0);
     return read_file(file);
   };
-  const std::string first = run("a.csv", 1);
-  CHECK(first == run("b.csv", 1));
-  CHECK(first != run("c.csv", 2));
+  const std::string first = simulated("a.csv", 1);
+  CHECK(first == simulated("b.csv", 1));
+  CHECK(first != simulated("c.csv", 2));
   const record::Record record = record::read_record(folder / "a.csv");
   CHECK(record.size() == 1001);
   CHECK(record.has_sp);
@@ -71,12 +53,12 @@ TEST_CASE("simulate writes a record that reads back, the same for the same seed"
 TEST_CASE(
     "simulate prints JSON, and refuses a model with errors and a place that can't be written") {
   const TemporaryFolder folder;
-  const Outcome good = loopwarden("simulate " + kModel + " --duration 10 --json --out " +
-                                  (folder / "a.csv").string());
+  const ShellOutcome good = loopwarden("simulate " + kModel + " --duration 10 --json --out " +
+                                       (folder / "a.csv").string());
   CHECK(nlohmann::json::parse(good.text).at("samples") == 101);
   write_file(folder / "bad.yaml", "sample_time: -1\n");
-  const Outcome bad = loopwarden("simulate " + (folder / "bad.yaml").string() + " --out " +
-                                 (folder / "b.csv").string());
+  const ShellOutcome bad = loopwarden("simulate " + (folder / "bad.yaml").string() + " --out " +
+                                      (folder / "b.csv").string());
   CHECK(bad.exit_code == 78);
   CHECK(bad.text.find("bad.yaml:1:") != std::string::npos);
   CHECK(loopwarden("simulate " + kModel + " --duration 10 --out /nonexistent/x.csv").exit_code ==
@@ -87,8 +69,9 @@ TEST_CASE("check names every error of every file and ends with 78") {
   const TemporaryFolder folder;
   write_file(folder / "model.yaml", "sample_time: 0.1\nprocess: {gian: 1}\n");
   write_file(folder / "loop.yaml", "loop: FIC-101\nsample_time: none\n");
-  const Outcome outcome = loopwarden("check " + kModel + " " + (folder / "model.yaml").string() +
-                                     " " + (folder / "loop.yaml").string());
+  const ShellOutcome outcome =
+      loopwarden("check " + kModel + " " + (folder / "model.yaml").string() + " " +
+                 (folder / "loop.yaml").string());
   CHECK(outcome.exit_code == 78);
   CHECK(outcome.text.find("plant1.yaml: ok") != std::string::npos);
   CHECK(outcome.text.find("did you mean 'gain'") != std::string::npos);
@@ -99,14 +82,14 @@ TEST_CASE("check accepts the example configurations") {
   const std::string examples = LOOPWARDEN_SOURCE_DIR "/config/examples/";
   const std::string name = GENERATE(as<std::string>(), "demo", "simulated", "modbus-tcp",
                                     "modbus-plc", "modbus-rtu", "analog", "replay");
-  const Outcome outcome = loopwarden("check " + examples + name);
+  const ShellOutcome outcome = loopwarden("check " + examples + name);
   INFO(outcome.text);
   CHECK(outcome.exit_code == 0);
 }
 
 TEST_CASE("effects prints the catalogue, and writes it with pictures") {
   const TemporaryFolder folder;
-  const Outcome outcome = loopwarden("effects --json --out " + folder.path().string());
+  const ShellOutcome outcome = loopwarden("effects --json --out " + folder.path().string());
   CHECK(outcome.exit_code == 0);
   const nlohmann::json effects = nlohmann::json::parse(outcome.text);
   CHECK(effects.front().at("name") == "stiction");
@@ -123,7 +106,7 @@ TEST_CASE("gap takes a stretch of a record and says in its report how it was cal
   const std::string out = (folder / "out").string();
   REQUIRE(loopwarden("simulate " + kModel + " --duration 200 --out " + record).exit_code == 0);
   const std::string gap = "gap " + record + " --model " + kModel + " --out " + out;
-  const Outcome found =
+  const ShellOutcome found =
       loopwarden(gap + " --from 20 --to 110 --largest-load 0.2 --without several");
   INFO(found.text);
   CHECK(found.exit_code == 0);
@@ -133,7 +116,7 @@ TEST_CASE("gap takes a stretch of a record and says in its report how it was cal
   CHECK(report.find("--from 20 --to 110 --largest-load 0.2 --without several") !=
         std::string::npos);
   CHECK(loopwarden("check " + out + "/model.corrected.yaml").exit_code == 0);
-  const Outcome beyond = loopwarden(gap + " --from 900");
+  const ShellOutcome beyond = loopwarden(gap + " --from 900");
   CHECK(beyond.exit_code == 65);
   CHECK(beyond.text.find("no samples from 900 s on; the record runs from 0 s to 200 s") !=
         std::string::npos);
@@ -147,7 +130,7 @@ TEST_CASE("gap refuses a record that tells nothing, with the reason as a page; o
   const std::string out = (folder / "out").string();
   const std::string gap =
       "gap " + (folder / "frozen.csv").string() + " --model " + kModel + " --out " + out;
-  const Outcome refused = loopwarden(gap);
+  const ShellOutcome refused = loopwarden(gap);
   CHECK(refused.exit_code == 65);
   CHECK(refused.text.find("frozen.csv") != std::string::npos);
   CHECK(read_file(folder / "out/report.html").find("Record refused") != std::string::npos);
@@ -157,7 +140,7 @@ TEST_CASE("gap refuses a record that tells nothing, with the reason as a page; o
   for (const char* name : {"gap.json", "model.corrected.yaml", "report.html"}) {
     write_file(folder / "out" / name, "of an earlier run");
   }
-  const Outcome again = loopwarden(gap);
+  const ShellOutcome again = loopwarden(gap);
   CHECK(again.exit_code == 65);
   CHECK(again.text.find("the results of an earlier run were left as they are") !=
         std::string::npos);
@@ -169,7 +152,7 @@ TEST_CASE("gap refuses a record that tells nothing, with the reason as a page; o
 }
 
 TEST_CASE("without a daemon, top and set say so and end with 74") {
-  const Outcome top = loopwarden("top --once --socket /nonexistent.sock");
+  const ShellOutcome top = loopwarden("top --once --socket /nonexistent.sock");
   CHECK(top.exit_code == 74);
   CHECK(top.text.find("no daemon answers at /nonexistent.sock") != std::string::npos);
   CHECK(loopwarden("set FIC-101 --sp 5 --socket /nonexistent.sock").exit_code == 74);

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <sys/wait.h>
-
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +8,7 @@
 #include <string>
 
 #include "tests/support/biased_specialists.hpp"
+#include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::replay_test {
@@ -18,22 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-struct Outcome {
-  int exit_code;
-  std::string text;
-};
-
-Outcome replay(const std::string& arguments) {
-  const std::string command = LOOPWARDEN_BIN_DIR "/loopwarden replay " + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    text.append(buffer.data(), n);
-  }
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+ShellOutcome replay(const std::string& arguments) {
+  return run(LOOPWARDEN_CLI " replay " + arguments + " 2>&1");
 }
 
 // A loop that moves, `samples` at 10 Hz; `spoil` may change a row's PV and CO cells.
@@ -66,7 +50,7 @@ TEST_CASE("a record through the daemon's monitor: the alarm comes with the third
   const Bench bench;
   const std::string record = bench.record(4000);
   const std::string specialists = bench.specialists(specialist::Condition::stiction);
-  const Outcome out = replay(record + specialists + " --overlap 0 --json");
+  const ShellOutcome out = replay(record + specialists + " --overlap 0 --json");
   INFO(out.text);
   REQUIRE(out.exit_code == 0);
   const json result = json::parse(out.text);
@@ -83,9 +67,23 @@ TEST_CASE("a record through the daemon's monitor: the alarm comes with the third
         replay(record + specialists + " --json").text);
 }
 
+TEST_CASE("the size of an unknown fault is null in JSON and - in the list", "[replay]") {
+  const Bench bench;
+  const std::string arguments =
+      bench.record(4000) + bench.specialists(specialist::Condition::other);
+  const ShellOutcome out = replay(arguments + " --json");
+  INFO(out.text);
+  REQUIRE(out.exit_code == 0);
+  const json result = json::parse(out.text);
+  REQUIRE(result.at("transitions").size() == 1);
+  CHECK(result.at("transitions")[0].at("alarm") == "unknown");
+  CHECK(result.at("transitions")[0].at("severity_percent").is_null());
+  CHECK(replay(arguments).text.find(" % ") == std::string::npos);
+}
+
 TEST_CASE("a healthy loop has no alarm", "[replay]") {
   const Bench bench;
-  const Outcome out =
+  const ShellOutcome out =
       replay(bench.record(4000) + bench.specialists(specialist::Condition::no_fault) + " --json");
   INFO(out.text);
   REQUIRE(out.exit_code == 0);
@@ -97,7 +95,8 @@ TEST_CASE("no window across missing samples; a saturated one is not judged", "[r
   const Bench bench;
   const std::string specialists = bench.specialists(specialist::Condition::stiction);
   const auto windows = [&](const Bench::Spoil& spoil) {
-    const Outcome out = replay(bench.record(2000, spoil) + specialists + " --overlap 0 --json");
+    const ShellOutcome out =
+        replay(bench.record(2000, spoil) + specialists + " --overlap 0 --json");
     INFO(out.text);
     REQUIRE(out.exit_code == 0);
     return json::parse(out.text);
@@ -136,7 +135,7 @@ TEST_CASE("without specialists routine evidence stands alone, and says so", "[re
     }
   }
   write_file(bench.folder / "b.csv", joined);
-  const Outcome outcome = replay((bench.folder / "b.csv").string() + " --json");
+  const ShellOutcome outcome = replay((bench.folder / "b.csv").string() + " --json");
   INFO(outcome.text);
   REQUIRE(outcome.exit_code == 0);
   const json result = json::parse(outcome.text);
@@ -157,11 +156,12 @@ TEST_CASE("what can't be replayed is refused with a reason", "[replay]") {
   CHECK(replay(record + " --specialists /nowhere").exit_code == 78);
   CHECK(replay("/nowhere.csv" + bench.specialists(specialist::Condition::no_fault)).exit_code ==
         74);
-  const Outcome other = replay(record + bench.specialists(specialist::Condition::no_fault, 0.25));
+  const ShellOutcome other =
+      replay(record + bench.specialists(specialist::Condition::no_fault, 0.25));
   CHECK(other.exit_code == 65);
   CHECK(other.text.find("0.25 s") != std::string::npos);
   write_file(bench.folder / "record.csv", "time,pv\n0,1\n0.1,2\n0.2,3\n");
-  const Outcome no_co = replay(record + bench.specialists(specialist::Condition::no_fault));
+  const ShellOutcome no_co = replay(record + bench.specialists(specialist::Condition::no_fault));
   CHECK(no_co.exit_code == 65);
   CHECK(no_co.text.find("'co'") != std::string::npos);
 }

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Training and classification as their users call them.
-#include <sys/wait.h>
-
-#include <array>
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <cstdlib>
@@ -10,30 +7,15 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "workbench/training/training_checkpoint.hpp"
 
 namespace loopwarden::tests::train_test {
 namespace {
 
-struct Outcome {
-  int exit_code;
-  std::string text;
-};
-
-Outcome run(const std::string& arguments, bool with_errors = true) {
-  const std::string command = std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden " + arguments +
-                              (with_errors ? " 2>&1" : " 2>/dev/null");
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe); n > 0;
-       n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    text.append(buffer.data(), n);
-  }
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+ShellOutcome loopwarden(const std::string& arguments, bool with_errors = true) {
+  return run(LOOPWARDEN_CLI " " + arguments + (with_errors ? " 2>&1" : " 2>/dev/null"));
 }
 
 const std::string kModel = LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1-believed.yaml";
@@ -61,22 +43,24 @@ TEST_CASE("specialists trained on a model name the fault in a record, and nothin
           "[workbench]") {
   const TemporaryFolder folder;
   const std::string out = (folder / "specialists").string();
-  const Outcome trained =
-      run("train " + kModel + " --out " + out + kSmall + " --form both --json", false);
+  const ShellOutcome trained =
+      loopwarden("train " + kModel + " --out " + out + kSmall + " --form both --json", false);
   INFO(trained.text);
   REQUIRE(trained.exit_code == 0);
   const auto summary = nlohmann::json::parse(trained.text);
   CHECK(summary["specialists"].size() == 11);
   CHECK_FALSE(std::filesystem::exists(folder / "specialists/unfinished"));
   CHECK(read_file(folder / "specialists/training.html").find("P1S3 (chosen)") != std::string::npos);
-  CHECK(run("check " + out).exit_code == 0);
+  CHECK(loopwarden("check " + out).exit_code == 0);
 
   write_file(folder / "play.yaml", play_model());
   const std::string record = (folder / "play.csv").string();
-  const Outcome simulated = run("simulate " + (folder / "play.yaml").string() + " --out " + record);
+  const ShellOutcome simulated =
+      loopwarden("simulate " + (folder / "play.yaml").string() + " --out " + record);
   INFO(simulated.text);
   REQUIRE(simulated.exit_code == 0);
-  const Outcome classified = run("classify " + record + " --specialists " + out + " --json", false);
+  const ShellOutcome classified =
+      loopwarden("classify " + record + " --specialists " + out + " --json", false);
   REQUIRE(classified.exit_code == 0);
   const auto windows = nlohmann::json::parse(classified.text)["windows"];
   REQUIRE(windows.size() == 9);
@@ -94,8 +78,8 @@ TEST_CASE("specialists trained on a model name the fault in a record, and nothin
   CHECK(named >= 2);
 
   // The thesis's form answers too, and says who it is.
-  const Outcome faithful =
-      run("classify " + record + " --specialists " + out + " --form signature --json", false);
+  const ShellOutcome faithful = loopwarden(
+      "classify " + record + " --specialists " + out + " --form signature --json", false);
   REQUIRE(faithful.exit_code == 0);
   CHECK(nlohmann::json::parse(faithful.text)["windows"][0]["mse"][0]["specialist"] == "P1N3");
 }
@@ -104,8 +88,8 @@ TEST_CASE("the same seed trains the same specialists, whatever the threads and i
           "[workbench]") {
   const TemporaryFolder folder;
   const auto train = [&](const std::string& name, const std::string& options) {
-    const Outcome o = run("train " + kModel + " --out " + (folder / name).string() + kSmall +
-                          " --form signature" + options);
+    const ShellOutcome o = loopwarden("train " + kModel + " --out " + (folder / name).string() +
+                                      kSmall + " --form signature" + options);
     INFO(o.text);
     REQUIRE(o.exit_code == 0);
     return o.text;
@@ -121,7 +105,7 @@ TEST_CASE("a killed training goes on from what it had finished", "[workbench]") 
   const TemporaryFolder folder;
   const std::string options = kSmall + " --form signature --jobs 1";
   const auto train = [&](const std::string& name) {
-    return run("train " + kModel + " --out " + (folder / name).string() + options);
+    return loopwarden("train " + kModel + " --out " + (folder / name).string() + options);
   };
   REQUIRE(train("whole").exit_code == 0);
   // Killed as soon as the first network is on the disk.
@@ -137,7 +121,7 @@ TEST_CASE("a killed training goes on from what it had finished", "[workbench]") 
   for (const auto& f : std::filesystem::directory_iterator(folder / "killed/unfinished")) {
     if (f.path().extension() == ".json") first = f.path();
   }
-  const Outcome again = train("killed");
+  const ShellOutcome again = train("killed");
   INFO(again.text);
   REQUIRE(again.exit_code == 0);
   // What was on the disk was not trained again.
@@ -173,21 +157,22 @@ TEST_CASE("a checkpoint gives back the network of its own run alone", "[workbenc
 TEST_CASE("what can't be trained or classified is refused with the place", "[workbench]") {
   const TemporaryFolder folder;
   const std::string out = " --out " + (folder / "o").string();
-  CHECK(run("train" + out).exit_code == 64);
-  CHECK(run("train nothing.yaml" + out).exit_code == 78);
+  CHECK(loopwarden("train" + out).exit_code == 64);
+  CHECK(loopwarden("train nothing.yaml" + out).exit_code == 78);
   write_file(folder / "s/labels.csv", "file,class,plant,role\nx.csv,sticktion,P1,training\n");
-  const Outcome unknown = run("train --signatures " + (folder / "s").string() + out);
+  const ShellOutcome unknown = loopwarden("train --signatures " + (folder / "s").string() + out);
   CHECK(unknown.exit_code == 65);
   CHECK(unknown.text.find("labels.csv:2: unknown class 'sticktion'") != std::string::npos);
   write_file(folder / "s/labels.csv", "file,class,plant\n");
-  CHECK(run("train --signatures " + (folder / "s").string() + out).text.find("no column 'role'") !=
-        std::string::npos);
-  CHECK(run("classify x.csv --specialists " + folder.path().string()).exit_code == 78);
+  CHECK(loopwarden("train --signatures " + (folder / "s").string() + out)
+            .text.find("no column 'role'") != std::string::npos);
+  CHECK(loopwarden("classify x.csv --specialists " + folder.path().string()).exit_code == 78);
 }
 
 TEST_CASE("the specialists that ship are whole", "[workbench]") {
   const std::string data = LOOPWARDEN_SOURCE_DIR "/data/specialists";
-  CHECK(run("check " + data + "/plant1 " + data + "/plant2 " + data + "/plant3").exit_code == 0);
+  CHECK(loopwarden("check " + data + "/plant1 " + data + "/plant2 " + data + "/plant3").exit_code ==
+        0);
 }
 
 }  // namespace loopwarden::tests::train_test

@@ -1,8 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the explanations of a window amount to, as one list of numbers that the specialists' networks read.
 //
-// Misfits as logarithms over the noise and over each other, sizes as logarithms, offsets of the belief in
-// standard deviations, movement over noise: nothing depends on units, and all of it is bounded.
+//   misfit            ln(mse / noise^2), of the slow course's rest (innovation) likewise
+//   a over healthy    ln(mse_a / mse_healthy)         a over b    2 ln(mse_a / mse_b)
+//   size              ln(size + 0.1), offset / 2      form        4 j/s, 2 knee, ln(rate), ln of the limit over CO's range
+//   what the belief is off by     standard deviations of its prior
+//   movement          ln(range / noise), ln((travel + 0.1) / (range + 0.1)), ln(fastest + 0.05), ln(1 + reversals)
+//
+//   mse  (% of CO span)^2, 1e-9 added to each     noise, size, range, travel  % of CO span     rate, fastest  %/s
+//
+// Each is held within -8 to 8, and what is no number is 0: nothing depends on units.
+//
+// Errors: none, of explanations that are usable.
+// What it can't do: say more than the explanations do. 0.1 and 0.05 keep the logarithms finite; which numbers
+// matter is left to the networks.
+//
+// Source: none: the choice is ours, and docs/specialists.md says how far it carries.
 //
 // The order of the names is that of the inputs of every network on users' disks: a name that is added, taken
 // away or moved needs a new version of the manifest (config/specialists).
@@ -12,7 +25,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "model/specialist/explainer.hpp"
+#include "model/window/explainer.hpp"
 
 namespace loopwarden::specialist {
 
@@ -64,6 +77,6 @@ consteval std::size_t evidence_index(std::string_view name) {
 }
 
 // `findings` must be usable.
-Evidence evidence_of(const Findings& findings) noexcept;
+Evidence evidence_of(const Explanations& findings) noexcept;
 
 }  // namespace loopwarden::specialist

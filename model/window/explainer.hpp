@@ -33,7 +33,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "model/specialist/loop_window.hpp"
+#include "model/window/loop_window.hpp"
 
 namespace loopwarden::specialist {
 
@@ -49,7 +49,7 @@ enum class Explanation : std::size_t {
 };
 inline constexpr std::size_t kExplanations = 7;
 
-struct Fit {
+struct ExplanationFit {
   double mse = 0.0;              // mean of r^2, (% of CO span)^2
   double innovation = 0.0;       // the same of r less its own slow course
   double size = 0.0;             // %: D, s, offset; of low air the largest |u - v|
@@ -62,7 +62,7 @@ struct Fit {
   double lag_off_s = 0.0;        // dT
 };
 
-struct Findings {
+struct Explanations {
   bool usable = false;      // enough samples, none missing for long, the loop fits the window
   double noise = 0.0;       // % of CO span, standard deviation of a block
   double co_range = 0.0;    // % of CO span, from its least to its largest block
@@ -71,8 +71,8 @@ struct Findings {
   double reversals = 0.0;   // of CO by more than four times the noise
   double pv_range = 0.0;    // % of CO span
   double shut_share = 0.0;  // share of the blocks with CO at an end of its range
-  std::array<Fit, kExplanations> fits{};
-  const Fit& of(Explanation e) const { return fits[static_cast<std::size_t>(e)]; }
+  std::array<ExplanationFit, kExplanations> fits{};
+  const ExplanationFit& of(Explanation e) const { return fits[static_cast<std::size_t>(e)]; }
 };
 
 class Explainer {
@@ -80,12 +80,12 @@ class Explainer {
   explicit Explainer(const LoopFacts& facts);
 
   // No allocation. Missing samples hold the last one.
-  Findings explain(const LoopWindow& window) noexcept;
+  Explanations explain(const LoopWindow& window) noexcept;
 
   const LoopFacts& facts() const noexcept { return facts_; }
 
  private:
-  struct Candidate;
+  struct Trial;
   struct Projection;
   template <class Stem>
   struct Row;
@@ -100,20 +100,20 @@ class Explainer {
   // A search goes by blocks with the believed process first, then sample by sample with the one found.
   enum class Grain { block, sample };
 
-  bool prepare(const LoopWindow& window, Findings& findings) noexcept;
-  void measure_movement(Findings& findings) const noexcept;
+  bool prepare(const LoopWindow& window, Explanations& findings) noexcept;
+  void measure_movement(Explanations& findings) const noexcept;
   template <class Stem>
-  void try_blocks(Candidate* candidates, const Stem& first, const Stem& second) const noexcept;
+  void try_blocks(Trial* candidates, const Stem& first, const Stem& second) const noexcept;
   template <class Stem>
-  void try_samples(Candidate* candidates, const Stem& first, const Stem& second) const noexcept;
-  void evaluate(Candidate* candidates, Grain grain) const noexcept;
-  void trace(const Candidate& candidate) noexcept;
+  void try_samples(Trial* candidates, const Stem& first, const Stem& second) const noexcept;
+  void evaluate(Trial* candidates, Grain grain) const noexcept;
+  void trace(const Trial& candidate) noexcept;
   void believe(double dead_time_off_s, double lag_off_s) noexcept;
-  Fit fit(Explanation explanation, const Candidate& candidate, double noise) noexcept;
-  Fit settle(Explanation explanation, const Candidate& start, double noise) noexcept;
-  Candidate search_play(Explanation explanation) noexcept;
-  Candidate search_stiction() noexcept;
-  Candidate search_low_air() noexcept;
+  ExplanationFit fit(Explanation explanation, const Trial& candidate, double noise) noexcept;
+  ExplanationFit settle(Explanation explanation, const Trial& start, double noise) noexcept;
+  Trial search_play(Explanation explanation) noexcept;
+  Trial search_stiction() noexcept;
+  Trial search_low_air() noexcept;
   void project(std::vector<double>& column) const noexcept;
   // CO that moves PV's sample `delay_` + k.
   std::size_t place(std::size_t k) const noexcept {

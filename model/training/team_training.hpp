@@ -7,6 +7,9 @@
 //
 // The same model, settings and seed give the same bits, whatever the number of threads.
 //
+// Errors: none, of examples of every condition.
+// What it can't do: better than its windows: what they never show, no network has seen.
+//
 // Source: D. Kingma and J. Ba, Proc. ICLR (2015).
 #pragma once
 
@@ -16,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-#include "model/specialist/simulated_windows.hpp"
+#include "model/training/simulated_windows.hpp"
 #include "model/specialist/team.hpp"
 
 namespace loopwarden::specialist {

@@ -11,6 +11,9 @@
 // training columns (thesis, section 9.3), and the first layer takes them over: the network in use
 // is an ordinary one on 31 inputs.
 //
+// Errors: std::invalid_argument where a condition has no signature to train on or to validate by.
+// What it can't do: learn from signatures of another set point, period or plant than those it will judge.
+//
 // Source: Sewdass, thesis (Durban University of Technology), sections 8.3, 8.4 and 9.3.
 #pragma once
 
@@ -21,8 +24,8 @@
 #include <vector>
 
 #include "model/specialist/ensemble.hpp"
-#include "model/specialist/levenberg_marquardt.hpp"
-#include "model/specialist/simulated_windows.hpp"
+#include "model/training/levenberg_marquardt.hpp"
+#include "model/training/simulated_windows.hpp"
 
 namespace loopwarden::specialist {
 
@@ -48,7 +51,7 @@ Role role_of(std::size_t place) noexcept;
 std::size_t target_of(const std::vector<Signature>& signatures, Condition condition);
 
 // A step from rest as in the thesis: to `set_point` at 0 s, the model's own PV noise or 0.1 % of span,
-// tuning off by up to a tenth, fault of random severity. 0 draws set point and noise too.
+// tuning off by up to a tenth, fault of random severity.
 Signature simulate_signature(const plant::LoopModel& model, Condition condition,
                              std::uint64_t seed);
 

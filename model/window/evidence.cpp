@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/specialist/evidence.hpp"
+#include "model/window/evidence.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,59 +15,61 @@ double log_ratio(double a, double b) noexcept { return std::log((a + kLeast) / (
 double bounded(double x) noexcept { return std::isfinite(x) ? std::clamp(x, -8.0, 8.0) : 0.0; }
 
 template <X x>
-double misfit(const Findings& f) noexcept {
+double misfit(const Explanations& f) noexcept {
   return log_ratio(f.of(x).mse, f.noise * f.noise);
 }
 template <X x>
-double innovation(const Findings& f) noexcept {
+double innovation(const Explanations& f) noexcept {
   return log_ratio(f.of(x).innovation, f.noise * f.noise);
 }
 template <X x>
-double over_healthy(const Findings& f) noexcept {
+double over_healthy(const Explanations& f) noexcept {
   return log_ratio(f.of(x).mse, f.of(X::healthy).mse);
 }
 template <X x>
-double innovation_over_healthy(const Findings& f) noexcept {
+double innovation_over_healthy(const Explanations& f) noexcept {
   return log_ratio(f.of(x).innovation, f.of(X::healthy).innovation);
 }
 template <X x, X y>
-double over(const Findings& f) noexcept {
+double over(const Explanations& f) noexcept {
   return 2.0 * log_ratio(f.of(x).mse, f.of(y).mse);
 }
 template <X x>
-double log_size(const Findings& f) noexcept {
+double log_size(const Explanations& f) noexcept {
   return std::log(f.of(x).size + 0.1);
 }
-double offset_size(const Findings& f) noexcept { return f.of(X::hysteresis_offset).size / 2.0; }
-double jump(const Findings& f) noexcept { return 4.0 * f.of(X::stiction).shape; }
-double knee(const Findings& f) noexcept { return 2.0 * f.of(X::hysteresis_width).shape; }
-double low_air_rate(const Findings& f) noexcept { return std::log(f.of(X::low_air_supply).shape); }
-double low_air_limit(const Findings& f) noexcept {
+double offset_size(const Explanations& f) noexcept { return f.of(X::hysteresis_offset).size / 2.0; }
+double jump(const Explanations& f) noexcept { return 4.0 * f.of(X::stiction).shape; }
+double knee(const Explanations& f) noexcept { return 2.0 * f.of(X::hysteresis_width).shape; }
+double low_air_rate(const Explanations& f) noexcept {
+  return std::log(f.of(X::low_air_supply).shape);
+}
+double low_air_limit(const Explanations& f) noexcept {
   return log_ratio(f.of(X::low_air_supply).limit + 0.1, f.co_range + 0.1);
 }
 template <X x>
-double gain_off(const Findings& f) noexcept {
+double gain_off(const Explanations& f) noexcept {
   return f.of(x).gain_off;
 }
 template <X x>
-double dead_time_off(const Findings& f) noexcept {
+double dead_time_off(const Explanations& f) noexcept {
   return f.of(x).dead_time_off;
 }
 template <X x>
-double lag_off(const Findings& f) noexcept {
+double lag_off(const Explanations& f) noexcept {
   return f.of(x).lag_off;
 }
-double co_range(const Findings& f) noexcept { return std::log(f.co_range / f.noise); }
-double pv_range(const Findings& f) noexcept { return std::log(f.pv_range / f.noise); }
-double co_travel(const Findings& f) noexcept {
+double co_range(const Explanations& f) noexcept { return std::log(f.co_range / f.noise); }
+double pv_range(const Explanations& f) noexcept { return std::log(f.pv_range / f.noise); }
+double co_travel(const Explanations& f) noexcept {
   return log_ratio(f.co_travel + 0.1, f.co_range + 0.1);
 }
-double co_fastest(const Findings& f) noexcept { return std::log(f.co_fastest + 0.05); }
-double co_reversals(const Findings& f) noexcept { return std::log1p(f.reversals); }
+double co_fastest(const Explanations& f) noexcept { return std::log(f.co_fastest + 0.05); }
+double co_reversals(const Explanations& f) noexcept { return std::log1p(f.reversals); }
 
 struct Measure {
   std::string_view name;
-  double (*of)(const Findings&) noexcept;
+  double (*of)(const Explanations&) noexcept;
 };
 
 constexpr std::array kMeasures{
@@ -131,7 +133,7 @@ static_assert(std::equal(kMeasures.begin(), kMeasures.end(), kEvidenceNames.begi
 
 }  // namespace
 
-Evidence evidence_of(const Findings& findings) noexcept {
+Evidence evidence_of(const Explanations& findings) noexcept {
   Evidence evidence{};
   for (std::size_t i = 0; i < kEvidence; ++i) evidence[i] = bounded(kMeasures[i].of(findings));
   return evidence;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/specialist/explainer.hpp"
+#include "model/window/explainer.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -70,7 +70,7 @@ LoopFacts facts_of(const plant::LoopModel& model) {
 
 // One stem to try: which law, its numbers in % and blocks, and where the stem starts, -1 to 1 of what friction
 // or play leaves free.
-struct Explainer::Candidate {
+struct Explainer::Trial {
   enum class Law { none, play, plays, he, choudhury, low_air };
   Law law = Law::none;
   double size = 0.0;
@@ -84,26 +84,26 @@ struct Explainer::Candidate {
   // function of `put`, which makes a number, or a row of them, of a value of the candidates.
   template <class Walk>
   static void with_stem(Law law, double u0, double period_s, Walk walk) noexcept {
-    const auto static_friction = [](const Candidate& x) { return x.size * (1.0 + x.shape) / 2.0; };
-    const auto moving_friction = [](const Candidate& x) { return x.size * (1.0 - x.shape) / 2.0; };
-    const auto stuck_at = [=](const Candidate& x) { return u0 + x.start * static_friction(x); };
+    const auto static_friction = [](const Trial& x) { return x.size * (1.0 + x.shape) / 2.0; };
+    const auto moving_friction = [](const Trial& x) { return x.size * (1.0 - x.shape) / 2.0; };
+    const auto stuck_at = [=](const Trial& x) { return u0 + x.start * static_friction(x); };
     switch (law) {
       case Law::none: return;
       case Law::play:
         return walk([=](auto put) {
           return plant::PlayLaw<typename decltype(put)::Number>{
-              put([](const Candidate& x) { return x.size / 2.0; }),
-              put([=](const Candidate& x) { return u0 + x.start * x.size / 2.0; })};
+              put([](const Trial& x) { return x.size / 2.0; }),
+              put([=](const Trial& x) { return u0 + x.start * x.size / 2.0; })};
         });
       case Law::plays:
         return walk([=](auto put) {
           plant::PlaysLaw<typename decltype(put)::Number, kPlays> stem;
           for (std::size_t i = 0; i < kPlays; ++i) {
-            const auto half = [i](const Candidate& x) {
+            const auto half = [i](const Trial& x) {
               return plant::half_deadbands<kPlays>(x.size, x.shape)[i];
             };
             stem.plays[i] = {put(half),
-                             put([=](const Candidate& x) { return u0 + x.start * half(x); })};
+                             put([=](const Trial& x) { return u0 + x.start * half(x); })};
           }
           return stem;
         });
@@ -116,17 +116,17 @@ struct Explainer::Candidate {
         return walk([=](auto put) {
           return plant::ChoudhuryLaw<typename decltype(put)::Number>{
               put(static_friction), put(moving_friction), put(stuck_at),
-              put([=](const Candidate&) { return u0; }), put([](const Candidate&) { return 0.0; })};
+              put([=](const Trial&) { return u0; }), put([](const Trial&) { return 0.0; })};
         });
       case Law::low_air:
         return walk([=](auto put) {
           using Stem = plant::LowAirLaw<typename decltype(put)::Number>;
-          return Stem({.limit = put([](const Candidate& x) { return x.limit; }),
-                       .share = put([](const Candidate&) { return 1.0; }),
-                       .rate = put([](const Candidate& x) { return x.shape; }),
-                       .lag_s = put([](const Candidate& x) { return x.lag_s; })},
+          return Stem({.limit = put([](const Trial& x) { return x.limit; }),
+                       .share = put([](const Trial&) { return 1.0; }),
+                       .rate = put([](const Trial& x) { return x.shape; }),
+                       .lag_s = put([](const Trial& x) { return x.lag_s; })},
                       period_s,
-                      put([=](const Candidate& x) { return std::min(u0, x.limit) + x.start; }));
+                      put([=](const Trial& x) { return std::min(u0, x.limit) + x.start; }));
         });
     }
   }
@@ -135,19 +135,19 @@ struct Explainer::Candidate {
 namespace {
 
 // What a stem is made of: one candidate's values, or those of as many in step as there are lanes.
-template <class Candidate>
+template <class Trial>
 struct OneOf {
   using Number = float;
-  const Candidate& candidate;
+  const Trial& candidate;
   template <class Value>
   float operator()(Value value) const noexcept {
     return static_cast<float>(value(candidate));
   }
 };
-template <class Candidate>
+template <class Trial>
 struct RowOf {
   using Number = Lanes;
-  const Candidate* candidates;
+  const Trial* candidates;
   template <class Value>
   Lanes operator()(Value value) const noexcept {
     Lanes row;
@@ -235,7 +235,7 @@ void Explainer::project(std::vector<double>& column) const noexcept {
   }
 }
 
-bool Explainer::prepare(const LoopWindow& window, Findings& findings) noexcept {
+bool Explainer::prepare(const LoopWindow& window, Explanations& findings) noexcept {
   if (window.pv.size() != kWindowSamples || window.co.size() != kWindowSamples) return false;
   if (static_cast<double>(blocks_) < kFewestBlocks) return false;
   const double co_scale = 100.0 / (facts_.co_high - facts_.co_low);
@@ -313,7 +313,7 @@ bool Explainer::prepare(const LoopWindow& window, Findings& findings) noexcept {
   return true;
 }
 
-void Explainer::measure_movement(Findings& findings) const noexcept {
+void Explainer::measure_movement(Explanations& findings) const noexcept {
   findings.co_range = u_high_ - u_low_;
   double extreme = u_[0];
   double direction = 0.0;
@@ -351,7 +351,7 @@ struct Explainer::Projection {
     with_target = with_target + y * every(e.target_lanes_[b]);
     for (std::size_t i = 0; i < 3; ++i) along[i] = along[i] + y * every(e.basis_lanes_[i][b]);
   }
-  void judge(const Explainer& e, Candidate* candidates) const noexcept {
+  void judge(const Explainer& e, Trial* candidates) const noexcept {
     for (std::size_t i = 0; i < numeric::kLanes; ++i) {
       float own = square[i];
       for (std::size_t k = 0; k < 3; ++k) own -= along[k][i] * along[k][i];
@@ -376,7 +376,7 @@ struct Explainer::Row {
 
 // A batch of stems block by block; each gets the misfit that its best gain leaves.
 template <class Stem>
-void Explainer::try_blocks(Candidate* candidates, const Stem& first,
+void Explainer::try_blocks(Trial* candidates, const Stem& first,
                            const Stem& second) const noexcept {
   const Lanes keep = every(static_cast<float>(keep_));
   const Lanes take = every(static_cast<float>(1.0 - keep_));
@@ -401,7 +401,7 @@ void Explainer::try_blocks(Candidate* candidates, const Stem& first,
 
 // The same sample by sample, with the process as it was found.
 template <class Stem>
-void Explainer::try_samples(Candidate* candidates, const Stem& first,
+void Explainer::try_samples(Trial* candidates, const Stem& first,
                             const Stem& second) const noexcept {
   const float kept = static_cast<float>(process_.keep);
   const Lanes keep = every(kept);
@@ -431,26 +431,26 @@ void Explainer::try_samples(Candidate* candidates, const Stem& first,
 }
 
 // `candidates` are a batch of one law.
-void Explainer::evaluate(Candidate* candidates, Grain grain) const noexcept {
+void Explainer::evaluate(Trial* candidates, Grain grain) const noexcept {
   const auto u0 = static_cast<double>(grain == Grain::block ? u_lanes_[0] : co_at(0));
   const double period_s = grain == Grain::block ? block_s_ : facts_.period_s;
-  Candidate::with_stem(candidates[0].law, u0, period_s, [&](auto make) {
-    const auto first = make(RowOf<Candidate>{candidates});
-    const auto second = make(RowOf<Candidate>{candidates + numeric::kLanes});
+  Trial::with_stem(candidates[0].law, u0, period_s, [&](auto make) {
+    const auto first = make(RowOf<Trial>{candidates});
+    const auto second = make(RowOf<Trial>{candidates + numeric::kLanes});
     return grain == Grain::block ? try_blocks(candidates, first, second)
                                  : try_samples(candidates, first, second);
   });
 }
 
 // The stem of one candidate into v_, sample by sample.
-void Explainer::trace(const Candidate& candidate) noexcept {
-  if (candidate.law == Candidate::Law::none) {
+void Explainer::trace(const Trial& candidate) noexcept {
+  if (candidate.law == Trial::Law::none) {
     for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(co_at(k));
     return;
   }
   const auto u0 = static_cast<double>(co_at(0));
-  Candidate::with_stem(candidate.law, u0, facts_.period_s, [&](auto make) {
-    auto stem = make(OneOf<Candidate>{candidate});
+  Trial::with_stem(candidate.law, u0, facts_.period_s, [&](auto make) {
+    auto stem = make(OneOf<Trial>{candidate});
     for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(stem.step(co_at(k)));
   });
 }
@@ -468,26 +468,25 @@ class Explainer::Search {
       change(lanes_[i], static_cast<double>(i));
     }
     explainer_.evaluate(lanes_.data(), grain_);
-    Candidate found = best;
-    for (const Candidate& c : lanes_) {
+    Trial found = best;
+    for (const Trial& c : lanes_) {
       if (c.misfit < found.misfit) found = c;
     }
     best = found;
   }
-  void sizes(double step, Candidate::Law law) {
-    try_eight([&](Candidate& c, double i) {
+  void sizes(double step, Trial::Law law) {
+    try_eight([&](Trial& c, double i) {
       c.law = law;
       c.size *= std::pow(kRatio, step * (i - 3.5));
     });
   }
   void starts(double step) {
-    try_eight([&](Candidate& c, double i) {
-      c.start = std::clamp(c.start + step * (i - 3.5), -1.0, 1.0);
-    });
+    try_eight(
+        [&](Trial& c, double i) { c.start = std::clamp(c.start + step * (i - 3.5), -1.0, 1.0); });
   }
   // Where the stem starts to move stays: s + j.
-  void jumps(double low, double step, Candidate::Law law) {
-    try_eight([&](Candidate& c, double i) {
+  void jumps(double low, double step, Trial::Law law) {
+    try_eight([&](Trial& c, double i) {
       c.law = law;
       const double shape = std::clamp(low + step * i, 0.0, 1.0);
       c.size *= (1.0 + c.shape) / (1.0 + shape);
@@ -495,21 +494,21 @@ class Explainer::Search {
     });
   }
   void knees(double low, double step) {
-    try_eight([&](Candidate& c, double i) { c.shape = std::clamp(low + step * i, -1.2, 0.7); });
+    try_eight([&](Trial& c, double i) { c.shape = std::clamp(low + step * i, -1.2, 0.7); });
   }
   void air(double step, double range) {
-    try_eight([&](Candidate& c, double i) { c.limit += step * 0.3 * range * (i - 3.5); });
-    try_eight([&](Candidate& c, double i) { c.shape *= std::pow(1.6, step * (i - 3.5)); });
-    try_eight([&](Candidate& c, double i) { c.lag_s *= std::pow(2.0, 2.0 * step * (i - 3.5)); });
+    try_eight([&](Trial& c, double i) { c.limit += step * 0.3 * range * (i - 3.5); });
+    try_eight([&](Trial& c, double i) { c.shape *= std::pow(1.6, step * (i - 3.5)); });
+    try_eight([&](Trial& c, double i) { c.lag_s *= std::pow(2.0, 2.0 * step * (i - 3.5)); });
     // A stem that was still on its way when the window began.
-    try_eight([&](Candidate& c, double i) { c.start += step * 0.5 * range * (i - 3.5); });
+    try_eight([&](Trial& c, double i) { c.start += step * 0.5 * range * (i - 3.5); });
   }
 
   // The eight just tried, where they are among the best eight of all.
   void keep() {
-    const auto worse = [](const Candidate& a, const Candidate& b) { return a.misfit < b.misfit; };
-    for (const Candidate& c : lanes_) {
-      Candidate& worst = *std::max_element(kept_.begin(), kept_.end(), worse);
+    const auto worse = [](const Trial& a, const Trial& b) { return a.misfit < b.misfit; };
+    for (const Trial& c : lanes_) {
+      Trial& worst = *std::max_element(kept_.begin(), kept_.end(), worse);
       if (c.misfit < worst.misfit) worst = c;
     }
   }
@@ -518,13 +517,13 @@ class Explainer::Search {
   // descent gets far. Starts from the kept ones and as many by chance.
   void evolve(int generations);
 
-  Candidate best;
+  Trial best;
 
  private:
   const Explainer& explainer_;
   Grain grain_;
-  std::array<Candidate, kStems> lanes_;
-  std::array<Candidate, kStems> kept_;
+  std::array<Trial, kStems> lanes_;
+  std::array<Trial, kStems> kept_;
 };
 
 namespace {
@@ -545,13 +544,13 @@ double gene_of_force(double log_force) noexcept {
 }  // namespace
 
 void Explainer::Search::evolve(int generations) {
-  const auto genes_of = [](const Candidate& c) {
+  const auto genes_of = [](const Trial& c) {
     const double force = gene_of_force(std::log(0.5 * c.size * (1.0 + c.shape)));
     return Genes{std::clamp(force, 0.0, 1.0), std::clamp(2.0 * c.shape / (1.0 + c.shape), 0.0, 1.0),
                  0.5 * (c.start + 1.0)};
   };
   const auto express = [&](const Genes& genes) {
-    Candidate c = best;
+    Trial c = best;
     c.size = std::exp(kLeastForce + (kMostForce - kLeastForce) * genes[0]) * (2.0 - genes[1]);
     c.shape = genes[1] / (2.0 - genes[1]);
     c.start = 2.0 * genes[2] - 1.0;
@@ -561,7 +560,7 @@ void Explainer::Search::evolve(int generations) {
     std::transform(trials.begin(), trials.end(), lanes_.begin(), express);
     explainer_.evaluate(lanes_.data(), grain_);
     std::transform(lanes_.begin(), lanes_.end(), costs.begin(),
-                   [](const Candidate& c) { return c.misfit; });
+                   [](const Trial& c) { return c.misfit; });
   };
   // One stream, the same for every window: what a window shows must not depend on chance. The shipped networks
   // have learned what it finds; with another one in ten sticking windows is explained otherwise.
@@ -591,12 +590,11 @@ void Explainer::Search::evolve(int generations) {
   best.misfit = costs[found];
 }
 
-Explainer::Candidate Explainer::search_play(Explanation explanation) noexcept {
+Explainer::Trial Explainer::search_play(Explanation explanation) noexcept {
   Search search(*this, Grain::block);
-  const auto law =
-      explanation == Explanation::backlash ? Candidate::Law::play : Candidate::Law::plays;
+  const auto law = explanation == Explanation::backlash ? Trial::Law::play : Trial::Law::plays;
   for (const double start : kStarts) {
-    search.try_eight([&](Candidate& c, double i) {
+    search.try_eight([&](Trial& c, double i) {
       c.law = law;
       c.start = start;
       c.shape = 0.0;
@@ -608,12 +606,12 @@ Explainer::Candidate Explainer::search_play(Explanation explanation) noexcept {
   return search.best;
 }
 
-Explainer::Candidate Explainer::search_stiction() noexcept {
+Explainer::Trial Explainer::search_stiction() noexcept {
   Search search(*this, Grain::block);
   for (const double start : kStarts) {
     for (const double jump : kJumps) {
-      search.try_eight([&](Candidate& c, double i) {
-        c.law = Candidate::Law::he;
+      search.try_eight([&](Trial& c, double i) {
+        c.law = Trial::Law::he;
         c.start = start;
         c.shape = jump;
         c.size = kSmallest * std::pow(kRatio, i);
@@ -622,19 +620,19 @@ Explainer::Candidate Explainer::search_stiction() noexcept {
     }
   }
   if (search.best.misfit > enough_) search.evolve(kGenerations);
-  search.jumps(0.12, 0.125, Candidate::Law::choudhury);
+  search.jumps(0.12, 0.125, Trial::Law::choudhury);
   search.sizes(0.28, search.best.law);
   search.starts(0.14);
   return search.best;
 }
 
-Explainer::Candidate Explainer::search_low_air() noexcept {
+Explainer::Trial Explainer::search_low_air() noexcept {
   Search search(*this, Grain::block);
   const double range = u_high_ - u_low_;
   for (const double short_of_top : {-0.05, 0.2, 0.5}) {
     for (const double lag_s : {0.1, 1.5}) {
-      search.try_eight([&](Candidate& c, double i) {
-        c.law = Candidate::Law::low_air;
+      search.try_eight([&](Trial& c, double i) {
+        c.law = Trial::Law::low_air;
         c.shape = 0.3 * std::pow(1.6, i);
         c.limit = u_high_ - short_of_top * range;
         c.lag_s = lag_s;
@@ -654,9 +652,10 @@ void Explainer::believe(double dead_time_off_s, double lag_off_s) noexcept {
   process_.keep = std::exp(-facts_.period_s / process_.time_constant_s);
 }
 
-Fit Explainer::settle(Explanation explanation, const Candidate& start, double noise) noexcept {
+ExplanationFit Explainer::settle(Explanation explanation, const Trial& start,
+                                 double noise) noexcept {
   believe(0.0, 0.0);
-  Fit best = fit(explanation, start, noise);
+  ExplanationFit best = fit(explanation, start, noise);
   Search search(*this, Grain::sample);
   search.best = start;
   const double range = u_high_ - u_low_;
@@ -666,42 +665,42 @@ Fit Explainer::settle(Explanation explanation, const Candidate& start, double no
     // What it left before was with another process.
     search.best.misfit = std::numeric_limits<double>::infinity();
     switch (search.best.law) {
-      case Candidate::Law::none: break;
-      case Candidate::Law::play:
-        search.sizes(step, Candidate::Law::play);
+      case Trial::Law::none: break;
+      case Trial::Law::play:
+        search.sizes(step, Trial::Law::play);
         search.starts(0.5 * step);
         break;
-      case Candidate::Law::plays:
+      case Trial::Law::plays:
         search.knees(search.best.shape - 3.5 * step, step);
-        search.sizes(step, Candidate::Law::plays);
+        search.sizes(step, Trial::Law::plays);
         search.starts(0.5 * step);
         break;
-      case Candidate::Law::he:
-      case Candidate::Law::choudhury: {
+      case Trial::Law::he:
+      case Trial::Law::choudhury: {
         if (coarse && best.mse * static_cast<double>(blocks_) > enough_) {
           search.keep_best_alone();
           search.evolve(kFineGenerations);
         }
         const double low = search.best.shape - 1.6 * step;
-        search.jumps(low, 0.45 * step, Candidate::Law::he);
-        search.jumps(low, 0.45 * step, Candidate::Law::choudhury);
+        search.jumps(low, 0.45 * step, Trial::Law::he);
+        search.jumps(low, 0.45 * step, Trial::Law::choudhury);
         search.sizes(step, search.best.law);
         search.starts(0.5 * step);
         search.sizes(0.3 * step, search.best.law);
         break;
       }
-      case Candidate::Law::low_air: search.air(step, range); break;
+      case Trial::Law::low_air: search.air(step, range); break;
     }
-    const Fit now = fit(explanation, search.best, noise);
+    const ExplanationFit now = fit(explanation, search.best, noise);
     if (now.mse < best.mse) best = now;
   }
-  if (search.best.law == Candidate::Law::play || search.best.law == Candidate::Law::plays) {
+  if (search.best.law == Trial::Law::play || search.best.law == Trial::Law::plays) {
     // Play and dead time stand in for each other: both at once, where the searches above take turns.
     for (const double ratio : {1.06, 1.0 / 1.06, 1.02, 1.0 / 1.02}) {
       for (int i = 0; i < kMostSteps; ++i) {
-        Candidate next = search.best;
+        Trial next = search.best;
         next.size *= ratio;
-        const Fit now = fit(explanation, next, noise);
+        const ExplanationFit now = fit(explanation, next, noise);
         if (now.mse >= best.mse) break;
         best = now;
         search.best = next;
@@ -711,7 +710,8 @@ Fit Explainer::settle(Explanation explanation, const Candidate& start, double no
   return best;
 }
 
-Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double noise) noexcept {
+ExplanationFit Explainer::fit(Explanation explanation, const Trial& candidate,
+                              double noise) noexcept {
   trace(candidate);
   const double time_constant = process_.time_constant_s;
   const double keep = process_.keep;
@@ -767,7 +767,7 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
     const Eigen::Vector4d off = (taken + solution).cwiseQuotient(deviation);
     if (off.head<3>().cwiseAbs().maxCoeff() <= kMostOff) break;
   }
-  Fit result;
+  ExplanationFit result;
   double slow = 0.0;
   double squares = 0.0;
   double innovations = 0.0;
@@ -798,13 +798,13 @@ Fit Explainer::fit(Explanation explanation, const Candidate& candidate, double n
   return result;
 }
 
-Findings Explainer::explain(const LoopWindow& window) noexcept {
-  Findings findings;
+Explanations Explainer::explain(const LoopWindow& window) noexcept {
+  Explanations findings;
   if (!prepare(window, findings)) return findings;
   findings.usable = true;
   measure_movement(findings);
-  const Candidate healthy;
-  const auto put = [&](Explanation e, const Candidate& c) {
+  const Trial healthy;
+  const auto put = [&](Explanation e, const Trial& c) {
     findings.fits[static_cast<std::size_t>(e)] = settle(e, c, findings.noise);
   };
   put(Explanation::healthy, healthy);

@@ -1,5 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // A window of a loop, and what a specialist knows of the loop it comes from.
+//
+//   PV(s) / CO(s) = gain exp(-dead_time s) / (1 + time_constant s)
+//
+//   PV, CO  their units     gain  PV units / CO unit, not 0     dead_time  s, >= 0     time_constant  s, > 0
+//
+// Errors: none; who makes them keeps to the ranges.
+// What it can't do: a second lag, an integrating process, a gain that depends on the opening.
+//
+// Sources: the model that PI settings are commonly made from (model/analysis/tuning_rules.hpp);
+// 961 samples: Sewdass, thesis (Durban University of Technology), section 8.3.
 #pragma once
 
 #include <cstddef>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/specialist/team_training.hpp"
+#include "model/training/team_training.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 
 namespace loopwarden::specialist {
 namespace {
@@ -120,7 +120,7 @@ double epoch(TeamState& state, const Cases& cases, const std::vector<Index>& ord
 TeamRestart run_restart(const Cases& training, const Cases& validation,
                         const TeamTrainingSettings& settings, std::size_t restart,
                         const TeamHooks& hooks) {
-  plant::Random random(stream_seed(settings.seed, 0x7e57 + restart));
+  numeric::Random random(stream_seed(settings.seed, 0x7e57 + restart));
   const NetworkShape shape{kEvidence, settings.hidden, settings.hidden, 1};
   TeamState state;
   for (std::size_t c = 0; c < kConditions; ++c) {
@@ -206,7 +206,7 @@ void standardise(const std::vector<Example>& examples, std::size_t count, Team& 
 }  // namespace
 
 std::uint64_t stream_seed(std::uint64_t seed, std::uint64_t k) noexcept {
-  plant::Random random(seed * 0x9e3779b97f4a7c15ULL + k);
+  numeric::Random random(seed * 0x9e3779b97f4a7c15ULL + k);
   return random.bits();
 }
 
@@ -224,7 +224,7 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
         const SimulatedWindow window = simulate_window(
             model, request,
             stream_seed(seed, kMostTries * number + static_cast<std::size_t>(attempt)));
-        const Findings findings = explainer.explain(window.view());
+        const Explanations findings = explainer.explain(window.view());
         // A loop that lives at the stops of its output is none that anybody leaves alone.
         if (!findings.usable || findings.shut_share > kMostShut) continue;
         examples[k] = {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/specialist/levenberg_marquardt.hpp"
+#include "model/training/levenberg_marquardt.hpp"
 
 #include <Eigen/Cholesky>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/specialist/simulated_windows.hpp"
+#include "model/training/simulated_windows.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,30 +7,19 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/draw.hpp"
+#include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
 
 namespace loopwarden::specialist {
 namespace {
 
+using numeric::chance;
+using numeric::log_uniform;
+using numeric::Random;
 using plant::Block;
 using plant::EffectSpec;
-using plant::Random;
 
-constexpr std::array<std::string_view, 9> kOthers{"oscillating_disturbance",
-                                                  "step_disturbance",
-                                                  "extra_dead_time",
-                                                  "gain_change",
-                                                  "extra_lag",
-                                                  "positioner_overshoot",
-                                                  "valve_characteristic",
-                                                  "drift",
-                                                  "controller_mismatch"};
-
-double log_uniform(Random& random, double low, double high) {
-  return std::exp(random.uniform(std::log(low), std::log(high)));
-}
-bool chance(Random& random, double share) { return random.uniform() < share; }
 std::size_t choice(Random& random, std::size_t count) {
   return std::min(count - 1,
                   static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));
@@ -199,66 +188,110 @@ double add_condition(Draw& d, const WindowRequest& request) {
   return 0.0;
 }
 
+// What `other` is drawn from: each effect with the sizes that it has in training.
+struct Other {
+  std::string_view name;
+  void (*add)(Draw& d);
+};
+
+void slow_down(Draw& d, double factor) {
+  d.model.controller.pid.gains.kp *= factor;
+  d.model.controller.pid.gains.ki *= factor;
+}
+
+constexpr std::array kOthers{
+    Other{"oscillating_disturbance",
+          [](Draw& d) {
+            const double response_s = d.model.process.time_constant_s + d.model.process.dead_time_s;
+            const double amplitude = d.pv_span * log_uniform(d.random, 0.01, 0.06);
+            const double period_s =
+                log_uniform(d.random, 1.5 * response_s, 0.8 * d.window_s + 2.0 * response_s);
+            d.model.disturbances.push_back({"oscillating_disturbance",
+                                            {{"amplitude", amplitude},
+                                             {"period", period_s},
+                                             {"phase", d.random.uniform(0.0, 6.28)}}});
+          }},
+    Other{"step_disturbance",
+          [](Draw& d) {
+            const double size =
+                either_sign(d.random, d.pv_span * log_uniform(d.random, 0.02, 0.12));
+            const double from_s = d.length_s - d.window_s;
+            d.model.disturbances.push_back(
+                {"step_disturbance",
+                 {{"size", size}, {"time", from_s + d.window_s * d.random.uniform(0.1, 0.85)}}});
+          }},
+    Other{"extra_dead_time",
+          [](Draw& d) {
+            d.model.process_effects.push_back(
+                {"extra_dead_time",
+                 {{"seconds", d.model.process.dead_time_s * d.random.uniform(0.25, 1.0) +
+                                  d.model.sample_time_s}}});
+            slow_down(d, 0.7);
+          }},
+    Other{"gain_change",
+          [](Draw& d) {
+            const double factor =
+                chance(d.random, 0.5) ? d.random.uniform(0.5, 0.8) : d.random.uniform(1.2, 1.5);
+            d.model.process_effects.push_back({"gain_change", {{"factor", factor}}});
+            d.model.controller.pid.gains.kp /= std::max(1.0, factor);
+            d.model.controller.pid.gains.ki /= std::max(1.0, factor);
+          }},
+    Other{
+        "extra_lag",
+        [](Draw& d) {
+          d.model.process_effects.push_back(
+              {"extra_lag",
+               {{"time_constant", d.model.process.time_constant_s * d.random.uniform(0.4, 1.5)}}});
+        }},
+    Other{"positioner_overshoot",
+          [](Draw& d) {
+            const double damping = d.random.uniform(0.1, 0.35);
+            d.model.valve_effects.push_back(
+                {"positioner_overshoot",
+                 {{"damping", damping}, {"natural_frequency", log_uniform(d.random, 0.3, 1.5)}}});
+            slow_down(d, 0.7);
+          }},
+    Other{"valve_characteristic",
+          [](Draw& d) {
+            EffectSpec spec{"valve_characteristic", {}};
+            if (chance(d.random, 0.6)) {
+              spec.options["curve"] = "equal_percentage";
+              spec.parameters["rangeability"] = d.random.uniform(15.0, 50.0);
+            } else {
+              spec.options["curve"] = "quick_opening";
+            }
+            d.model.valve_effects.push_back(std::move(spec));
+            slow_down(d, 0.6);
+          }},
+    Other{"drift",
+          [](Draw& d) {
+            d.model.transmitter_effects.push_back(
+                {"drift",
+                 {{"rate", either_sign(d.random, d.pv_span * log_uniform(d.random, 2e-4, 1e-3))}}});
+          }},
+    Other{"controller_mismatch", [](Draw& d) {
+            const double factor =
+                chance(d.random, 0.5) ? d.random.uniform(0.2, 0.5) : d.random.uniform(1.1, 1.5);
+            d.model.controller.pid.gains.kp *= factor;
+            d.model.controller.pid.gains.ki *= chance(d.random, 0.5) ? factor : 1.0;
+          }}};
+constexpr auto kOtherNames = [] {
+  std::array<std::string_view, kOthers.size()> names;
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = kOthers[i].name;
+  return names;
+}();
+
 void add_other(Draw& d, std::string_view name) {
-  Random& r = d.random;
-  plant::LoopModel& m = d.model;
-  const double T = m.process.time_constant_s + m.process.dead_time_s;
-  const double from_s = d.length_s - d.window_s;
-  if (name == "oscillating_disturbance") {
-    m.disturbances.push_back({"oscillating_disturbance",
-                              {{"amplitude", d.pv_span * log_uniform(r, 0.01, 0.06)},
-                               {"period", log_uniform(r, 1.5 * T, 0.8 * d.window_s + 2.0 * T)},
-                               {"phase", r.uniform(0.0, 6.28)}}});
-  } else if (name == "step_disturbance") {
-    m.disturbances.push_back({"step_disturbance",
-                              {{"size", either_sign(r, d.pv_span * log_uniform(r, 0.02, 0.12))},
-                               {"time", from_s + d.window_s * r.uniform(0.1, 0.85)}}});
-  } else if (name == "extra_dead_time") {
-    m.process_effects.push_back(
-        {"extra_dead_time",
-         {{"seconds", m.process.dead_time_s * r.uniform(0.25, 1.0) + d.model.sample_time_s}}});
-    m.controller.pid.gains.kp *= 0.7;
-    m.controller.pid.gains.ki *= 0.7;
-  } else if (name == "gain_change") {
-    const double factor = chance(r, 0.5) ? r.uniform(0.5, 0.8) : r.uniform(1.2, 1.5);
-    m.process_effects.push_back({"gain_change", {{"factor", factor}}});
-    m.controller.pid.gains.kp /= std::max(1.0, factor);
-    m.controller.pid.gains.ki /= std::max(1.0, factor);
-  } else if (name == "extra_lag") {
-    m.process_effects.push_back(
-        {"extra_lag", {{"time_constant", m.process.time_constant_s * r.uniform(0.4, 1.5)}}});
-  } else if (name == "positioner_overshoot") {
-    m.valve_effects.push_back(
-        {"positioner_overshoot",
-         {{"damping", r.uniform(0.1, 0.35)}, {"natural_frequency", log_uniform(r, 0.3, 1.5)}}});
-    m.controller.pid.gains.kp *= 0.7;
-    m.controller.pid.gains.ki *= 0.7;
-  } else if (name == "valve_characteristic") {
-    EffectSpec spec{"valve_characteristic", {}};
-    if (chance(r, 0.6)) {
-      spec.options["curve"] = "equal_percentage";
-      spec.parameters["rangeability"] = r.uniform(15.0, 50.0);
-    } else {
-      spec.options["curve"] = "quick_opening";
-    }
-    m.valve_effects.push_back(std::move(spec));
-    m.controller.pid.gains.kp *= 0.6;
-    m.controller.pid.gains.ki *= 0.6;
-  } else if (name == "drift") {
-    m.transmitter_effects.push_back(
-        {"drift", {{"rate", either_sign(r, d.pv_span * log_uniform(r, 2e-4, 1e-3))}}});
-  } else if (name == "controller_mismatch") {
-    const double factor = chance(r, 0.5) ? r.uniform(0.2, 0.5) : r.uniform(1.1, 1.5);
-    m.controller.pid.gains.kp *= factor;
-    m.controller.pid.gains.ki *= chance(r, 0.5) ? factor : 1.0;
-  } else {
+  const auto* found = std::find(kOtherNames.begin(), kOtherNames.end(), name);
+  if (found == kOtherNames.end()) {
     throw std::invalid_argument("no other condition is called '" + std::string(name) + "'");
   }
+  kOthers[static_cast<std::size_t>(found - kOtherNames.begin())].add(d);
 }
 
 }  // namespace
 
-std::span<const std::string_view> other_names() noexcept { return kOthers; }
+std::span<const std::string_view> other_names() noexcept { return kOtherNames; }
 
 SimulatedWindow simulate_window(const plant::LoopModel& model, const WindowRequest& request,
                                 std::uint64_t seed) {
@@ -287,7 +320,7 @@ SimulatedWindow simulate_run(const plant::LoopModel& believed, const WindowReque
   window.severity_percent = add_condition(draw, request);
   if (request.condition == Condition::other) {
     const std::string_view name =
-        request.other.empty() ? kOthers[choice(random, kOthers.size())] : request.other;
+        request.other.empty() ? kOtherNames[choice(random, kOthers.size())] : request.other;
     add_other(draw, name);
     // What the window's CO and PV explain by themselves is no mistake of the process.
     if (request.other.empty() && name == "controller_mismatch") {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/specialist/growing.hpp"
+#include "model/training/growing.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "model/plant/random.hpp"
+#include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
-#include "model/specialist/team_training.hpp"
+#include "model/training/team_training.hpp"
 
 namespace loopwarden::specialist {
 namespace {
@@ -120,7 +120,7 @@ std::size_t target_of(const std::vector<Signature>& signatures, Condition condit
 
 Signature simulate_signature(const plant::LoopModel& believed, Condition condition,
                              std::uint64_t seed) {
-  plant::Random random(seed);
+  numeric::Random random(seed);
   plant::LoopModel m = believed;
   const control::PidSettings& pid = believed.controller.pid;
   const double co_span = pid.output_high - pid.output_low;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/specialist/signature.hpp"
+#include "model/window/signature.hpp"
 
 #include <algorithm>
 #include <cmath>

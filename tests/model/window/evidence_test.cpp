@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/specialist/evidence.hpp"
+#include "model/window/evidence.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 
-#include "model/specialist/team_training.hpp"
+#include "model/training/team_training.hpp"
 #include "tests/model/specialist/specialist_support.hpp"
 
 namespace evidence_test {
@@ -32,17 +32,17 @@ TEST_CASE("no input of the networks is dead", "[specialist]") {
 
 TEST_CASE("evidence is found by its name", "[specialist]") {
   CHECK(std::set(kEvidenceNames.begin(), kEvidenceNames.end()).size() == kEvidence);
-  Findings f;
+  Explanations f;
   f.noise = 0.1;
   f.co_range = 10.0;
   f.pv_range = 8.0;
   f.reversals = 6.0;
-  for (Fit& fit : f.fits) {
+  for (ExplanationFit& fit : f.fits) {
     fit.mse = 0.02;
     fit.innovation = 0.02;
     fit.shape = 1.0;
   }
-  Fit& stiction = f.fits[static_cast<std::size_t>(Explanation::stiction)];
+  ExplanationFit& stiction = f.fits[static_cast<std::size_t>(Explanation::stiction)];
   stiction.mse = 0.01;
   stiction.shape = 0.25;
   const Evidence evidence = evidence_of(f);

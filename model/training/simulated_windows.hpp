@@ -5,6 +5,19 @@
 // uncertainty, a second lag and the actuator's of its own, tuning, healthy friction, noise, a wandering load now
 // and then, and what the set point does. The condition has been there for long, and the window
 // starts at a random moment. Faults by every law that model/plant has for them.
+//
+//   severity    s, deadband, width: log-uniform, least_percent to 20 % of the CO span; offset to 12 %; fill rate
+//               log-uniform, 0.5 to 5 % of the CO span a second
+//   tuning      gains times exp(uniform(-0.7, 0.2))     noise  log-uniform, 0.03 to 0.4 % of the PV span
+//   set point   steps 60 %, square wave 15 %, ramps and waves 13 %, constant 12 % of the windows
+//   other       one of other_names(), with the sizes that simulated_windows.cpp gives each
+//
+// Errors: std::invalid_argument for a name that is none of other_names(); effects::EffectError for a model that
+// can't be simulated.
+// What it can't do: two faults at once, a fault that comes or goes within the window, a valve of another make than
+// the laws of model/plant.
+//
+// Source: none: the ranges are our choice of what plants have, and the figures of docs/specialists.md hold for them.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +25,7 @@
 
 #include "model/plant/loop_model.hpp"
 #include "model/specialist/classes.hpp"
-#include "model/specialist/loop_window.hpp"
+#include "model/window/loop_window.hpp"
 
 namespace loopwarden::specialist {
 
