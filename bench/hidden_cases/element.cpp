@@ -21,6 +21,8 @@ class Lag final : public Element {
   double x_ = 0.0;
 };
 
+constexpr double kTravel = 10.0;  // CO units; the stem stops at both ends
+
 class Positioner final : public Element {
  public:
   Positioner(double natural_frequency_rad_s, double damping, double lag_s)
@@ -37,7 +39,12 @@ class Positioner final : public Element {
   double step(double input, double time_s) override {
     const double u = third_pole_ ? lag_.step(input, time_s) : input;
     v_ += kStep_s * (w_ * w_ * (u - x_) - 2.0 * damping_ * w_ * v_);
-    return x_ += kStep_s * v_;
+    x_ += kStep_s * v_;
+    if (x_ < 0.0 || x_ > kTravel) {
+      x_ = std::clamp(x_, 0.0, kTravel);
+      v_ = 0.0;
+    }
+    return x_;
   }
 
  private:

@@ -84,6 +84,8 @@ struct Candidate {
   // The same stem with the momentum of its actuator; null: none.
   plant::EffectSpec (*with_momentum)(plant::EffectSpec effect, double natural_frequency_rad_s,
                                      double damping) = nullptr;
+  // Share of the samples at which it does what no simpler effect does, under this CO; null: all.
+  double (*telling)(Values searched, Values co, double period_s) = nullptr;
   // Standard deviations of named parameters from those of the searched and then the solved values
   // (`spread`); null: what is searched is what is named.
   void (*deviations)(Values searched, Values spread, const plant::EffectSpec& spec,

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/plant/low_air_supply.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "model/effects/descriptor.hpp"
 
 namespace loopwarden::effects::low_air_supply {
@@ -18,6 +21,19 @@ plant::Effect make(const SpecReader& read, const EffectContext& context) {
       context.sample_time_s);
 }
 
+// Share of the samples at which rate or travel limit hold the stem back; without them it is a bare lag.
+double limited(Candidate::Values v, Candidate::Values co, double period_s) {
+  if (co.empty()) return 0.0;
+  plant::LowAirSupply air({.rate = v[0], .travel_limit = v[1], .lag_s = v[2]}, period_s);
+  double x = air.reset(co.front());
+  std::size_t held = 0;
+  for (const double u : co) {
+    if (u > v[1] || std::abs(std::min(u, v[1]) - x) > v[0] * v[2]) ++held;
+    x = air.step(u);
+  }
+  return static_cast<double>(held) / static_cast<double>(co.size());
+}
+
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back(
       {.smooth = false,
@@ -31,7 +47,8 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
        .starts = 4,
        .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
          return {"low_air_supply", {{"rate", v[0]}, {"travel_limit", v[1]}, {"lag", v[2]}}};
-       }});
+       },
+       .telling = limited});
 }
 
 }  // namespace

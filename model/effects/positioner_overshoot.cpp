@@ -35,7 +35,8 @@ Descriptor describe() {
       .meaning = "the positioner overshoots and rings",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::PositionerOvershoot(read.value("damping"), read.value("natural_frequency"),
-                                          context.sample_time_s);
+                                          context.sample_time_s,
+                                          {context.output_low, context.output_high});
       },
       .candidates = candidates,
       .valve_rank = 0,

@@ -39,7 +39,8 @@ plant::Effect make(const SpecReader& read, const EffectContext& context) {
   if (law == "karnopp") return plant::StictionKarnopp(p, context.sample_time_s);
   if (law == "inertial") {
     return plant::StictionInertial(p, {read.value("natural_frequency"), read.value("damping")},
-                                   context.sample_time_s);
+                                   context.sample_time_s,
+                                   {context.output_low, context.output_high});
   }
   return plant::StictionChoudhury(p);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "model/numeric/root_sum_square.hpp"
 #include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
@@ -14,7 +15,12 @@ bool Explanation::has(std::string_view name) const noexcept {
 bool worth_adding(const Addition& a) noexcept {
   const double gain = a.first ? kFirstGain : kFurtherGain;
   return a.score_with - a.score_without > std::max(gain, kLeastPart * a.score_without) &&
-         a.moves_pv > a.least_rms && (a.first || a.at_one_moment || a.block_t > kLeastT);
+         a.moves_pv > a.least_rms && (a.first || a.at_one_moment || a.block_t > kLeastT) &&
+         (a.first || a.rmse_with < a.rmse_without);
+}
+
+bool leaves_more(double rmse, const Scale& scale) noexcept {
+  return rmse > numeric::root_sum_square(scale.noise_rms, scale.least_rms);
 }
 
 bool superfluous(double score_with, double score_without) noexcept {

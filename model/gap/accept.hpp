@@ -22,6 +22,12 @@ struct Explanation {
   bool has(std::string_view name) const noexcept;
 };
 
+// What counts as large.
+struct Scale {
+  double noise_rms = 0.0;  // PV units, of the record
+  double least_rms = 0.0;  // PV units, of what matters
+};
+
 // One more effect.
 struct Addition {
   double score_with = 0.0;     // nats
@@ -31,8 +37,13 @@ struct Addition {
   double moves_pv = 0.0;       // PV units rms, apart from the free run without it
   double least_rms = 0.0;      // PV units, of what matters
   double block_t = 0.0;        // Student's t of the gain over the blocks of the record
+  double rmse_with = 0.0;      // PV units, free run
+  double rmse_without = 1.0;   // PV units, free run
 };
 bool worth_adding(const Addition& addition) noexcept;
+
+// Whether a free run leaves so much beside noise that one more effect could matter. `rmse` in PV units.
+bool leaves_more(double rmse, const Scale& scale) noexcept;
 
 // The others do as well without it.
 bool superfluous(double score_with, double score_without) noexcept;

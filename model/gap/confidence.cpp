@@ -53,8 +53,10 @@ Residuals examine(const Fitter& fitter, const SearchResult& search, const std::v
   const double ratio = fitter.load_ratio(fit);
   left.load_intensity = fit.noise_rms * ratio / std::sqrt(period_s);
   const double load_rms = left.load_intensity * std::sqrt(LoadFilter::kReturnTime_s / 2.0);
-  left.floor_rmse =
-      std::min(numeric::root_sum_square(fit.noise_rms, load_rms), search.chosen.training_rmse);
+  const double valve_rms = fit.noise_rms * fitter.valve_ratio(fit);
+  left.floor_rmse = std::min(
+      numeric::root_sum_square(numeric::root_sum_square(fit.noise_rms, load_rms), valve_rms),
+      search.chosen.training_rmse);
   const std::vector<double> e = fitter.innovations(fit);
   double fourth = 0.0;
   double second = 0.0;

@@ -32,6 +32,10 @@ inline constexpr double kSettingsLeave = 0.3;
 inline constexpr double kLeastEffect = 0.0015;
 inline constexpr double kLeastEffectNoise = 0.5;
 
+// What a healthy valve leaves of PV beside noise, rms: of the output's span, times the process gain. By
+// hand: its friction is allowed 0.3 %, and the stem rests anywhere within.
+inline constexpr double kHealthyValveLeaves = 0.003;
+
 // search -----------------------------------------------------------------------------------------------
 // Nats to call one effect missing. By hand; it is a Bayes factor of 150, which Kass and Raftery, J. Am.
 // Stat. Assoc. 90 (1995) 773-795, call very strong.
@@ -44,6 +48,8 @@ inline constexpr double kLeastPart = 0.05;
 // degrees of freedom, 1.80.
 inline constexpr double kLeastT = 1.7;
 inline constexpr std::size_t kGainBlocks = 12;
+// An effect that is more than a simpler one at less than this share of the samples is the simpler one. By hand.
+inline constexpr double kLeastTelling = 0.005;
 // Nats behind the choice: so near, and the record can't tell the names apart. By hand.
 inline constexpr double kTooClose = 6.0;
 

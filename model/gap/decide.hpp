@@ -34,12 +34,6 @@ struct Competition {
 };
 Competition competition_of(const SearchResult& search);
 
-// What counts as large.
-struct Scale {
-  double noise_rms = 0.0;  // PV units, of the record
-  double least_rms = 0.0;  // PV units, of what matters
-};
-
 struct NamedEffect {
   std::string name;
   double lead_nats = 0.0;

@@ -9,15 +9,21 @@
 #include <nlopt.hpp>
 #include <numbers>
 #include <numeric>
+#include <span>
 
+#include "model/gap/constants.hpp"
 #include "model/numeric/random.hpp"
 
 namespace loopwarden::gap {
 namespace {
 
-constexpr std::size_t kNuisances = 5;   // time constant, dead time, three of the healthy valve
-constexpr std::size_t kLittleLoad = 1;  // index of the load ratio
+constexpr std::size_t kNuisances = 5;  // time constant, dead time, three of the healthy valve
+// Parts of what is allowed, that are tried. The filters stand in rows of kLoads, one row for each of kValves.
+constexpr std::array kLoads{0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0};
+constexpr std::array kValves{0.0, 0.35, 1.0};
+constexpr std::size_t kLittleLoad = 1;  // index of the filter
 constexpr std::uint64_t kEvolutionSeed = 1;
+constexpr double kBentGain = 0.25;  // of itself, by which a gain found beside a cycle may be off
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Up to what sampling can show; where the process is as fast as that, from half of it on.
@@ -99,7 +105,7 @@ struct Fitter::Work {
 };
 
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
-               const std::vector<bool>& used, double largest_load_ratio, bool allowances)
+               const std::vector<bool>& used, AllowedWander allowed, bool allowances)
     : free_run_(free_run),
       actuator_{effects::SearchRange{"damping", 0.05, 2.0, true, 1},
                 actuator_frequency(free_run.model())},
@@ -116,11 +122,23 @@ Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
     pv_[k] = pv[k] - free_run.offset()[k];
     training_end_ = k + 1;
   }
-  for (const double part : {0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0}) {
-    filters_.emplace_back(used, free_run.model().sample_time_s, part * largest_load_ratio);
-    white_pv_.emplace_back(filters_.back().count());
-    filters_.back().whiten(pv_, white_pv_.back());
+  const plant::LoopModel& model = free_run.model();
+  // As long as the loop takes to move the stem on.
+  const double forgets_s =
+      std::max(model.process.time_constant_s + model.process.dead_time_s, model.sample_time_s);
+  for (const double valve : kValves) {
+    if (valve > 0.0 && !(allowed.valve > 0.0)) break;
+    for (const double load : kLoads) {
+      filters_.emplace_back(used, model.sample_time_s, load * allowed.load,
+                            LoadFilter::Valve{valve * allowed.valve, forgets_s});
+      white_pv_.emplace_back(filters_.back().count());
+      filters_.back().whiten(pv_, white_pv_.back());
+    }
   }
+}
+
+bool Fitter::load_at_limit(const Fit& fit) const noexcept {
+  return fit.load % kLoads.size() + 1 == kLoads.size();
 }
 
 double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit) const {
@@ -191,6 +209,7 @@ double Fitter::evaluate(Work& work, const Terms& terms, const Point& point, std:
 
 void Fitter::choose_load(Work& work, Fit& fit) const {
   free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
+  // All of them: a load and what a valve leaves can stand for one another up to a point.
   std::size_t best = fit.load;
   double best_deviance = kInfinity;
   for (std::size_t load = 0; load < filters_.size(); ++load) {
@@ -592,8 +611,11 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
   const auto short_run = static_cast<std::size_t>(std::max(8.0 * slow_s / h, 60.0));
   const Candidate& sticking = *with.terms.back();
   const bool gain_changed = solves_gain(with.terms);
+  // A gain that was found without the cycle is bent by it: as wide as it may be off, and from three places.
   const double middle = gain_changed ? with.solved[0] : 1.0;
-  const double width = gain_changed ? 0.1 * middle : model.uncertainty.gain;
+  const double width = gain_changed ? kBentGain * middle : model.uncertainty.gain;
+  const std::vector<double> gain_positions =
+      gain_changed ? std::vector<double>{0.2, 0.5, 0.86} : std::vector<double>{0.5};
   std::vector<double> pv = pv_;
   if (free_run_.base_columns() > 3) {
     for (double& v : pv) v -= with.solved[3];  // the level
@@ -601,34 +623,43 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
   const auto cost = [&](const Point& point, double gain, std::size_t run_samples) {
     return free_run_.short_runs(with.terms, point, pv, used_, gain, run_samples);
   };
-  std::vector<Fit> found;
+  const auto gain_at = [&](double position) { return middle + width * (2.0 * position - 1.0); };
+  struct Start {
+    Fit fit;
+    double gain_position;
+  };
+  std::vector<Start> found;
   Fit fit = with;
-  for (const double damping : {0.3, 1.2}) {
-    Point& point = fit.point;
-    point.actuator_damping = damping;
-    for (int i = 0; i < sticking.search[0].grid; ++i) {
-      for (int j = 0; j < sticking.search[1].grid; ++j) {
-        point.searched.back() = {sticking.search[0].value((i + 0.5) / sticking.search[0].grid),
-                                 sticking.search[1].value((j + 0.5) / sticking.search[1].grid),
-                                 0.0};
-        fit.deviance = cost(point, middle, short_run);
-        found.push_back(fit);
+  for (const double gain_position : gain_positions) {
+    for (const double damping : {0.3, 1.2}) {
+      Point& point = fit.point;
+      point.actuator_damping = damping;
+      for (int i = 0; i < sticking.search[0].grid; ++i) {
+        for (int j = 0; j < sticking.search[1].grid; ++j) {
+          point.searched.back() = {sticking.search[0].value((i + 0.5) / sticking.search[0].grid),
+                                   sticking.search[1].value((j + 0.5) / sticking.search[1].grid),
+                                   0.0};
+          fit.deviance = cost(point, gain_at(gain_position), short_run);
+          found.push_back({fit, gain_position});
+        }
       }
     }
   }
-  const auto better = [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; };
+  const auto better = [](const Start& x, const Start& y) {
+    return x.fit.deviance < y.fit.deviance;
+  };
   std::sort(found.begin(), found.end(), better);
   found.resize(hint != nullptr ? sticking.starts - 1 : sticking.starts);
   if (hint != nullptr) {
     fit.point.searched.back() = *hint;
-    found.push_back(fit);
+    found.push_back({fit, 0.5});
   }
   Work work;
-  for (Fit& start : found) {
+  for (auto& [start, gain_position] : found) {
     // Process, actuator, s, j/s, and the gain.
     std::vector<double> x = positions(start);
     const std::size_t own_at = x.size() - 3;
-    std::vector<double> own{x[0], x[1], x[2], x[3], x[own_at], x[own_at + 1], 0.5};
+    std::vector<double> own{x[0], x[1], x[2], x[3], x[own_at], x[own_at + 1], gain_position};
     const auto at_point = [&](const std::vector<double>& at) {
       std::copy(at.begin(), at.begin() + 4, x.begin());
       std::copy(at.begin() + 4, at.begin() + 6, x.begin() + static_cast<std::ptrdiff_t>(own_at));
@@ -638,7 +669,7 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
       const std::size_t samples = run < 8 * short_run ? run : used_.size();
       minimise(own, {0.2, 0.2, 0.15, 0.15, 0.02, 0.08, 0.2}, run == short_run ? 200 : 120,
                [&](const std::vector<double>& at) {
-                 return cost(at_point(at), middle + width * (2.0 * at[6] - 1.0), samples);
+                 return cost(at_point(at), gain_at(at[6]), samples);
                });
     }
     // Where the stem stood at the start of the one long run.
@@ -653,8 +684,11 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
     }
   }
   std::sort(found.begin(), found.end(), better);
-  found.resize(std::min<std::size_t>(found.size(), 2));
-  return found;
+  std::vector<Fit> best;
+  for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), 2); ++i) {
+    best.push_back(std::move(found[i].fit));
+  }
+  return best;
 }
 
 Fit Fitter::fit_without(const Fit& fit, std::size_t index, int evaluations) const {
@@ -663,6 +697,17 @@ Fit Fitter::fit_without(const Fit& fit, std::size_t index, int evaluations) cons
   less.terms.erase(less.terms.begin() + at);
   less.point.searched.erase(less.point.searched.begin() + at);
   return refine(less, evaluations);
+}
+
+bool Fitter::tells(const Fit& fit) const {
+  const std::span<const double> co(free_run_.output().data(), training_end_);
+  for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    if (fit.terms[i]->telling == nullptr) continue;
+    const double share =
+        fit.terms[i]->telling(fit.point.searched[i], co, free_run_.model().sample_time_s);
+    if (share < kLeastTelling) return false;
+  }
+  return true;
 }
 
 std::vector<double> Fitter::simulate(const Fit& fit) const {

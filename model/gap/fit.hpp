@@ -21,11 +21,17 @@
 
 namespace loopwarden::gap {
 
+// What may wander under PV besides noise, each over the record's noise (load_filter.hpp).
+struct AllowedWander {
+  double load = 0.0;   // the most that a load may have
+  double valve = 0.0;  // the most that a healthy valve may leave
+};
+
 struct Fit {
   Terms terms;
   Point point;
   std::vector<double> solved;  // K', c1, c2, then each term's
-  std::size_t load = 0;        // index of the load filter it was judged with
+  std::size_t load = 0;        // index of the filter it was judged with
   double deviance = 0.0;       // -2 log likelihood; less is better
   double noise_rms = 0.0;      // PV units, of the innovations
   std::size_t samples = 0;     // used
@@ -34,16 +40,16 @@ struct Fit {
 class Fitter {
  public:
   // Uses the samples where `used` is true. `free_run` must outlive it.
-  // Loads up to `largest_load_ratio` (load_filter.hpp) are allowed for; without `allowances` no friction
-  // and momentum of a healthy valve.
+  // Without `allowances` no friction and momentum of a healthy valve.
   Fitter(const FreeRun& free_run, const std::vector<double>& pv, const std::vector<bool>& used,
-         double largest_load_ratio, bool allowances);
+         AllowedWander allowed, bool allowances);
 
   // Friction that a healthy valve may have, of the output's span.
   static constexpr double kHealthyFriction = 0.003;
   // No more load was allowed: what is left may be something else.
-  bool load_at_limit(const Fit& fit) const noexcept { return fit.load + 1 == filters_.size(); }
+  bool load_at_limit(const Fit& fit) const noexcept;
   double load_ratio(const Fit& fit) const noexcept { return filters_[fit.load].load_ratio(); }
+  double valve_ratio(const Fit& fit) const noexcept { return filters_[fit.load].valve_ratio(); }
 
   // The model as it is with its own parameters within their uncertainty.
   Fit fit_model() const;
@@ -57,6 +63,9 @@ class Fitter {
   Fit refine(const Fit& start, int evaluations) const;
   // Without term `index`, refined.
   Fit fit_without(const Fit& fit, std::size_t index, int evaluations) const;
+
+  // Whether each effect is more than a simpler one under this CO.
+  bool tells(const Fit& fit) const;
 
   // PV in free run, from the fit's own state at the first sample.
   std::vector<double> simulate(const Fit& fit) const;

@@ -39,10 +39,14 @@ double pv_span(const CheckedRecord& r) {
   return r.model.transmitter.high - r.model.transmitter.low;
 }
 
-double load_ratio(const CheckedRecord& r, const SearchOptions& options, double largest_load) {
-  return options.load && r.quality.noise_rms > 0.0
-             ? largest_load * pv_span(r) * std::sqrt(r.record.period_s) / r.quality.noise_rms
-             : 0.0;
+AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& options,
+                             double largest_load) {
+  const double noise = r.quality.noise_rms;
+  if (!options.load || !(noise > 0.0)) return {};
+  const control::PidSettings& pid = r.model.controller.pid;
+  const double friction = kHealthyValveLeaves * (pid.output_high - pid.output_low);  // CO units
+  return {.load = largest_load * pv_span(r) * std::sqrt(r.record.period_s) / noise,
+          .valve = options.allowances ? friction * std::abs(r.model.process.gain) / noise : 0.0};
 }
 
 }  // namespace
@@ -54,11 +58,11 @@ ModelFit::ModelFit(const CheckedRecord& record, const SearchOptions& options, do
           std::max(kLeastEffect * pv_span(record), kLeastEffectNoise * record.quality.noise_rms)),
       record_(record),
       options_(options),
-      largest_load_ratio_(load_ratio(record, options, largest_load)),
-      fitter(run, record.pv, record.training, largest_load_ratio_, options.allowances) {}
+      allowed_(allowed_wander(record, options, largest_load)),
+      fitter(run, record.pv, record.training, allowed_, options.allowances) {}
 
 Fitter ModelFit::over_whole_record() const {
-  return {run, record_.pv, record_.used, largest_load_ratio_, options_.allowances};
+  return {run, record_.pv, record_.used, allowed_, options_.allowances};
 }
 
 }  // namespace loopwarden::gap

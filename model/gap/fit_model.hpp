@@ -33,7 +33,7 @@ class ModelFit {
  private:
   const CheckedRecord& record_;
   SearchOptions options_;
-  double largest_load_ratio_;
+  AllowedWander allowed_;
 
  public:
   const Fitter fitter;

@@ -49,6 +49,7 @@ class FreeRun {
 
   std::size_t size() const noexcept { return co_.size(); }
   const std::vector<double>& offset() const noexcept { return offset_; }
+  const std::vector<double>& output() const noexcept { return co_; }  // CO units
   const plant::LoopModel& model() const noexcept { return model_; }
 
   // z, m1, m2, the level where it is unknown, then the columns of each term, for at least the first `samples` samples.

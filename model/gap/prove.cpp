@@ -22,7 +22,8 @@ Proof judge(const Trial& t) noexcept {
                                        : Proof::refuted;
   }
   const bool holds = t.rest_is_noise
-                         ? t.choice_innovations < kWorstInnovations * t.model_innovations
+                         ? t.choice_innovations < kWorstInnovations * t.model_innovations &&
+                               t.choice_rmse <= std::max(t.model_rmse, k95 * t.floor_rmse)
                          : t.choice_rmse <= kWorstHoldout * t.model_rmse;
   return t.believable && holds ? Proof::holds : Proof::refuted;
 }
@@ -34,7 +35,8 @@ Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
               .rest_is_noise = left.adequate,
               .closed = gap_closed(before.holdout_rmse, after.holdout_rmse, left.floor_rmse),
               .model_rmse = before.holdout_rmse,
-              .choice_rmse = after.holdout_rmse};
+              .choice_rmse = after.holdout_rmse,
+              .floor_rmse = left.floor_rmse};
   if (std::isfinite(trial.closed) || !left.adequate) return trial;
   const Fitter whole = model_fit.over_whole_record();
   const auto first = std::count(record.training.begin(), record.training.end(), true);

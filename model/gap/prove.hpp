@@ -10,7 +10,7 @@
 // From 80 % on the names hold, from 50 % on partly, below they are refuted. Where before is below two floors
 // there is no such figure. Then names that the data of the fit make believable are held against the model
 // alone: by innovations, a load allowed to both, where noise and a quiet load account for what the choice
-// leaves, elsewhere by the free runs.
+// leaves, and the free run must not be worse than a load may make it, two floors; elsewhere by the free runs.
 //
 // What it can't do: an effect that ends before the holdout looks refuted.
 #pragma once
@@ -35,6 +35,7 @@ struct Trial {
   double choice_innovations = 0.0;  // PV units squared, sum over the holdout
   double model_rmse = 0.0;          // PV units, free run over the holdout
   double choice_rmse = 0.0;         // PV units, free run over the holdout
+  double floor_rmse = 0.0;          // PV units, noise and load
 };
 Proof judge(const Trial& trial) noexcept;
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -60,6 +61,7 @@ plant::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index)
 
 std::string why_not(const Hypothesis& tried, const SearchResult& search, Verdict verdict) {
   if (verdict == Verdict::no_gap) return "nothing is missing that it could explain";
+  if (!std::isfinite(tried.score)) return "does nothing here that a simpler effect does not";
   const double behind = search.chosen.score - tried.score;
   if (search.chosen.fit.terms.empty()) {
     return text("explains too little: %.3g of the gap's rmse %.3g is left", tried.training_rmse,

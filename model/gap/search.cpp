@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -76,7 +77,7 @@ bool contains(const Fit& fit, std::string_view name) {
 }
 
 SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& all,
-                            double least_rms, const SearchOptions& options,
+                            const Scale& scale, const SearchOptions& options,
                             const ParallelFor& parallel,
                             const std::function<void(double)>& progress) {
   SearchResult result;
@@ -84,7 +85,9 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
   const std::size_t end = fitter.training_end();
   result.base_rmse = fitter.training_rmse(result.base);
   const auto hypothesis = [&](Fit fit) {
-    const double score = (result.base.deviance - fit.deviance) / 2.0 - penalty(fit);
+    const double score = fitter.tells(fit)
+                             ? (result.base.deviance - fit.deviance) / 2.0 - penalty(fit)
+                             : -std::numeric_limits<double>::infinity();
     const double rmse = fitter.training_rmse(fit);
     return Hypothesis{std::move(fit), score, rmse};
   };
@@ -127,10 +130,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
         if (alone != nullptr) {
           jobs.push_back({&alone->fit, first, hint_for(*first)});
         }
-        // A disturbance may show only when the valve is right.
-        if (alone == nullptr || candidate.block == plant::Block::disturbance) {
-          jobs.push_back({&base.fit, &candidate, hint_for(candidate)});
-        }
+        jobs.push_back({&base.fit, &candidate, hint_for(candidate)});
       }
     }
     std::vector<Hypothesis> made(jobs.size());
@@ -158,8 +158,10 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
          .first = first,
          .at_one_moment = more.fit.terms.back()->at_one_moment,
          .moves_pv = rms_apart(fitter.simulate(more.fit), fitter.simulate(less.fit), end),
-         .least_rms = least_rms,
-         .block_t = first ? 0.0 : block_t(fitter, more.fit, less.fit)});
+         .least_rms = scale.least_rms,
+         .block_t = first ? 0.0 : block_t(fitter, more.fit, less.fit),
+         .rmse_with = more.training_rmse,
+         .rmse_without = less.training_rmse});
   };
 
   result.singles = distinct(add_each({result.chosen}, true));
@@ -169,7 +171,8 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
     result.chosen = result.singles.front();
     result.path.push_back({result.chosen.fit.terms[0]->name});
   }
-  if (options.several && !result.chosen.fit.terms.empty()) {
+  if (options.several && !result.chosen.fit.terms.empty() &&
+      leaves_more(result.chosen.training_rmse, scale)) {
     std::vector<Hypothesis> seeds(result.singles.begin(),
                                   result.singles.begin() + static_cast<std::ptrdiff_t>(std::min(
                                                                kSeeds, result.singles.size())));
@@ -205,10 +208,12 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
       std::vector<std::string> names;
       for (const Candidate* term : result.chosen.fit.terms) names.emplace_back(term->name);
       result.path.push_back(std::move(names));
+      if (!leaves_more(result.chosen.training_rmse, scale)) break;
       seeds = {result.chosen};
     }
   }
-  result.chosen = hypothesis(fitter.polish(result.chosen.fit, kPolishLast));
+  Hypothesis polished = hypothesis(fitter.polish(result.chosen.fit, kPolishLast));
+  if (better(polished, result.chosen)) result.chosen = std::move(polished);
   progress(1.0);
   return result;
 }

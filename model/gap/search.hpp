@@ -6,8 +6,10 @@
 // A hypothesis is scored by
 //   score = (deviance of the model alone - deviance of the hypothesis)/2 - k/2 ln N - r
 // with k parameters and N samples (Schwarz 1978), r what its effects are rarer than others (in their
-// descriptors), on the first two thirds of the record. Another effect is taken in only if its gain in score is clear, spread over the record (a t-test over
-// blocks), and large enough to matter in PV.
+// descriptors), on the first two thirds of the record. One that does nothing here that a simpler effect does not
+// (low air whose limits are never reached is a lag) is no hypothesis. Another effect is taken in only if its
+// gain in score is clear, spread over the record (a t-test over blocks), and large enough to matter in PV, and
+// if it makes the free run better; none is looked for where too little is left beside noise to matter.
 //
 // Sources: Schwarz, Ann. Stat. 6 (1978) 461-464; Bacher and Madsen, Energy and Buildings 43 (2011)
 // 1511-1522, for forward selection of physical models.
@@ -17,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "model/gap/accept.hpp"
 #include "model/gap/fit.hpp"
 
 namespace loopwarden::gap {
@@ -52,7 +55,7 @@ bool contains(const Fit& fit, std::string_view name);
 
 // `progress` is told what is done of how much.
 SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& all,
-                            double least_rms, const SearchOptions& options,
+                            const Scale& scale, const SearchOptions& options,
                             const ParallelFor& parallel,
                             const std::function<void(double)>& progress);
 

@@ -129,12 +129,11 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   const ControllerFinding controller =
       record.closed_loop ? ControllerFinding{} : compare_controller(record.record, record.model);
   const ModelFit model_fit(record, options.search, options.largest_load);
-  const SearchResult search =
-      search_effects(model_fit.fitter, model_fit.searched, model_fit.least_rms, options.search,
-                     parallel, progress);
+  const Scale scale{record.quality.noise_rms, model_fit.least_rms};
+  const SearchResult search = search_effects(model_fit.fitter, model_fit.searched, scale,
+                                             options.search, parallel, progress);
   const Residuals left = examine(model_fit.fitter, search, record.co, record.quality.noise_rms,
                                  record.record.period_s);
-  const Scale scale{record.quality.noise_rms, model_fit.least_rms};
   const Decision decision = decide(competition_of(search), left, controller, scale);
 
   const Fit& fit = search.chosen.fit;

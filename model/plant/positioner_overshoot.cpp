@@ -6,7 +6,8 @@
 namespace loopwarden::plant {
 
 PositionerOvershoot::PositionerOvershoot(double damping, double natural_frequency_rad_s,
-                                         double period_s) noexcept {
+                                         double period_s, Travel travel) noexcept
+    : travel_(travel) {
   const double decay_rate = damping * natural_frequency_rad_s;                            // 1/s
   const double frequency = natural_frequency_rad_s * std::sqrt(1.0 - damping * damping);  // rad/s
   const double decay = std::exp(-decay_rate * period_s);
@@ -19,7 +20,7 @@ PositionerOvershoot::PositionerOvershoot(double damping, double natural_frequenc
 }
 
 double PositionerOvershoot::reset(double u) noexcept {
-  x_ = u;
+  x_ = travel_.within(u);
   v_ = 0.0;
   return x_;
 }
@@ -28,6 +29,10 @@ double PositionerOvershoot::step(double u) noexcept {
   const double distance = x_ - u;
   x_ = u + xx_ * distance + xv_ * v_;
   v_ = vx_ * distance + vv_ * v_;
+  if (travel_.beyond(x_)) {
+    x_ = travel_.within(x_);
+    v_ = 0.0;
+  }
   return u + severity_ * (x_ - u);
 }
 

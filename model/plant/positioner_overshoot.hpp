@@ -5,6 +5,9 @@
 //
 //   u, x  CO units     Z  damping ratio, 0 < Z < 1     W  natural_frequency, rad/s, > 0
 //
+// At an end of the travel the stem stops: a swing that would carry it beyond leaves it there, x' = 0, until
+// CO draws it back. Ends are looked at once a period.
+//
 // Severity p fades it in as u + p (x - u).
 // Errors: none; a non-finite u gives a non-finite x until the next reset.
 // What it can't do: linear, so the overshoot is the same share of a step of any size; no rate limit.
@@ -12,11 +15,14 @@
 // Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), zero-order hold.
 #pragma once
 
+#include "model/plant/travel.hpp"
+
 namespace loopwarden::plant {
 
 class PositionerOvershoot {
  public:
-  PositionerOvershoot(double damping, double natural_frequency_rad_s, double period_s) noexcept;
+  PositionerOvershoot(double damping, double natural_frequency_rad_s, double period_s,
+                      Travel travel = {}) noexcept;
 
   void set_severity(double severity) noexcept { severity_ = severity; }
   double reset(double u) noexcept;
@@ -25,6 +31,7 @@ class PositionerOvershoot {
  private:
   // One period of the free motion of (x - u, x').
   double xx_, xv_, vx_, vv_;
+  Travel travel_;
   double severity_ = 1.0;
   double x_ = 0.0;  // CO units
   double v_ = 0.0;  // CO units/s

@@ -13,8 +13,9 @@ constexpr int kMostStops = 16;  // in one period; more would be chatter of round
 }  // namespace
 
 StictionInertial::StictionInertial(StictionParameters parameters, Actuator actuator,
-                                   double period_s) noexcept
+                                   double period_s, Travel travel) noexcept
     : full_(parameters),
+      travel_(travel),
       period_s_(period_s),
       decay_rate_(actuator.damping * actuator.natural_frequency_rad_s),
       overdamped_(actuator.damping >= 1.0),
@@ -39,8 +40,10 @@ void StictionInertial::set_severity(double severity) noexcept {
 
 double StictionInertial::reset(double u) noexcept {
   v_ = 0.0;
-  return x_ = u;
+  return x_ = travel_.within(u);
 }
+
+double StictionInertial::stop_at_end() noexcept { return reset(x_); }
 
 StictionInertial::Solution StictionInertial::solution(double time_s) const noexcept {
   if (overdamped_) {
@@ -60,9 +63,12 @@ void StictionInertial::advance(double centre, double time_s) noexcept {
   v_ = -stiffness_ * s * y + (c - decay_rate_ * s) * v_;
 }
 
-double StictionInertial::start_or_stop(double u) noexcept {
-  if (!std::isfinite(u)) return x_;
-  if (absent_) return reset(u);
+void StictionInertial::start_or_stop(double u) noexcept {
+  if (!std::isfinite(u)) return;
+  if (absent_) {
+    reset(u);
+    return;
+  }
   double left_s = period_s_;
   for (int stops = 0; stops < kMostStops && left_s > 0.0; ++stops) {
     if (v_ == 0.0 && std::abs(u - x_) <= static_friction_) break;
@@ -106,7 +112,6 @@ double StictionInertial::start_or_stop(double u) noexcept {
     v_ = 0.0;
     left_s -= stop_s;
   }
-  return x_;
 }
 
 }  // namespace loopwarden::plant

@@ -12,6 +12,9 @@
 // With little damping a slip overshoots: the stem travels up to 2 j where the quasi-static laws let it
 // travel j, and stops there; from z = 1 on it creeps to where they let it jump. At s = 0 this is the second-order actuator of positioner_overshoot.hpp.
 //
+// At an end of the travel the stem stops, x' = 0, and stays for the rest of the period; friction holds it there
+// as anywhere. Ends are looked at once a period.
+//
 // While the stem moves the equation is linear and its solution closed; a stop within the period is
 // found from the closed solution, and what follows it starts there. Severity p fades it in as
 // p S and p J; at 0 the stem follows u at once.
@@ -27,6 +30,7 @@
 #include <cmath>
 
 #include "model/plant/stiction_law.hpp"
+#include "model/plant/travel.hpp"
 
 namespace loopwarden::plant {
 
@@ -37,7 +41,8 @@ class StictionInertial {
     double damping = 0.7;
   };
   // `period_s` > 0, shorter than half a natural period.
-  StictionInertial(StictionParameters parameters, Actuator actuator, double period_s) noexcept;
+  StictionInertial(StictionParameters parameters, Actuator actuator, double period_s,
+                   Travel travel = {}) noexcept;
 
   void set_severity(double severity) noexcept;
   double reset(double u) noexcept;
@@ -51,15 +56,17 @@ class StictionInertial {
       if (v * v_ > 0.0 && std::isfinite(u) && !absent_) {
         x_ = centre + xx_ * y + xv_ * v_;
         v_ = v;
-        return x_;
+        return travel_.beyond(x_) ? stop_at_end() : x_;
       }
     }
-    return start_or_stop(u);
+    start_or_stop(u);
+    return travel_.beyond(x_) ? stop_at_end() : x_;
   }
 
  private:
   // A period in which the stem sets out or comes to rest.
-  double start_or_stop(double u) noexcept;
+  void start_or_stop(double u) noexcept;
+  double stop_at_end() noexcept;
   struct Solution {
     double c, s;  // of the two solutions that begin with 1 and 0, and their slopes with 0 and 1
   };
@@ -68,6 +75,7 @@ class StictionInertial {
   void advance(double centre, double time_s) noexcept;
 
   StictionParameters full_;
+  Travel travel_;
   double period_s_;
   double decay_rate_;  // z wn, 1/s
   bool overdamped_;    // z >= 1

@@ -25,14 +25,15 @@ struct Named {
 Named named_in(const plant::LoopModel& truth) {
   const gap::Record record = test::record_of(truth, 130.0);
   const gap::FreeRun run(test::believed_model(), record.co);
-  const gap::Fitter fitter(run, record.pv, std::vector<bool>(record.size(), true), 0.3, true);
+  const gap::Fitter fitter(run, record.pv, std::vector<bool>(record.size(), true), {.load = 0.3},
+                           true);
   std::vector<gap::Candidate> few;
   for (const gap::Candidate& c : test::candidates_for(test::believed_model(), record.co)) {
     const std::string name = c.name;
     if (name == "leakage" || name == "gain_change" || name == "output_bias") few.push_back(c);
   }
   const gap::SearchResult found =
-      gap::search_effects(fitter, few, 0.0, {.several = false}, test::serial, [](double) {});
+      gap::search_effects(fitter, few, {}, {.several = false}, test::serial, [](double) {});
   return {found.singles[0].fit.terms[0]->name, found.singles[1].fit.terms[0]->name,
           found.singles[0].score - found.singles[1].score, found.singles[0].fit.point.searched[0]};
 }

@@ -18,7 +18,9 @@ constexpr Addition kFurther{.score_with = 200.0,
                             .first = false,
                             .moves_pv = 0.5,
                             .least_rms = 0.1,
-                            .block_t = 5.0};
+                            .block_t = 5.0,
+                            .rmse_with = 0.2,
+                            .rmse_without = 0.3};
 
 }  // namespace
 
@@ -59,6 +61,19 @@ TEST_CASE("a further effect gains all over the record, unless it shows at one mo
   CHECK_FALSE(worth_adding(a));
   a.at_one_moment = true;
   CHECK(worth_adding(a));
+}
+
+TEST_CASE("a further effect makes the free run better", "[gap][accept]") {
+  Addition a = kFurther;
+  a.rmse_with = 0.301;
+  CHECK_FALSE(worth_adding(a));
+  a.first = true;  // a load may carry PV away from any first one
+  CHECK(worth_adding(a));
+}
+
+TEST_CASE("more is looked for where more than noise and trifles is left", "[gap][accept]") {
+  CHECK(leaves_more(0.0501, {0.03, 0.04}));
+  CHECK_FALSE(leaves_more(0.0499, {0.03, 0.04}));
 }
 
 TEST_CASE("what does not move PV is not missing, however sure it is", "[gap][accept]") {

@@ -24,7 +24,7 @@ struct Setup {
   explicit Setup(const plant::LoopModel& truth, bool allowances = true)
       : record(test::record_of(truth, 130.0)),
         run(model, record.co),
-        fitter(run, record.pv, std::vector<bool>(record.size(), true), 0.3, allowances),
+        fitter(run, record.pv, std::vector<bool>(record.size(), true), {.load = 0.3}, allowances),
         all(effects::candidates({.output_low = 0.0,
                                  .output_high = 10.0,
                                  .output_used_low = 2.0,
@@ -104,6 +104,24 @@ TEST_CASE("a wandering load is told from noise, and one that is too large shows 
   truth.disturbances[0].parameters["intensity"] *= 20.0;
   Setup wild(truth);
   CHECK(wild.fitter.load_at_limit(wild.fitter.fit_model()));
+}
+
+TEST_CASE("what a healthy valve leaves for seconds is not taken for a load", "[gap][fit]") {
+  Setup setup(test::believed_model());
+  loopwarden::numeric::Random random(31);
+  const double keep = std::exp(-0.1 / 1.5);  // forgotten in 1.5 s
+  double left = 0.0;
+  for (double& v : setup.record.pv) {
+    left = keep * left + 0.02 * std::sqrt(1.0 - keep * keep) * random.normal();
+    v += left;
+  }
+  const std::vector<bool> used(setup.record.size(), true);
+  const auto load_beside = [&](double valve) {
+    const gap::Fitter fitter(setup.run, setup.record.pv, used, {.load = 0.3, .valve = valve}, true);
+    return fitter.load_ratio(fitter.fit_model());
+  };
+  CHECK(load_beside(0.0) > 0.1);  // nothing else can whiten it
+  CHECK(load_beside(2.0) < 0.02);
 }
 
 TEST_CASE("play between stem and plug is found in its size", "[gap][fit]") {

@@ -45,6 +45,19 @@ TEST_CASE("without a gap to speak of the innovations judge over noise", "[gap][p
   CHECK(judge(t) == Proof::refuted);
 }
 
+TEST_CASE("over noise the free run may be worse only as far as a load makes it so",
+          "[gap][prove]") {
+  Trial t{.rest_is_noise = true,
+          .model_innovations = 100.0,
+          .choice_innovations = 50.0,
+          .model_rmse = 0.3,
+          .choice_rmse = 0.78,
+          .floor_rmse = 0.4};
+  CHECK(judge(t) == Proof::holds);
+  t.choice_rmse = 0.79;
+  CHECK(judge(t) == Proof::refuted);
+}
+
 TEST_CASE("without a gap to speak of the free runs judge over more than noise", "[gap][prove]") {
   Trial t{.rest_is_noise = false, .model_rmse = 1.0, .choice_rmse = 0.79};
   CHECK(judge(t) == Proof::holds);

@@ -26,7 +26,8 @@ struct Found {
 
 // What is found among the candidates named, where PV is that of `truth` with noise.
 Found search_for(const plant::LoopModel& truth, const std::set<std::string>& among,
-                 const SearchOptions& options = {}, double least_rms = 0.015) {
+                 const SearchOptions& options = {}, double least_rms = 0.015,
+                 double noise_rms = 0.015) {
   const plant::LoopModel believed = test::believed_model();
   const std::vector<double> co = test::exciting_output(kSamples);
   std::vector<double> pv = test::driven(truth, co);
@@ -36,9 +37,11 @@ Found search_for(const plant::LoopModel& truth, const std::set<std::string>& amo
   searched = test::candidates_for(believed, co);
   std::erase_if(searched, [&](const Candidate& c) { return among.count(c.name) == 0; });
   const FreeRun run(believed, co);
-  const Fitter fitter(run, pv, std::vector<bool>(kSamples, true), options.load ? 0.3 : 0.0, true);
+  const Fitter fitter(run, pv, std::vector<bool>(kSamples, true),
+                      {.load = options.load ? 0.3 : 0.0}, true);
   Found found;
-  found.search = search_effects(fitter, searched, least_rms, options, test::serial, [](double) {});
+  found.search = search_effects(fitter, searched, {noise_rms, least_rms}, options, test::serial,
+                                [](double) {});
   for (const Candidate* term : found.search.chosen.fit.terms) found.names.insert(term->name);
   return found;
 }
@@ -89,6 +92,27 @@ TEST_CASE("an effect too small to matter is not chosen, however clear", "[gap][s
   };
   CHECK(chosen(0.1) == std::set<std::string>{"output_bias"});
   CHECK(chosen(0.5).empty());
+}
+
+TEST_CASE("no second effect is looked for where too little is left to matter", "[gap][search]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.process.gain *= 0.75;
+  const auto tried = [&](double noise_rms) {
+    return search_for(truth, kQuick, {}, 0.005, noise_rms).search.tried.size();
+  };
+  CHECK(tried(0.015) == kQuick.size());
+  CHECK(tried(0.005) > kQuick.size());
+}
+
+TEST_CASE("a starved actuator that is never held back is a lag", "[gap][search]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.process_effects = {{"extra_lag", {{"time_constant", 1.5}}}};
+  const Found found = search_for(truth, {"low_air_supply"});
+  CHECK(found.names.empty());
+  truth.process_effects.clear();
+  truth.valve_effects = {{"low_air_supply", {{"rate", 0.35}, {"travel_limit", 6.5}, {"lag", 0.4}}}};
+  CHECK(search_for(truth, {"low_air_supply", "extra_lag"}).names ==
+        std::set<std::string>{"low_air_supply"});
 }
 
 }  // namespace search_test

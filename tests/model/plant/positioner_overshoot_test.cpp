@@ -6,9 +6,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/effects/catalogue.hpp"
+
 namespace positioner_overshoot_test {
 
 using loopwarden::plant::PositionerOvershoot;
+namespace effects = loopwarden::effects;
+namespace plant = loopwarden::plant;
 
 TEST_CASE("the overshoot of a step is exp(-pi z / sqrt(1 - z^2))", "[plant][overshoot]") {
   const double damping = GENERATE(0.1, 0.3, 0.5, 0.7, 0.9);
@@ -48,6 +52,40 @@ TEST_CASE("a positioner at rest stays so, and severity fades the ringing", "[pla
   CHECK(half.step(60.0) == Approx((60.0 + positioner.step(60.0)) / 2.0));
   half.set_severity(0.0);
   CHECK(half.step(17.0) == 17.0);
+}
+
+TEST_CASE("a swing ends where the travel ends", "[plant][overshoot]") {
+  constexpr double kDamping = 0.15;
+  constexpr double kFrequency = 2.0;
+  constexpr double kPeriod = 0.02;
+  PositionerOvershoot positioner(kDamping, kFrequency, kPeriod, {0.0, 100.0});
+  double x = positioner.reset(60.0);
+  double v = 0.0;
+  constexpr int kSteps = 2000;
+  const double dt = kPeriod / kSteps;
+  for (int k = 0; k < 1500; ++k) {
+    const double u = k < 500 ? 95.0 : k < 1000 ? 5.0 : 50.0;  // free, it would reach 117 and -51
+    const double stem = positioner.step(u);
+    for (int i = 0; i < kSteps; ++i) {
+      v += dt * kFrequency * (kFrequency * (u - x) - 2.0 * kDamping * v);
+      x += dt * v;
+      if (x > 100.0 || x < 0.0) {
+        x = std::clamp(x, 0.0, 100.0);
+        v = 0.0;
+      }
+    }
+    REQUIRE(stem >= 0.0);
+    REQUIRE(stem <= 100.0);
+    REQUIRE(stem == Approx(x).margin(0.5));  // the end is met within a period, not at its end
+  }
+  CHECK(positioner.reset(120.0) == 100.0);
+  // As a file makes it, its travel is the output's span.
+  plant::Effect made = effects::make_effect(
+      {"positioner_overshoot", {{"damping", kDamping}, {"natural_frequency", kFrequency}}},
+      {.sample_time_s = kPeriod, .output_low = 0.0, .output_high = 10.0});
+  double highest = made.reset(5.0);
+  for (int k = 0; k < 500; ++k) highest = std::max(highest, made.step(9.5, k * kPeriod));
+  CHECK(highest == 10.0);
 }
 
 }  // namespace positioner_overshoot_test

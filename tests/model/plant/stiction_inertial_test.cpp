@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/plant/stiction_inertial.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "model/effects/catalogue.hpp"
 #include "model/plant/positioner_overshoot.hpp"
 
 namespace stiction_inertial_test {
@@ -90,6 +92,42 @@ TEST_CASE("at severity 0 the stem follows at once; what is not a number moves no
   valve.set_severity(0.0);
   CHECK(valve.step(7.0) == 7.0);
   CHECK(valve.step(std::numeric_limits<double>::quiet_NaN()) == 7.0);
+}
+
+TEST_CASE("a slip ends where the travel ends, and friction holds the stem there",
+          "[plant][stiction]") {
+  constexpr Travel kTravel{0.0, 10.0};
+  const double damping = GENERATE(0.1, 1.5);
+  CAPTURE(damping);
+  StictionInertial valve(kFriction, {6.0, damping}, kPeriod_s, kTravel);
+  StictionInertial endless(kFriction, {6.0, damping}, kPeriod_s);
+  double farthest = 0.0;
+  valve.reset(7.0);
+  endless.reset(7.0);
+  for (int k = 0; k < 60; ++k) {
+    const double x = valve.step(10.0);
+    farthest = std::max(farthest, endless.step(10.0));
+    REQUIRE(x <= 10.0);
+  }
+  if (damping < 1.0) {
+    CHECK(farthest > 10.5);
+    // Held up to the static friction as anywhere, then off again.
+    CHECK(valve.step(9.31) == 10.0);
+    double x = 10.0;
+    for (int k = 0; k < 20; ++k) x = valve.step(9.29);
+    CHECK(x < 9.7);
+  }
+  valve.reset(0.9);
+  for (int k = 0; k < 200; ++k) REQUIRE(valve.step(k < 100 ? 0.0 : 0.5) >= 0.0);
+  CHECK(valve.reset(-3.0) == 0.0);
+  // As a file makes it, its travel is the output's span.
+  Effect made = loopwarden::effects::make_effect(
+      {"stiction",
+       {{"s", 1.0}, {"j", 0.4}, {"natural_frequency", 6.0}, {"damping", 0.1}},
+       {{"law", "inertial"}}},
+      {kPeriod_s, 0.0, 10.0});
+  made.reset(7.0);
+  for (int k = 0; k < 60; ++k) REQUIRE(made.step(10.0, k * kPeriod_s) <= 10.0);
 }
 
 }  // namespace stiction_inertial_test
