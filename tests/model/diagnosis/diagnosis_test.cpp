@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/numeric/statistics.hpp"
 #include "model/plant/backlash.hpp"
 #include "model/plant/stiction_choudhury.hpp"
 #include "model/plant/stiction_karnopp.hpp"
@@ -161,7 +162,7 @@ TEST_CASE("a dead line, a dead transmitter and a clamped valve are their own ans
   std::fill(frozen.begin() + 300, frozen.end(), 25.5);
   CHECK(diagnose({.pv = frozen, .co = co, .sp = sp}).cause == Cause::sensor);
   Series clamped = co;
-  for (double& v : clamped) v = std::min(v, quantile(co, 0.4));
+  for (double& v : clamped) v = std::min(v, numeric::quantile(co, 0.4));
   const Series pv = with_noise(Series(600, 25.0), 0.5, 9);
   CHECK(diagnose({.pv = pv, .co = clamped, .sp = {}}).cause == Cause::saturation);
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).cause != Cause::saturation);

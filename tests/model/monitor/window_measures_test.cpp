@@ -50,7 +50,7 @@ double wave(std::size_t k, double period_s) {
 
 TEST_CASE("an oscillation in noise: index and period", "[monitor][measures]") {
   Samples s;
-  numeric::Random random(7);
+  loopwarden::numeric::Random random(7);
   for (std::size_t k = 0; k < kWindowSamples; ++k) {
     s.pv[k] = 5.0 + 0.5 * wave(k, 8.0) + 0.1 * random.normal();
   }

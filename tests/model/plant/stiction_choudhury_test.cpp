@@ -76,7 +76,7 @@ TEST_CASE("the law is the paper's flow chart", "[plant][stiction]") {
   REQUIRE(law.step(20.0) == Approx(chart.stem()));
 
   // Slow sines, steps, stops and a random walk; sums that never hit a threshold exactly.
-  Random random(5);
+  loopwarden::numeric::Random random(5);
   double u = 20.0;
   int moved = 0;
   double last = chart.stem();
@@ -113,7 +113,7 @@ TEST_CASE("without a slip jump it is a play of width S", "[plant][stiction]") {
   Backlash play(4.0);
   law.reset(10.0);
   play.reset(10.0);
-  Random random(2);
+  loopwarden::numeric::Random random(2);
   double u = 10.0;
   for (int k = 0; k < 20'000; ++k) {
     u += 0.4 * random.normal();
