@@ -32,7 +32,11 @@ double answer_to_moves(const std::vector<double>& innovations, const std::vector
     right += e * row;
     total += e * e;
   }
-  normal.diagonal().array() += 1e-9 * (normal.diagonal().array() + 1e-12);
+  // A CO that never moves answers nothing, in any unit.
+  for (Eigen::Index i = 0; i < kLags; ++i) {
+    if (!(normal(i, i) > 0.0)) return 0.0;
+    normal(i, i) *= 1.0 + 1e-9;
+  }
   const double explained = right.dot(normal.ldlt().solve(right));
   const auto freedom = static_cast<double>(n - first - kLags);
   return (explained / kLags) / std::max((total - explained) / freedom, 1e-12);

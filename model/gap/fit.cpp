@@ -24,6 +24,7 @@ constexpr std::array kValves{0.0, 0.35, 1.0};
 constexpr std::size_t kLittleLoad = 1;  // index of the filter
 constexpr std::uint64_t kEvolutionSeed = 1;
 constexpr double kBentGain = 0.25;  // of itself, by which a gain found beside a cycle may be off
+constexpr double kLeastVariance = 1e-18;  // of PV's mean square; what rounding of numbers leaves
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Up to what sampling can show; where the process is as fast as that, from half of it on.
@@ -65,8 +66,27 @@ double first_step(const effects::SearchRange& range, double duration_s, double v
   return 0.25 * value / duration_s / std::log(range.high / range.low);
 }
 
-// Subplex from `x` with first steps `steps`, from 0 to 1 in each direction. Returns the least value.
+// Of normal equations whose columns may have any units: each is taken by its own size. One that never
+// shows gets no share.
+Eigen::MatrixXd solve_normal(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right) {
+  Eigen::VectorXd size = normal.diagonal().cwiseMax(0.0).cwiseSqrt();
+  Eigen::MatrixXd unit = normal;
+  Eigen::MatrixXd scaled = right;
+  for (Eigen::Index i = 0; i < size.size(); ++i) {
+    const double by = size(i) > 0.0 ? 1.0 / size(i) : 0.0;
+    unit.row(i) *= by;
+    unit.col(i) *= by;
+    scaled.row(i) *= by;
+    size(i) = by;
+  }
+  unit.diagonal().setConstant(1.0 + 1e-9);
+  return size.asDiagonal() * unit.ldlt().solve(scaled);
+}
+
+// Subplex from `x` with first steps `steps`, from 0 to 1 in each direction, until a step brings less than
+// `least_gain`. Returns the least value.
 double minimise(std::vector<double>& x, std::vector<double> steps, int evaluations,
+                double least_gain,
                 const std::function<double(const std::vector<double>&)>& objective) {
   nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(x.size()));
   search.set_lower_bounds(0.0);
@@ -83,7 +103,7 @@ double minimise(std::vector<double>& x, std::vector<double> steps, int evaluatio
       },
       const_cast<Objective*>(&objective));
   search.set_maxeval(evaluations);
-  search.set_ftol_abs(1e-3);
+  search.set_ftol_abs(least_gain);
   search.set_xtol_abs(1e-4);
   double reached = kInfinity;
   try {
@@ -122,6 +142,10 @@ Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
     pv_[k] = pv[k] - free_run.offset()[k];
     training_end_ = k + 1;
   }
+  double square = 0.0;
+  for (const double v : pv_) square += v * v;
+  const auto samples = static_cast<double>(std::count(used.begin(), used.end(), true));
+  if (square > 0.0) pv_square_ = square / samples;
   const plant::LoopModel& model = free_run.model();
   // As long as the loop takes to move the stem on.
   const double forgets_s =
@@ -161,9 +185,8 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
           view(work.white[i]).dot(view(work.white[j]));
     }
     work.right(row) = view(work.white[i]).dot(view(white_pv));
-    work.normal(row, row) += 1e-9 * (work.normal(row, row) + 1.0);  // columns that never show
   }
-  work.solved = work.normal.ldlt().solve(work.right);
+  work.solved = solve_normal(work.normal, work.right);
 
   // The gain within its bounds: if the free solution is outside, it lies on the bound.
   const double uncertainty = free_run_.model().uncertainty.gain;
@@ -174,9 +197,8 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
     const double gain = std::clamp(std::isfinite(work.solved(0)) ? work.solved(0) : 1.0, low, high);
     const Eigen::Index rest = size - 1;
     work.solved.tail(rest) =
-        work.normal.bottomRightCorner(rest, rest)
-            .ldlt()
-            .solve(work.right.tail(rest) - gain * work.normal.col(0).tail(rest));
+        solve_normal(work.normal.bottomRightCorner(rest, rest),
+                     work.right.tail(rest) - gain * work.normal.col(0).tail(rest));
     work.solved(0) = gain;
   }
   const double sum = view(white_pv).squaredNorm() - 2.0 * work.solved.dot(work.right) +
@@ -189,8 +211,9 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
     }
     return kInfinity;
   }
-  const double variance = std::max(sum / count, 1e-18);
-  const double deviance = count * std::log(variance) + filter.log_determinant();
+  const double variance = std::max(sum / count, kLeastVariance * pv_square_);
+  // Of PV's own square, so that units change nothing.
+  const double deviance = count * std::log(variance / pv_square_) + filter.log_determinant();
   if (fit != nullptr) {
     fit->solved.assign(work.solved.data(), work.solved.data() + size);
     fit->noise_rms = std::sqrt(variance);
@@ -288,7 +311,7 @@ Fit Fitter::search(Work& work, const Fit& start, int evaluations) const {
     return with_positions(start.terms, all);
   };
   std::vector<double> best = own;
-  minimise(best, steps, evaluations, [&](const std::vector<double>& at) {
+  minimise(best, steps, evaluations, 1e-3, [&](const std::vector<double>& at) {
     return evaluate(work, start.terms, at_point(at), start.load, nullptr);
   });
   Fit fit = start;
@@ -654,6 +677,7 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
     fit.point.searched.back() = *hint;
     found.push_back({fit, 0.5});
   }
+  const auto count = static_cast<double>(filters_.front().count());
   Work work;
   for (auto& [start, gain_position] : found) {
     // Process, actuator, s, j/s, and the gain.
@@ -667,9 +691,9 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
     };
     for (std::size_t run = short_run; run < 16 * short_run; run *= hint != nullptr ? 4 : 2) {
       const std::size_t samples = run < 8 * short_run ? run : used_.size();
-      minimise(own, {0.2, 0.2, 0.15, 0.15, 0.02, 0.08, 0.2}, run == short_run ? 200 : 120,
+      minimise(own, {0.2, 0.2, 0.15, 0.15, 0.02, 0.08, 0.2}, run == short_run ? 200 : 120, 0.5,
                [&](const std::vector<double>& at) {
-                 return cost(at_point(at), gain_at(at[6]), samples);
+                 return count * std::log(cost(at_point(at), gain_at(at[6]), samples) / pv_square_);
                });
     }
     // Where the stem stood at the start of the one long run.
@@ -775,11 +799,10 @@ std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
     filter.whiten(difference, white);
     jacobian.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::VectorXd>(white.data(), n);
   }
-  Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
-  normal.diagonal().array() += 1e-9 * (normal.diagonal().array() + 1.0);
+  const Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
   const Eigen::MatrixXd covariance =
       fit.noise_rms * fit.noise_rms *
-      normal.ldlt().solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
+      solve_normal(normal, Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
   std::vector<double> spread;
   std::size_t first = kNuisances;
   std::size_t first_solved = searched + free_run_.base_columns();

@@ -99,6 +99,7 @@ class Fitter {
   std::size_t training_end_ = 0;
   std::vector<bool> used_;
   std::vector<double> pv_;  // PV units, offset taken off, 0 where not used
+  double pv_square_ = 1.0;  // PV units squared, mean of the samples used
   std::vector<LoadFilter> filters_;
   std::vector<std::vector<double>> white_pv_;  // by each filter
 };

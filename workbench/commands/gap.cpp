@@ -19,6 +19,7 @@
 #include "config/loop_model_writer.hpp"
 #include "record/record_csv.hpp"
 #include "model/effects/catalogue.hpp"
+#include "model/gap/constants.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/text/gap_json.hpp"
 #include "workbench/report/gap_report.hpp"
@@ -77,9 +78,8 @@ void print_result(const gap::Result& r, const std::string& out) {
   fmt::print("{:<22}{:>10.4g}{:>12.4g}{:>10}\n", "model corrected", r.after.rmse,
              r.after.holdout_rmse, percent(r.after.holdout_fit_percent));
   fmt::print("{:<22}{:>10.4g}\n", "noise floor", r.noise_floor_rmse);
-  // A remainder that the noise alone may have left has no looks.
-  constexpr double kVisible = 0.005;
-  if (r.remainder && r.remainder->share >= kVisible) {
+  // What the sentence is silent about has no looks.
+  if (r.remainder && r.remainder->share >= gap::kWorthSaying) {
     fmt::print("{:<22}{:>10}{:>12.4g}{:>10}  looks like {}\n", "left", "", r.remainder->rmse,
                percent(100.0 * r.remainder->share), gap::to_text(r.remainder->looks_like));
   }

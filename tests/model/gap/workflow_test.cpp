@@ -86,6 +86,49 @@ TEST_CASE("the result does not depend on the number of threads", "[gap][long]") 
   }
 }
 
+TEST_CASE("other units of PV and CO give the same names, powers of two the same bits",
+          "[gap][long]") {
+  plant::LoopModel truth = test::believed_model();
+  const bool sticks = GENERATE(true, false);
+  if (sticks) {
+    truth.valve_effects = {{"stiction", {{"s", 0.9}, {"j", 0.3}}}};
+  } else {
+    truth.process.gain *= 0.8;
+  }
+  const gap::Record record = test::record_of(truth, 90.0);
+  const auto found = [&](double pv_unit, double co_unit) {
+    plant::LoopModel model = test::believed_model();
+    gap::Record scaled = record;
+    for (double& v : scaled.pv) v *= pv_unit;
+    for (double& v : scaled.sp) v *= pv_unit;
+    for (double& v : scaled.co) v *= co_unit;
+    model.controller.pid.gains.kp *= co_unit / pv_unit;
+    model.controller.pid.gains.ki *= co_unit / pv_unit;
+    model.controller.pid.output_low *= co_unit;
+    model.controller.pid.output_high *= co_unit;
+    model.process.gain *= pv_unit / co_unit;
+    model.transmitter.low *= pv_unit;
+    model.transmitter.high *= pv_unit;
+    const gap::Options one_effect{.search = {.several = false}};
+    return gap::find_gap(scaled, model, one_effect, test::serial, [](double) {});
+  };
+  const gap::Result as_it_is = found(1.0, 1.0);
+  REQUIRE(as_it_is.effects.size() == 1);
+  const gap::Result twos = found(8.0, 0.25);
+  const gap::Result others = found(12.0, 10.0);
+  const auto& spec = as_it_is.effects[0].spec;
+  REQUIRE(twos.effects.size() == 1);
+  REQUIRE(others.effects.size() == 1);
+  CHECK(twos.effects[0].spec.name == spec.name);
+  CHECK(others.effects[0].spec.name == spec.name);
+  CHECK(twos.effects[0].confidence == as_it_is.effects[0].confidence);
+  CHECK(twos.after.holdout_rmse == 8.0 * as_it_is.after.holdout_rmse);
+  for (const char* name : {"s", "j"}) {
+    if (sticks) CHECK(twos.effects[0].spec.parameters.at(name) == 0.25 * spec.parameters.at(name));
+  }
+  if (!sticks) CHECK(twos.effects[0].spec.parameters == spec.parameters);
+}
+
 TEST_CASE("without CO the closed loop is compared", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);
