@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <limits>
 #include <tuple>
 
@@ -17,7 +18,10 @@ namespace {
 
 using plant::Block;
 
-constexpr double kMostDeadTimeSamples = 1e6;    // what the delay line holds
+constexpr double kMostDeadTimeSamples = 1e6;  // what the delay line holds
+constexpr std::array kProcessKinds{
+    Choice<plant::ProcessKind>{"self_regulating", plant::ProcessKind::self_regulating},
+    Choice<plant::ProcessKind>{"integrating", plant::ProcessKind::integrating}};
 constexpr double kMostTransmitterSteps = 1e12;  // range / resolution, exact in a double
 
 std::optional<double> span_of(const Value<std::pair<double, double>>& range) {
@@ -115,12 +119,15 @@ class ModelReader {
 
   void read_process(MapReader& in) {
     plant::ProcessParameters& process = model_.process;
+    process.kind =
+        in.one_of("kind", kProcessKinds, "integrating: PV goes on while CO is off balance",
+                  plant::ProcessKind::self_regulating);
     const Value<double> gain =
-        in.need_number("gain", {"PV units/CO unit", any_number(), "steady-state gain, not 0"});
+        in.need_number("gain", {"PV units/CO unit", any_number(),
+                                "steady-state gain, not 0; integrating: PV units/(CO unit s)"});
     if (gain.valid && gain == 0.0) in.error("gain", "must not be 0");
     process.gain = gain;
-    process.time_constant_s =
-        in.need_number("time_constant", {"s", above(0.0), "of the first-order lag"});
+    read_lags(in);
     const Value<double> dead_time = in.need_number("dead_time", {"s", at_least(0.0), "dead time"});
     process.dead_time_s = dead_time;
     if (dead_time.valid && sample_time_.valid && dead_time > kMostDeadTimeSamples * sample_time_) {
@@ -139,6 +146,20 @@ class ModelReader {
     }
     model_.process_effects = read_effects(in, "effects", Block::process, context_,
                                           "in the order in which the flow meets them");
+  }
+
+  void read_lags(MapReader& in) {
+    plant::ProcessParameters& process = model_.process;
+    const NumberRule rule{"s", above(0.0), "of the first-order lag; self_regulating only"};
+    if (!process.integrating()) {
+      process.time_constant_s = in.need_number("time_constant", rule);
+    } else if (in.maybe_number("time_constant", rule).given) {
+      in.error("time_constant",
+               "does not go with `kind: integrating`; a lag beside the integrator is "
+               "second_time_constant");
+    }
+    process.second_time_constant_s =
+        in.number("second_time_constant", {"s", at_least(0.0), "of a second lag, 0: none"}, 0.0);
   }
 
   void read_scenario(MapReader& in) {

@@ -178,9 +178,18 @@ class ModelWriter {
   void write_process(const plant::LoopModel& model) {
     const plant::ProcessUncertainty& u = model.uncertainty;
     line(0, "process");
-    line(2, "gain", number(model.process.gain), "PV units/CO unit");
-    line(2, "time_constant", number(model.process.time_constant_s), "s");
-    line(2, "dead_time", number(model.process.dead_time_s), "s");
+    const plant::ProcessParameters& process = model.process;
+    if (process.integrating()) {
+      line(2, "kind", plant::to_text(process.kind));
+      line(2, "gain", number(process.gain), "PV units/(CO unit s)");
+    } else {
+      line(2, "gain", number(process.gain), "PV units/CO unit");
+      line(2, "time_constant", number(process.time_constant_s), "s");
+    }
+    if (process.second_time_constant_s != 0.0) {
+      line(2, "second_time_constant", number(process.second_time_constant_s), "s");
+    }
+    line(2, "dead_time", number(process.dead_time_s), "s");
     line(2, "uncertainty",
          fmt::format("{{gain: {}, time_constant: {}, dead_time: {}}}", number(u.gain),
                      number(u.time_constant), number(u.dead_time)),

@@ -39,6 +39,7 @@ Complex LinearLoop::controller(double w) const {
 Complex LinearLoop::process(double w) const {
   const Complex jw(0.0, w);
   Complex g = gain * std::polar(1.0, -w * dead_time_s);
+  if (integrating) g /= jw;
   for (const double lag : lags_s) g /= 1.0 + jw * lag;
   return g * (1.0 - std::polar(1.0, -w * sample_time_s)) / (jw * sample_time_s);
 }
@@ -46,10 +47,15 @@ Complex LinearLoop::process(double w) const {
 LinearLoop linear_loop(const plant::LoopModel& model) {
   LinearLoop loop{.gains = model.controller.pid.gains,
                   .gain = std::abs(model.process.gain),
+                  .integrating = model.process.integrating(),
                   .dead_time_s = model.process.dead_time_s,
-                  .lags_s = {model.process.time_constant_s},
+                  .lags_s = {},
                   .sample_time_s = model.sample_time_s,
                   .left_out = {}};
+  if (!loop.integrating) loop.lags_s.push_back(model.process.time_constant_s);
+  if (model.process.second_time_constant_s > 0.0) {
+    loop.lags_s.push_back(model.process.second_time_constant_s);
+  }
   const auto take = [&](const plant::EffectSpec& spec) {
     const effects::Descriptor* info = effects::find_effect(spec.name);
     if (info == nullptr || info->linear == nullptr) {
@@ -84,7 +90,9 @@ std::vector<double> frequencies(const LinearLoop& loop, std::size_t count) {
 Margins margins(const LinearLoop& loop) {
   Margins m;
   const std::vector<double> w = frequencies(loop, kScan);
+  // Two integrators turn by half a turn at least: from there on downwards.
   double phase = std::arg(loop.open_loop(w.front()));
+  if (loop.integrating && phase > 0.0) phase -= 2.0 * std::numbers::pi;
   double size = std::abs(loop.open_loop(w.front()));
   for (std::size_t i = 0; i < w.size(); ++i) {
     const Complex l = loop.open_loop(w[i]);

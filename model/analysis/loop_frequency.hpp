@@ -5,11 +5,12 @@
 //   C(jw) = kp + ki h/(1 - z^-1) + kd/h (1 - z^-1) (1 - a)/(1 - a z^-1),   z = exp(j w h), a = exp(-h/Tf)
 //   G(jw) = K exp(-j w D) / ((1 + j w T) (1 + j w T_i) ...) (1 - z^-1)/(j w h)
 //
-//   K  |gain|, PV units / CO unit     T, T_i  s, lags     D  s, dead time     h  s, sampling period
+//   K  |gain|, PV units / CO unit (integrating: / (CO unit s))     T, T_i  s, lags     D  s, dead time     h  s, sampling period
 //   w  rad/s, up to pi/h
+//   integrating   K/(j w) in the place of K/(1 + j w T)
 //
 // That is pid.hpp's law on the process with its output held over each period; aliases of G are left out.
-// From a loop model: gain, lag and dead time of the process; gain_change and extra_dead_time of the
+// From a loop model: gain, lags and dead time of the process; gain_change and extra_dead_time of the
 // process, extra_lag, positioner_lag. Every other effect counts as 1 and is named in `left_out`.
 //
 // Margins:  gain_margin   1/|L| where the phase passes -180 deg first
@@ -17,7 +18,7 @@
 //           delay_margin  phase margin / that frequency, s of further dead time to the limit of stability
 //           sensitivity   Ms = max 1/|1 + L|
 // Infinite where there is no such crossing. `stable`: gain margin above 1 and phase margin above 0, which
-// is enough for a stable process with one crossing of each.
+// is enough for a stable or an integrating process with one crossing of each.
 //
 // Source: Åström and Hägglund, Advanced PID Control (2006), ch. 4; Åström and Wittenmark,
 // Computer-Controlled Systems (1997), section 3.3.
@@ -34,7 +35,8 @@ namespace loopwarden::analysis {
 
 struct LinearLoop {
   control::PidGains gains;
-  double gain = 1.0;         // K
+  double gain = 1.0;  // K
+  bool integrating = false;
   double dead_time_s = 0.0;  // D
   std::vector<double> lags_s;
   double sample_time_s = 0.1;         // h

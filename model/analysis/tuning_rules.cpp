@@ -54,6 +54,29 @@ std::optional<Settings> pid_settings(TuningRule rule, double k, double t, double
   return std::nullopt;
 }
 
+std::optional<Settings> integrating_settings(TuningRule rule, ControllerForm form, double k,
+                                             double l, double lambda) {
+  const bool pi = form == ControllerForm::pi;
+  if (rule == TuningRule::lambda && pi && lambda + l > 0.0) {
+    const double ti = 2.0 * lambda + l;
+    return Settings{ti / (k * (lambda + l) * (lambda + l)), ti};
+  }
+  if (!(l > 0.0)) return std::nullopt;
+  switch (rule) {
+    case TuningRule::zn:
+      return pi ? Settings{0.9 / (k * l), l / 0.3} : Settings{1.2 / (k * l), 2.0 * l, l / 2.0};
+    case TuningRule::amigo:
+      return pi ? Settings{0.35 / (k * l), 13.4 * l} : Settings{0.45 / (k * l), 8.0 * l, l / 2.0};
+    case TuningRule::simc:
+      if (pi) return Settings{1.0 / (k * 2.0 * l), 8.0 * l};
+      break;
+    case TuningRule::zn_thesis:
+    case TuningRule::cohen_coon:
+    case TuningRule::lambda: break;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 const char* to_text(TuningRule rule) noexcept {
@@ -71,13 +94,18 @@ const char* to_text(TuningRule rule) noexcept {
 std::optional<control::PidGains> tune(TuningRule rule, const plant::ProcessParameters& process,
                                       const TuningOptions& options) {
   const double k = std::abs(process.gain);
-  const double t = process.time_constant_s;
-  const double l = process.dead_time_s;
-  if (!(k > 0.0) || !(t > 0.0)) return std::nullopt;
-  const double lambda = options.lambda_s.value_or(std::max(t, l));
-  const std::optional<Settings> s = options.form == ControllerForm::pi
-                                        ? pi_settings(rule, k, t, l, lambda)
-                                        : pid_settings(rule, k, t, l, lambda);
+  const bool integrating = process.integrating();
+  const double second = process.second_time_constant_s;
+  const double larger = std::max(process.time_constant_s, second);
+  const double half = integrating ? second / 2.0 : std::min(process.time_constant_s, second) / 2.0;
+  const double t = larger + half;
+  const double l = process.dead_time_s + half;
+  if (!(k > 0.0) || !(integrating || t > 0.0)) return std::nullopt;
+  const double lambda = options.lambda_s.value_or(integrating ? 3.0 * l : std::max(t, l));
+  const std::optional<Settings> s =
+      integrating                          ? integrating_settings(rule, options.form, k, l, lambda)
+      : options.form == ControllerForm::pi ? pi_settings(rule, k, t, l, lambda)
+                                           : pid_settings(rule, k, t, l, lambda);
   if (!s) return std::nullopt;
   return control::PidGains{.kp = s->kp,
                            .ki = s->kp / s->ti_s,

@@ -14,10 +14,19 @@
 //                Ti = 0.35 L + 13 L T^2/(T^2 + 12 L T + 7 L^2)    Ti = L (0.4 L + 0.8 T)/(L + 0.1 T),
 //                                                                 Td = 0.5 L T/(0.3 L + T)
 //
-//   K  PV units / CO unit, not 0     T, L, Ti, Td  s     lambda, tc  closed-loop time constant, s
+//   integrating  PI                                               PID
+//   zn           kp = 0.9/(K L), Ti = L/0.3                       kp = 1.2/(K L), Ti = 2 L, Td = L/2
+//   lambda       kp = (2 lambda + L)/(K (lambda + L)^2),          none
+//                Ti = 2 lambda + L
+//   simc         kp = 1/(K (tc + L)), Ti = 4 (tc + L)             none
+//   amigo        kp = 0.35/(K L), Ti = 13.4 L                     kp = 0.45/(K L), Ti = 8 L, Td = L/2
+//
+//   K  PV units / CO unit (integrating: / (CO unit s)), not 0     T, L, Ti, Td  s     lambda, tc  closed-loop time constant, s
 //   kp CO units / PV unit            ki = kp/Ti, kd = kp Td; derivative filtered with Td/10
 //
-// lambda is by default the larger of T and L; tc of simc is L. Gains are those of |K|: the controller's
+// A second lag is shared out by the half rule before any rule is used: half of the smaller lag goes to L,
+// half to the larger lag.
+// lambda is by default the larger of T and L, 3 L where integrating; tc of simc is L. Gains are those of |K|: the controller's
 // action carries the sign.
 // zn-thesis is what the thesis computed for plant 1 (0.9 * 1.78/2.62 = 0.611, 0.611 * 0.3/2.62 =
 // 0.0700): Ziegler and Nichols' rule with the process gain left out. It suits a gain near 1 only; twice
@@ -25,11 +34,11 @@
 //
 // Errors: nothing where a rule needs a dead time and L is 0, where T or K is 0, or where the rule has
 // no such form.
-// What it can't do: self-regulating processes only; rules know nothing of friction.
+// What it can't do: rules know nothing of friction.
 //
 // Sources: Ziegler and Nichols, Trans. ASME 64 (1942); Cohen and Coon, Trans. ASME 75 (1953); Rivera,
 // Morari and Skogestad, Ind. Eng. Chem. Process Des. Dev. 25 (1986) (lambda); Skogestad, J. Process
-// Control 13 (2003) (simc); Åström and Hägglund, Advanced PID Control (2006), ch. 7 (amigo); Sewdass,
+// Control 13 (2003) (simc, half rule); Chien and Fruehauf, Chem. Eng. Prog. 86 (1990) (lambda, integrating); Åström and Hägglund, Advanced PID Control (2006), ch. 7 (amigo); Sewdass,
 // thesis, section 6.3.2 (zn-thesis).
 #pragma once
 

@@ -146,10 +146,7 @@ void FreeRun::columns(const Terms& terms, const Point& point,
 
   auto [valve_chain, process_chain] = chains(terms, point);
   const double offset = start_offset(terms, point);
-  plant::Process process({.gain = model_.process.gain,
-                          .time_constant_s = point.time_constant_s,
-                          .dead_time_s = point.dead_time_s},
-                         h);
+  plant::Process process(process_at(point, 1.0), h);
 
   // A stem at rest beside CO: it came from where its band ends.
   double flow = valve_chain.reset(co_[0] - offset, 0.0);
@@ -168,8 +165,10 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   for (std::size_t k = 0; k < n; ++k) {
     columns[1][k] = past;
     columns[2][k] = before;
-    past *= keep;
-    if (k >= delay) before *= keep;
+    if (!model_.process.integrating()) past *= keep;
+    if (k < delay) continue;
+    // An integrating process goes on by what CO was off balance from the start.
+    before = model_.process.integrating() ? before + h : before * keep;
   }
   for (std::size_t i = 0; i < base_columns(); ++i) pass_transmitter(columns[i]);
 
@@ -182,6 +181,14 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   }
 }
 
+plant::ProcessParameters FreeRun::process_at(const Point& point, double gain) const {
+  plant::ProcessParameters process = model_.process;
+  process.gain *= gain;
+  process.time_constant_s = point.time_constant_s;
+  process.dead_time_s = point.dead_time_s;
+  return process;
+}
+
 double FreeRun::short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
                            const std::vector<bool>& used, double gain,
                            std::size_t run_samples) const {
@@ -190,10 +197,7 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
   const double keep = std::exp(-h / point.time_constant_s);
   const auto dead = static_cast<std::size_t>(point.dead_time_s / h) + 1;
   const Chains fresh = chains(terms, point);
-  const plant::Process process({.gain = gain * model_.process.gain,
-                                .time_constant_s = point.time_constant_s,
-                                .dead_time_s = point.dead_time_s},
-                               h);
+  const plant::Process process(process_at(point, gain), h);
   const Candidate& sticking = *terms.back();
   std::vector<double> at_end = point.searched.back();
   at_end.back() = 1.0;

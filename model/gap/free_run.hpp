@@ -80,6 +80,7 @@ class FreeRun {
     plant::EffectChain process;
   };
   Chains chains(const Terms& terms, const Point& point) const;
+  plant::ProcessParameters process_at(const Point& point, double gain) const;
   void pass_transmitter(std::vector<double>& signal) const;
 
   plant::LoopModel model_;

@@ -12,6 +12,10 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
       output_low_(model.controller.pid.output_low),
       output_high_(model.controller.pid.output_high),
       process_(model.process, model.sample_time_s),
+      integrating_(model.process.integrating()),
+      level_(model.scenario.set_point.empty()
+                 ? (model.transmitter.low + model.transmitter.high) / 2.0
+                 : model.scenario.set_point.front().second),
       transmitter_(model.transmitter, seed) {
   effects::EffectContext context{.sample_time_s = model.sample_time_s,
                                  .output_low = output_low_,
@@ -45,12 +49,13 @@ void Plant::reset(double co) noexcept {
   samples_ = 0;
   double flow = valve_.reset(co, 0.0, stem_);
   flow = process_effects_.reset(flow, 0.0);
-  const double pv = disturbances_.reset(process_.reset(flow), 0.0);
+  const double pv = disturbances_.reset(process_.reset(flow, level_), 0.0);
   true_pv_ = pv;
   pv_ = transmitter_.step(transmitter_effects_.reset(pv, 0.0));
 }
 
 double Plant::output_for(double pv) const {
+  if (integrating_) return (output_low_ + output_high_) / 2.0;
   Plant probe(*this);
   const auto rest_pv = [&](double co) {
     probe.reset(co);

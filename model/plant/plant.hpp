@@ -23,9 +23,11 @@ class Plant {
   // `seed`; the model's scheduled faults are part of the plant.
   Plant(const LoopModel& model, std::uint64_t seed);
 
-  // Rest at `co`, at time 0.
+  // Rest at `co`, at time 0. An integrating process rests where the scenario's set point begins, or in
+  // the middle of the transmitter's range.
   void reset(double co) noexcept;
-  // The CO at which the plant at rest gives `pv`, within the output's range: where to start from.
+  // The CO at which the plant at rest gives `pv`, within the output's range: where to start from. The
+  // middle of the range where the process integrates: there it rests at any.
   double output_for(double pv) const;
 
   // One period with `co` held. Returns PV at its end.
@@ -45,6 +47,8 @@ class Plant {
   EffectChain valve_;
   EffectChain process_effects_;
   Process process_;
+  bool integrating_;
+  double level_;  // PV units, where an integrating process starts
   EffectChain disturbances_;
   EffectChain transmitter_effects_;
   Transmitter transmitter_;

@@ -1,30 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
-// The process: gain, first-order lag and dead time.
+// The process: gain, one or two first-order lags and dead time; or an integrator in the place of the first.
 //
-//   T q' = K u(t - L) - q
-//   exactly sampled for u held over each period, L = (n + f) h with n whole and 0 <= f < 1:
-//   q(k+1) = a q(k) + (a^(1-f) - a) K u(k-n-1) + (1 - a^(1-f)) K u(k-n),   a = exp(-h/T)
+//   self-regulating   T q1' = K u(t - L) - q1         T2 q' = q1 - q
+//   integrating          q1' = K (u(t - L) - u0)      T2 q' = q1 - q
 //
-//   u  flow command, CO units     q  PV units     K  gain, PV units / CO unit
-//   T  time_constant, s, > 0      L  dead_time, s, >= 0     h  s
+// exactly sampled for u held over each period, L = (n + f) h with n whole and 0 <= f < 1:
+//   lag          x(k+1) = a x(k) + (a^(1-f) - a) u(k-n-1) + (1 - a^(1-f)) u(k-n),   a = exp(-h/T)
+//   integrator   x(k+1) = x(k) + f h u(k-n-1) + (1 - f) h u(k-n)
+//   two in series by partial fractions: q = K (T x_T - T2 x_T2)/(T - T2), q = q0 + K (x - T2 x_T2)
+//
+//   u  flow command, CO units     q  PV units     K  gain, PV units / CO unit; integrating: PV units / (CO unit s)
+//   T  time_constant, s, > 0      T2  second_time_constant, s, >= 0; 0: none
+//   L  dead_time, s, >= 0         h  s           u0  at which an integrating process stands still: u at reset()
+//
+// Equal lags are kept apart by a thousandth, which q does not show.
 //
 // Errors: the constructor throws std::length_error for a dead time beyond what fits in memory; a
 // non-finite u gives a non-finite q until the next reset.
-// What it can't do: one lag, self-regulating only, linear about zero.
+// What it can't do: linear about zero (self-regulating) or about where it was reset (integrating); an
+// integrating process has no ends: a tank neither runs over nor dry.
 //
 // Source: Åström and Wittenmark, Computer-Controlled Systems (1997), section 2.3 (time delay).
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "model/plant/delay_line.hpp"
 
 namespace loopwarden::plant {
 
+enum class ProcessKind : std::uint8_t { self_regulating, integrating };
+const char* to_text(ProcessKind kind) noexcept;
+
 struct ProcessParameters {
-  double gain = 1.0;             // PV units / CO unit
-  double time_constant_s = 1.0;  // s
-  double dead_time_s = 0.0;      // s
+  double gain = 1.0;                    // PV units / CO unit; integrating: PV units / (CO unit s)
+  double time_constant_s = 1.0;         // s; of no account where integrating
+  double dead_time_s = 0.0;             // s
+  double second_time_constant_s = 0.0;  // s, 0: none
+  ProcessKind kind = ProcessKind::self_regulating;
+
+  bool integrating() const noexcept { return kind == ProcessKind::integrating; }
+  // How long the process goes on answering to a move of u, in time constants: s.
+  double slowest_s() const noexcept {
+    return (integrating() ? 0.0 : time_constant_s) + second_time_constant_s + dead_time_s;
+  }
 
   friend bool operator==(const ProcessParameters&, const ProcessParameters&) = default;
 };
@@ -33,21 +53,36 @@ class Process {
  public:
   Process(const ProcessParameters& parameters, double period_s);
 
-  double reset(double u) noexcept;
+  // Rest at `u`. An integrating process rests at every u: at `level`, PV units.
+  double reset(double u, double level = 0.0) noexcept;
   double step(double u) noexcept {
-    line_.push(u);
-    q_ = keep_ * q_ + early_ * line_.at(whole_ + 1) + late_ * line_.at(whole_);
-    return q_;
+    line_.push(u - balance_);
+    const double older = line_.at(whole_ + 1);
+    const double newer = line_.at(whole_);
+    first_ = keep_ * first_ + early_ * older + late_ * newer;
+    if (!second_) return first_ + level_;
+    lag_ = lag_keep_ * lag_ + lag_early_ * older + lag_late_ * newer;
+    return level_ + share_ * first_ - lag_share_ * lag_;
   }
 
  private:
-  double gain_;         // PV units / CO unit
-  double keep_;         // a
-  double early_ = 0.0;  // weight of the older input
-  double late_ = 0.0;   // weight of the newer input
-  std::size_t whole_;   // n
+  double gain_;  // PV units / CO unit
+  bool integrating_;
+  bool second_;
+  double keep_;            // a of the lag, 1 of the integrator
+  double early_ = 0.0;     // weight of the older input, with the gain
+  double late_ = 0.0;      // weight of the newer input, with the gain
+  double lag_keep_ = 0.0;  // the same of the second lag
+  double lag_early_ = 0.0;
+  double lag_late_ = 0.0;
+  double share_ = 1.0;  // partial fractions
+  double lag_share_ = 0.0;
+  std::size_t whole_;  // n
   DelayLine line_;
-  double q_ = 0.0;  // PV units
+  double balance_ = 0.0;  // u0, CO units
+  double level_ = 0.0;    // q0, PV units
+  double first_ = 0.0;    // PV units
+  double lag_ = 0.0;      // PV units
 };
 
 }  // namespace loopwarden::plant

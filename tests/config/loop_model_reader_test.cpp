@@ -49,6 +49,31 @@ TEST_CASE("What a model leaves out has its default", "[config][model]") {
   CHECK(std::isinf(model->controller.output.rate_per_s));
 }
 
+TEST_CASE("A process integrates, or has a second lag, where its keys say so", "[config][model]") {
+  const std::string integrating =
+      with(with(kModel, "gain: 1.2264", "kind: integrating\n  gain: 0.02"),
+           "  time_constant: 1.7\n", "");
+  const auto level = read_model_text("m.yaml", integrating);
+  INFO(to_text(level.diagnostics));
+  REQUIRE(level);
+  CHECK(level->process.integrating());
+  CHECK(level->process.gain == 0.02);
+  const auto two = read_model_text(
+      "m.yaml", with(kModel, "dead_time: 2.6", "dead_time: 2.6\n  second_time_constant: 0.4"));
+  REQUIRE(two);
+  CHECK(two->process.second_time_constant_s == 0.4);
+  CHECK_FALSE(two->process.integrating());
+
+  const std::string both = with(kModel, "gain: 1.2264", "kind: integrating\n  gain: 0.02");
+  CHECK_THAT(said_of_model(both), Catch::Contains("time_constant") &&
+                                      Catch::Contains("does not go with `kind: integrating`"));
+  CHECK_THAT(said_of_model(with(kModel, "gain: 1.2264", "kind: integratin\n  gain: 0.02")),
+             Catch::Contains("integrating"));
+  CHECK_THAT(
+      said_of_model(with(kModel, "dead_time: 2.6", "dead_time: 2.6\n  second_time_constant: -1")),
+      Catch::Contains("second_time_constant"));
+}
+
 TEST_CASE("Keys of a model reach their place", "[config][model]") {
   const auto model = read_model_file(LOOPWARDEN_SOURCE_DIR "/tests/config/data/all_effects.yaml");
   INFO(to_text(model.diagnostics));

@@ -35,6 +35,18 @@ TEST_CASE("Numbers are written with all their bits", "[config][model]") {
   CHECK(*again == *model);
 }
 
+TEST_CASE("Integrating processes and second lags are written and read back", "[config][model]") {
+  auto model = read_model_text("m.yaml", test::kModel);
+  REQUIRE(model);
+  model->process = {.gain = -0.02, .dead_time_s = 3.0, .second_time_constant_s = 0.7};
+  SECTION("self-regulating") { model->process.time_constant_s = 12.0; }
+  SECTION("integrating") { model->process.kind = plant::ProcessKind::integrating; }
+  const auto again = read_model_text("again.yaml", write_model(*model));
+  INFO(to_text(again.diagnostics));
+  REQUIRE(again);
+  CHECK(*again == *model);
+}
+
 TEST_CASE("A heading becomes comments", "[config][model]") {
   const auto model = read_model_text("m.yaml", test::kModel);
   REQUIRE(model);

@@ -14,6 +14,7 @@
 #include "config/specialists/specialist_folder.hpp"
 #include "model/control/tuning.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/files/model_file.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -76,8 +77,7 @@ Checked check(const std::string& path) {
   if (is_loop_file(path)) return checked(config::read_loop_file(path), loop_text);
   return checked(config::read_model_file(path), [](const plant::LoopModel& m) {
     const control::PidSettings& pid = m.controller.pid;
-    return fmt::format("model: gain {:g}, time constant {:g} s, dead time {:g} s; {}",
-                       m.process.gain, m.process.time_constant_s, m.process.dead_time_s,
+    return fmt::format("model: {}; {}", process_text(m.process),
                        tuning_text(pid.gains, m.transmitter.high - m.transmitter.low,
                                    pid.output_high - pid.output_low));
   });

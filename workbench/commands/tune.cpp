@@ -44,8 +44,13 @@ struct RuleRow {
 
 std::vector<RuleRow> rows_of(const plant::LoopModel& model, const TuneOptions& options) {
   std::vector<RuleRow> rows;
-  const double half = 15.0 * (2.0 * model.process.time_constant_s + model.process.dead_time_s) +
-                      10.0 * model.sample_time_s;
+  // An integrating loop is slow by its rules: integral times of up to 13 dead times.
+  const double half =
+      (model.process.integrating()
+           ? 100.0 * model.process.slowest_s()
+           : 15.0 * (2.0 * (model.process.time_constant_s + model.process.second_time_constant_s) +
+                     model.process.dead_time_s)) +
+      10.0 * model.sample_time_s;
   const auto add = [&](std::string name, const control::PidGains& gains, bool scales, bool rule) {
     RuleRow row{.name = std::move(name), .gains = gains, .scales = scales, .rule = rule};
     analysis::LinearLoop linear = analysis::linear_loop(model);
@@ -132,10 +137,8 @@ const std::vector<std::string>& heads() {
   return names;
 }
 
-void print_text(const plant::LoopModel& model, const std::vector<RuleRow>& rows,
-                const RuleRow* best) {
-  fmt::print("process: gain {:g}, time constant {:g} s, dead time {:g} s\n\n", model.process.gain,
-             model.process.time_constant_s, model.process.dead_time_s);
+void print_text(const plant::LoopModel& model, const std::vector<RuleRow>& rows, const RuleRow* best) {
+  fmt::print("process: {}\n\n", process_text(model.process));
   const auto line = [](const std::vector<std::string>& c) {
     fmt::print("{:<11} {:>8} {:>9} {:>7} {:>11} {:>9} {:>6} {:>7} {:>7} {:>9} {:>9}  {}\n", c[0],
                c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11]);

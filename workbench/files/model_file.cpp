@@ -15,4 +15,15 @@ std::optional<plant::LoopModel> load_model(const std::string& path) {
   return std::move(model.value);
 }
 
+std::string process_text(const plant::ProcessParameters& process) {
+  std::string text =
+      process.integrating()
+          ? fmt::format("integrating, gain {:g} PV units/(CO unit s)", process.gain)
+          : fmt::format("gain {:g}, time constant {:g} s", process.gain, process.time_constant_s);
+  if (process.second_time_constant_s > 0.0) {
+    text += fmt::format(", second lag {:g} s", process.second_time_constant_s);
+  }
+  return text + fmt::format(", dead time {:g} s", process.dead_time_s);
+}
+
 }  // namespace loopwarden::workbench

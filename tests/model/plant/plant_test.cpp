@@ -117,6 +117,19 @@ TEST_CASE("looking for the output leaves the plant as it was", "[plant][loop]") 
   for (int k = 0; k < 20; ++k) REQUIRE(plant.step(3.0) == other.step(3.0));
 }
 
+TEST_CASE("an integrating plant starts at the set point and keeps it", "[plant][loop]") {
+  LoopModel model = plain();
+  model.process = {.gain = 0.1, .dead_time_s = 0.5, .kind = ProcessKind::integrating};
+  model.scenario.set_point = {{0.0, 7.0}};
+  Plant plant(model, 1);
+  const double co = plant.output_for(7.0);
+  CHECK(co == 5.0);  // rests at any: the middle of the range
+  plant.reset(co);
+  for (int k = 0; k < 50; ++k) REQUIRE(plant.step(co) == Approx(7.0));
+  for (int k = 0; k < 50; ++k) plant.step(co + 1.0);
+  CHECK(plant.step(co + 1.0) == Approx(7.0 + 0.1 * (5.1 - 0.5)));
+}
+
 TEST_CASE("scheduled faults come and go", "[plant][loop]") {
   LoopModel model = plain();
   model.scenario.faults = {{.effect = effect("output_bias", {{"bias", 2.0}}),
