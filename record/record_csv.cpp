@@ -144,6 +144,10 @@ class Parser {
         column.index = i;
         if (column.present != nullptr) *column.present = true;
       }
+      if (cells_[i].text == "mode" && mode_index_ == kAbsent) {
+        mode_index_ = i;
+        record_.has_mode = true;
+      }
     }
     for (const Column& column : columns_) {
       if (column.present == nullptr && column.index == kAbsent) fail_missing(column.name);
@@ -198,12 +202,25 @@ class Parser {
     for (const Column& column : columns_) {
       if (column.index != kAbsent) column.values->push_back(value(column, cells_[column.index]));
     }
+    if (mode_index_ != kAbsent) record_.automatic.push_back(automatic(cells_[mode_index_].text));
     const std::vector<double>& time_s = record_.time_s;
     if (time_s.size() > 1 && !(time_s.back() > time_s[time_s.size() - 2])) {
       fail(cells_[columns_.front().index].column,
            fmt::format("time: {} s does not come after the {} s of the row before", time_s.back(),
                        time_s[time_s.size() - 2]));
     }
+  }
+
+  // Never an error: until now the column was anybody's.
+  static double automatic(std::string_view text) {
+    constexpr std::array kBySystem{"1",   "auto",    "automatic", "aut",   "a",
+                                   "cas", "cascade", "rcas",      "remote"};
+    constexpr std::array kByHand{"0", "2", "man", "manual", "m", "rout", "iman", "fallback"};
+    const std::string word = lower_case(text);
+    const auto is = [&](const char* known) { return word == known; };
+    if (std::any_of(kBySystem.begin(), kBySystem.end(), is)) return 1.0;
+    if (std::any_of(kByHand.begin(), kByHand.end(), is)) return 0.0;
+    return std::numeric_limits<double>::quiet_NaN();
   }
 
   double value(const Column& column, const Cell& cell) const {
@@ -268,6 +285,7 @@ class Parser {
   std::vector<Cell> cells_;
   std::size_t columns_in_file_ = 0;
   Record record_;
+  std::size_t mode_index_ = kAbsent;
   std::array<Column, 5> columns_{{
       {"time", &record_.time_s, nullptr, nullptr},
       {"pv", &record_.pv, nullptr, &record_.missing_pv},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Records as CSV: a header row, columns by name in any order (time in s, pv, and where known sp,
-// co, stem; others are ignored), a constant period, empty cells or NaN for missing samples.
+// co, stem, mode; others are ignored), a constant period, empty cells or NaN for missing samples.
 #pragma once
 
 #include <cstddef>
@@ -33,16 +33,21 @@ class RecordError : public std::runtime_error {
   std::size_t column_;
 };
 
+// `mode` is a word of a control system (AUTO, MAN, CAS, ... in any case) or the number that an export of the
+// daemon's has (0 manual, 1 automatic, 2 fallback); what is neither is not known.
+//
 // Columns of equal length; those the file does not have are empty. NaN marks a missing sample.
 struct Record {
-  std::vector<double> time_s;  // strictly rising, complete
-  std::vector<double> pv;      // PV units
-  std::vector<double> sp;      // PV units
-  std::vector<double> co;      // CO units
-  std::vector<double> stem;    // CO units
+  std::vector<double> time_s;     // strictly rising, complete
+  std::vector<double> pv;         // PV units
+  std::vector<double> sp;         // PV units
+  std::vector<double> co;         // CO units
+  std::vector<double> stem;       // CO units
+  std::vector<double> automatic;  // 1: a controller moved CO, 0: it did not, NaN: not known
   bool has_sp = false;
   bool has_co = false;
   bool has_stem = false;
+  bool has_mode = false;
   std::size_t missing_pv = 0;  // empty cells
   std::size_t missing_sp = 0;
   std::size_t missing_co = 0;

@@ -36,6 +36,18 @@ Failure failure_of(std::string_view text) {
 
 }  // namespace
 
+TEST_CASE("the mode column is understood in words and numbers, and never an error") {
+  const Record record = parse_record(
+      "time,pv,mode\n0,1,AUTO\n1,1,Man\n2,1,cas\n3,1,1\n4,1,0\n5,1,2\n6,1,\n7,1,startup\n",
+      "r.csv");
+  REQUIRE(record.has_mode);
+  CHECK(std::vector<double>(record.automatic.begin(), record.automatic.begin() + 6) ==
+        std::vector<double>{1.0, 0.0, 1.0, 1.0, 0.0, 0.0});
+  CHECK(std::isnan(record.automatic[6]));
+  CHECK(std::isnan(record.automatic[7]));
+  CHECK_FALSE(parse_record("time,pv\n0,1\n1,2\n", "r.csv").has_mode);
+}
+
 TEST_CASE("columns are found by name, in any order, others ignored") {
   const Record record = parse_record(
       "stem,comment,pv,time,co,sp\n"
