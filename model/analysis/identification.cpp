@@ -1,221 +1,388 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/analysis/identification.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <numeric>
 #include <utility>
-#include <vector>
 
-#include "model/numeric/least_squares.hpp"
+#include "model/analysis/excitation.hpp"
 
 namespace loopwarden::analysis {
 namespace {
 
 using Column = std::vector<double>;
 
-constexpr std::size_t kFewestSamples = 10;
-constexpr double kConfidence = 1.96;  // of a normal distribution, 95 %
+constexpr std::size_t kFewestSamples = 30;
+constexpr std::size_t kMostSamples = 20'000;
+constexpr double kMostOutsideMargin = 0.2;  // of the gain
+constexpr double kMostFactor = 2.0;         // from the gain to the ends of its interval
+constexpr double kSamplesALag = 20.0;       // a thinned record keeps
 
-struct Problem {
-  Column u;  // CO less its first value
-  Column y;  // PV, NaN where missing
-  double period_s = 0.0;
-  double latest_dead_time_s = 0.0;
-  std::size_t used = 0;  // samples of y that are there
-  double spread = 0.0;   // standard deviation of y
-};
-
-Problem problem_of(std::span<const double> co, std::span<const double> pv, double period_s) {
-  if (co.size() != pv.size() || co.size() < kFewestSamples) {
-    throw IdentificationError("a record of at least 10 samples with CO and PV is needed");
-  }
-  Problem p{.u = {}, .y = Column(pv.begin(), pv.end()), .period_s = period_s};
-  double first = std::nan("");
-  double held = std::nan("");
-  std::size_t moved_at = co.size();
-  for (std::size_t k = 0; k < co.size(); ++k) {
-    if (std::isfinite(co[k])) held = co[k];
-    if (!std::isfinite(first)) first = held;
-    const double u = std::isfinite(held) ? held - first : 0.0;
-    if (u != 0.0 && moved_at == co.size()) moved_at = k;
-    p.u.push_back(u);
-  }
-  if (moved_at == co.size()) throw IdentificationError("CO never moves in this record");
-  p.latest_dead_time_s = static_cast<double>(co.size() - moved_at) * period_s * 0.8;
-  double sum = 0.0;
-  double squares = 0.0;
-  for (const double value : p.y) {
-    if (!std::isfinite(value)) continue;
-    ++p.used;
-    sum += value;
-    squares += value * value;
-  }
-  if (p.used < kFewestSamples) throw IdentificationError("PV is missing nearly everywhere");
-  const auto n = static_cast<double>(p.used);
-  p.spread = std::sqrt(std::max(0.0, squares / n - sum / n * sum / n));
-  if (!(p.spread > 0.0)) throw IdentificationError("PV never moves in this record");
-  return p;
+std::string number(double value, int digits = 6) {
+  std::array<char, 64> digits_of{};
+  std::snprintf(digits_of.data(), digits_of.size(), "%.*g", digits, value);
+  return digits_of.data();
 }
 
-// What a search moves: ln T1, ln T2 - ln T1 (second order), L.
-struct Shape {
-  double t1 = 1.0;
-  double t2 = 0.0;
-  double dead = 0.0;
+// Gaps closed by the value before, at the start by the first there is.
+Column closed_up(std::span<const double> column) {
+  Column out(column.begin(), column.end());
+  const auto first =
+      std::find_if(out.begin(), out.end(), [](double v) { return std::isfinite(v); });
+  double held = first == out.end() ? 0.0 : *first;
+  for (double& v : out) {
+    if (std::isfinite(v)) held = v;
+    v = held;
+  }
+  return out;
+}
+
+struct Columns {
+  Column co, pv, sp, automatic;  // without gaps
+  Column measured;               // PV as it is
+  double period_s = 0.1;
+
+  std::size_t size() const noexcept { return co.size(); }
+  LoopColumns loop() const { return {.co = co, .pv = pv, .sp = sp, .automatic = automatic}; }
 };
 
-Column unit_response(const Problem& p, const Shape& s) {
-  const auto run = [&](double t) {
-    plant::Process process({.gain = 1.0, .time_constant_s = t, .dead_time_s = s.dead}, p.period_s);
-    process.reset(0.0);
-    Column g{0.0};
-    g.reserve(p.u.size());
-    for (std::size_t k = 0; k + 1 < p.u.size(); ++k) g.push_back(process.step(p.u[k]));
-    return g;
+Columns columns_of(const IdentificationRecord& record) {
+  if (record.co.size() != record.pv.size() || record.co.size() < kFewestSamples) {
+    throw IdentificationError("a record of at least 30 samples with CO and PV is needed");
+  }
+  const auto measured = [](double v) { return std::isfinite(v); };
+  if (std::count_if(record.pv.begin(), record.pv.end(), measured) <
+      static_cast<std::ptrdiff_t>(kFewestSamples)) {
+    throw IdentificationError("PV is missing nearly everywhere");
+  }
+  Columns c{.co = closed_up(record.co),
+            .pv = closed_up(record.pv),
+            .sp = {},
+            .automatic = {},
+            .measured = {record.pv.begin(), record.pv.end()},
+            .period_s = record.sample_time_s};
+  if (std::any_of(record.sp.begin(), record.sp.end(), measured)) c.sp = closed_up(record.sp);
+  if (std::any_of(record.mode.begin(), record.mode.end(), measured)) {
+    c.automatic = closed_up(record.mode);
+    for (double& v : c.automatic) v = v == 0.0 ? 0.0 : 1.0;
+  }
+  const auto still = [](const Column& v) {
+    return std::all_of(v.begin(), v.end(), [&](double x) { return x == v.front(); });
   };
-  Column g = run(s.t1);
-  if (s.t2 <= 0.0) return g;
-  // Partial fractions; equal lags are kept apart by a thousandth.
-  const double t2 = std::min(s.t2, 0.999 * s.t1);
-  const Column fast = run(t2);
-  for (std::size_t k = 0; k < g.size(); ++k) g[k] = (s.t1 * g[k] - t2 * fast[k]) / (s.t1 - t2);
-  return g;
+  if (still(c.co)) throw IdentificationError("CO never moves in this record");
+  if (still(c.pv)) throw IdentificationError("PV never moves in this record");
+  return c;
 }
 
-struct Linear {
-  double y0 = 0.0;
-  double gain = 0.0;
-  double sum_squares = 0.0;
-};
-
-Linear solve_linear(const Problem& p, const Column& g) {
-  double sg = 0.0, sy = 0.0, sgg = 0.0, sgy = 0.0, syy = 0.0;
-  for (std::size_t k = 0; k < g.size(); ++k) {
-    const double y = p.y[k];
-    if (!std::isfinite(y)) continue;
-    sg += g[k];
-    sy += y;
-    sgg += g[k] * g[k];
-    sgy += g[k] * y;
-    syy += y * y;
+double mean_of(const Column& column, std::size_t from, std::size_t to) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t k = from; k < std::min(to, column.size()); ++k) {
+    if (!std::isfinite(column[k])) continue;
+    sum += column[k];
+    ++count;
   }
-  const auto n = static_cast<double>(p.used);
-  const double variance = sgg - sg * sg / n;
-  Linear l;
-  if (variance > 1e-12 * (1.0 + sgg)) l.gain = (sgy - sg * sy / n) / variance;
-  l.y0 = (sy - l.gain * sg) / n;
-  l.sum_squares = std::max(0.0, syy - l.y0 * sy - l.gain * sgy);
-  return l;
+  return count > 0 ? sum / static_cast<double>(count) : std::nan("");
 }
 
-Shape coarse(const Problem& p, bool second) {
-  const double length = static_cast<double>(p.u.size()) * p.period_s;
-  Shape best;
-  double least = -1.0;
-  for (double t = std::max(p.period_s, length / 1000.0); t < length; t *= 1.5) {
-    for (double share = 0.0; share < 1.0; share = share * 1.35 + 0.01) {
-      const Shape s{t, second ? 0.3 * t : 0.0, share * p.latest_dead_time_s};
-      const double sum = solve_linear(p, unit_response(p, s)).sum_squares;
-      if (least >= 0.0 && sum >= least) continue;
-      least = sum;
-      best = s;
+// CO as the mean over each of its blocks; PV as the mean around the moment where the block begins.
+Column thinned_co(const Column& co, const SamplesUsed& used) {
+  if (used.thinned == 1) {
+    return {co.begin() + static_cast<std::ptrdiff_t>(used.from),
+            co.begin() + static_cast<std::ptrdiff_t>(used.from + used.count)};
+  }
+  Column out;
+  for (std::size_t i = 0; i < used.count; ++i) {
+    const std::size_t from = used.from + i * used.thinned;
+    out.push_back(mean_of(co, from, from + used.thinned));
+  }
+  return out;
+}
+
+Column thinned_pv(const Column& pv, const SamplesUsed& used) {
+  Column out;
+  const std::size_t half = used.thinned / 2;
+  for (std::size_t i = 0; i < used.count; ++i) {
+    const std::size_t at = used.from + i * used.thinned;
+    out.push_back(mean_of(pv, at - std::min(at, half), at - half + used.thinned));
+  }
+  return out;
+}
+
+// The deviation of CO as the search takes it, PV less its mean.
+Samples samples_of(const Columns& c, const SamplesUsed& used) {
+  Samples s{.u = thinned_co(c.co, used),
+            .y = thinned_pv(c.measured, used),
+            .period_s = c.period_s * static_cast<double>(used.thinned)};
+  const double first = s.u.front();
+  for (double& v : s.u) v -= first;
+  const double mean = mean_of(s.y, 0, s.y.size());
+  for (double& v : s.y) {
+    v -= mean;
+    if (std::isfinite(v)) ++s.used;
+  }
+  return s;
+}
+
+// The stretch of `length` samples in which the column moves most.
+std::size_t busiest(const Column& column, std::size_t length) {
+  Column travel{0.0};
+  for (std::size_t k = 1; k < column.size(); ++k) {
+    travel.push_back(travel.back() + std::abs(column[k] - column[k - 1]));
+  }
+  std::size_t best = 0;
+  double most = -1.0;
+  for (std::size_t k = 0; k + length <= column.size(); k += std::max<std::size_t>(1, length / 20)) {
+    const double here = travel[k + length - 1] - travel[k];
+    if (here > most) {
+      most = here;
+      best = k;
     }
   }
   return best;
 }
 
-// What the least squares move: y0, K, L, ln T1, and ln T2 with two lags.
-Shape shape_of(const Column& v) {
-  if (v.size() <= 4) return {std::exp(v[3]), 0.0, v[2]};
-  return {std::exp(std::max(v[3], v[4])), std::exp(std::min(v[3], v[4])), v[2]};
+SamplesUsed choose_samples(const Columns& c, const Feedback& feedback,
+                           std::vector<std::string>& notes) {
+  SamplesUsed used{.from = 0, .thinned = 1, .count = c.size()};
+  if (c.size() <= kMostSamples) return used;
+  // How slow the process is: from the whole record, thinned as far as it goes.
+  used.thinned = (c.size() + kMostSamples / 4 - 1) / (kMostSamples / 4);
+  used.count = c.size() / used.thinned;
+  const PredictionFit rough = start_fit(samples_of(c, used), false);
+  const double rough_s = rough.time_constant_s;
+  double longest = rough_s / (kSamplesALag * c.period_s);
+  // What the controller does within a thinned sample must not reach PV within it.
+  if (feedback.closed) longest = std::min(longest, rough.dead_time_s / (2.0 * c.period_s));
+  const auto most = static_cast<std::size_t>(std::max(1.0, longest));
+  used.thinned = std::min((c.size() + kMostSamples - 1) / kMostSamples, most);
+  if (used.thinned > 1) {
+    notes.push_back("thinned: means of " + std::to_string(used.thinned) +
+                    " samples, the process is slow against them");
+  }
+  used.count = c.size() / used.thinned;
+  if (used.count <= kMostSamples) return used;
+  used.count = kMostSamples;
+  const bool by_set_point = feedback.closed && feedback.set_point_moves;
+  used.from = busiest(by_set_point ? c.sp : c.co, kMostSamples * used.thinned);
+  const double from_s = static_cast<double>(used.from) * c.period_s;
+  const double length_s = static_cast<double>(used.count * used.thinned) * c.period_s;
+  notes.push_back("cut to where " + std::string(by_set_point ? "SP" : "CO") + " moves most: from " +
+                  number(from_s) + " s to " + number(from_s + length_s) + " s of the record");
+  return used;
 }
 
-numeric::Residual residual_of(const Problem& p) {
-  return [&p](const Column& v, Eigen::VectorXd& r) {
-    const Column g = unit_response(p, shape_of(v));
-    r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(g.size()));
-    for (std::size_t k = 0; k < g.size(); ++k) {
-      if (std::isfinite(p.y[k])) r[static_cast<Eigen::Index>(k)] = p.y[k] - v[0] - v[1] * g[k];
-    }
-  };
+ProcessFit described(const Samples& s, const PredictionFit& fit, const Intervals& intervals,
+                     double mean, double spread) {
+  ProcessFit out;
+  out.form = fit.form;
+  out.gain = intervals.gain;
+  out.time_constant_s = intervals.time_constant_s;
+  out.second_lag_s = intervals.second_lag_s;
+  out.dead_time_s = intervals.dead_time_s;
+  out.noise_order = fit.noise.order();
+  out.criterion = fit.criterion;
+  const auto n = static_cast<double>(s.used);
+  out.prediction_rms = std::sqrt(fit.sum_squares / n);
+  out.free_run = free_run(s, fit);
+  // The noise model knows no level of its own: the free run's is the mean of what is left.
+  double left = 0.0;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    if (std::isfinite(s.y[k])) left += (s.y[k] - out.free_run[k]) / n;
+  }
+  double squares = 0.0;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    out.free_run[k] += left;
+    if (std::isfinite(s.y[k])) squares += std::pow(s.y[k] - out.free_run[k], 2);
+    out.free_run[k] += mean;
+  }
+  out.rest_pv = mean + fit.level + left;
+  out.rmse = std::sqrt(squares / n);
+  out.fit_percent = 100.0 * (1.0 - out.rmse / spread);
+  return out;
 }
 
-std::vector<numeric::Parameter> parameters_of(const Problem& p, const Linear& linear,
-                                              const Shape& start) {
-  const double length = static_cast<double>(p.u.size()) * p.period_s;
-  const auto parameter = [](double value) {
-    return numeric::Parameter{.value = value, .difference = 1e-7, .relative_difference = 1e-5};
-  };
-  const auto lag = [&](double time_s) {
-    numeric::Parameter lag_log = parameter(std::log(time_s));
-    lag_log.low = std::log(p.period_s / 100.0);
-    lag_log.high = std::log(100.0 * length);
-    return lag_log;
-  };
-  std::vector<numeric::Parameter> parameters{parameter(linear.y0), parameter(linear.gain),
-                                             parameter(start.dead), lag(start.t1)};
-  parameters[2].low = 0.0;
-  parameters[2].high = p.latest_dead_time_s;
-  if (start.t2 > 0.0) parameters.push_back(lag(start.t2));
-  return parameters;
-}
-
-double neighbours_correlation(const Eigen::VectorXd& r) {
-  const Eigen::Index n = r.size();
-  const double all = r.squaredNorm();
-  if (!(all > 0.0)) return 0.0;
-  return std::clamp(r.head(n - 1).dot(r.tail(n - 1)) / all, 0.0, 0.98);
-}
+constexpr const char* kStepIt =
+    "Step the set point by 3 to 5 % of its span twice in each direction, each step held until PV "
+    "has settled; or step CO in manual.";
 
 }  // namespace
 
-ProcessFit identify(std::span<const double> co, std::span<const double> pv, double sample_time_s,
-                    int order) {
-  const Problem p = problem_of(co, pv, sample_time_s);
-  const bool second = order == 2;
-  const Shape start = coarse(p, second);
-  const Linear linear = solve_linear(p, unit_response(p, start));
-  if (linear.gain == 0.0) throw IdentificationError("PV does not answer to CO in this record");
-  const std::vector<numeric::Parameter> parameters = parameters_of(p, linear, start);
-  const numeric::Residual residual = residual_of(p);
-  const numeric::LeastSquares found = numeric::least_squares(parameters, residual);
-  const Column& v = found.x;
-  const Eigen::VectorXd& r = found.residual;
-  const Eigen::MatrixXd j = numeric::jacobian(parameters, residual, v, r);
-  const auto n = static_cast<double>(p.used);
-  const auto count = static_cast<double>(v.size());
-  const double variance = r.squaredNorm() / std::max(1.0, n - count);
-  const double rho = neighbours_correlation(r);
-  const double inflation = (1.0 + rho) / (1.0 - rho);
-  const Eigen::MatrixXd covariance =
-      (j.transpose() * j).completeOrthogonalDecomposition().pseudoInverse() * variance * inflation;
-  const auto margin = [&](Eigen::Index i) {
-    return kConfidence * std::sqrt(std::max(0.0, covariance(i, i)));
+plant::ProcessParameters ProcessFit::process() const {
+  plant::ProcessParameters p{.gain = gain.value,
+                             .time_constant_s = time_constant_s.value,
+                             .dead_time_s = dead_time_s.value,
+                             .second_time_constant_s = second_lag_s.value};
+  if (is_integrating(form)) {
+    p.kind = plant::ProcessKind::integrating;
+    p.time_constant_s = plant::ProcessParameters{}.time_constant_s;
+  }
+  return p;
+}
+
+Identification identify(const IdentificationRecord& record) {
+  const Columns c = columns_of(record);
+  const Feedback feedback = find_feedback(c.loop());
+  Identification out;
+  out.closed_loop = feedback.closed;
+  out.by_mode = feedback.by_mode;
+  const bool by_hand =
+      std::any_of(c.automatic.begin(), c.automatic.end(), [](double v) { return v == 0.0; });
+  if (feedback.closed && !c.sp.empty() && !feedback.set_point_moves && !by_hand) {
+    out.reason =
+        "The loop is closed and SP never moves: CO only follows PV, and what CO does to PV can't "
+        "be "
+        "told from the load.";
+    out.settle = kStepIt;
+    return out;
+  }
+  out.used = choose_samples(c, feedback, out.notes);
+  const Samples s = samples_of(c, out.used);
+
+  // The noise order by the simplest form, then the other forms beside that noise.
+  PredictionFit base = start_fit(s, false);
+  for (std::size_t order = 0; order <= kMostNoiseOrder; ++order) {
+    if (order == 1) continue;
+    const PredictionFit other = with_noise_order(s, base, order);
+    if (other.criterion < base.criterion) base = other;
+  }
+  base = refined(s, base);
+  std::vector<PredictionFit> fits{base, with_second_lag(s, base)};
+  PredictionFit integrating = start_fit(s, true);
+  if (base.noise.order() != 1) integrating = with_noise_order(s, integrating, base.noise.order());
+  fits.push_back(refined(s, integrating));
+  fits.push_back(with_second_lag(s, fits.back()));
+  const auto least = std::min_element(fits.begin(), fits.end(),
+                                      [](const PredictionFit& one, const PredictionFit& other) {
+                                        return one.criterion < other.criterion;
+                                      });
+  const auto best = static_cast<std::size_t>(least - fits.begin());
+  out.preferred = best;
+
+  std::vector<Intervals> intervals;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    intervals.push_back(i == best ? profile_intervals(s, fits[i])
+                                  : curvature_intervals(s, fits[i]));
+  }
+  double mean =
+      mean_of(c.measured, out.used.from, out.used.from + out.used.count * out.used.thinned);
+  double spread = 0.0;
+  for (const double y : s.y) spread += std::isfinite(y) ? y * y : 0.0;
+  spread = std::sqrt(spread / static_cast<double>(s.used));
+  std::vector<ProcessFit> described_fits;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    described_fits.push_back(described(s, fits[i], intervals[i], mean, spread));
+  }
+  const ProcessFit& chosen = described_fits[best];
+
+  Column outside = s.u;
+  if (feedback.closed) {
+    outside = outside_output(c.loop(), feedback, chosen.process(), c.period_s);
+    if (outside.empty()) {
+      out.reason = "The loop is closed, but how CO follows from SP and PV could not be found.";
+      out.settle = "Step CO in manual, or give the column `mode`.";
+      return out;
+    }
+    outside = thinned_co(outside, out.used);
+  }
+  const double error = gain_error_under(s, fits[best], outside);
+  out.outside_margin = 1.96 * error / std::abs(chosen.gain.value);
+  if (!(out.outside_margin <= kMostOutsideMargin)) {
+    const char* const moved =
+        !feedback.closed ? "What moved CO"
+        : c.sp.empty()
+            ? "The loop is closed, SP is not in the record, and what moved CO from outside"
+            : "The loop is closed, and what SP moved";
+    out.reason = std::string(moved) + " fixes the gain within +-" +
+                 number(std::min(100.0 * out.outside_margin, 9999.0), 2) +
+                 " % at best: too little against noise and load.";
+    out.settle = kStepIt;
+    return out;
+  }
+  const Estimate& gain = chosen.gain;
+  const double near = std::min(std::abs(gain.low), std::abs(gain.high));
+  const double far = std::max(std::abs(gain.low), std::abs(gain.high));
+  if (gain.low * gain.high <= 0.0 || kMostFactor * near < std::abs(gain.value) ||
+      far > kMostFactor * std::abs(gain.value)) {
+    out.reason = "The gain lies between " + number(gain.low, 3) + " and " + number(gain.high, 3) +
+                 " (95 %): too wide for a model.";
+    out.settle = kStepIt;
+    return out;
+  }
+  out.fits = std::move(described_fits);
+  return out;
+}
+
+AssumedModel assumed_model(const IdentificationRecord& record) {
+  AssumedModel out;
+  out.identification = identify(record);
+  if (!out.identification.can_tell()) return out;
+  const ProcessFit& best = out.identification.best();
+  const Columns c = columns_of(record);
+  plant::LoopModel model;
+  model.sample_time_s = record.sample_time_s;
+  model.process = best.process();
+  const auto relative = [](const Estimate& e, double least) {
+    const double half = (std::min(e.high, 2.0 * e.value) - e.low) / 2.0;
+    return std::clamp(half / std::max(std::abs(e.value), 1e-300), least, 1.0);
   };
-  ProcessFit fit;
-  fit.order = second ? 2 : 1;
-  fit.rest_pv = v[0];
-  fit.gain = {v[1], margin(1)};
-  fit.dead_time_s = {v[2], margin(2)};
-  const Shape s = shape_of(v);
-  const bool swapped = second && v[4] > v[3];
-  fit.time_constant_s = {s.t1, s.t1 * margin(swapped ? 4 : 3)};
-  if (second) fit.second_lag_s = {s.t2, s.t2 * margin(swapped ? 3 : 4)};
-  fit.rmse = std::sqrt(r.squaredNorm() / n);
-  fit.fit_percent = 100.0 * (1.0 - fit.rmse / p.spread);
-  fit.criterion = n * std::log(std::max(fit.rmse * fit.rmse, 1e-300)) + count * std::log(n);
-  return fit;
+  const plant::ProcessUncertainty usual;
+  model.uncertainty = {
+      .gain = relative(best.gain.value > 0.0
+                           ? best.gain
+                           : Estimate{-best.gain.value, -best.gain.high, -best.gain.low},
+                       usual.gain),
+      .time_constant = is_integrating(best.form)
+                           ? usual.time_constant
+                           : relative(best.time_constant_s, usual.time_constant),
+      .dead_time = relative(best.dead_time_s, usual.dead_time)};
+  out.assumptions.push_back(std::string("process: ") + to_text(best.form) +
+                            ", identified from this record");
+  // Ranges: 0 to 100 where what was measured lies within, else what was measured and a tenth more.
+  const auto range_of = [](const Column& column) {
+    const auto [low, high] = std::minmax_element(column.begin(), column.end());
+    if (*low >= 0.0 && *high <= 100.0 && *high > 10.0) return std::pair{0.0, 100.0};
+    if (*low >= 0.0 && *high <= 10.0 && *high > 1.0) return std::pair{0.0, 10.0};
+    const double more = 0.1 * (*high - *low);
+    return std::pair{*low - more, *high + more};
+  };
+  const auto [co_low, co_high] = range_of(c.co);
+  const auto [pv_low, pv_high] = range_of(c.pv);
+  model.controller.pid.output_low = model.controller.output.low = co_low;
+  model.controller.pid.output_high = model.controller.output.high = co_high;
+  model.transmitter.low = model.controller.set_point.low = pv_low;
+  model.transmitter.high = model.controller.set_point.high = pv_high;
+  out.assumptions.push_back("CO runs from " + number(co_low) + " to " + number(co_high));
+  out.assumptions.push_back("PV runs from " + number(pv_low) + " to " + number(pv_high));
+  const PiGains gains = find_pi_gains(c.loop(), record.sample_time_s);
+  constexpr double kUnderstood = 0.5;
+  if (out.identification.closed_loop && gains.explained >= kUnderstood) {
+    const bool direct = gains.kp < 0.0;
+    model.controller.pid.action = direct ? control::Action::direct : control::Action::reverse;
+    model.controller.pid.gains = {.kp = std::abs(gains.kp),
+                                  .ki = std::max(0.0, direct ? -gains.ki : gains.ki)};
+    out.assumptions.push_back("controller: PI with kp " + number(gains.kp, 4) + " and ki " +
+                              number(gains.ki, 4) + ", as CO follows SP and PV");
+  } else {
+    model.controller.pid.gains = {};
+    out.assumptions.emplace_back("controller: not known; only the measured CO counts");
+  }
+  out.assumptions.emplace_back("valve: no effect at all");
+  out.model = std::move(model);
+  return out;
 }
 
 Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
                        double sample_time_s) {
-  const Problem p = problem_of(co, pv, sample_time_s);
+  const Columns c = columns_of({.co = co, .pv = pv, .sp = {}, .sample_time_s = sample_time_s});
   std::size_t at = 0;
   double largest = 0.0;
   double travel = 0.0;
-  for (std::size_t k = 1; k < p.u.size(); ++k) {
-    const double move = std::abs(p.u[k] - p.u[k - 1]);
+  for (std::size_t k = 1; k < c.co.size(); ++k) {
+    const double move = std::abs(c.co[k] - c.co[k - 1]);
     travel += move;
     if (move > largest) {
       largest = move;
@@ -229,21 +396,21 @@ Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
     double sum = 0.0;
     std::size_t count = 0;
     for (std::size_t k = from; k < to; ++k) {
-      if (!std::isfinite(p.y[k])) continue;
-      sum += p.y[k];
+      if (!std::isfinite(c.measured[k])) continue;
+      sum += c.measured[k];
       ++count;
     }
     if (count == 0) throw IdentificationError("PV is missing where the tangent needs it");
     return sum / static_cast<double>(count);
   };
-  const std::size_t n = p.y.size();
+  const std::size_t n = c.measured.size();
   Tangent t;
   t.before = mean(0, at + 1);
   t.final_value = mean(n - std::max<std::size_t>(1, (n - at) / 10), n);
   const double rise = t.final_value - t.before;
   const auto reach = [&](double share) {
     for (std::size_t k = at; k < n; ++k) {
-      if ((p.y[k] - t.before) / rise >= share) return k;
+      if ((c.measured[k] - t.before) / rise >= share) return k;
     }
     return n - 1;
   };
@@ -257,8 +424,8 @@ Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
     double sum = 0.0, weighted = 0.0, squares = 0.0;
     for (std::size_t i = 0; i < width; ++i) {
       const double x = static_cast<double>(i) - middle;
-      sum += p.y[k + i];
-      weighted += x * p.y[k + i];
+      sum += c.measured[k + i];
+      weighted += x * c.measured[k + i];
       squares += x * x;
     }
     const double slope = weighted / squares;
@@ -272,7 +439,7 @@ Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
   t.step_time_s = static_cast<double>(at) * sample_time_s;
   t.steepest_s = touch * sample_time_s;
   const double start_s = t.steepest_s - (touch_value - t.before) / t.slope;
-  t.process = {.gain = rise / (p.u[at] - p.u[at - 1]),
+  t.process = {.gain = rise / (c.co[at] - c.co[at - 1]),
                .time_constant_s = rise / t.slope,
                .dead_time_s = std::max(0.0, start_s - t.step_time_s)};
   return t;

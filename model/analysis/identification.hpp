@@ -1,34 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-// A process model from a record of CO and PV in which CO moved: gain, one or two lags, dead time.
+// A process model from a record of CO and PV, in open or in closed loop: gain, lags, dead time.
 //
-//   y(k) = y0 + K g(k; T1[, T2], L)         g  response of the unit-gain process to u - u(first sample)
+// Four forms are fitted, each beside a noise model (prediction_error.hpp): one lag, two lags, integrating,
+// integrating with a lag. The preferred one has the least Bayesian information criterion.
 //
-//   first order    T1 g' = u(t - L) - g
-//   second order   two such lags in series, T1 >= T2
+// In closed loop (the record's mode, or a CO that follows from PV, excitation.hpp) only what comes from outside
+// tells the process from the load: moves of SP, of CO by hand. If that alone (in open loop: all of CO) would
+// not fix the gain within 20 % (95 %), or the interval found reaches further than a factor of two, there is no
+// number, but the reason and what would help: beyond, intervals hold the truth less often than they say
+// (studies/identify).
 //
-//   y, y0  PV units     u  CO units     K  PV units / CO unit     T1, T2, L  s
+// Records of more than 20 000 samples are thinned by means where the process is slow against the
+// sampling, then cut to the stretch where SP (in open loop CO) moves most; `notes` says so.
 //
-// Both are sampled exactly for u held over each period, with any fraction of a period in L. Least
-// squares on y by Levenberg's method over (y0, K, ln T, L), started from the best of a coarse grid of
-// (T, L). The record must begin at rest.
+// Errors: IdentificationError where the record holds nothing to look at: too few samples, PV or CO that never
+// moves.
+// What it can't do: valves with friction or play: gain too small, dead time too long (studies/identify has
+// figures). Intervals assume that the form is right and that the load is noise through a linear filter.
 //
-// Intervals are of 95 %: +-1.96 sqrt(diag(s^2 (J'J)^-1) (1 + r)/(1 - r)), J the Jacobian at the solution, s^2 the
-// residual variance, r the residuals' correlation from one sample to the next, 0 to 0.98.
-//
-// Errors: IdentificationError says in words why nothing can be identified: no movement of CO, PV that
-// does not answer, too few samples.
-// What it can't do: self-regulating processes only; a record under closed-loop control gives biased
-// figures where a disturbance moves PV, a sticking valve gives too long a dead time and too small a
-// gain. The intervals assume that the form of the model is right.
-//
-// Sources: Ljung, System Identification (1999), ch. 7 and 9; Levenberg, Quart. Appl. Math. 2 (1944).
+// Sources: Ljung, System Identification (1999), ch. 13 (closed loop).
 // Tangent: Ziegler and Nichols (1942); Sewdass, thesis, figure 6.4.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
+#include "model/analysis/prediction_error.hpp"
+#include "model/plant/loop_model.hpp"
 #include "model/plant/process.hpp"
 
 namespace loopwarden::analysis {
@@ -38,26 +41,64 @@ class IdentificationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-struct Estimate {
-  double value = 0.0;
-  double margin = 0.0;  // half of the interval of 95 %
-};
-
 struct ProcessFit {
-  int order = 1;
-  Estimate gain;             // PV units / CO unit
-  Estimate time_constant_s;  // T1
-  Estimate second_lag_s;     // T2; 0 with one lag
+  ProcessForm form = ProcessForm::one_lag;
+  Estimate gain;             // PV units / CO unit; integrating: PV units / (CO unit s)
+  Estimate time_constant_s;  // T1; integrating: none
+  Estimate second_lag_s;     // T2; 0: none
   Estimate dead_time_s;      // L
-  double rest_pv = 0.0;      // y0
-  double rmse = 0.0;         // PV units
-  double fit_percent = 0.0;  // 100 (1 - rmse / standard deviation of PV)
-  double criterion = 0.0;    // Bayesian information criterion; the smaller the better
+  std::size_t noise_order = 0;
+  double rest_pv = 0.0;          // PV units, at the first CO
+  double prediction_rms = 0.0;   // PV units, of what could not be predicted one sample ahead
+  double rmse = 0.0;             // PV units, of the free run of the process alone
+  double fit_percent = 0.0;      // of the free run: 100 (1 - rmse / standard deviation of PV)
+  double criterion = 0.0;        // Bayesian information criterion; the smaller the better
+  std::vector<double> free_run;  // PV units, on the samples used
+
+  plant::ProcessParameters process() const;
 };
 
-// `co` and `pv` of one length; NaN in pv: not used, in co: the value before it holds.
-ProcessFit identify(std::span<const double> co, std::span<const double> pv, double sample_time_s,
-                    int order = 1);
+// Columns of one length; NaN where missing. `sp` and `mode` may be empty.
+struct IdentificationRecord {
+  std::span<const double> co, pv, sp;
+  std::span<const double> mode{};  // 0 by hand, else automatic
+  double sample_time_s = 0.1;
+};
+
+// The samples that were fitted: `count` of them, each the mean of `thinned`, from sample `from` of the record on.
+struct SamplesUsed {
+  std::size_t from = 0;
+  std::size_t thinned = 1;
+  std::size_t count = 0;
+};
+
+struct Identification {
+  bool closed_loop = false;
+  bool by_mode = false;  // the mode column said so
+  SamplesUsed used;
+  std::vector<ProcessFit> fits;  // with intervals; none where the record can't tell
+  std::size_t preferred = 0;     // of `fits`
+  std::string reason;            // why it can't tell, a sentence; empty where it can
+  std::string settle;            // what would help
+  std::vector<std::string> notes;
+  // What of the gain the outside moves alone would leave open, relative, 95 %.
+  double outside_margin = 0.0;
+
+  bool can_tell() const noexcept { return reason.empty(); }
+  const ProcessFit& best() const { return fits[preferred]; }
+};
+
+Identification identify(const IdentificationRecord& record);
+
+// A loop model that a record alone suggests: the identified process, the controller as CO follows from SP and PV,
+// ranges from what was measured. What was assumed stands in `assumptions`, one sentence each. Nothing where the
+// process can't be told.
+struct AssumedModel {
+  std::optional<plant::LoopModel> model;
+  Identification identification;
+  std::vector<std::string> assumptions;
+};
+AssumedModel assumed_model(const IdentificationRecord& record);
 
 // The tangent at the steepest point of PV after one step of CO. The slope is that of a line through the
 // samples of a tenth of the time from 20 to 85 % of the answer, at least three.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden identify: process models from a step record.
+// loopwarden identify: process models from a record, in open or in closed loop.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -25,19 +26,24 @@ struct IdentifyOptions {
   bool json = false;
 };
 
-struct Findings {
-  analysis::ProcessFit first, second;
+struct IdentifyFindings {
+  analysis::Identification process;
   std::optional<analysis::Tangent> tangent;
   std::string no_tangent;
   std::optional<analysis::StepMetrics> metrics;
-  bool second_is_better = false;
 };
 
-Findings look_at(const record::Record& record) {
-  Findings f;
-  f.first = analysis::identify(record.co, record.pv, record.period_s, 1);
-  f.second = analysis::identify(record.co, record.pv, record.period_s, 2);
-  f.second_is_better = f.second.criterion < f.first.criterion - 10.0;
+IdentifyFindings look_at(const record::Record& record) {
+  IdentifyFindings f;
+  f.process = analysis::identify({.co = record.co,
+                                  .pv = record.pv,
+                                  .sp = record.sp,
+                                  .mode = record.automatic,
+                                  .sample_time_s = record.period_s});
+  if (f.process.closed_loop) {
+    f.no_tangent = "it needs CO stepped by hand";
+    return f;
+  }
   try {
     f.tangent = analysis::tangent_method(record.co, record.pv, record.period_s);
     const auto from = static_cast<std::size_t>(f.tangent->step_time_s / record.period_s + 0.5);
@@ -49,30 +55,56 @@ Findings look_at(const record::Record& record) {
   return f;
 }
 
-nlohmann::json as_json(const analysis::Estimate& e) {
-  return {{"value", e.value}, {"interval", {e.value - e.margin, e.value + e.margin}}};
-}
-
-nlohmann::json as_json(const analysis::ProcessFit& fit) {
-  nlohmann::json result = {{"gain", as_json(fit.gain)},
-                           {"time_constant_s", as_json(fit.time_constant_s)},
-                           {"dead_time_s", as_json(fit.dead_time_s)},
-                           {"rest_pv", fit.rest_pv},
-                           {"rmse", fit.rmse},
-                           {"fit_percent", fit.fit_percent},
-                           {"criterion", fit.criterion}};
-  if (fit.order == 2) result["second_lag_s"] = as_json(fit.second_lag_s);
-  return result;
-}
-
 nlohmann::json finite(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
-void print_json(const Findings& f) {
-  nlohmann::json result = {{"fopdt", as_json(f.first)},
-                           {"sopdt", as_json(f.second)},
-                           {"preferred", f.second_is_better ? "sopdt" : "fopdt"}};
+nlohmann::json as_json(const analysis::Estimate& e) {
+  return {{"value", finite(e.value)}, {"interval", {finite(e.low), finite(e.high)}}};
+}
+
+nlohmann::json as_json(const analysis::ProcessFit& fit) {
+  nlohmann::json result = {
+      {"gain", as_json(fit.gain)},      {"dead_time_s", as_json(fit.dead_time_s)},
+      {"rest_pv", fit.rest_pv},         {"rmse", fit.rmse},
+      {"fit_percent", fit.fit_percent}, {"prediction_rms", fit.prediction_rms},
+      {"noise_order", fit.noise_order}, {"criterion", fit.criterion}};
+  if (!analysis::is_integrating(fit.form)) {
+    result["time_constant_s"] = as_json(fit.time_constant_s);
+  }
+  if (fit.second_lag_s.value > 0.0) result["second_lag_s"] = as_json(fit.second_lag_s);
+  return result;
+}
+
+const char* key_of(analysis::ProcessForm form) {
+  switch (form) {
+    case analysis::ProcessForm::one_lag: return "fopdt";
+    case analysis::ProcessForm::two_lags: return "sopdt";
+    case analysis::ProcessForm::integrating: return "integrating";
+    case analysis::ProcessForm::integrating_lag: break;
+  }
+  return "integrating_lag";
+}
+
+nlohmann::json as_json(const IdentifyFindings& f, const record::Record& record) {
+  const analysis::Identification& p = f.process;
+  nlohmann::json result = {{"verdict", p.can_tell() ? "identified" : "cant_tell"},
+                           {"loop", p.closed_loop ? "closed" : "open"},
+                           {"notes", p.notes}};
+  if (p.used.count > 0) {
+    result["used"] = {{"from_s", record.time_s[p.used.from]},
+                      {"samples", p.used.count},
+                      {"thinned", p.used.thinned}};
+  }
+  if (!p.can_tell()) {
+    result["reason"] = p.reason;
+    result["settle"] = p.settle;
+    result["preferred"] = nullptr;
+    return result;
+  }
+  for (const analysis::ProcessFit& fit : p.fits) result[key_of(fit.form)] = as_json(fit);
+  result["preferred"] = key_of(p.best().form);
+  result["tangent"] = nullptr;
   if (f.tangent) {
     result["tangent"] = {{"gain", f.tangent->process.gain},
                          {"time_constant_s", f.tangent->process.time_constant_s},
@@ -83,33 +115,44 @@ void print_json(const Findings& f) {
                       {"peak_time_s", f.metrics->peak_time_s},
                       {"overshoot_percent", 100.0 * f.metrics->overshoot},
                       {"settling_2_percent_s", finite(f.metrics->settling_2_s)}};
-  } else {
-    result["tangent"] = nullptr;
   }
-  fmt::print("{}\n", result.dump(2));
+  return result;
 }
 
-std::string with_margin(const analysis::Estimate& e) {
-  return fmt::format("{:.5g} +-{:.2g}", e.value, e.margin);
+std::string with_interval(const analysis::Estimate& e) {
+  const std::string to =
+      std::isfinite(e.high) ? fmt::format("to {:.4g}", e.high) : std::string("upwards");
+  return fmt::format("{:.5g}   ({:.4g} {})", e.value, e.low, to);
 }
 
-void print_text(const Findings& f) {
-  fmt::print("{:<28} {:>20} {:>20}\n", "", "one lag", "two lags");
-  const auto row = [](const char* what, const std::string& one, const std::string& two) {
-    fmt::print("{:<28} {:>20} {:>20}\n", what, one, two);
+void print_form(const analysis::ProcessFit& fit) {
+  const bool integrating = analysis::is_integrating(fit.form);
+  const auto row = [](const char* what, const std::string& value) {
+    fmt::print("  {:<32}{}\n", what, value);
   };
-  row("gain, PV units/CO unit", with_margin(f.first.gain), with_margin(f.second.gain));
-  row("time constant, s", with_margin(f.first.time_constant_s),
-      with_margin(f.second.time_constant_s));
-  row("second lag, s", "-", with_margin(f.second.second_lag_s));
-  row("dead time, s", with_margin(f.first.dead_time_s), with_margin(f.second.dead_time_s));
-  row("left over (rms), PV units", fmt::format("{:.4g}", f.first.rmse),
-      fmt::format("{:.4g}", f.second.rmse));
-  row("fit, %", fmt::format("{:.2f}", f.first.fit_percent),
-      fmt::format("{:.2f}", f.second.fit_percent));
-  fmt::print("Intervals of 95 %. {}\n", f.second_is_better
-                                            ? "Two lags describe the record better."
-                                            : "A second lag does not describe the record better.");
+  row(integrating ? "gain, PV units/(CO unit s)" : "gain, PV units/CO unit",
+      with_interval(fit.gain));
+  if (!integrating) row("time constant, s", with_interval(fit.time_constant_s));
+  if (fit.second_lag_s.value > 0.0) row("second lag, s", with_interval(fit.second_lag_s));
+  row("dead time, s", with_interval(fit.dead_time_s));
+}
+
+void print_found(const IdentifyFindings& f) {
+  const analysis::Identification& p = f.process;
+  const analysis::ProcessFit& best = p.best();
+  fmt::print("Process: {}. In brackets: intervals of 95 %.\n", to_text(best.form));
+  print_form(best);
+  fmt::print(
+      "The process alone, driven by CO, explains {:.2f} % of PV and leaves {:.4g} PV units (rms); "
+      "one sample\n"
+      "ahead, with a noise model of order {}, {:.4g} are left.\n",
+      best.fit_percent, best.rmse, best.noise_order, best.prediction_rms);
+  fmt::print("Other forms:");
+  for (const analysis::ProcessFit& fit : p.fits) {
+    if (fit.form == best.form) continue;
+    fmt::print(" {} ({:+.1f})", to_text(fit.form), fit.criterion - best.criterion);
+  }
+  fmt::print("; in brackets the information criterion against it, less would be better.\n");
   if (f.tangent) {
     fmt::print("Tangent: gain {:.4g}, time constant {:.4g} s, dead time {:.4g} s\n",
                f.tangent->process.gain, f.tangent->process.time_constant_s,
@@ -122,30 +165,44 @@ void print_text(const Findings& f) {
   } else {
     fmt::print("No tangent: {}\n", f.no_tangent);
   }
-  const analysis::ProcessFit& best = f.first;
-  fmt::print(
-      "For a model file:\nprocess:\n  gain: {:.5g}\n  time_constant: {:.5g}\n  dead_time: "
-      "{:.5g}\n",
-      best.gain.value, best.time_constant_s.value, best.dead_time_s.value);
+  fmt::print("For a model file:\nprocess:\n");
+  const plant::ProcessParameters process = best.process();
+  if (process.integrating()) fmt::print("  kind: integrating\n");
+  fmt::print("  gain: {:.5g}\n", process.gain);
+  if (!process.integrating()) fmt::print("  time_constant: {:.5g}\n", process.time_constant_s);
+  if (process.second_time_constant_s > 0.0) {
+    fmt::print("  second_time_constant: {:.5g}\n", process.second_time_constant_s);
+  }
+  fmt::print("  dead_time: {:.5g}\n", process.dead_time_s);
 }
 
-std::string picture(const record::Record& record, const Findings& f) {
+void print_text(const IdentifyFindings& f) {
+  const analysis::Identification& p = f.process;
+  fmt::print("Loop: {}{}.\n", p.closed_loop ? "closed" : "open",
+             p.by_mode       ? " (column mode)"
+             : p.closed_loop ? " (CO follows from PV)"
+                             : "");
+  for (const std::string& note : p.notes) fmt::print("record: {}\n", note);
+  if (p.can_tell()) {
+    print_found(f);
+  } else {
+    fmt::print("Can't tell. {}\n{}\n", p.reason, p.settle);
+  }
+}
+
+std::string picture(const record::Record& record, const IdentifyFindings& f) {
   const std::vector<double> t = time_axis(record.size(), record.period_s);
-  Chart chart{.title = "Step record and model", .x_label = "s", .y_label = "PV", .lines = {}};
+  Chart chart{.title = "Record and model", .x_label = "s", .y_label = "PV", .lines = {}};
   chart.lines.push_back({"measured", palette::kGrey, t, record.pv});
-  const auto model = [&](const analysis::ProcessFit& fit) {
-    plant::Process process({.gain = fit.gain.value,
-                            .time_constant_s = fit.time_constant_s.value,
-                            .dead_time_s = fit.dead_time_s.value},
-                           record.period_s);
-    process.reset(0.0);
-    std::vector<double> y{fit.rest_pv};
-    for (std::size_t k = 0; k + 1 < record.size(); ++k) {
-      y.push_back(fit.rest_pv + process.step(record.co[k] - record.co.front()));
+  const analysis::SamplesUsed& used = f.process.used;
+  if (f.process.can_tell()) {
+    const analysis::ProcessFit& best = f.process.best();
+    std::vector<double> times;
+    for (std::size_t k = 0; k < used.count; ++k) {
+      times.push_back(static_cast<double>(used.from + k * used.thinned) * record.period_s);
     }
-    return y;
-  };
-  chart.lines.push_back({"one lag", palette::kBlue, t, model(f.first)});
+    chart.lines.push_back({to_text(best.form), palette::kBlue, times, best.free_run});
+  }
   if (f.tangent) {
     const double from = f.tangent->step_time_s + f.tangent->process.dead_time_s;
     const double to = from + f.tangent->process.time_constant_s;
@@ -167,9 +224,14 @@ int run_identify(const IdentifyOptions& options) {
       return kExitData;
     }
     say_if_long(options.record, record.size());
-    const Findings f = look_at(record);
+    const IdentifyFindings f = look_at(record);
     if (!options.out.empty()) write_output(options.out, picture(record, f), {options.record});
-    options.json ? print_json(f) : print_text(f);
+    if (options.json) {
+      fmt::print("{}\n", as_json(f, record).dump(2));
+    } else {
+      print_text(f);
+    }
+    if (!f.process.can_tell()) return kExitData;
   } catch (const analysis::IdentificationError& e) {
     fmt::print(stderr, "{}: {}\n", options.record, e.what());
     return kExitData;
@@ -184,13 +246,16 @@ int run_identify(const IdentifyOptions& options) {
 
 void add_identify(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<IdentifyOptions>();
-  CLI::App* sub =
-      app.add_subcommand("identify", "process model from a step record, with intervals");
-  sub->add_option("record", options->record, "record with co and pv, CSV, beginning at rest")
+  CLI::App* sub = app.add_subcommand(
+      "identify", "process model from a record, in open or closed loop, with intervals");
+  sub->add_option("record", options->record, "record with co and pv, CSV; in closed loop also sp")
       ->required();
   sub->add_option("--out", options->out, "picture to write, SVG");
   sub->add_flag("--json", options->json, "print the result as JSON");
-  sub->footer("Example: loopwarden identify step.csv --out step.svg");
+  sub->footer(
+      "Where the record can't tell, there is no number but the reason and what would help, and the "
+      "exit code is 65.\n"
+      "Example: loopwarden identify step.csv --out step.svg");
   sub->callback([options, &exit_code] { exit_code = run_identify(*options); });
 }
 
