@@ -30,7 +30,7 @@ struct IdentifyStudyOptions {
   bool json = false;
 };
 
-struct CaseResult {
+struct IdentifyCase {
   bool closed = false;
   bool told = false;
   bool form_right = false;
@@ -41,14 +41,16 @@ struct CaseResult {
   std::string text;
 };
 
-bool holds(const analysis::Estimate& e, double truth) { return e.low <= truth && truth <= e.high; }
+bool holds_truth(const analysis::Estimate& e, double truth) {
+  return e.low <= truth && truth <= e.high;
+}
 
-CaseResult run_case(CaseKind kind, std::uint64_t seed) {
+IdentifyCase identify_case(CaseKind kind, std::uint64_t seed) {
   const IdentificationCase one = draw_case(kind, seed);
   const auto begin = std::chrono::steady_clock::now();
   const analysis::Identification found =
       analysis::identify({.co = one.co, .pv = one.pv, .sp = one.sp, .sample_time_s = one.period_s});
-  CaseResult r;
+  IdentifyCase r;
   r.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   r.closed = found.closed_loop;
   r.told = found.can_tell();
@@ -66,9 +68,9 @@ CaseResult run_case(CaseKind kind, std::uint64_t seed) {
                  (best.second_lag_s.value > 0.0) == (t.second_time_constant_s > 0.0);
   r.gain_error = best.gain.value / t.gain - 1.0;
   r.gain_margin = (best.gain.high - best.gain.low) / 2.0 / std::abs(best.gain.value);
-  r.holds_gain = holds(best.gain, t.gain);
-  r.holds_lag = t.integrating() || holds(best.time_constant_s, t.time_constant_s);
-  r.holds_dead = holds(best.dead_time_s, t.dead_time_s);
+  r.holds_gain = holds_truth(best.gain, t.gain);
+  r.holds_lag = t.integrating() || holds_truth(best.time_constant_s, t.time_constant_s);
+  r.holds_dead = holds_truth(best.dead_time_s, t.dead_time_s);
   const auto show = [](const analysis::Estimate& e) {
     return fmt::format("{:.4g} [{:.4g}, {:.4g}]", e.value, e.low, e.high);
   };
@@ -80,26 +82,26 @@ CaseResult run_case(CaseKind kind, std::uint64_t seed) {
   return r;
 }
 
-double percent(std::size_t hits, std::size_t of) {
+double percent_of(std::size_t hits, std::size_t of) {
   return of > 0 ? 100.0 * static_cast<double>(hits) / static_cast<double>(of) : std::nan("");
 }
 
-double median_of(std::vector<double> values) {
+double middle_of(std::vector<double> values) {
   if (values.empty()) return std::nan("");
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
 }
 
-struct Row {
+struct IdentifyRow {
   CaseKind kind = CaseKind::open_steps;
   std::size_t cases = 0, closed = 0, told = 0, form_right = 0, gain = 0, lag = 0, dead = 0;
   double bias = 0.0, error = 0.0, margin = 0.0, seconds = 0.0;
 };
 
-Row summary(CaseKind kind, const std::vector<CaseResult>& results) {
-  Row row{.kind = kind, .cases = results.size()};
+IdentifyRow row_of(CaseKind kind, const std::vector<IdentifyCase>& results) {
+  IdentifyRow row{.kind = kind, .cases = results.size()};
   std::vector<double> errors, sizes, margins, seconds;
-  for (const CaseResult& r : results) {
+  for (const IdentifyCase& r : results) {
     row.closed += r.closed ? 1U : 0U;
     seconds.push_back(r.seconds);
     if (!r.told) continue;
@@ -113,24 +115,25 @@ Row summary(CaseKind kind, const std::vector<CaseResult>& results) {
     row.lag += r.holds_lag ? 1U : 0U;
     row.dead += r.holds_dead ? 1U : 0U;
   }
-  row.bias = median_of(errors);
-  row.error = median_of(sizes);
-  row.margin = median_of(margins);
-  row.seconds = median_of(seconds);
+  row.bias = middle_of(errors);
+  row.error = middle_of(sizes);
+  row.margin = middle_of(margins);
+  row.seconds = middle_of(seconds);
   return row;
 }
 
-void print_text(const std::vector<Row>& rows) {
+void print_identify_table(const std::vector<IdentifyRow>& rows) {
   fmt::print("{:<38}{:>6}{:>8}{:>8}{:>8}{:>10}{:>10}{:>10}{:>8}{:>8}{:>8}{:>8}\n", "", "loops",
              "closed", "can't", "form", "gain in", "T in", "L in", "bias", "error", "+-", "s");
-  for (const Row& r : rows) {
+  for (const IdentifyRow& r : rows) {
     fmt::print(
         "{:<38}{:>6}{:>7.0f}%{:>7.0f}%{:>7.0f}%{:>9.1f}%{:>9.1f}%{:>9.1f}%{:>7.1f}%{:>7.1f}%{:>7."
         "1f}%"
         "{:>8.2f}\n",
-        to_text(r.kind), r.cases, percent(r.closed, r.cases), percent(r.cases - r.told, r.cases),
-        percent(r.form_right, r.told), percent(r.gain, r.told), percent(r.lag, r.form_right),
-        percent(r.dead, r.form_right), 100.0 * r.bias, 100.0 * r.error, 100.0 * r.margin,
+        to_text(r.kind), r.cases, percent_of(r.closed, r.cases),
+        percent_of(r.cases - r.told, r.cases), percent_of(r.form_right, r.told),
+        percent_of(r.gain, r.told), percent_of(r.lag, r.form_right),
+        percent_of(r.dead, r.form_right), 100.0 * r.bias, 100.0 * r.error, 100.0 * r.margin,
         r.seconds);
   }
   fmt::print(
@@ -142,9 +145,9 @@ void print_text(const std::vector<Row>& rows) {
       "median time.\n");
 }
 
-void print_json(const std::vector<Row>& rows) {
+void print_identify_json(const std::vector<IdentifyRow>& rows) {
   nlohmann::json list = nlohmann::json::array();
-  for (const Row& r : rows) {
+  for (const IdentifyRow& r : rows) {
     list.push_back({{"kind", to_text(r.kind)},
                     {"loops", r.cases},
                     {"closed", r.closed},
@@ -161,22 +164,22 @@ void print_json(const std::vector<Row>& rows) {
   fmt::print("{}\n", list.dump(2));
 }
 
-int run_study(const IdentifyStudyOptions& options) {
+int run_identify_study(const IdentifyStudyOptions& options) {
   const unsigned jobs =
       options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
-  std::vector<Row> rows;
+  std::vector<IdentifyRow> rows;
   for (std::size_t i = 0; i < kCaseKinds.size(); ++i) {
     if (options.kind && *options.kind != i) continue;
-    std::vector<CaseResult> results(options.cases);
+    std::vector<IdentifyCase> results(options.cases);
     hal::os::parallel_for(options.cases, jobs, [&](std::size_t k) {
-      results[k] = run_case(kCaseKinds[i], options.seed + k);
+      results[k] = identify_case(kCaseKinds[i], options.seed + k);
     });
     if (options.each) {
-      for (const CaseResult& r : results) fmt::print("{}\n", r.text);
+      for (const IdentifyCase& r : results) fmt::print("{}\n", r.text);
     }
-    rows.push_back(summary(kCaseKinds[i], results));
+    rows.push_back(row_of(kCaseKinds[i], results));
   }
-  options.json ? print_json(rows) : print_text(rows);
+  options.json ? print_identify_json(rows) : print_identify_table(rows);
   return kExitOk;
 }
 
@@ -194,7 +197,7 @@ void add_identify(CLI::App& app, int& exit_code) {
   sub->add_flag("--each", options->each, "a line for each loop before the table");
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer("Example: loopwarden-study identify --cases 100");
-  sub->callback([options, &exit_code] { exit_code = run_study(*options); });
+  sub->callback([options, &exit_code] { exit_code = run_identify_study(*options); });
 }
 
 }  // namespace loopwarden::studies

@@ -76,7 +76,7 @@ nlohmann::json as_json(const analysis::ProcessFit& fit) {
   return result;
 }
 
-const char* key_of(analysis::ProcessForm form) {
+const char* form_key(analysis::ProcessForm form) {
   switch (form) {
     case analysis::ProcessForm::one_lag: return "fopdt";
     case analysis::ProcessForm::two_lags: return "sopdt";
@@ -102,8 +102,8 @@ nlohmann::json as_json(const IdentifyFindings& f, const record::Record& record) 
     result["preferred"] = nullptr;
     return result;
   }
-  for (const analysis::ProcessFit& fit : p.fits) result[key_of(fit.form)] = as_json(fit);
-  result["preferred"] = key_of(p.best().form);
+  for (const analysis::ProcessFit& fit : p.fits) result[form_key(fit.form)] = as_json(fit);
+  result["preferred"] = form_key(p.best().form);
   result["tangent"] = nullptr;
   if (f.tangent) {
     result["tangent"] = {{"gain", f.tangent->process.gain},

@@ -137,7 +137,8 @@ const std::vector<std::string>& heads() {
   return names;
 }
 
-void print_text(const plant::LoopModel& model, const std::vector<RuleRow>& rows, const RuleRow* best) {
+void print_text(const plant::LoopModel& model, const std::vector<RuleRow>& rows,
+                const RuleRow* best) {
   fmt::print("process: {}\n\n", process_text(model.process));
   const auto line = [](const std::vector<std::string>& c) {
     fmt::print("{:<11} {:>8} {:>9} {:>7} {:>11} {:>9} {:>6} {:>7} {:>7} {:>9} {:>9}  {}\n", c[0],
