@@ -360,6 +360,7 @@ AssumedModel assumed_model(const IdentificationRecord& record) {
   const PiGains gains = find_pi_gains(c.loop(), record.sample_time_s);
   constexpr double kUnderstood = 0.5;
   if (out.identification.closed_loop && gains.explained >= kUnderstood) {
+    out.controller_known = true;
     const bool direct = gains.kp < 0.0;
     model.controller.pid.action = direct ? control::Action::direct : control::Action::reverse;
     model.controller.pid.gains = {.kp = std::abs(gains.kp),

@@ -97,6 +97,7 @@ struct AssumedModel {
   std::optional<plant::LoopModel> model;
   Identification identification;
   std::vector<std::string> assumptions;
+  bool controller_known = false;  // else its gains are 0, and only the measured CO counts
 };
 AssumedModel assumed_model(const IdentificationRecord& record);
 

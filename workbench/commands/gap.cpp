@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "config/loop_model_writer.hpp"
+#include "model/analysis/identification.hpp"
 #include "record/record_csv.hpp"
 #include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
@@ -43,6 +44,7 @@ struct GapOptions {
   double to_s = std::numeric_limits<double>::infinity();
   unsigned jobs = 0;
   bool json = false;
+  bool controller_known = true;  // false: SP says nothing about CO
 };
 
 std::string text_of(const std::filesystem::path& path) {
@@ -164,7 +166,8 @@ int run_gap(const GapOptions& options) {
   gap::Result result;
   try {
     double first_s = 0.0;
-    const gap::Record record = stretch_of(record::read_record(options.record), options, first_s);
+    gap::Record record = stretch_of(record::read_record(options.record), options, first_s);
+    if (!options.controller_known) record.sp.clear();
     say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
     const unsigned jobs =
@@ -216,6 +219,45 @@ int run_gap(const GapOptions& options) {
   return kExitOk;
 }
 
+// Without a model: the one that the record itself suggests, written beside the results.
+int run_gap_on_assumed_model(GapOptions options) {
+  const std::filesystem::path out(options.out);
+  OutputFiles files({options.record});
+  files.make_folder(out);
+  try {
+    double first_s = 0.0;
+    const gap::Record record = stretch_of(record::read_record(options.record), options, first_s);
+    if (!record.has_co()) {
+      fmt::print(stderr, "{}: has no column co; a model can't be identified without it: --model\n",
+                 options.record);
+      return kExitData;
+    }
+    const analysis::AssumedModel assumed = analysis::assumed_model(
+        {.co = record.co, .pv = record.pv, .sp = record.sp, .sample_time_s = record.period_s});
+    if (!assumed.model) {
+      fmt::print(stderr, "{}: no model can be identified: {} {}\n", options.record,
+                 assumed.identification.reason, assumed.identification.settle);
+      return kExitData;
+    }
+    std::string heading = "assumed by loopwarden gap from " + options.record;
+    for (const std::string& assumption : assumed.assumptions) {
+      fmt::print(stderr, "assumed: {}\n", assumption);
+      heading += "\n" + assumption;
+    }
+    options.model = (out / "model.assumed.yaml").string();
+    options.controller_known = assumed.controller_known;
+    files.add(options.model, config::write_model(*assumed.model, heading));
+    files.commit();
+  } catch (const analysis::IdentificationError& e) {
+    fmt::print(stderr, "{}: no model can be identified: {}\n", options.record, e.what());
+    return kExitData;
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
+  }
+  return run_gap(options);
+}
+
 }  // namespace
 
 void add_gap(CLI::App& app, int& exit_code) {
@@ -225,8 +267,10 @@ void add_gap(CLI::App& app, int& exit_code) {
   sub->add_option("record", options->record,
                   "measured record, CSV: time, pv, and where known sp, co")
       ->required();
-  sub->add_option("--model", options->model, "loop model as its engineers believe it, YAML")
-      ->required();
+  sub->add_option(
+      "--model", options->model,
+      "loop model as its engineers believe it, YAML; without it, one is identified from the "
+      "record itself and written to model.assumed.yaml");
   sub->add_option("--out", options->out, "folder for gap.json, model.corrected.yaml, report.html")
       ->required();
   sub->add_option("--from", options->from_s, "leave out what lies before, s of the record");
@@ -242,7 +286,9 @@ void add_gap(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sub->add_flag("--json", options->json, "print gap.json");
   sub->footer("Example: loopwarden gap record.csv --model model.yaml --out result");
-  sub->callback([options, &exit_code] { exit_code = run_gap(*options); });
+  sub->callback([options, &exit_code] {
+    exit_code = options->model.empty() ? run_gap_on_assumed_model(*options) : run_gap(*options);
+  });
 }
 
 }  // namespace loopwarden::workbench

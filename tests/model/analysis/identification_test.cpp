@@ -80,7 +80,7 @@ LoopRun loop_run(std::uint64_t seed, double set_point_step, double load_sd,
   constexpr double kResolution = 10.0 / 4096.0;
   const auto rounded = [](double v) { return kResolution * std::nearbyint(v / kResolution); };
   LoopRun r;
-  loopwarden::numeric::Random random(seed);
+  numeric::Random random(seed);
   plant::Process process(parameters, kPeriod);
   const double offset = 5.0 - process.reset(5.0);
   double q = 5.0 - offset;
@@ -219,7 +219,7 @@ TEST_CASE("a long record is thinned or cut, and that is said", "[analysis][ident
   for (std::size_t k = 0; k < r.co.size(); ++k) {
     co.insert(co.end(), 10, k < 100 ? 5.0 : 5.0 + 0.3 * static_cast<double>((k / 300) % 2));
   }
-  loopwarden::numeric::Random random(4);
+  numeric::Random random(4);
   plant::Process process(kPlant1, 0.01);
   double q = process.reset(5.0);
   for (const double u : co) {
