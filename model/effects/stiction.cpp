@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <numbers>
 
 #include "model/numeric/root_sum_square.hpp"
 #include "model/effects/descriptor.hpp"
 #include "model/plant/stiction_choudhury.hpp"
+#include "model/plant/stiction_closing.hpp"
 #include "model/plant/stiction_he.hpp"
 #include "model/plant/stiction_inertial.hpp"
 #include "model/plant/stiction_karnopp.hpp"
@@ -12,10 +14,28 @@
 namespace loopwarden::effects::stiction {
 namespace {
 
+bool differs_on_closing(const SpecReader& read) {
+  return read.has("s_closing") || read.has("j_closing");
+}
+
+plant::StictionParameters closing(const SpecReader& read) {
+  return {read.value(read.has("s_closing") ? "s_closing" : "s"),
+          read.value(read.has("j_closing") ? "j_closing" : "j")};
+}
+
 void check(const SpecReader& read, const EffectContext& context) {
   if (read.value("j") > read.value("s")) {
     throw EffectError("j", "j must be at most s = " + number_text(read.value("s")) +
                                " CO units (got " + number_text(read.value("j")) + ")");
+  }
+  for (const char* key : {"s_closing", "j_closing"}) {
+    if (read.has(key) && read.option("law") != "choudhury") {
+      throw EffectError(key, std::string(key) + " belongs to law choudhury");
+    }
+  }
+  if (const plant::StictionParameters c = closing(read); c.j > c.s) {
+    throw EffectError("j_closing", "j_closing must be at most s_closing = " + number_text(c.s) +
+                                       " CO units (got " + number_text(c.j) + ")");
   }
   const bool inertial = read.option("law") == "inertial";
   for (const char* key : {"natural_frequency", "damping"}) {
@@ -42,6 +62,7 @@ plant::Effect make(const SpecReader& read, const EffectContext& context) {
                                    context.sample_time_s,
                                    {context.output_low, context.output_high});
   }
+  if (differs_on_closing(read)) return plant::StictionClosing(p, closing(read));
   return plant::StictionChoudhury(p);
 }
 
@@ -84,6 +105,12 @@ Descriptor describe() {
       .blocks = {Block::valve},
       .parameters = {at_least_zero("s", "CO units", "deadband + stickband"),
                      at_least_zero("j", "CO units", "slip jump, at most s"),
+                     optional(at_least_zero("s_closing", "CO units",
+                                            "as s, where closing differs; else as s"),
+                              kInfinity),
+                     optional(at_least_zero("j_closing", "CO units",
+                                            "as j, where closing differs; else as j"),
+                              kInfinity),
                      of_the_law(optional(
                          above_zero("natural_frequency", "rad/s", "of the actuator, law inertial"),
                          20.0)),
@@ -99,7 +126,11 @@ Descriptor describe() {
       .make = make,
       .candidates = candidates,
       .valve_rank = 3,
-      .resting_band = [](const SpecReader& r) { return (r.value("s") + r.value("j")) / 2.0; },
+      .resting_band =
+          [](const SpecReader& r) {
+            const plant::StictionParameters opening{r.value("s"), r.value("j")};
+            return std::max(opening.static_friction(), closing(r).static_friction());
+          },
       .healthy_valve =
           [](double friction, double natural_frequency_rad_s, double damping) {
             return with_momentum({"stiction", {{"s", friction}, {"j", 0.0}}},

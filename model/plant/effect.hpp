@@ -6,7 +6,8 @@
 //                                                  what depends on time or chance left out
 //   double step(double in [, double time_s]) noexcept   one period; returns the output
 //   void set_severity(double severity) noexcept    0: absent, 1: as configured, between: partly
-// A law of the flow rather than of the stem says `static constexpr bool kActsOnFlow = true`.
+// A law of the flow rather than of the stem says `static constexpr bool kActsOnFlow = true`; one of what
+// the transmitter puts out, behind its noise, `static constexpr bool kActsOnReading = true`.
 // model/effects says by which name and with which parameters each is made.
 #pragma once
 
@@ -74,6 +75,7 @@ class Effect {
     held().run(signal, first_s, period_s, schedule);
   }
   bool acts_on_flow() const noexcept { return held().acts_on_flow(); }
+  bool acts_on_reading() const noexcept { return held().acts_on_reading(); }
 
  private:
   static constexpr std::size_t kRoom = 384;  // bytes
@@ -86,6 +88,7 @@ class Effect {
     virtual void run(std::span<double> signal, double first_s, double period_s,
                      const Schedule* schedule) noexcept = 0;
     virtual bool acts_on_flow() const noexcept = 0;
+    virtual bool acts_on_reading() const noexcept = 0;
     virtual void copy_to(void* room) const = 0;
     virtual void move_to(void* room) noexcept = 0;
   };
@@ -114,6 +117,13 @@ class Effect {
     bool acts_on_flow() const noexcept override {
       if constexpr (requires { Law::kActsOnFlow; }) {
         return Law::kActsOnFlow;
+      } else {
+        return false;
+      }
+    }
+    bool acts_on_reading() const noexcept override {
+      if constexpr (requires { Law::kActsOnReading; }) {
+        return Law::kActsOnReading;
       } else {
         return false;
       }

@@ -2,6 +2,7 @@
 #include "model/plant/plant.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "model/effects/catalogue.hpp"
 
@@ -25,7 +26,9 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
                        const Schedule& schedule) {
     ++context.seed;  // each random effect has a stream of its own
     effects::check_effect(spec, block, context);
-    chain.add(effects::make_effect(spec, context), schedule);
+    Effect effect = effects::make_effect(spec, context);
+    EffectChain& place = effect.acts_on_reading() ? reading_effects_ : chain;
+    place.add(std::move(effect), schedule);
   };
   for (const EffectSpec& spec : model.valve_effects) add(valve_, Block::valve, spec, {});
   for (const EffectSpec& spec : model.process_effects)
@@ -51,7 +54,7 @@ void Plant::reset(double co) noexcept {
   flow = process_effects_.reset(flow, 0.0);
   const double pv = disturbances_.reset(process_.reset(flow, level_), 0.0);
   true_pv_ = pv;
-  pv_ = transmitter_.step(transmitter_effects_.reset(pv, 0.0));
+  pv_ = reading_effects_.reset(transmitter_.step(transmitter_effects_.reset(pv, 0.0)), 0.0);
 }
 
 double Plant::output_for(double pv) const {
@@ -78,7 +81,8 @@ double Plant::step(double co) noexcept {
   ++samples_;
   const double now_s = time_s();
   true_pv_ = disturbances_.step(process_.step(driving), now_s);
-  pv_ = transmitter_.step(transmitter_effects_.step(true_pv_, now_s));
+  const double reading = transmitter_.step(transmitter_effects_.step(true_pv_, now_s));
+  pv_ = reading_effects_.step(reading, now_s);
   return pv_;
 }
 
@@ -86,6 +90,7 @@ double Plant::fault_severity() const noexcept {
   const double now_s = time_s();
   return std::max({valve_.scheduled_severity(now_s), process_effects_.scheduled_severity(now_s),
                    transmitter_effects_.scheduled_severity(now_s),
+                   reading_effects_.scheduled_severity(now_s),
                    disturbances_.scheduled_severity(now_s)});
 }
 

@@ -2,7 +2,7 @@
 // The plant as the controller sees it: from CO to PV.
 //
 //   CO -> valve effects -> stem, flow -> process effects -> process -> disturbances
-//      -> transmitter effects -> transmitter -> PV
+//      -> transmitter effects -> transmitter -> effects of its reading -> PV
 //
 // Fixed step. PV at sample k+1 follows from CO held since sample k. Made once from a LoopModel, it
 // then neither allocates nor throws; a copy continues exactly like the original.
@@ -52,6 +52,7 @@ class Plant {
   EffectChain disturbances_;
   EffectChain transmitter_effects_;
   Transmitter transmitter_;
+  EffectChain reading_effects_;
   std::uint64_t samples_ = 0;
   double stem_ = 0.0;
   double true_pv_ = 0.0;
