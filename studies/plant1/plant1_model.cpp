@@ -16,12 +16,12 @@ namespace {
 using plant::EffectSpec;
 using plant::LoopModel;
 
-constexpr double kSetPoint = 5.0;              // L/min
-constexpr double kGain = 1.2264;               // published, L/min / V
-constexpr double kTimeConstant = 1.69376;      // published, s
-constexpr double kDeadTime = 2.6256;           // published, s
-constexpr double kProportional = 0.61145;      // V / (L/min), Ziegler-Nichols
-constexpr double kIntegral = 0.070013;         // V / (L/min) / s, Ziegler-Nichols
+constexpr double kSetPoint = 5.0;                  // L/min
+constexpr double kGain = 1.2264;                   // published, L/min / V
+constexpr double kTimeConstant = 1.69376;          // published, s
+constexpr double kDeadTime = 2.6256;               // published, s
+constexpr double kProportional = 0.61145;          // V / (L/min), Ziegler-Nichols
+constexpr double kIntegral = 0.070013;             // V / (L/min) / s, Ziegler-Nichols
 constexpr double kFlowResolution = 10.0 / 4096.0;  // L/min
 constexpr std::uint64_t kNoiseSeed = 1;
 constexpr double kLeastJump = 0.1;        // of s: with less, stiction is no other law than backlash
@@ -193,7 +193,8 @@ LoopModel plant1_published(const Plant1Record& record, double divisor, double st
   model.controller.output.low = 0.0;
   model.controller.output.high = 10.0;
   model.process = {.gain = kGain, .time_constant_s = kTimeConstant, .dead_time_s = kDeadTime};
-  model.transmitter = {.low = 0.0, .high = 10.0, .resolution = kFlowResolution, .noise = record.noise};
+  model.transmitter = {
+      .low = 0.0, .high = 10.0, .resolution = kFlowResolution, .noise = record.noise};
   model.transmitter_effects = {effect("output_bias", {{"bias", record.rest}})};
   model.scenario.set_point = {{0.0, 0.0}, {step_time_s, kSetPoint}};
   model.scenario.seed = kNoiseSeed;
