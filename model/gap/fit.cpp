@@ -679,11 +679,12 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
   }
   const auto count = static_cast<double>(filters_.front().count());
   Work work;
-  for (auto& [start, gain_position] : found) {
+  for (Start& one : found) {
+    Fit& start = one.fit;
     // Process, actuator, s, j/s, and the gain.
     std::vector<double> x = positions(start);
     const std::size_t own_at = x.size() - 3;
-    std::vector<double> own{x[0], x[1], x[2], x[3], x[own_at], x[own_at + 1], gain_position};
+    std::vector<double> own{x[0], x[1], x[2], x[3], x[own_at], x[own_at + 1], one.gain_position};
     const auto at_point = [&](const std::vector<double>& at) {
       std::copy(at.begin(), at.begin() + 4, x.begin());
       std::copy(at.begin() + 4, at.begin() + 6, x.begin() + static_cast<std::ptrdiff_t>(own_at));
