@@ -15,8 +15,8 @@
 // limit stands in constants.hpp. Without CO the model's controller is replayed on SP and PV, and the misfit
 // is that of the closed loop.
 //
-// What it can't do: effects that come and go during the record, processes of another form than gain,
-// lag and dead time, several loops at once. Then it says `unexplained`.
+// What it can't do: effects that come and go during the record, processes of another form than gain or
+// integrator, at most two lags and dead time, several loops at once. Then it says `unexplained`.
 #pragma once
 
 #include <functional>
