@@ -336,6 +336,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
                            "jacket on: waiting > trying: not taken: the daemon ended before the "
                            "loop's next cycle"});
   }
+  bench.monitor.reset();  // before the desk, which it points to
 }
 
 TEST_CASE("what the ring had no room for is counted and breaks the window", "[monitor]") {

@@ -306,7 +306,8 @@ TEST_CASE("every state of a result makes a page", "[gap][report]") {
   SECTION("columns of other lengths are left out") {
     result.series.pv_before.pop_back();
     result.series.co.clear();
-    for (const nlohmann::json& curve : data_of(page_of(result)).at("plots").at(0).at("curves")) {
+    const nlohmann::json data = data_of(page_of(result));
+    for (const nlohmann::json& curve : data.at("plots").at(0).at("curves")) {
       CHECK(curve.at("name") != "model as given");
     }
   }
