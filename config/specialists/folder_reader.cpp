@@ -127,12 +127,12 @@ class ManifestReader {
                   fmt::format("must have {} points (got {})", inputs_, evidence.value.size()));
       return;
     }
-    if (inputs_ > specialist::kEvidence && evidence.value.back().first != 0.0) {
+    if (inputs_ > specialist::kNetworkInputs && evidence.value.back().first != 0.0) {
       root_.error("evidence", fmt::format("point {} must be centred on 0: version 1 has no value "
                                           "for it; train these specialists again",
                                           inputs_));
     }
-    for (std::size_t i = 0; i < specialist::kEvidence; ++i) {
+    for (std::size_t i = 0; i < specialist::kNetworkInputs; ++i) {
       team.centre[i] = evidence.value[i].first;
       team.scale[i] = evidence.value[i].second;
       if (!(team.scale[i] > 0.0)) {
@@ -202,7 +202,7 @@ class ManifestReader {
         return;
       }
       Eigen::MatrixXd& first = weights->network.layers[0].weights;
-      first.conservativeResize(Eigen::NoChange, specialist::kEvidence);
+      first.conservativeResize(Eigen::NoChange, specialist::kNetworkInputs);
       if (!result_.team) result_.team.emplace();
       result_.team->members[static_cast<std::size_t>(place)] = {
           name.value, condition, std::move(weights->network), most_misfit};
@@ -247,7 +247,7 @@ class ManifestReader {
   std::filesystem::path folder_;
   std::vector<Diagnostic>& of_weights_;
   SpecialistFolder result_;
-  std::size_t inputs_ = specialist::kEvidence;  // of the explaining networks on the disk
+  std::size_t inputs_ = specialist::kNetworkInputs;  // of the explaining networks on the disk
   bool explaining_ = false;
   std::set<Condition> seen_;
 };

@@ -76,9 +76,9 @@ std::string loop_text(const specialist::Team& team) {
       "  range: [{}, {}]\ntemperature: {}\nevidence:  # centre and scale\n",
       f.period_s, f.gain, f.time_constant_s, f.dead_time_s, f.co_low, f.co_high, f.pv_low,
       f.pv_high, team.temperature);
-  for (std::size_t i = 0; i < specialist::kEvidence; ++i) {
+  for (std::size_t i = 0; i < specialist::kNetworkInputs; ++i) {
     text += fmt::format("  - [{}, {}]  # {}\n", static_cast<float>(team.centre[i]),
-                        static_cast<float>(team.scale[i]), specialist::kEvidenceNames[i]);
+                        static_cast<float>(team.scale[i]), specialist::kInputNames[i]);
   }
   return text;
 }

@@ -23,21 +23,21 @@ const char* to_text(Cause cause) noexcept {
   return "";
 }
 
-std::size_t leaf_of(const Tree& tree, const Evidence& evidence) {
+std::size_t leaf_of(const Tree& tree, const Features& features) {
   std::size_t node = 0;
   while (node < tree.threshold.size()) {
-    const bool right = evidence[tree.evidence[node]] > static_cast<double>(tree.threshold[node]);
+    const bool right = features[tree.feature[node]] > static_cast<double>(tree.threshold[node]);
     node = 2 * node + (right ? 2 : 1);
   }
   return node - tree.threshold.size();
 }
 
-CauseProbabilities weigh(const TreeTable& table, const Evidence& evidence) {
+CauseProbabilities weigh(const TreeTable& table, const Features& features) {
   CauseProbabilities p{};
   for (std::size_t c = 0; c < kCauseCount; ++c) p[c] = static_cast<double>(table.base[c]);
   for (std::size_t i = 0; i < table.trees.size(); ++i) {
     p[i % kCauseCount] +=
-        static_cast<double>(table.trees[i].leaf[leaf_of(table.trees[i], evidence)]);
+        static_cast<double>(table.trees[i].leaf[leaf_of(table.trees[i], features)]);
   }
   const double highest = *std::max_element(p.begin(), p.end());
   double sum = 0.0;
@@ -46,8 +46,8 @@ CauseProbabilities weigh(const TreeTable& table, const Evidence& evidence) {
   return p;
 }
 
-CauseProbabilities weigh(const Evidence& evidence) {
-  return weigh({.base = kBaseScores, .trees = kTrees}, evidence);
+CauseProbabilities weigh(const Features& features) {
+  return weigh({.base = kBaseScores, .trees = kTrees}, features);
 }
 
 }  // namespace loopwarden::diagnosis

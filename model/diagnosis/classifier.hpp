@@ -4,7 +4,7 @@
 //
 // Boosted trees with one score per cause and the probabilities from the scores,
 //
-//   score_c = base_c + sum over the trees of cause c of the leaf that the evidence falls into
+//   score_c = base_c + sum over the trees of cause c of the leaf that the features fall into
 //   p_c     = exp(score_c) / sum exp(score)
 //
 // fitted by steps along the gradient of the log-likelihood (J. H. Friedman, Annals of Statistics 29, 2001)
@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <span>
 
-#include "model/diagnosis/evidence.hpp"
+#include "model/diagnosis/features.hpp"
 
 namespace loopwarden::diagnosis {
 
@@ -41,10 +41,10 @@ const char* to_text(Cause cause) noexcept;
 
 using CauseProbabilities = std::array<double, kCauseCount>;
 
-// A complete tree of three levels: node 0, then 1 and 2, then 3 to 6; left where the evidence is at most
+// A complete tree of three levels: node 0, then 1 and 2, then 3 to 6; left where the feature is at most
 // the threshold.
 struct Tree {
-  std::array<std::uint8_t, 7> evidence{};
+  std::array<std::uint8_t, 7> feature{};
   std::array<float, 7> threshold{};
   std::array<float, 8> leaf{};
 };
@@ -55,9 +55,9 @@ struct TreeTable {
   std::span<const Tree> trees;
 };
 
-CauseProbabilities weigh(const TreeTable& table, const Evidence& evidence);
-std::size_t leaf_of(const Tree& tree, const Evidence& evidence);
+CauseProbabilities weigh(const TreeTable& table, const Features& features);
+std::size_t leaf_of(const Tree& tree, const Features& features);
 // By the table of this build.
-CauseProbabilities weigh(const Evidence& evidence);
+CauseProbabilities weigh(const Features& features);
 
 }  // namespace loopwarden::diagnosis

@@ -65,8 +65,8 @@ bool master_swings(const Prepared& p) {
 }
 
 void name_valve_effect(Diagnosis& d) {
-  const EvidenceAndFit findings = find_evidence(d.prepared);
-  const CauseProbabilities p = weigh(findings.evidence);
+  const FeaturesAndFit findings = find_features(d.prepared);
+  const CauseProbabilities p = weigh(findings.features);
   const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
   const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
   d.stiction_share = stiction / std::max(stiction + backlash, 1e-12);
@@ -94,8 +94,8 @@ void name_other_cause(Diagnosis& d) {
     d.cause = Cause::master_loop;
     return;
   }
-  const EvidenceAndFit findings = find_evidence(d.prepared);
-  const CauseProbabilities p = weigh(findings.evidence);
+  const FeaturesAndFit findings = find_features(d.prepared);
+  const CauseProbabilities p = weigh(findings.features);
   d.integrating = findings.fit.integrating_gain > 0.0;
   const auto others = {Cause::tuning, Cause::disturbance, Cause::saturation};
   d.cause = *std::max_element(others.begin(), others.end(), [&p](Cause a, Cause b) {
@@ -140,7 +140,7 @@ Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
   ValveDecision decision = decide(d.evidence, d.follows);
   // Undecided, with nothing gained step by step: then the shapes of the cycles may exclude a valve effect, never name one.
   if (decision.undecided && d.follows == Follows::at_once && d.evidence.hammerstein <= 0.0) {
-    const CauseProbabilities p = weigh(find_evidence(d.prepared).evidence);
+    const CauseProbabilities p = weigh(find_features(d.prepared).features);
     const double by_shape =
         p[static_cast<std::size_t>(Cause::stiction)] + p[static_cast<std::size_t>(Cause::backlash)];
     if (by_shape < kShapesExclude) {

@@ -6,10 +6,11 @@
 #include <cstdint>
 #include <span>
 
+#include "model/window/loop_window.hpp"
+
 namespace loopwarden::monitor {
 
-// Samples of a window, as the signatures of Sewdass's thesis have them (31 x 31).
-inline constexpr std::size_t kWindowSamples = 961;
+using specialist::kWindowSamples;
 
 // Columns of one length and constant period; finite but for `stem`, which is NaN throughout where there
 // is no read-back.

@@ -14,7 +14,7 @@
 //
 // Severity p fades it in as p s, p j, p s' and p j'.
 // Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: as the law it stands on.
+// What it can't do: what stiction_choudhury.hpp can't.
 //
 // Source: Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658, for the law;
 // Garcia, Control Engineering Practice 16 (2008) 667-681, on friction that depends on the direction.
@@ -22,6 +22,7 @@
 
 #include <cmath>
 
+#include "model/plant/stiction_choudhury.hpp"
 #include "model/plant/stiction_law.hpp"
 
 namespace loopwarden::plant {
@@ -38,22 +39,17 @@ class StictionClosing {
     closing_ = {full_closing_.s * severity, full_closing_.j * severity};
   }
   double reset(double u) noexcept {
-    last_u_ = u;
-    direction_ = 0;
-    return x_ = u;
+    law_.last_u = u;
+    law_.direction = 0.0;
+    return law_.x = u;
   }
   double step(double u) noexcept {
-    if (!std::isfinite(u)) return x_;
-    const double change = u - last_u_;
-    last_u_ = u;
-    if (change * direction_ <= 0.0) direction_ = 0;  // stopped or turned
-    if (direction_ == 0) {
-      if (u - x_ > opening_.static_friction()) direction_ = 1;
-      if (x_ - u > closing_.static_friction()) direction_ = -1;
-    }
-    if (direction_ > 0) x_ = u - opening_.moving_friction();
-    if (direction_ < 0) x_ = u + closing_.moving_friction();
-    return x_;
+    if (!std::isfinite(u)) return law_.x;
+    // The stem is behind u in the direction in which it moves or would start.
+    const StictionParameters& now = u > law_.x ? opening_ : closing_;
+    law_.static_friction = now.static_friction();
+    law_.moving_friction = now.moving_friction();
+    return law_.step(u);
   }
 
  private:
@@ -61,9 +57,7 @@ class StictionClosing {
   StictionParameters full_closing_;
   StictionParameters opening_;
   StictionParameters closing_;
-  double x_ = 0.0;       // CO units
-  double last_u_ = 0.0;  // CO units
-  int direction_ = 0;    // 1 opening, -1 closing, 0 stuck
+  ChoudhuryLaw<double> law_{};  // CO units
 };
 
 }  // namespace loopwarden::plant

@@ -69,13 +69,13 @@ WindowVerdict TeamJudge::judge(const LoopWindow& window) noexcept {
 WindowVerdict TeamJudge::judge(const Explanations& findings) noexcept {
   WindowVerdict result;
   if (!findings.usable || findings.shut_share > kMostShut) return result;
-  Evidence evidence = evidence_of(findings);
-  for (std::size_t i = 0; i < kEvidence; ++i) {
-    evidence[i] = (evidence[i] - centre_[i]) / scale_[i];
+  NetworkInputs inputs = network_inputs_of(findings);
+  for (std::size_t i = 0; i < kNetworkInputs; ++i) {
+    inputs[i] = (inputs[i] - centre_[i]) / scale_[i];
   }
   double highest = -1e300;
   for (std::size_t c = 0; c < kConditions; ++c) {
-    const double score = responders_[c].respond(evidence)[0] / temperature_;
+    const double score = responders_[c].respond(inputs)[0] / temperature_;
     result.probabilities[c] = score;
     highest = std::max(highest, score);
     result.mse[c] = misfit_of(findings, static_cast<Condition>(c));

@@ -29,7 +29,7 @@
 #include <vector>
 
 #include "model/specialist/classes.hpp"
-#include "model/window/evidence.hpp"
+#include "model/window/network_inputs.hpp"
 #include "model/specialist/network.hpp"
 
 namespace loopwarden::specialist {
@@ -46,15 +46,15 @@ inline constexpr double kLeastMovement = 6.0;
 struct TeamMember {
   std::string name{};  // P1S16x
   Condition condition = Condition::no_fault;
-  Network network;  // evidence -> hidden -> hidden -> score
+  Network network;  // inputs -> hidden -> hidden -> score
   double most_misfit =
       0.0;  // log of mse over noise variance that this condition's windows seldom exceed
 };
 
 struct Team {
   LoopFacts facts;
-  std::array<double, kEvidence> centre{};
-  std::array<double, kEvidence> scale{};        // > 0
+  std::array<double, kNetworkInputs> centre{};
+  std::array<double, kNetworkInputs> scale{};   // > 0
   double temperature = 1.0;                     // > 0
   std::array<TeamMember, kConditions> members;  // in the order of Condition
 };
@@ -80,8 +80,8 @@ class TeamJudge {
 
  private:
   Explainer explainer_;
-  std::array<double, kEvidence> centre_;
-  std::array<double, kEvidence> scale_;
+  std::array<double, kNetworkInputs> centre_;
+  std::array<double, kNetworkInputs> scale_;
   double temperature_;
   std::array<double, kConditions> most_misfit_{};
   std::vector<Responder> responders_;

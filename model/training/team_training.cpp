@@ -26,7 +26,7 @@ constexpr std::array kTurns{Condition::no_fault,   Condition::stiction,       Co
                             Condition::no_fault};
 
 struct Cases {
-  MatrixXd evidence;  // a column for each
+  MatrixXd inputs;  // a column for each
   std::vector<Index> condition;
 };
 
@@ -42,10 +42,10 @@ struct TeamState {
 };
 
 // Scores, a row for each condition.
-MatrixXd scores(const std::array<Network, kConditions>& networks, const MatrixXd& evidence) {
-  MatrixXd result(static_cast<Index>(kConditions), evidence.cols());
+MatrixXd scores(const std::array<Network, kConditions>& networks, const MatrixXd& inputs) {
+  MatrixXd result(static_cast<Index>(kConditions), inputs.cols());
   for (std::size_t c = 0; c < kConditions; ++c) {
-    result.row(static_cast<Index>(c)) = networks[c].respond(evidence);
+    result.row(static_cast<Index>(c)) = networks[c].respond(inputs);
   }
   return result;
 }
@@ -99,9 +99,9 @@ double epoch(TeamState& state, const Cases& cases, const std::vector<Index>& ord
   std::size_t batches = 0;
   std::vector<Index> condition(kBatch);
   for (std::size_t from = 0; from + kBatch <= order.size(); from += kBatch) {
-    MatrixXd x(cases.evidence.rows(), static_cast<Index>(kBatch));
+    MatrixXd x(cases.inputs.rows(), static_cast<Index>(kBatch));
     for (std::size_t k = 0; k < kBatch; ++k) {
-      x.col(static_cast<Index>(k)) = cases.evidence.col(order[from + k]);
+      x.col(static_cast<Index>(k)) = cases.inputs.col(order[from + k]);
       condition[k] = cases.condition[static_cast<std::size_t>(order[from + k])];
     }
     MatrixXd p = scores(state.networks, x);
@@ -121,13 +121,13 @@ TeamRestart run_restart(const Cases& training, const Cases& validation,
                         const TeamTrainingSettings& settings, std::size_t restart,
                         const TeamHooks& hooks) {
   numeric::Random random(stream_seed(settings.seed, 0x7e57 + restart));
-  const NetworkShape shape{kEvidence, settings.hidden, settings.hidden, 1};
+  const NetworkShape shape{kNetworkInputs, settings.hidden, settings.hidden, 1};
   TeamState state;
   for (std::size_t c = 0; c < kConditions; ++c) {
     state.networks[c] = random_network(shape, random.bits());
     state.moments[c] = {Network(shape).layers, Network(shape).layers};
   }
-  std::vector<Index> order(static_cast<std::size_t>(training.evidence.cols()));
+  std::vector<Index> order(static_cast<std::size_t>(training.inputs.cols()));
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<Index>(k);
   TeamRestart best;
   best.validation = std::numeric_limits<double>::infinity();
@@ -138,7 +138,7 @@ TeamRestart run_restart(const Cases& training, const Cases& validation,
     }
     const double done = static_cast<double>(e) / static_cast<double>(settings.most_epochs);
     TeamEpoch now{restart, e, epoch(state, training, order, kStep * (1.0 - 0.9 * done)), 0.0};
-    MatrixXd p = scores(state.networks, validation.evidence);
+    MatrixXd p = scores(state.networks, validation.inputs);
     now.validation = softmax(p, validation.condition, 0);
     best.epochs.push_back(now);
     if (hooks.epoch) hooks.epoch(now);
@@ -177,11 +177,11 @@ double fit_temperature(const MatrixXd& scores, const Cases& cases, double& entro
 Cases cases_of(const std::vector<Example>& examples, std::size_t from, std::size_t to,
                const Team& team) {
   Cases cases;
-  cases.evidence.resize(static_cast<Index>(kEvidence), static_cast<Index>(to - from));
+  cases.inputs.resize(static_cast<Index>(kNetworkInputs), static_cast<Index>(to - from));
   for (std::size_t k = from; k < to; ++k) {
-    for (std::size_t i = 0; i < kEvidence; ++i) {
-      cases.evidence(static_cast<Index>(i), static_cast<Index>(k - from)) =
-          (examples[k].evidence[i] - team.centre[i]) / team.scale[i];
+    for (std::size_t i = 0; i < kNetworkInputs; ++i) {
+      cases.inputs(static_cast<Index>(i), static_cast<Index>(k - from)) =
+          (examples[k].inputs[i] - team.centre[i]) / team.scale[i];
     }
     cases.condition.push_back(static_cast<Index>(examples[k].condition));
   }
@@ -190,13 +190,13 @@ Cases cases_of(const std::vector<Example>& examples, std::size_t from, std::size
 
 void standardise(const std::vector<Example>& examples, std::size_t count, Team& team) {
   const auto n = static_cast<double>(count);
-  for (std::size_t i = 0; i < kEvidence; ++i) {
+  for (std::size_t i = 0; i < kNetworkInputs; ++i) {
     double sum = 0.0;
     double squares = 0.0;
-    for (std::size_t k = 0; k < count; ++k) sum += examples[k].evidence[i];
+    for (std::size_t k = 0; k < count; ++k) sum += examples[k].inputs[i];
     team.centre[i] = sum / n;
     for (std::size_t k = 0; k < count; ++k) {
-      const double d = examples[k].evidence[i] - team.centre[i];
+      const double d = examples[k].inputs[i] - team.centre[i];
       squares += d * d;
     }
     team.scale[i] = std::max(1e-3, std::sqrt(squares / n));
@@ -228,7 +228,7 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
         // A loop that lives at the stops of its output is none that anybody leaves alone.
         if (!findings.usable || findings.shut_share > kMostShut) continue;
         examples[k] = {
-            evidence_of(findings), window.condition,
+            network_inputs_of(findings), window.condition,
             std::log(misfit_of(findings, window.condition) / (findings.noise * findings.noise))};
         break;
       }
@@ -264,7 +264,7 @@ TeamTraining train_team(const LoopFacts& facts, const std::vector<Example>& exam
     result.epochs.insert(result.epochs.end(), restart.epochs.begin(), restart.epochs.end());
   }
   team.temperature =
-      fit_temperature(scores(best->networks, validation.evidence), validation, result.validation);
+      fit_temperature(scores(best->networks, validation.inputs), validation, result.validation);
   for (std::size_t c = 0; c < kConditions; ++c) {
     TeamMember& member = team.members[c];
     member.condition = static_cast<Condition>(c);

@@ -38,7 +38,7 @@ struct TeamTrainingSettings {
 };
 
 struct Example {
-  Evidence evidence{};
+  NetworkInputs inputs{};
   Condition condition = Condition::no_fault;
   double log_misfit = 0.0;  // of its own condition's explanation over the noise
 };

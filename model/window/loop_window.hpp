@@ -9,7 +9,7 @@
 // What it can't do: a second lag, an integrating process, a gain that depends on the opening.
 //
 // Sources: the model that PI settings are commonly made from (model/analysis/tuning_rules.hpp);
-// 961 samples: Sewdass, thesis (Durban University of Technology), section 8.3.
+// 961 samples, 31 x 31: Sewdass, thesis (Durban University of Technology), section 8.3.
 #pragma once
 
 #include <cstddef>

@@ -55,7 +55,7 @@ struct StudyOptions {
 
 struct Judged {
   std::size_t index = 0;
-  LabelledEvidence labelled;
+  LabelledFeatures labelled;
   std::string kind;
   std::string detail;
   std::string mover;
@@ -262,7 +262,7 @@ void write_evidence(const std::string& path, const std::vector<Judged>& judged) 
 }
 
 int train_table(const StudyOptions& options) {
-  std::vector<LabelledEvidence> drawn(options.cases);
+  std::vector<LabelledFeatures> drawn(options.cases);
   std::vector<char> usable(options.cases, 0);
   workbench::Progress progress("simulate", options.cases);
   hal::os::parallel_for(
@@ -271,11 +271,11 @@ int train_table(const StudyOptions& options) {
         const DiagnosisCase c = diagnosis_case(options.seed, i);
         const diagnosis::Prepared prepared = diagnosis::prepare(view_of(c));
         if (!prepared.refusal.empty()) return;
-        drawn[i] = {.evidence = diagnosis::find_evidence(prepared).evidence, .cause = c.cause};
+        drawn[i] = {.features = diagnosis::find_features(prepared).features, .cause = c.cause};
         usable[i] = 1;
       },
       [&](std::size_t done) { progress.update(done); });
-  std::vector<LabelledEvidence> cases;
+  std::vector<LabelledFeatures> cases;
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     if (usable[i] != 0) cases.push_back(drawn[i]);
   }

@@ -13,24 +13,24 @@ namespace loopwarden::studies {
 namespace {
 
 using diagnosis::kCauseCount;
-using diagnosis::kEvidenceCount;
+using diagnosis::kFeatures;
 using diagnosis::Tree;
 
 constexpr std::size_t kBins = 32;
 constexpr std::size_t kNodes = 7;
 
-// Evidence by its place among kBins groups of equal count: a split is then one of few.
+// A feature by its place among kBins groups of equal count: a split is then one of few.
 struct Binned {
-  std::array<std::vector<float>, kEvidenceCount> edges;  // bin b holds values up to edges[b]
-  std::vector<std::array<std::uint8_t, kEvidenceCount>> rows;
+  std::array<std::vector<float>, kFeatures> edges;  // bin b holds values up to edges[b]
+  std::vector<std::array<std::uint8_t, kFeatures>> rows;
 };
 
-Binned bin(const std::vector<LabelledEvidence>& cases) {
+Binned bin(const std::vector<LabelledFeatures>& cases) {
   Binned binned;
   binned.rows.resize(cases.size());
   std::vector<double> values(cases.size());
-  for (std::size_t e = 0; e < kEvidenceCount; ++e) {
-    for (std::size_t i = 0; i < cases.size(); ++i) values[i] = cases[i].evidence[e];
+  for (std::size_t e = 0; e < kFeatures; ++e) {
+    for (std::size_t i = 0; i < cases.size(); ++i) values[i] = cases[i].features[e];
     std::sort(values.begin(), values.end());
     auto& edges = binned.edges[e];
     for (std::size_t b = 1; b < kBins; ++b) {
@@ -39,7 +39,7 @@ Binned bin(const std::vector<LabelledEvidence>& cases) {
     }
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const auto at = std::lower_bound(
-          edges.begin(), edges.end(), cases[i].evidence[e],
+          edges.begin(), edges.end(), cases[i].features[e],
           [](float edge, double value) { return static_cast<double>(edge) < value; });
       binned.rows[i][e] = static_cast<std::uint8_t>(at - edges.begin());
     }
@@ -95,7 +95,7 @@ Tree grow(const Binned& binned, const std::vector<std::size_t>& rows,
       }
     }
     if (found) {
-      tree.evidence[node] = static_cast<std::uint8_t>(best_column);
+      tree.feature[node] = static_cast<std::uint8_t>(best_column);
       tree.threshold[node] = binned.edges[best_column][best_bin];
     }
     for (const std::size_t i : members[node]) {
@@ -116,13 +116,13 @@ Tree grow(const Binned& binned, const std::vector<std::size_t>& rows,
 
 }  // namespace
 
-TrainedTable train(const std::vector<LabelledEvidence>& cases, const TrainingSettings& settings,
+TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSettings& settings,
                    const ParallelFor& parallel) {
   TrainedTable table;
   const Binned binned = bin(cases);
   const std::size_t n = cases.size();
   std::array<double, kCauseCount> counts{};
-  for (const LabelledEvidence& c : cases) counts[static_cast<std::size_t>(c.cause)] += 1.0;
+  for (const LabelledFeatures& c : cases) counts[static_cast<std::size_t>(c.cause)] += 1.0;
   for (std::size_t c = 0; c < kCauseCount; ++c) {
     table.base[c] = static_cast<float>(std::log((counts[c] + 1.0) / static_cast<double>(n)));
   }
@@ -138,7 +138,7 @@ TrainedTable train(const std::vector<LabelledEvidence>& cases, const TrainingSet
     }
     std::array<std::vector<std::size_t>, kCauseCount> columns;
     for (auto& chosen : columns) {
-      for (std::size_t e = 0; e < kEvidenceCount; ++e) {
+      for (std::size_t e = 0; e < kFeatures; ++e) {
         if (random.uniform() < settings.columns) chosen.push_back(e);
       }
     }
@@ -167,7 +167,7 @@ TrainedTable train(const std::vector<LabelledEvidence>& cases, const TrainingSet
     for (std::size_t c = 0; c < kCauseCount; ++c) {
       for (std::size_t i = 0; i < n; ++i) {
         scores[i][c] +=
-            static_cast<double>(grown[c].leaf[diagnosis::leaf_of(grown[c], cases[i].evidence)]);
+            static_cast<double>(grown[c].leaf[diagnosis::leaf_of(grown[c], cases[i].features)]);
       }
       table.trees.push_back(grown[c]);
     }
@@ -196,12 +196,12 @@ std::string table_source(const TrainedTable& table, const std::string& provenanc
   text += literal(table.base) + "};\n\n";
   text += fmt::format("inline constexpr std::array<Tree, {}> kTrees{{{{\n", table.trees.size());
   for (const Tree& tree : table.trees) {
-    std::string evidence;
-    for (const auto e : tree.evidence) {
-      evidence += fmt::format("{}{}", evidence.empty() ? "" : ",", static_cast<unsigned>(e));
+    std::string features;
+    for (const auto f : tree.feature) {
+      features += fmt::format("{}{}", features.empty() ? "" : ",", static_cast<unsigned>(f));
     }
     text +=
-        "{{" + evidence + "},{" + literal(tree.threshold) + "},{" + literal(tree.leaf) + "}},\n";
+        "{{" + features + "},{" + literal(tree.threshold) + "},{" + literal(tree.leaf) + "}},\n";
   }
   text += "}};\n\n}  // namespace loopwarden::diagnosis\n// clang-format on\n";
   return text;

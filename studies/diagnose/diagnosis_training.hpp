@@ -12,8 +12,8 @@
 
 namespace loopwarden::studies {
 
-struct LabelledEvidence {
-  diagnosis::Evidence evidence{};
+struct LabelledFeatures {
+  diagnosis::Features features{};
   diagnosis::Cause cause = diagnosis::Cause::none;
 };
 
@@ -27,7 +27,7 @@ struct TrainingSettings {
   std::size_t rounds = 200;
   double rate = 0.07;         // share of each step that is taken
   double rows = 0.6;          // share of the cases that a round sees
-  double columns = 0.4;       // share of the evidence that a tree may use
+  double columns = 0.4;       // share of the features that a tree may use
   double least_weight = 8.0;  // of a leaf, in units of p (1 - p)
   double ridge = 4.0;         // added to the weight of each leaf
   std::uint64_t seed = 1;
@@ -35,7 +35,7 @@ struct TrainingSettings {
 
 // `parallel(count, body)` calls body(0..count-1); the table does not depend on how.
 using ParallelFor = std::function<void(std::size_t, const std::function<void(std::size_t)>&)>;
-TrainedTable train(const std::vector<LabelledEvidence>& cases, const TrainingSettings& settings,
+TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSettings& settings,
                    const ParallelFor& parallel);
 
 // The source text of model/diagnosis/classifier_table.hpp.

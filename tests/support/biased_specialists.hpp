@@ -26,7 +26,7 @@ inline void write_biased_specialists(const std::filesystem::path& folder,
     specialist::TeamMember& member = team.members[c];
     member.condition = static_cast<specialist::Condition>(c);
     member.name = std::string("T") + std::to_string(c);
-    member.network = specialist::Network({specialist::kEvidence, 2, 2, 1});
+    member.network = specialist::Network({specialist::kNetworkInputs, 2, 2, 1});
     member.network.layers[2].bias[0] = member.condition == always ? 12.0 : 0.0;
     member.most_misfit = 100.0;
   }

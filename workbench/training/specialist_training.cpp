@@ -33,7 +33,7 @@ std::string key_of(const TrainingJob& job) {
   text += fmt::format("{} {} {} {} {} {} {} {} {}", t.seed, t.windows, t.hidden, t.restarts,
                       t.most_epochs, t.patience, g.seed, g.components, g.learning.most_epochs);
   for (const std::size_t size : g.sizes) text += fmt::format(" {}", size);
-  for (const std::string_view name : specialist::kEvidenceNames) text += fmt::format(" {}", name);
+  for (const std::string_view name : specialist::kInputNames) text += fmt::format(" {}", name);
   return config::sha256_of(text);
 }
 
@@ -121,7 +121,7 @@ class Trainer {
 
   void train_team() {
     say(fmt::format("explaining form: {} simulated windows, networks {}-{}-{}-1", job_.team.windows,
-                    specialist::kEvidence, job_.team.hidden, job_.team.hidden));
+                    specialist::kNetworkInputs, job_.team.hidden, job_.team.hidden));
     const std::vector<specialist::Example> examples = simulated_examples();
     specialist::TeamHooks hooks;
     hooks.epoch = [&](const specialist::TeamEpoch& e) {

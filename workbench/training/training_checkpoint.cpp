@@ -107,9 +107,9 @@ std::optional<std::vector<specialist::Example>> TrainingCheckpoint::find_example
       specialist::Example& example = examples.emplace_back();
       example.condition = static_cast<specialist::Condition>(kept.at("condition").get<int>());
       example.log_misfit = kept.at("log_misfit").get<double>();
-      if (kept.at("evidence").size() != example.evidence.size()) return std::nullopt;
-      for (std::size_t i = 0; i < example.evidence.size(); ++i) {
-        example.evidence[i] = kept["evidence"][i].get<double>();
+      if (kept.at("evidence").size() != example.inputs.size()) return std::nullopt;
+      for (std::size_t i = 0; i < example.inputs.size(); ++i) {
+        example.inputs[i] = kept["evidence"][i].get<double>();
       }
     }
     if (examples.size() != count) return std::nullopt;
@@ -125,7 +125,7 @@ void TrainingCheckpoint::keep_examples(const std::string& name,
   for (const specialist::Example& example : examples) {
     kept.push_back({{"condition", static_cast<int>(example.condition)},
                     {"log_misfit", example.log_misfit},
-                    {"evidence", example.evidence}});
+                    {"evidence", example.inputs}});
   }
   write(folder_ / (name + ".json"), {{"key", key_}, {"examples", std::move(kept)}});
 }

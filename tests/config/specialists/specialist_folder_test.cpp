@@ -24,14 +24,15 @@ SpecialistFolder some_folder() {
   f.team.emplace();
   f.team->facts = {0.1, -1.25, 1.7, 2.6, 4.0, 20.0, 0.0, 500.0};
   f.team->temperature = 1.125;
-  for (std::size_t i = 0; i < specialist::kEvidence; ++i) {
+  for (std::size_t i = 0; i < specialist::kNetworkInputs; ++i) {
     f.team->centre[i] = 0.5 * static_cast<double>(i);
     f.team->scale[i] = 1.0 + static_cast<double>(i);
   }
   for (std::size_t c = 0; c < specialist::kConditions; ++c) {
     const auto condition = static_cast<Condition>(c);
     f.team->members[c] = {std::string("P7-") + to_text(condition), condition,
-                          specialist::random_network({specialist::kEvidence, 3, 2, 1}, c), 1.5};
+                          specialist::random_network({specialist::kNetworkInputs, 3, 2, 1}, c),
+                          1.5};
   }
   specialist::SignatureSpecialist s{
       "P7S4",

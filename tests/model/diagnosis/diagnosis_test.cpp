@@ -172,7 +172,7 @@ TEST_CASE("evidence is finite on records at the edge") {
   const auto finite = [](const Series& pv, const Series& co) {
     const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = {}});
     if (d.prepared.gate == Gate::open) {
-      for (const double v : find_evidence(d.prepared).evidence) {
+      for (const double v : find_features(d.prepared).features) {
         if (!std::isfinite(v)) return false;
       }
     }
@@ -190,11 +190,11 @@ TEST_CASE("evidence is finite on records at the edge") {
   CHECK(finite(with_noise(Series(100, 0.0), 1e-9, 1), with_noise(Series(100, 0.0), 1e9, 2)));
 }
 
-TEST_CASE("a tree sends evidence left at its threshold and right above it") {
+TEST_CASE("a tree sends a feature left at its threshold and right above it") {
   Tree tree;
-  tree.evidence = {2, 0, 1, 0, 0, 0, 0};
+  tree.feature = {2, 0, 1, 0, 0, 0, 0};
   tree.threshold = {0.5F, 1.0F, -1.0F, 0.0F, 2.0F, 0.0F, 3.0F};
-  Evidence e{};
+  Features e{};
   e[2] = 0.5;
   CHECK(leaf_of(tree, e) == 0);
   e[0] = 0.5;

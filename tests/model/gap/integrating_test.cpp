@@ -26,7 +26,8 @@ gap::Result gap_of(const plant::LoopModel& model, const gap::Record& record) {
 
 }  // namespace
 
-TEST_CASE("the free run of an integrating model follows its own record", "[gap][integrating]") {
+TEST_CASE("the free run of an integrating model follows its own record",
+          "[gap][integrating][long]") {
   const plant::LoopModel model = level_loop();
   const gap::Result result = gap_of(model, test::record_of(model, 135.0));
   REQUIRE(result.check.usable);
@@ -36,7 +37,7 @@ TEST_CASE("the free run of an integrating model follows its own record", "[gap][
 }
 
 TEST_CASE("the free run of a model with a second lag follows its own record",
-          "[gap][integrating]") {
+          "[gap][integrating][long]") {
   plant::LoopModel model = test::believed_model();
   model.process.second_time_constant_s = 1.2;
   const gap::Result result = gap_of(model, test::record_of(model, 135.0));

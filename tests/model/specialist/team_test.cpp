@@ -36,7 +36,7 @@ Team puppet_team(const std::array<double, kConditions>& scores) {
   team.scale.fill(1.0);
   for (std::size_t c = 0; c < kConditions; ++c) {
     team.members[c].condition = static_cast<Condition>(c);
-    team.members[c].network = Network({kEvidence, 1, 1, 1});
+    team.members[c].network = Network({kNetworkInputs, 1, 1, 1});
     team.members[c].network.layers[2].bias(0) = scores[c];
     team.members[c].most_misfit = 1.0;
   }

@@ -23,10 +23,10 @@ TEST_CASE("a simulated case is the same for the same seed, and every cause is dr
 
 TEST_CASE("training finds the evidence that tells the causes apart, by any number of threads") {
   numeric::Random random(2);
-  std::vector<studies::LabelledEvidence> cases(600);
+  std::vector<studies::LabelledFeatures> cases(600);
   for (auto& c : cases) {
-    for (double& v : c.evidence) v = random.uniform();
-    const bool sticky = c.evidence[5] > 0.5 && c.evidence[9] < 0.6;
+    for (double& v : c.features) v = random.uniform();
+    const bool sticky = c.features[5] > 0.5 && c.features[9] < 0.6;
     c.cause = sticky ? diagnosis::Cause::stiction : diagnosis::Cause::none;
   }
   const auto forwards = [](std::size_t n, const std::function<void(std::size_t)>& f) {
@@ -39,7 +39,7 @@ TEST_CASE("training finds the evidence that tells the causes apart, by any numbe
   const studies::TrainedTable table = studies::train(cases, settings, forwards);
   std::size_t right = 0;
   for (const auto& c : cases) {
-    const auto p = diagnosis::weigh(table.view(), c.evidence);
+    const auto p = diagnosis::weigh(table.view(), c.features);
     const bool sticky = p[static_cast<std::size_t>(diagnosis::Cause::stiction)] > 0.5;
     right += sticky == (c.cause == diagnosis::Cause::stiction) ? 1U : 0U;
   }

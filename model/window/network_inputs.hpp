@@ -29,7 +29,7 @@
 
 namespace loopwarden::specialist {
 
-inline constexpr std::array kEvidenceNames{
+inline constexpr std::array kInputNames{
     // misfit of each explanation over the noise
     std::string_view("healthy_misfit"), std::string_view("healthy_innovation"),
     std::string_view("other_process_misfit"), std::string_view("other_process_innovation"),
@@ -65,18 +65,18 @@ inline constexpr std::array kEvidenceNames{
     std::string_view("co_travel_over_range"), std::string_view("co_fastest"),
     std::string_view("co_reversals")};
 
-inline constexpr std::size_t kEvidence = kEvidenceNames.size();
-using Evidence = std::array<double, kEvidence>;
+inline constexpr std::size_t kNetworkInputs = kInputNames.size();
+using NetworkInputs = std::array<double, kNetworkInputs>;
 
 // Place of a name in the list; a name that isn't there does not compile.
-consteval std::size_t evidence_index(std::string_view name) {
-  for (std::size_t i = 0; i < kEvidence; ++i) {
-    if (kEvidenceNames[i] == name) return i;
+consteval std::size_t input_index(std::string_view name) {
+  for (std::size_t i = 0; i < kNetworkInputs; ++i) {
+    if (kInputNames[i] == name) return i;
   }
-  throw "no evidence of this name";
+  throw "no input of this name";
 }
 
 // `findings` must be usable.
-Evidence evidence_of(const Explanations& findings) noexcept;
+NetworkInputs network_inputs_of(const Explanations& findings) noexcept;
 
 }  // namespace loopwarden::specialist

@@ -12,7 +12,7 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr std::array kEvidenceNames{
+inline constexpr std::array kFeatureNames{
     // oscillation and time scale
     std::string_view("pv_regularity"), std::string_view("co_regularity"),
     std::string_view("pv_peak"), std::string_view("co_peak"),
@@ -54,23 +54,23 @@ inline constexpr std::array kEvidenceNames{
     std::string_view("fit_dead_time"), std::string_view("fit_band"), std::string_view("fit_jump"),
     std::string_view("fit_time_constant")};
 
-inline constexpr std::size_t kEvidenceCount = kEvidenceNames.size();
-using Evidence = std::array<double, kEvidenceCount>;
+inline constexpr std::size_t kFeatures = kFeatureNames.size();
+using Features = std::array<double, kFeatures>;
 
 // Position of a name in the list; a name that isn't there does not compile.
-consteval std::size_t evidence_index(std::string_view name) {
-  for (std::size_t i = 0; i < kEvidenceCount; ++i) {
-    if (kEvidenceNames[i] == name) return i;
+consteval std::size_t feature_index(std::string_view name) {
+  for (std::size_t i = 0; i < kFeatures; ++i) {
+    if (kFeatureNames[i] == name) return i;
   }
-  throw "no evidence of this name";
+  throw "no feature of this name";
 }
 
-struct EvidenceAndFit {
-  Evidence evidence{};
+struct FeaturesAndFit {
+  Features features{};
   ValveFit fit;
 };
 
 // `prepared` must not carry a refusal.
-EvidenceAndFit find_evidence(const Prepared& prepared);
+FeaturesAndFit find_features(const Prepared& prepared);
 
 }  // namespace loopwarden::diagnosis

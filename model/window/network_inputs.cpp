@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/window/evidence.hpp"
+#include "model/window/network_inputs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -127,16 +127,16 @@ constexpr std::array kMeasures{
     Measure{"co_reversals", co_reversals}};
 
 // Each name has its measure, at its place.
-static_assert(kMeasures.size() == kEvidence);
-static_assert(std::equal(kMeasures.begin(), kMeasures.end(), kEvidenceNames.begin(),
+static_assert(kMeasures.size() == kNetworkInputs);
+static_assert(std::equal(kMeasures.begin(), kMeasures.end(), kInputNames.begin(),
                          [](const Measure& m, std::string_view name) { return m.name == name; }));
 
 }  // namespace
 
-Evidence evidence_of(const Explanations& findings) noexcept {
-  Evidence evidence{};
-  for (std::size_t i = 0; i < kEvidence; ++i) evidence[i] = bounded(kMeasures[i].of(findings));
-  return evidence;
+NetworkInputs network_inputs_of(const Explanations& findings) noexcept {
+  NetworkInputs inputs{};
+  for (std::size_t i = 0; i < kNetworkInputs; ++i) inputs[i] = bounded(kMeasures[i].of(findings));
+  return inputs;
 }
 
 }  // namespace loopwarden::specialist

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/window/network_inputs.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "model/training/team_training.hpp"
+#include "tests/model/specialist/specialist_support.hpp"
+
+namespace network_inputs_test {
+
+using namespace loopwarden;
+using namespace loopwarden::specialist;
+
+TEST_CASE("no input of the networks is dead", "[specialist]") {
+  const std::vector<Example> examples =
+      simulate_examples(tests::flow_loop(), 64, 11, tests::one_thread());
+  for (std::size_t i = 0; i < kNetworkInputs; ++i) {
+    double low = examples.front().inputs[i];
+    double high = low;
+    for (const Example& e : examples) {
+      CHECK(std::isfinite(e.inputs[i]));
+      low = std::min(low, e.inputs[i]);
+      high = std::max(high, e.inputs[i]);
+    }
+    INFO(kInputNames[i] << ": " << low << " to " << high);
+    CHECK(high - low > 0.1);
+  }
+}
+
+TEST_CASE("an input is found by its name", "[specialist]") {
+  CHECK(std::set(kInputNames.begin(), kInputNames.end()).size() == kNetworkInputs);
+  Explanations f;
+  f.noise = 0.1;
+  f.co_range = 10.0;
+  f.pv_range = 8.0;
+  f.reversals = 6.0;
+  for (ExplanationFit& fit : f.fits) {
+    fit.mse = 0.02;
+    fit.innovation = 0.02;
+    fit.shape = 1.0;
+  }
+  ExplanationFit& stiction = f.fits[static_cast<std::size_t>(Explanation::stiction)];
+  stiction.mse = 0.01;
+  stiction.shape = 0.25;
+  const NetworkInputs inputs = network_inputs_of(f);
+  CHECK(inputs[input_index("stiction_misfit")] == Approx(0.0).margin(1e-6));
+  CHECK(inputs[input_index("backlash_misfit")] == Approx(std::log(2.0)));
+  CHECK(inputs[input_index("stiction_over_backlash")] == Approx(-2.0 * std::log(2.0)));
+  CHECK(inputs[input_index("stiction_jump")] == Approx(1.0));
+  CHECK(inputs[input_index("co_range_over_noise")] == Approx(std::log(100.0)));
+  CHECK(inputs[input_index("co_reversals")] == Approx(std::log(7.0)));
+}
+
+}  // namespace network_inputs_test
