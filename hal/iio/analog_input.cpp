@@ -38,14 +38,14 @@ void AnalogInput::connect() {
 }
 
 void AnalogInput::judge(double current_ma, std::int64_t now_ns) noexcept {
-  const Ne43::Verdict verdict = ne43_.step(current_ma, now_ns);
-  sample_.quality = verdict.quality;
-  sample_.reason = verdict.reason;
-  sample_.limit = verdict.limit;
+  const Ne43::Reading reading = ne43_.step(current_ma, now_ns);
+  sample_.quality = reading.quality;
+  sample_.reason = reading.reason;
+  sample_.limit = reading.limit;
   const bool reversed = settings_.high < settings_.low;
-  if (reversed && verdict.limit == Limit::low) sample_.limit = Limit::high;
-  if (reversed && verdict.limit == Limit::high) sample_.limit = Limit::low;
-  if (!verdict.fresh) return;
+  if (reversed && reading.limit == Limit::low) sample_.limit = Limit::high;
+  if (reversed && reading.limit == Limit::high) sample_.limit = Limit::low;
+  if (!reading.fresh) return;
   sample_.value = settings_.low + (current_ma - 4.0) / 16.0 * (settings_.high - settings_.low);
   sample_.time_ns = now_ns;
   ++sample_.sequence;

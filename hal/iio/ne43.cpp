@@ -6,7 +6,7 @@ namespace {
 constexpr double kFullScale = 20.0;  // mA
 }  // namespace
 
-Ne43::Verdict Ne43::step(double current_ma, std::int64_t time_ns) noexcept {
+Ne43::Reading Ne43::step(double current_ma, std::int64_t time_ns) noexcept {
   const Ne43Limits& limits = settings_.limits;
   const bool measurement = current_ma >= limits.measure_low && current_ma <= limits.measure_high;
   const bool failure = !(current_ma >= limits.failure_low && current_ma <= limits.failure_high);

@@ -24,7 +24,7 @@ class Ne43 {
  public:
   explicit Ne43(const Ne43Settings& settings) noexcept : settings_(settings) {}
 
-  struct Verdict {
+  struct Reading {
     Quality quality = Quality::bad;
     Reason reason = Reason::never_received;
     Limit limit = Limit::none;  // of the current; a reversed range turns it round
@@ -32,7 +32,7 @@ class Ne43 {
   };
 
   // What is not a number counts as a failure current.
-  Verdict step(double current_ma, std::int64_t time_ns) noexcept;
+  Reading step(double current_ma, std::int64_t time_ns) noexcept;
 
   // There was no reading: what follows does not adjoin what went before.
   void interrupted() noexcept { recovering_ = false; }

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <nlopt.hpp>
 
 #include "model/gap/constants.hpp"
 #include "model/gap/record_check.hpp"
+#include "model/numeric/subplex.hpp"
 
 namespace loopwarden::gap {
 namespace {
@@ -194,34 +194,18 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
     s.gains.ki = ki;
     return s;
   };
-  const std::function<double(double, double)> misfit = [&](double kp, double ki) {
-    return rms_difference(replay(with(kp, ki)), record.co, end);
-  };
-  nlopt::opt search(nlopt::LN_SBPLX, 2);
-  search.set_lower_bounds(-0.4);
-  search.set_upper_bounds(0.4);
-  search.set_initial_step(0.02);
-  search.set_maxeval(120);
-  search.set_xtol_abs(1e-5);
-  struct Context {
-    const std::function<double(double, double)>* misfit;
-    double kp, ki;
-  } context{&misfit, slopes.kp, std::max(slopes.ki, 1e-9)};
-  search.set_min_objective(
-      [](const std::vector<double>& x, std::vector<double>&, void* data) {
-        const auto& c = *static_cast<const Context*>(data);
-        return (*c.misfit)(c.kp * std::exp(x[0]), c.ki * std::exp(x[1]));
-      },
-      &context);
+  // Searched as logarithms of their ratios to what the moves say.
+  const double least_ki = std::max(slopes.ki, 1e-9);
   std::vector<double> x{0.0, 0.0};
-  double reached = 0.0;
-  try {
-    search.optimize(x, reached);
-  } catch (const nlopt::roundoff_limited&) {
-    // What it had reached is in `x`.
-  }
-  const double kp = context.kp * std::exp(x[0]);
-  const double ki = context.ki * std::exp(x[1]);
+  numeric::subplex(x, {0.02, 0.02}, -0.4, 0.4,
+                   [&](const std::vector<double>& at) {
+                     return rms_difference(
+                         replay(with(slopes.kp * std::exp(at[0]), least_ki * std::exp(at[1]))),
+                         record.co, end);
+                   },
+                   {.most_evaluations = 120, .parameter_change = 1e-5});
+  const double kp = slopes.kp * std::exp(x[0]);
+  const double ki = least_ki * std::exp(x[1]);
   const std::vector<double> after = replay(with(kp, ki));
   const double after_rms = rms_difference(after, record.co, end);
   const bool other_settings =

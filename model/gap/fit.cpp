@@ -6,13 +6,13 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <nlopt.hpp>
 #include <numbers>
 #include <numeric>
 #include <span>
 
 #include "model/gap/constants.hpp"
 #include "model/numeric/random.hpp"
+#include "model/numeric/subplex.hpp"
 
 namespace loopwarden::gap {
 namespace {
@@ -83,35 +83,11 @@ Eigen::MatrixXd solve_normal(const Eigen::MatrixXd& normal, const Eigen::MatrixX
   return size.asDiagonal() * unit.ldlt().solve(scaled);
 }
 
-// Subplex from `x` with first steps `steps`, from 0 to 1 in each direction, until a step brings less than
-// `least_gain`. Returns the least value.
-double minimise(std::vector<double>& x, std::vector<double> steps, int evaluations,
-                double least_gain,
-                const std::function<double(const std::vector<double>&)>& objective) {
-  nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(x.size()));
-  search.set_lower_bounds(0.0);
-  search.set_upper_bounds(1.0);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (x[i] + steps[i] > 1.0) steps[i] = -steps[i];
-  }
-  search.set_initial_step(steps);
-  using Objective = std::function<double(const std::vector<double>&)>;
-  search.set_min_objective(
-      [](const std::vector<double>& at, std::vector<double>&, void* data) {
-        const double value = (*static_cast<const Objective*>(data))(at);
-        return std::isfinite(value) ? value : 1e12;
-      },
-      const_cast<Objective*>(&objective));
-  search.set_maxeval(evaluations);
-  search.set_ftol_abs(least_gain);
-  search.set_xtol_abs(1e-4);
-  double reached = kInfinity;
-  try {
-    search.optimize(x, reached);
-  } catch (const nlopt::roundoff_limited&) {
-    // What it had reached is in `x`.
-  }
-  return reached;
+// From `x`, 0 to 1 in each direction, until a step brings less than `least_gain`.
+void minimise(std::vector<double>& x, std::vector<double> steps, int evaluations, double least_gain,
+              const numeric::Objective& objective) {
+  numeric::subplex(x, std::move(steps), 0.0, 1.0, objective,
+                   {.most_evaluations = evaluations, .value_change = least_gain});
 }
 
 }  // namespace

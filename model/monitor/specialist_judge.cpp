@@ -3,8 +3,6 @@
 
 namespace loopwarden::monitor {
 
-static_assert(kWindowSamples == specialist::kWindowSamples);
-
 WindowJudgement judgement_of(const specialist::WindowVerdict& verdict) noexcept {
   using Result = WindowJudgement::Result;
   using specialist::Condition;

@@ -14,14 +14,14 @@ namespace {
 
 constexpr std::int64_t kStep = 100'000'000;  // ns between samples
 
-// The verdict after the current has stood for `samples` samples.
+// The reading after the current has stood for `samples` samples.
 struct Feed {
   Ne43 ne43;
   std::int64_t now = 0;
-  Ne43::Verdict operator()(double current_ma, int samples = 1) {
-    Ne43::Verdict verdict;
-    for (int i = 0; i < samples; ++i) verdict = ne43.step(current_ma, now += kStep);
-    return verdict;
+  Ne43::Reading operator()(double current_ma, int samples = 1) {
+    Ne43::Reading reading;
+    for (int i = 0; i < samples; ++i) reading = ne43.step(current_ma, now += kStep);
+    return reading;
   }
 };
 
@@ -51,12 +51,12 @@ TEST_CASE("each band of current has its quality and limit") {
   for (const Case& c : cases) {
     Feed feed{Ne43(Ne43Settings{})};
     feed(12.0);
-    const Ne43::Verdict verdict = feed(c.current_ma, 100);
+    const Ne43::Reading reading = feed(c.current_ma, 100);
     INFO(c.current_ma);
-    CHECK(verdict.quality == c.quality);
-    CHECK(verdict.reason == c.reason);
-    CHECK(verdict.limit == c.limit);
-    CHECK(verdict.fresh == c.fresh);
+    CHECK(reading.quality == c.quality);
+    CHECK(reading.reason == c.reason);
+    CHECK(reading.limit == c.limit);
+    CHECK(reading.fresh == c.fresh);
   }
 }
 
@@ -67,11 +67,11 @@ TEST_CASE(
     Feed feed{Ne43(Ne43Settings{})};
     feed(12.0);
     CHECK(feed(current_ma).quality == Quality::uncertain);
-    const Ne43::Verdict second = feed(current_ma);
+    const Ne43::Reading second = feed(current_ma);
     CHECK(second.quality == Quality::uncertain);
     CHECK(second.reason == Reason::sensor_failure);
     CHECK_FALSE(second.fresh);
-    const Ne43::Verdict third = feed(current_ma);
+    const Ne43::Reading third = feed(current_ma);
     CHECK(third.quality == Quality::bad);
     CHECK(third.reason == Reason::sensor_failure);
     CHECK_FALSE(third.fresh);
