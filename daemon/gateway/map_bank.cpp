@@ -187,7 +187,7 @@ double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
     case Field::integer_test: return map::kIntegerTest;
     case Field::config_hash: return box().config_hash;
     case Field::model_hash: return box().model_hash;
-    case Field::utc_seconds: return static_cast<double>(box().utc_ms / 1000);
+    case Field::utc_seconds: return std::floor(static_cast<double>(box().utc_ms) / 1000.0);
     case Field::utc_milliseconds: return static_cast<double>(box().utc_ms % 1000);
     case Field::word_order: return static_cast<double>(order_);
     case Field::alarms_active: return number(totals().active);
@@ -379,8 +379,8 @@ Exception MapBank::check(std::vector<Wish>& wishes, Snapshot& snapshot) {
       wish.old_value = from_scaled(wish.old_value, pid.output_low, pid.output_high);
     } else if (field == Field::shelve_minutes) {
       const model::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(kind_of(*wish.reg));
-      sound = wish.value >= 0.0 &&
-              wish.value <= static_cast<double>(alarm.settings().shelve_limit_ms / kMinute);
+      sound = wish.value >= 0.0 && wish.value * static_cast<double>(kMinute) <=
+                                       static_cast<double>(alarm.settings().shelve_limit_ms);
     }
     if (!sound) return Exception::illegal_value;
   }

@@ -277,7 +277,7 @@ std::vector<JournalRow> JournalFile::read_newest(const std::filesystem::path& pa
 }
 
 std::filesystem::path move_aside(const std::filesystem::path& path, std::int64_t utc_ms) {
-  const std::filesystem::path aside = fmt::format("{}.damaged-{}", path.string(), utc_ms);
+  std::filesystem::path aside = fmt::format("{}.damaged-{}", path.string(), utc_ms);
   std::filesystem::rename(path, aside);
   // A log left behind would be played into the new database.
   for (const char* belongs : {"-wal", "-shm"}) {

@@ -32,7 +32,7 @@ model::Cycle cycle_of(const RecordRow& row) {
 
 }  // namespace
 
-Monitor::Monitor(std::vector<WatchedLoop> loops, WatchBoard& board, Raised raised)
+Monitor::Monitor(const std::vector<WatchedLoop>& loops, WatchBoard& board, Raised raised)
     : board_(board), raised_(std::move(raised)) {
   tracks_.reserve(loops.size());
   for (const WatchedLoop& loop : loops) {

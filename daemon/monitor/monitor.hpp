@@ -55,7 +55,7 @@ class Monitor {
 
   // What is pointed to outlives this. Alarms that the board knows from before a restart stay on until
   // windows say otherwise.
-  Monitor(std::vector<WatchedLoop> loops, WatchBoard& board, Raised raised = {});
+  Monitor(const std::vector<WatchedLoop>& loops, WatchBoard& board, Raised raised = {});
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
   ~Monitor() { stop(); }

@@ -19,7 +19,8 @@ std::vector<double> assumed_set_point(const plant::LoopModel& model, const std::
   const auto& profile = model.scenario.set_point;
   if (profile.empty()) {
     double mean = 0.0;
-    for (std::size_t k = n / 2; k < n; ++k) mean += pv[k] / static_cast<double>(n - n / 2);
+    const std::size_t half = n / 2;
+    for (std::size_t k = half; k < n; ++k) mean += pv[k] / static_cast<double>(n - half);
     notes.push_back(
         {"no set point", text("SP was not measured and the model has no scenario: %.4g, "
                               "the mean of PV's second half, stands for it",

@@ -192,7 +192,8 @@ std::vector<Located> locate(const Disagreement& d) {
   std::array<double, kTimeBins> bins{};
   for (std::size_t k = 0; k < n; ++k) bins[k * kTimeBins / n] += energy[k] / total;
   const auto bin_s = [&](std::size_t bin) {
-    return static_cast<double>(bin * n / kTimeBins) * period_s;
+    const std::size_t sample = bin * n / kTimeBins;
+    return static_cast<double>(sample) * period_s;
   };
   std::vector<Located> stretches;
   double rest = 0.0;

@@ -242,7 +242,7 @@ class Page {
 
   // Rows by block are told apart by the block itself.
   static std::string place_of(const gap::Located& row) {
-    const std::string block = plant::to_text(row.block);
+    std::string block = plant::to_text(row.block);
     if (row.what.empty() || row.what == block) return block;
     if (row.by != gap::LocatedBy::block) return escaped(row.what);
     return fmt::format("{} <span class=\"note\">{}</span>", block, escaped(row.what));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,8 @@ std::string picture(const std::string& title, const std::vector<ErrorCurve>& cur
                     std::size_t best) {
   Chart chart{.title = title, .x_label = "epoch", .y_label = "", .width = 460.0, .height = 240.0};
   chart.logarithmic_y = true;
-  double low = INFINITY;
-  double high = -INFINITY;
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
   std::size_t length = 0;
   for (const ErrorCurve& curve : curves) {
     ChartLine line{.name = curve.name, .colour = chart_colour(chart.lines.size())};
