@@ -439,10 +439,13 @@ class LoopReader {
     const control::ControllerSettings& controller = config().controller;
     const control::CompensatorSettings& c = controller.compensator;
     if (c.kind == control::CompensatorKind::none || c.shadow || in.describing()) return;
-    if (controller.jacket.form != control::JacketForm::off && !controller.jacket.shadow) {
-      in.error("kind",
-               fmt::format("{} can't act beside the jacket; set shadow: true for one of them",
-                           to_text(c.kind)));
+    const control::JacketSettings& jacket = controller.jacket;
+    const bool jacket_acts = !jacket.shadow || config().monitor.corrective.enabled;
+    if (jacket.form != control::JacketForm::off && jacket_acts) {
+      in.error(
+          "kind",
+          fmt::format("{} can't act beside the jacket, which {}; set shadow: true for one of them",
+                      to_text(c.kind), jacket.shadow ? "corrective_action switches on" : "acts"));
     }
     if (io.known && io.hardware && !std::isfinite(c.limit)) {
       in.error(

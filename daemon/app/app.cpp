@@ -169,11 +169,12 @@ void for_all_at_once(std::size_t count, Step step) {
 
 rt::LoopSettings settings_of(const config::LoopConfig& config) {
   const bool simulated = std::holds_alternative<hal::sim::SimSettings>(config.io);
-  return {
-      .controller = config.controller,
-      .safety = config.safety,
-      .pv_check = config.pv,
-      .jacket_may_act = simulated || config.controller.jacket.form != control::JacketForm::paper};
+  const control::JacketSettings& jacket = config.controller.jacket;
+  return {.controller = config.controller,
+          .safety = config.safety,
+          .pv_check = config.pv,
+          .jacket_may_act = simulated || (jacket.form != control::JacketForm::paper &&
+                                          std::isfinite(jacket.max_mean_error))};
 }
 
 App::App(config::Configuration configuration, std::filesystem::path config_path,
@@ -240,10 +241,11 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
                        .rule = loopwarden::monitor::kAlarmRule,
                        .corrective = loop.config.monitor.corrective,
                        .orders = &monitor_desks_.emplace_back(
-                           desk_of(loop, loop.channels->monitor_orders, journal_))});
+                           desk_of(loop, loop.channels->monitor_orders, journal_)),
+                       .settings_taken = &loop.channels->settings_taken});
   }
   monitor_ = std::make_unique<monitor::Monitor>(
-      std::move(watched), board_,
+      watched, board_,
       [this](std::size_t loop, loopwarden::monitor::AlarmKind alarm,
              const loopwarden::monitor::Window& window,
              const loopwarden::monitor::MonitorStep& step) {

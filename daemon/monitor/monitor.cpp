@@ -142,19 +142,28 @@ void Monitor::attend(std::size_t index) {
       if (!outcome->why.empty()) follow(index, track.corrective.refused());
     }
   }
-  if (track.orders->has_room()) follow(index, track.corrective.veto(board_.veto(index)));
+  if (!track.orders->has_room()) return;
+  if (track.settings_taken != nullptr) {
+    const std::uint32_t taken = track.settings_taken->load(std::memory_order_acquire);
+    if (taken != track.settings_seen) follow(index, track.corrective.reloaded());
+    track.settings_seen = taken;
+  }
+  follow(index, track.corrective.veto(board_.veto(index)));
 }
 
 void Monitor::correct(std::size_t index, const model::MonitorStep& step, bool came) {
   using State = model::WindowState;
-  model::CorrectiveAction& action = tracks_[index].corrective;
+  Track& track = tracks_[index];
+  model::CorrectiveAction& action = track.corrective;
   if (action.state() == model::CorrectiveState::off) return;
+  track.came = track.came || came;
   // A loop that does not take its orders does not run either: what it would be told now waits for a later window.
-  if (!tracks_[index].orders->has_room()) return;
+  if (!track.orders->has_room()) return;
   // A loop that the jacket has calmed may move too little to be judged; its error shows all the same.
   if (step.kind == model::MonitorStep::Kind::judged || step.state == State::not_enough_movement) {
     const model::Alarm alarm = board_.watch(index).alarms.alarm(model::AlarmKind::stiction);
-    follow(index, action.window(step.measures, alarm.active() && !alarm.explained(), came));
+    follow(index, action.window(step.measures, alarm.active() && !alarm.explained(),
+                                std::exchange(track.came, false)));
   } else {
     follow(index,
            action.interrupted(step.state != State::not_automatic && step.state != State::bad_pv));

@@ -34,6 +34,7 @@ struct WatchedLoop {
   loopwarden::monitor::CorrectiveSettings corrective{};
   // Where orders for the jacket go, used by the monitor's thread alone. Null: no corrective action.
   orders::OrderDesk* orders = nullptr;
+  const std::atomic<std::uint32_t>* settings_taken = nullptr;  // where there are orders
 };
 
 struct MonitorStatus {
@@ -74,6 +75,8 @@ class Monitor {
     explicit Track(const WatchedLoop& watched)
         : cycles(watched.cycles),
           orders(watched.orders),
+          settings_taken(watched.settings_taken),
+          settings_seen(settings_taken != nullptr ? settings_taken->load() : 0),
           monitor(watched.window, watched.rule, watched.judge),
           corrective(watched.orders != nullptr ? watched.corrective
                                                : loopwarden::monitor::CorrectiveSettings{}),
@@ -81,7 +84,10 @@ class Monitor {
           times(watched.window.sample_time_s) {}
     hal::os::SpscRing<record::RecordRow>* cycles;
     orders::OrderDesk* orders;
+    const std::atomic<std::uint32_t>* settings_taken;
+    std::uint32_t settings_seen;
     std::uint64_t order = 0;  // newest that is not answered yet; 0: none
+    bool came = false;        // the alarm came, and corrective action has not heard of it yet
     loopwarden::monitor::LoopMonitor monitor;
     loopwarden::monitor::CorrectiveAction corrective;
     loopwarden::monitor::ConditionWatch condition;

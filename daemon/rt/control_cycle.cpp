@@ -73,6 +73,7 @@ void ControlCycle::take_settings() noexcept {
   controller_.configure(settings_.controller);
   supervisor_.configure(settings_.safety);
   pv_guard_.configure(settings_.pv_check);
+  channels_.settings_taken.fetch_add(1, std::memory_order_release);
   event(EventCode::settings_applied, 0, 0, 0.0);
 }
 

@@ -35,6 +35,8 @@ struct LoopChannels {
   std::atomic<std::uint8_t> standing{0};
   // Orders that had been let in and could not act any more when they were taken; cycle -> status
   std::atomic<std::uint32_t> orders_refused{0};
+  // Reloads taken over: each sets the jacket as its file has it, whatever was ordered; cycle -> monitor
+  std::atomic<std::uint32_t> settings_taken{0};
   std::atomic<double> set_point_wanted{0.0};  // cycle -> operator, Modbus server; PV units
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends

@@ -34,6 +34,11 @@ Refusal judge(const Order& order, const Standing& standing, const LoopSettings& 
   if (order.jacket == JacketWish::on && !settings.jacket_may_act) {
     return Refusal::jacket_may_not_act;
   }
+  const control::CompensatorSettings& compensator = settings.controller.compensator;
+  if (order.jacket == JacketWish::on && !compensator.shadow &&
+      compensator.kind != control::CompensatorKind::none) {
+    return Refusal::compensator_acts;
+  }
   const Mode mode = order.mode.value_or(standing.mode);
   // To ask once more for what is so already changes nothing, and is no offence.
   if (mode == Mode::automatic && standing.mode != Mode::automatic) {

@@ -37,6 +37,7 @@ enum class Refusal : std::uint8_t {
   gain_out_of_limits,
   no_jacket,
   jacket_may_not_act,
+  compensator_acts,
   output_unknown,
   output_in_automatic,
   output_in_fault,
@@ -52,7 +53,9 @@ constexpr const char* to_text(Refusal refusal) noexcept {
     case Refusal::gain_out_of_limits: return "a gain must be a number of at least 0";
     case Refusal::no_jacket: return "the loop has no jacket configured";
     case Refusal::jacket_may_not_act:
-      return "the paper form of the jacket may act only in simulation";
+      return "on hardware the jacket acts in another form than paper only, and with max_mean_error";
+    case Refusal::compensator_acts:
+      return "the compensator acts, and the jacket can't act beside it";
     case Refusal::output_unknown:
       return "where the output stands is not known; in manual, set an output first";
     case Refusal::output_in_automatic:

@@ -116,6 +116,13 @@ CorrectiveStep CorrectiveAction::refused() noexcept {
   return step;
 }
 
+CorrectiveStep CorrectiveAction::reloaded() noexcept {
+  if (!acting()) return {};
+  due_ = true;  // the alarm stands: once more, from a baseline of its own
+  settling_ = 0;
+  return go(State::waiting, "a reload has set the jacket anew");
+}
+
 CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
   const bool vetoed = veto != Veto::none;
   if (state_ == State::off || vetoed == (state_ == State::vetoed)) return {};

@@ -14,6 +14,7 @@
 //   any        stiction no longer raised                                            -> back, waiting
 //              the loop refused the order for the jacket                            -> given_up
 //              the loop leaves automatic, or its PV is not good                     -> back, waiting
+//              a reload                                                             -> back, waiting
 //              the operator's veto                                                  -> back, vetoed
 //
 // Steady: judged, not saturated, and SP stood still, since a step's error would be compared with the limit
@@ -98,6 +99,9 @@ class CorrectiveAction {
   CorrectiveStep veto(Veto veto) noexcept;
   // The loop did not do what was ordered: a jacket that is not there can't help. No order follows.
   CorrectiveStep refused() noexcept;
+  // A reload has put the jacket back into the state of its file, perhaps in another form. An order to act may still be
+  // underway, so it is ordered back all the same.
+  CorrectiveStep reloaded() noexcept;
 
   CorrectiveState state() const noexcept { return state_; }
   bool acting() const noexcept {

@@ -237,6 +237,16 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
   CHECK_THAT(said("kind: backlash, gap: 0.3, limit: 0.3", jacket),
              Catch::Contains("backlash can't act beside the jacket"));
   CHECK(said("kind: backlash, gap: 0.3, shadow: true", jacket).empty());
+  // A jacket in shadow acts too, where corrective action switches it on.
+  const std::string in_shadow =
+      "  jacket: {form: dwell, shadow: true, max_mean_error: 1, valve_position: {model: [{effect: "
+      "backlash, deadband: 0.4}]}}\n";
+  CHECK(said("kind: backlash, gap: 0.3, limit: 0.3", in_shadow).empty());
+  const std::string file =
+      with(kModbusLoop, "  kp: 0.35\n",
+           in_shadow + "  compensator: {kind: backlash, gap: 0.3, limit: 0.3}\n  kp: 0.35\n");
+  CHECK_THAT(said_of_loop(file + "monitor: {specialists: /s, corrective_action: {}}\n"),
+             Catch::Contains("can't act beside the jacket, which corrective_action switches on"));
 }
 
 TEST_CASE("What deadband and converter hold back is no windup", "[config][loop]") {

@@ -60,7 +60,8 @@ struct Bench {
                                          [this] { return now_ms; });
     make_monitor();
   }
-  void make_monitor() {
+  // `corrective`: of the first loop.
+  void make_monitor(const model::CorrectiveSettings& corrective = {}) {
     std::vector<WatchedLoop> watched;
     for (std::size_t i = 0; i < rings.size(); ++i) {
       watched.push_back({.cycles = rings[i].get(),
@@ -68,7 +69,10 @@ struct Bench {
                          .judge = judges[i].get(),
                          .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}});
     }
-    monitor = std::make_unique<Monitor>(std::move(watched), *board);
+    watched.front().corrective = corrective;
+    watched.front().orders = &desk;
+    watched.front().settings_taken = &settings_taken;
+    monitor = std::make_unique<Monitor>(watched, *board);
   }
   RecordRow row(std::size_t loop) {
     RecordRow r;
@@ -109,6 +113,16 @@ struct Bench {
   std::vector<std::unique_ptr<hal::os::SpscRing<RecordRow>>> rings;
   std::vector<std::unique_ptr<ScriptedJudge>> judges;
   std::vector<std::uint64_t> next;
+  // Of the first loop.
+  rt::OrderBox box;
+  std::atomic<std::uint8_t> standing{0};
+  std::atomic<std::uint32_t> settings_taken{0};
+  orders::OrderDesk desk{
+      box,
+      standing,
+      {.write_down = [this](journal::JournalEntry line) { return journal.post(std::move(line)); },
+       .why = [](rt::Refusal refusal, const rt::Order&) { return rt::to_text(refusal); },
+       .done = {}}};
   std::unique_ptr<WatchBoard> board;
   std::unique_ptr<Monitor> monitor;
 };
@@ -277,21 +291,7 @@ TEST_CASE("loops are served in turn: a long queue of one does not keep the other
 TEST_CASE("corrective action: journalled as the loop answers, and given up where it refuses",
           "[monitor][corrective]") {
   Bench bench;
-  rt::OrderBox box;
-  const std::atomic<std::uint8_t> standing{0};
-  orders::OrderDesk desk(
-      box, standing,
-      {.write_down =
-           [&](journal::JournalEntry line) { return bench.journal.post(std::move(line)); },
-       .why = [](rt::Refusal refusal, const rt::Order&) { return rt::to_text(refusal); },
-       .done = {}});
-  std::vector<WatchedLoop> watched{{.cycles = bench.rings[0].get(),
-                                    .window = {.overlap = 0.0, .sample_time_s = 0.1},
-                                    .judge = bench.judges[0].get(),
-                                    .rule = {.windows = 2, .windows_on = 2, .windows_off = 0},
-                                    .corrective = {.enabled = true},
-                                    .orders = &desk}};
-  bench.monitor = std::make_unique<Monitor>(std::move(watched), *bench.board);
+  bench.make_monitor({.enabled = true});
   const auto written = [&] {
     bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
     std::vector<std::string> lines;
@@ -307,6 +307,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run((2 + model::kBaseline) * kWindow);
   REQUIRE(corrective() == model::CorrectiveState::trying);
+  rt::OrderBox& box = bench.box;
   rt::Order order;
   REQUIRE(box.orders.try_pop(order));
   CHECK(order.jacket == rt::JacketWish::on);
@@ -330,13 +331,33 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
     CHECK(corrective() == model::CorrectiveState::trying);
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done"});
   }
+  SECTION("a reload sets the jacket as its file has it, in shadow") {
+    // `on` may be answered or underway: the loop takes settings before orders.
+    const bool answered = GENERATE(true, false);
+    if (answered) box.answers.try_push({order.number, rt::Refusal::none});
+    ++bench.settings_taken;
+    bench.monitor->round();
+    CHECK(corrective() == model::CorrectiveState::waiting);
+    if (!answered) box.answers.try_push({order.number, rt::Refusal::none});
+    REQUIRE(box.orders.try_pop(order));
+    CHECK(order.jacket == rt::JacketWish::shadow);
+    box.answers.try_push({order.number, rt::Refusal::none});
+    bench.monitor->round();
+    CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done",
+                                                "jacket back to shadow: trying > waiting: done"});
+    // The valve sticks still: once more, from a baseline of its own.
+    bench.run((model::kBaseline - 1) * kWindow);
+    CHECK_FALSE(box.orders.try_pop(order));
+    bench.run(kWindow);
+    REQUIRE(box.orders.try_pop(order));
+    CHECK(order.jacket == rt::JacketWish::on);
+  }
   SECTION("the loop ends before it answers") {
     bench.monitor->stop();
     CHECK(written() == std::vector<std::string>{
                            "jacket on: waiting > trying: not taken: the daemon ended before the "
                            "loop's next cycle"});
   }
-  bench.monitor.reset();  // before the desk, which it points to
 }
 
 TEST_CASE("what the ring had no room for is counted and breaks the window", "[monitor]") {

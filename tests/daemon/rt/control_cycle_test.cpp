@@ -386,6 +386,44 @@ TEST_CASE("the jacket of the paper form acts only where that is allowed") {
   CHECK(loop.row.jacket_rate != 0.0F);
 }
 
+TEST_CASE("a reload puts the jacket back as its file has it, and says that it came") {
+  auto settings = plain_settings();
+  settings.controller.jacket.form = control::JacketForm::paper;
+  settings.controller.jacket.shadow = true;
+  Loop loop(settings,
+            {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::go_to(40.0)},
+            daemon::rt::ValvePositionSource::read_back);
+  loop.io.set_read_back(30.0);
+  loop.order({.jacket = JacketWish::on});
+  loop.run(5);
+  loop.io.set_read_back(28.0);
+  loop.run(1);
+  REQUIRE(loop.row.jacket_rate != 0.0F);
+  CHECK(loop.channels.settings_taken.load() == 0);
+  loop.channels.settings.publish(settings);
+  loop.run(1);
+  loop.io.set_read_back(26.0);
+  loop.run(1);
+  CHECK(loop.row.jacket_rate == 0.0F);
+  CHECK(loop.channels.settings_taken.load() == 1);
+}
+
+TEST_CASE("the jacket and a compensator never act together") {
+  auto settings = plain_settings();
+  settings.controller.jacket.form = control::JacketForm::bounded;
+  settings.controller.jacket.shadow = true;
+  settings.controller.compensator.kind = control::CompensatorKind::backlash;
+  settings.controller.compensator.shadow = GENERATE(true, false);
+  Loop loop(settings);
+  loop.order({.jacket = JacketWish::on});
+  loop.run(1);
+  CHECK(loop.answer() ==
+        (settings.controller.compensator.shadow ? Refusal::none : Refusal::compensator_acts));
+  loop.order({.jacket = JacketWish::shadow});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+}
+
 TEST_CASE("an uncertain PV counts as bad unless the configuration says otherwise") {
   const bool good = GENERATE(true, false);
   auto settings = plain_settings();

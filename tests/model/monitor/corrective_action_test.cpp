@@ -153,4 +153,22 @@ TEST_CASE("an order that the loop refuses ends it for this alarm", "[monitor][co
   CHECK(action.window(errors(10.0), false, false).to == State::waiting);
 }
 
+TEST_CASE("a reload begins it anew where it acts, and nowhere else", "[monitor][corrective]") {
+  CorrectiveAction action = trying();
+  SECTION("trying") {}
+  SECTION("helping") {
+    windows(action, kDecision, errors(5.0));
+    REQUIRE(action.state() == State::helping);
+  }
+  const CorrectiveStep step = action.reloaded();
+  CHECK(step.to == State::waiting);
+  CHECK(step.order == Order::back);  // an order to act may still be underway
+  CHECK_FALSE(windows(action, kWait - 1, errors(10.0)).changed());
+  CHECK(windows(action, 1, errors(10.0)).order == Order::on);
+  windows(action, kDecision, errors(10.0));
+  REQUIRE(action.state() == State::given_up);
+  CHECK_FALSE(action.reloaded().changed());
+  CHECK_FALSE(CorrectiveAction().reloaded().changed());
+}
+
 }  // namespace corrective_action_test
