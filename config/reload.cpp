@@ -113,8 +113,7 @@ void compare_io(const LoopConfig& running, const LoopConfig& wanted, List& list)
 void compare(const LoopConfig& running, const LoopConfig& wanted, List& list) {
   constexpr const char* kRange =
       "in force for control, checks, top and registers; the monitor's windows and the scaling of "
-      "io "
-      "keep the old one until a restart";
+      "io keep the old one until a restart";
   list.add_if(running.description != wanted.description, "description");
   list.add_if(running.sample_time_s != wanted.sample_time_s, "sample_time");
   list.add_if(running.pv_unit != wanted.pv_unit, "process_variable.unit");

@@ -178,7 +178,8 @@ constexpr std::array kRegisters{
     loop_in(Field::window_number, 36, u32, "window_number", "",
             "windows looked at since the start"),
     loop_in(Field::window_severity, 38, u16, "window_severity", "% of CO span",
-            "size of the fault that the newest window shows, at most the range that CO moved",
+            "size of the fault that the newest window shows, at most the range that CO moved; 0 "
+            "where it is not known",
             kHundredth),
     loop_in(Field::probability, 39, u16, "p_stiction", "%", kProbability, kHundredth, 0),
     loop_in(Field::probability, 40, u16, "p_backlash", "%", kProbability, kHundredth, 1),

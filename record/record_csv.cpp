@@ -137,14 +137,12 @@ class Parser {
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       for (Column& column : columns_) {
         if (cells_[i].text != column.name) continue;
-        if (column.index != kAbsent) {
-          fail(cells_[i].column,
-               fmt::format("column '{}' stands twice in the header", column.name));
-        }
+        if (column.index != kAbsent) fail_twice(cells_[i]);
         column.index = i;
         if (column.present != nullptr) *column.present = true;
       }
-      if (cells_[i].text == "mode" && mode_index_ == kAbsent) {
+      if (cells_[i].text == "mode") {
+        if (mode_index_ != kAbsent) fail_twice(cells_[i]);
         mode_index_ = i;
         record_.has_mode = true;
       }
@@ -152,6 +150,10 @@ class Parser {
     for (const Column& column : columns_) {
       if (column.present == nullptr && column.index == kAbsent) fail_missing(column.name);
     }
+  }
+
+  [[noreturn]] void fail_twice(const Cell& cell) const {
+    fail(cell.column, fmt::format("column '{}' stands twice in the header", cell.text));
   }
 
   [[noreturn]] void fail_missing(std::string_view wanted) const {
@@ -220,6 +222,13 @@ class Parser {
     const auto is = [&](const char* known) { return word == known; };
     if (std::any_of(kBySystem.begin(), kBySystem.end(), is)) return 1.0;
     if (std::any_of(kByHand.begin(), kByHand.end(), is)) return 0.0;
+    // As programs write whole numbers of a column that has gaps: 1.0.
+    double number = 0.0;
+    const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (problem == std::errc() && end == word.data() + word.size()) {
+      if (number == 1.0) return 1.0;
+      if (number == 0.0 || number == 2.0) return 0.0;
+    }
     return std::numeric_limits<double>::quiet_NaN();
   }
 

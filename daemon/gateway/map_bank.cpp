@@ -251,7 +251,9 @@ double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
     case Field::window_number: return of().watch.windows;
     case Field::window_severity: return of().watch.judgement.severity_percent;
     case Field::probability: return 100.0 * of().watch.judgement.probability[reg.which];
-    case Field::alarm_severity: return alarm().active() ? alarm().memory().severity_percent : 0.0;
+    case Field::alarm_severity:
+      return alarm().active() && model::has_size(kind_of(reg)) ? alarm().memory().severity_percent
+                                                               : 0.0;
     case Field::alarm_state: return static_cast<double>(alarm().state());
     case Field::hours_automatic: return of().watch.times.seconds_in(Mode::automatic) / kHour;
     case Field::hours_manual: return of().watch.times.seconds_in(Mode::manual) / kHour;

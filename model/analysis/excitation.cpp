@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/numeric/statistics.hpp"
+
 namespace loopwarden::analysis {
 namespace {
 
 constexpr std::size_t kLags = 3;
 constexpr double kFeedbackShare = 0.3;
-constexpr double kJump = 8.0;       // robust standard deviations
-constexpr double kRunsAway = 20.0;  // times the range of CO in the record
+constexpr double kJump = 8.0;              // robust standard deviations
+constexpr std::size_t kMostRows = 50'000;  // of a long record, evenly
+constexpr double kRunsAway = 20.0;         // times the range of CO in the record
 
 bool moves(std::span<const double> column) {
   return std::any_of(column.begin(), column.end(), [&](double v) { return v != column.front(); });
@@ -21,16 +24,26 @@ bool in_automatic(const LoopColumns& c, std::size_t k) {
   return c.automatic.empty() || c.automatic[k] > 0.5;
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+using Terms = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 10, 1>;
 
 struct Regression {
   Eigen::VectorXd solved;
   Eigen::VectorXd left;
 };
+
+// What the move of CO at k may follow from: 1, a, c where SP moves, b.
+Terms terms(const LoopColumns& c, std::size_t k, bool set_point_moves) {
+  const Eigen::Index of_sp = set_point_moves ? 3 : 0;
+  Terms t(7 + of_sp);
+  t(0) = 1.0;
+  for (std::size_t i = 0; i < kLags; ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    t(1 + at) = c.co[k - 1 - i] - c.co.front();
+    if (set_point_moves) t(4 + at) = c.sp[k - i] - c.sp.front();
+    t(4 + of_sp + at) = c.pv[k - i] - c.pv.front();
+  }
+  return t;
+}
 
 Regression regress(Eigen::MatrixXd columns, const Eigen::VectorXd& wanted) {
   Eigen::VectorXd scale = columns.colwise().norm();
@@ -62,29 +75,22 @@ Feedback find_feedback(const LoopColumns& c) {
   f.by_mode = automatic > 0;
   f.closed = f.by_mode;
   if (rows.size() < kFewest) return f;
-  const auto n = static_cast<Eigen::Index>(rows.size());
+  const std::size_t every = (rows.size() + kMostRows - 1) / kMostRows;
+  const auto n = static_cast<Eigen::Index>((rows.size() + every - 1) / every);
   const Eigen::Index of_sp = f.set_point_moves ? 3 : 0;
   Eigen::MatrixXd columns(n, 7 + of_sp);
   Eigen::VectorXd u(n);
   for (Eigen::Index r = 0; r < n; ++r) {
-    const std::size_t k = rows[static_cast<std::size_t>(r)];
+    const std::size_t k = rows[static_cast<std::size_t>(r) * every];
     // Of differences from the value before, so that levels don't drown what is asked.
     u(r) = c.co[k] - c.co[k - 1];
-    columns(r, 0) = 1.0;
-    for (std::size_t i = 1; i <= kLags; ++i) {
-      columns(r, static_cast<Eigen::Index>(i)) = c.co[k - i] - c.co.front();
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto at = static_cast<Eigen::Index>(i);
-      if (f.set_point_moves) columns(r, 4 + at) = c.sp[k - i] - c.sp.front();
-      columns(r, 4 + of_sp + at) = c.pv[k - i] - c.pv.front();
-    }
+    columns.row(r) = terms(c, k, f.set_point_moves).transpose();
   }
   // What jumps is left out of the law: a set point that is not in the record, a hand.
   Regression with = regress(columns, u);
   std::vector<double> sizes;
   for (const double left : with.left) sizes.push_back(std::abs(left));
-  const double limit = kJump * 1.4826 * median_of(std::move(sizes));
+  const double limit = kJump * 1.4826 * numeric::median(std::move(sizes));
   std::vector<Eigen::Index> calm;
   for (Eigen::Index r = 0; r < n; ++r) {
     if (std::abs(with.left(r)) <= limit) calm.push_back(r);
@@ -94,26 +100,26 @@ Feedback find_feedback(const LoopColumns& c) {
   const Regression without = regress(calm_columns.leftCols(4 + of_sp), calm_u);
   const Regression law = regress(calm_columns, calm_u);
   const double before = without.left.squaredNorm();
-  if (before > 1e-12 * calm_u.squaredNorm() && before > 0.0) {
-    f.explained = std::clamp(1.0 - law.left.squaredNorm() / before, 0.0, 1.0);
+  const Eigen::Index free = calm_u.size() - columns.cols();
+  if (free > 0 && before > 1e-12 * calm_u.squaredNorm() && before > 0.0) {
+    // Three terms explain something of any few rows: of the variances, not of the sums.
+    const double left =
+        law.left.squaredNorm() / before * static_cast<double>(free + 3) / static_cast<double>(free);
+    f.explained = std::clamp(1.0 - left, 0.0, 1.0);
   }
-  if (c.sp.empty()) {
-    with.solved = law.solved;
-    with.left = u - columns * law.solved;
-  }
+  const Eigen::VectorXd& solved = c.sp.empty() ? law.solved : with.solved;
   f.closed = f.by_mode || (c.automatic.empty() && f.explained > kFeedbackShare);
   for (std::size_t i = 0; i < 3; ++i) {
     const auto at = static_cast<Eigen::Index>(i);
-    f.own[i] = with.solved(1 + at) + (i == 0 ? 1.0 : 0.0);
-    if (f.set_point_moves) f.of_sp[i] = with.solved(4 + at);
-    f.of_pv[i] = with.solved(4 + of_sp + at);
+    f.own[i] = solved(1 + at) + (i == 0 ? 1.0 : 0.0);
+    if (f.set_point_moves) f.of_sp[i] = solved(4 + at);
+    f.of_pv[i] = solved(4 + of_sp + at);
   }
   if (c.sp.empty()) {
     f.jumps.assign(c.co.size(), 0.0);
-    for (Eigen::Index r = 0; r < n; ++r) {
-      if (std::abs(with.left(r)) > limit) {
-        f.jumps[rows[static_cast<std::size_t>(r)]] = with.left(r);
-      }
+    for (const std::size_t k : rows) {
+      const double left = c.co[k] - c.co[k - 1] - terms(c, k, f.set_point_moves).dot(solved);
+      if (std::abs(left) > limit) f.jumps[k] = left;
     }
   }
   return f;

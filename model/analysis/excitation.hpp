@@ -11,7 +11,10 @@
 // sp, the jumps in n: beyond eight of its robust standard deviations. outside_output() runs the loop of this
 // law and a process under nothing else: the part of CO that tells something of the process whatever the load is.
 //
-// Errors: none. What it can't do: controllers that are far from linear; slow hands on a manual valve that follow PV.
+// Rows are those in which the controller acts: of a record that is faster, every n-th (identification.cpp).
+//
+// Errors: none. What it can't do: controllers that are far from linear, one with a dead band of CO that lets it move
+// less than 60 times in the record among them; slow hands on a manual valve that follow PV.
 //
 // Source: Söderström, Gustavsson and Ljung, Int. J. Control 21 (1975) (identifiability in closed loop); Van den Hof and
 // Schrama, Automatica 29 (1993) (two stages: CO as the set point alone would have it).
@@ -34,7 +37,7 @@ struct LoopColumns {
 
 struct Feedback {
   bool closed = false;
-  bool by_mode = false;    // the record's mode said so
+  bool by_mode = false;    // the record's mode says that it is closed
   double explained = 0.0;  // by PV, of what CO's own past and SP leave, 0 to 1
   bool set_point_moves = false;
   std::array<double, 3> own{};    // a

@@ -46,7 +46,25 @@ struct Columns {
   double period_s = 0.1;
 
   std::size_t size() const noexcept { return co.size(); }
+};
+
+// The columns where the controller acts: a record may be faster than the controller, or CO be sent only where it has
+// moved enough. Every row where CO moves in most of them.
+struct ControllerRows {
+  Column co, pv, sp, automatic;
+  std::size_t first = 0;  // sample
+  std::size_t every = 1;  // samples
+  double period_s = 0.1;
+
   LoopColumns loop() const { return {.co = co, .pv = pv, .sp = sp, .automatic = automatic}; }
+  // Of one value for each row, as long as the record.
+  Column held(const Column& of_rows, std::size_t samples) const {
+    Column out;
+    for (std::size_t k = 0; k < samples; ++k) {
+      out.push_back(of_rows[std::min(k < first ? 0 : (k - first) / every, of_rows.size() - 1)]);
+    }
+    return out;
+  }
 };
 
 Columns columns_of(const IdentificationRecord& record) {
@@ -75,6 +93,34 @@ Columns columns_of(const IdentificationRecord& record) {
   if (still(c.co)) throw IdentificationError("CO never moves in this record");
   if (still(c.pv)) throw IdentificationError("PV never moves in this record");
   return c;
+}
+
+ControllerRows controller_rows(const Columns& c) {
+  constexpr std::size_t kFewestMoves = 60;  // fewer, by hand perhaps, tell of no period
+  std::vector<std::size_t> moved;
+  for (std::size_t k = 1; k < c.size(); ++k) {
+    if (c.co[k] != c.co[k - 1]) moved.push_back(k);
+  }
+  ControllerRows rows;
+  if (moved.size() >= kFewestMoves) {
+    rows.every = static_cast<std::size_t>(
+        std::lround(static_cast<double>(c.size() - 1) / static_cast<double>(moved.size())));
+  }
+  std::vector<std::size_t> moved_at(rows.every, 0);
+  for (const std::size_t k : moved) ++moved_at[k % rows.every];
+  rows.first = static_cast<std::size_t>(std::max_element(moved_at.begin(), moved_at.end()) -
+                                        moved_at.begin());
+  rows.period_s = c.period_s * static_cast<double>(rows.every);
+  const auto taken = [&](const Column& column) {
+    Column out;
+    for (std::size_t k = rows.first; k < column.size(); k += rows.every) out.push_back(column[k]);
+    return out;
+  };
+  rows.co = taken(c.co);
+  rows.pv = taken(c.pv);
+  rows.sp = taken(c.sp);
+  rows.automatic = taken(c.automatic);
+  return rows;
 }
 
 double mean_of(const Column& column, std::size_t from, std::size_t to) {
@@ -225,7 +271,8 @@ plant::ProcessParameters ProcessFit::process() const {
 
 Identification identify(const IdentificationRecord& record) {
   const Columns c = columns_of(record);
-  const Feedback feedback = find_feedback(c.loop());
+  const ControllerRows rows = controller_rows(c);
+  const Feedback feedback = find_feedback(rows.loop());
   Identification out;
   out.closed_loop = feedback.closed;
   out.by_mode = feedback.by_mode;
@@ -280,13 +327,15 @@ Identification identify(const IdentificationRecord& record) {
 
   Column outside = s.u;
   if (feedback.closed) {
-    outside = outside_output(c.loop(), feedback, chosen.process(), c.period_s);
+    outside = outside_output(rows.loop(), feedback, chosen.process(), rows.period_s);
     if (outside.empty()) {
       out.reason = "The loop is closed, but how CO follows from SP and PV could not be found.";
       out.settle = "Step CO in manual, or give the column `mode`.";
       return out;
     }
-    outside = thinned_co(outside, out.used);
+    outside = thinned_co(rows.held(outside, c.size()), out.used);
+    const double first = outside.front();
+    for (double& v : outside) v -= first;
   }
   const double error = gain_error_under(s, fits[best], outside);
   out.outside_margin = 1.96 * error / std::abs(chosen.gain.value);
@@ -357,7 +406,8 @@ AssumedModel assumed_model(const IdentificationRecord& record) {
   model.transmitter.high = model.controller.set_point.high = pv_high;
   out.assumptions.push_back("CO runs from " + number(co_low) + " to " + number(co_high));
   out.assumptions.push_back("PV runs from " + number(pv_low) + " to " + number(pv_high));
-  const PiGains gains = find_pi_gains(c.loop(), record.sample_time_s);
+  const ControllerRows rows = controller_rows(c);
+  const PiGains gains = find_pi_gains(rows.loop(), rows.period_s);
   constexpr double kUnderstood = 0.5;
   if (out.identification.closed_loop && gains.explained >= kUnderstood) {
     out.controller_known = true;

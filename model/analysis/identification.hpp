@@ -74,7 +74,7 @@ struct SamplesUsed {
 
 struct Identification {
   bool closed_loop = false;
-  bool by_mode = false;  // the mode column said so
+  bool by_mode = false;  // the mode column says that it is closed
   SamplesUsed used;
   std::vector<ProcessFit> fits;  // with intervals; none where the record can't tell
   std::size_t preferred = 0;     // of `fits`
@@ -85,7 +85,7 @@ struct Identification {
   double outside_margin = 0.0;
 
   bool can_tell() const noexcept { return reason.empty(); }
-  const ProcessFit& best() const { return fits[preferred]; }
+  const ProcessFit& best() const { return fits[preferred]; }  // only where can_tell()
 };
 
 Identification identify(const IdentificationRecord& record);

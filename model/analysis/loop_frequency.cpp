@@ -75,8 +75,10 @@ LinearLoop linear_loop(const plant::LoopModel& model) {
 }
 
 std::vector<double> frequencies(const LinearLoop& loop, std::size_t count) {
-  const double slowest = std::accumulate(loop.lags_s.begin(), loop.lags_s.end(), loop.dead_time_s) +
-                         (loop.gains.ki > 0.0 ? loop.gains.kp / loop.gains.ki : 0.0);
+  const double slowest =
+      std::accumulate(loop.lags_s.begin(), loop.lags_s.end(), loop.dead_time_s) +
+      (loop.gains.ki > 0.0 ? loop.gains.kp / loop.gains.ki : 0.0) +
+      (loop.integrating && loop.gains.kp > 0.0 ? 1.0 / (std::abs(loop.gain) * loop.gains.kp) : 0.0);
   const double first = 1e-3 / std::max(slowest, loop.sample_time_s);
   const double last = 0.999 * std::numbers::pi / loop.sample_time_s;
   std::vector<double> w;

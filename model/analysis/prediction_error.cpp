@@ -270,7 +270,7 @@ class Problem {
     return fit;
   }
 
-  // One parameter of `free` false stays where it is.
+  // Parameter `held` stays where it is.
   PredictionFit solve(const Column& from, int most_steps,
                       std::optional<std::size_t> held = std::nullopt) const {
     std::vector<numeric::Parameter> p = parameters(from);

@@ -43,11 +43,10 @@ constexpr bool is_integrating(ProcessForm form) noexcept {
   return form == ProcessForm::integrating || form == ProcessForm::integrating_lag;
 }
 
-// u complete and as it is, y with NaN where missing.
 inline constexpr std::size_t kMostNoiseOrder = 3;
 
 struct Samples {
-  std::vector<double> u;  // CO units, less its first value
+  std::vector<double> u;  // CO units, less its first value, without gaps
   std::vector<double> y;  // PV units, less its mean
   double period_s = 1.0;
   std::size_t used = 0;  // of y

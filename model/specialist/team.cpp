@@ -66,10 +66,10 @@ WindowVerdict TeamJudge::judge(const LoopWindow& window) noexcept {
   return judge(explainer_.explain(window));
 }
 
-WindowVerdict TeamJudge::judge(const Explanations& findings) noexcept {
+WindowVerdict TeamJudge::judge(const Explanations& explanations) noexcept {
   WindowVerdict result;
-  if (!findings.usable || findings.shut_share > kMostShut) return result;
-  NetworkInputs inputs = network_inputs_of(findings);
+  if (!explanations.usable || explanations.shut_share > kMostShut) return result;
+  NetworkInputs inputs = network_inputs_of(explanations);
   for (std::size_t i = 0; i < kNetworkInputs; ++i) {
     inputs[i] = (inputs[i] - centre_[i]) / scale_[i];
   }
@@ -78,7 +78,7 @@ WindowVerdict TeamJudge::judge(const Explanations& findings) noexcept {
     const double score = responders_[c].respond(inputs)[0] / temperature_;
     result.probabilities[c] = score;
     highest = std::max(highest, score);
-    result.mse[c] = misfit_of(findings, static_cast<Condition>(c));
+    result.mse[c] = misfit_of(explanations, static_cast<Condition>(c));
   }
   double sum = 0.0;
   for (double& p : result.probabilities) sum += p = std::exp(p - highest);
@@ -93,13 +93,13 @@ WindowVerdict TeamJudge::judge(const Explanations& findings) noexcept {
     }
   }
   const auto fits = [&](Condition c) {
-    return std::log(result.mse[index_of(c)] / (findings.noise * findings.noise)) <=
+    return std::log(result.mse[index_of(c)] / (explanations.noise * explanations.noise)) <=
            most_misfit_[index_of(c)];
   };
   const auto at_least = [&](Condition c, double p) {
     return result.probabilities[index_of(c)] >= p && fits(c);
   };
-  const bool moved = findings.co_range > kLeastMovement * findings.noise;
+  const bool moved = explanations.co_range > kLeastMovement * explanations.noise;
   bool explained = false;
   for (std::size_t c = 0; c < kKnownConditions; ++c) {
     explained = explained || fits(static_cast<Condition>(c));
@@ -107,7 +107,7 @@ WindowVerdict TeamJudge::judge(const Explanations& findings) noexcept {
   if (1.0 - healthy - other >= kFault && at_least(best, kNamed)) {
     result.verdict = static_cast<VerdictName>(best);
     result.probability = result.probabilities[index_of(best)];
-    result.severity_percent = severity_of(findings, best);
+    result.severity_percent = severity_of(explanations, best);
   } else if (moved && at_least(Condition::no_fault, kNoFault)) {
     result.verdict = VerdictName::no_fault;
     result.probability = healthy;

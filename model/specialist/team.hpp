@@ -73,8 +73,8 @@ class TeamJudge {
   explicit TeamJudge(const Team& team);
 
   WindowVerdict judge(const LoopWindow& window) noexcept;
-  // The same from findings made before.
-  WindowVerdict judge(const Explanations& findings) noexcept;
+  // The same from explanations made before.
+  WindowVerdict judge(const Explanations& explanations) noexcept;
 
   const LoopFacts& facts() const noexcept { return explainer_.facts(); }
 
@@ -88,9 +88,9 @@ class TeamJudge {
 };
 
 // Mean square that the explanation of this condition leaves, (% of CO span)^2. Of hysteresis the better form.
-double misfit_of(const Explanations& findings, Condition condition) noexcept;
+double misfit_of(const Explanations& explanations, Condition condition) noexcept;
 // Size of the fault, % of CO span, as its explanation has it but no more than the window can show: the range that
 // CO moved in it; of an offset or of low air, that of PV over the gain where it is larger. 0 of what is no fault.
-double severity_of(const Explanations& findings, Condition condition) noexcept;
+double severity_of(const Explanations& explanations, Condition condition) noexcept;
 
 }  // namespace loopwarden::specialist

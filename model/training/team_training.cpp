@@ -224,12 +224,12 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
         const SimulatedWindow window = simulate_window(
             model, request,
             stream_seed(seed, kMostTries * number + static_cast<std::size_t>(attempt)));
-        const Explanations findings = explainer.explain(window.view());
+        const Explanations explanations = explainer.explain(window.view());
         // A loop that lives at the stops of its output is none that anybody leaves alone.
-        if (!findings.usable || findings.shut_share > kMostShut) continue;
-        examples[k] = {
-            network_inputs_of(findings), window.condition,
-            std::log(misfit_of(findings, window.condition) / (findings.noise * findings.noise))};
+        if (!explanations.usable || explanations.shut_share > kMostShut) continue;
+        examples[k] = {network_inputs_of(explanations), window.condition,
+                       std::log(misfit_of(explanations, window.condition) /
+                                (explanations.noise * explanations.noise))};
         break;
       }
     }

@@ -235,7 +235,7 @@ void Explainer::project(std::vector<double>& column) const noexcept {
   }
 }
 
-bool Explainer::prepare(const LoopWindow& window, Explanations& findings) noexcept {
+bool Explainer::prepare(const LoopWindow& window, Explanations& explanations) noexcept {
   if (window.pv.size() != kWindowSamples || window.co.size() != kWindowSamples) return false;
   if (static_cast<double>(blocks_) < kFewestBlocks) return false;
   const double co_scale = 100.0 / (facts_.co_high - facts_.co_low);
@@ -281,7 +281,7 @@ bool Explainer::prepare(const LoopWindow& window, Explanations& findings) noexce
   }
   u_mean_ /= static_cast<double>(blocks_);
   const auto [low, high] = std::minmax_element(target_.begin(), target_.end());
-  findings.pv_range = *high - *low;
+  explanations.pv_range = *high - *low;
   // Second differences of white noise have six times its variance. Slips and spikes are cut off at three
   // standard deviations of the first estimate.
   double square = 0.0;
@@ -294,8 +294,8 @@ bool Explainer::prepare(const LoopWindow& window, Explanations& findings) noexce
     }
     square = sum / static_cast<double>(kWindowSamples - 2);
   }
-  findings.noise = std::max(kLeastNoise, std::sqrt(square * share / 6.0));
-  enough_ = kEnough * findings.noise * findings.noise * static_cast<double>(blocks_);
+  explanations.noise = std::max(kLeastNoise, std::sqrt(square * share / 6.0));
+  enough_ = kEnough * explanations.noise * explanations.noise * static_cast<double>(blocks_);
   project(target_);
   target_square_ = 0.0;
   for (std::size_t b = 0; b < blocks_; ++b) {
@@ -313,29 +313,29 @@ bool Explainer::prepare(const LoopWindow& window, Explanations& findings) noexce
   return true;
 }
 
-void Explainer::measure_movement(Explanations& findings) const noexcept {
-  findings.co_range = u_high_ - u_low_;
+void Explainer::measure_movement(Explanations& explanations) const noexcept {
+  explanations.co_range = u_high_ - u_low_;
   double extreme = u_[0];
   double direction = 0.0;
-  const double least_turn = 4.0 * findings.noise;
+  const double least_turn = 4.0 * explanations.noise;
   std::size_t shut = 0;
   for (std::size_t b = 1; b < blocks_; ++b) {
     const double change = u_[b] - u_[b - 1];
-    findings.co_travel += std::abs(change);
-    findings.co_fastest = std::max(findings.co_fastest, std::abs(change) / block_s_);
+    explanations.co_travel += std::abs(change);
+    explanations.co_fastest = std::max(explanations.co_fastest, std::abs(change) / block_s_);
     const double co = u_[b] + u_mean_;
     if (co < 0.1 || co > 99.9) ++shut;
     const double away = u_[b] - extreme;
     if (direction == 0.0) {
       if (std::abs(away) > least_turn) direction = std::copysign(1.0, away);
     } else if (away * direction < -least_turn) {
-      ++findings.reversals;
+      ++explanations.reversals;
       direction = -direction;
       extreme = u_[b];
     }
     if (away * direction > 0.0) extreme = u_[b];
   }
-  findings.shut_share = static_cast<double>(shut) / static_cast<double>(blocks_);
+  explanations.shut_share = static_cast<double>(shut) / static_cast<double>(blocks_);
 }
 
 // What a row of candidates leaves of the target once gain and basis have taken their best.
@@ -799,13 +799,13 @@ ExplanationFit Explainer::fit(Explanation explanation, const Trial& candidate,
 }
 
 Explanations Explainer::explain(const LoopWindow& window) noexcept {
-  Explanations findings;
-  if (!prepare(window, findings)) return findings;
-  findings.usable = true;
-  measure_movement(findings);
+  Explanations explanations;
+  if (!prepare(window, explanations)) return explanations;
+  explanations.usable = true;
+  measure_movement(explanations);
   const Trial healthy;
   const auto put = [&](Explanation e, const Trial& c) {
-    findings.fits[static_cast<std::size_t>(e)] = settle(e, c, findings.noise);
+    explanations.fits[static_cast<std::size_t>(e)] = settle(e, c, explanations.noise);
   };
   put(Explanation::healthy, healthy);
   put(Explanation::other_process, healthy);
@@ -814,7 +814,7 @@ Explanations Explainer::explain(const LoopWindow& window) noexcept {
   put(Explanation::hysteresis_width, search_play(Explanation::hysteresis_width));
   put(Explanation::hysteresis_offset, healthy);
   put(Explanation::low_air_supply, search_low_air());
-  return findings;
+  return explanations;
 }
 
 }  // namespace loopwarden::specialist

@@ -100,8 +100,8 @@ class Explainer {
   // A search goes by blocks with the believed process first, then sample by sample with the one found.
   enum class Grain { block, sample };
 
-  bool prepare(const LoopWindow& window, Explanations& findings) noexcept;
-  void measure_movement(Explanations& findings) const noexcept;
+  bool prepare(const LoopWindow& window, Explanations& explanations) noexcept;
+  void measure_movement(Explanations& explanations) const noexcept;
   template <class Stem>
   void try_blocks(Trial* candidates, const Stem& first, const Stem& second) const noexcept;
   template <class Stem>

@@ -133,9 +133,10 @@ static_assert(std::equal(kMeasures.begin(), kMeasures.end(), kInputNames.begin()
 
 }  // namespace
 
-NetworkInputs network_inputs_of(const Explanations& findings) noexcept {
+NetworkInputs network_inputs_of(const Explanations& explanations) noexcept {
   NetworkInputs inputs{};
-  for (std::size_t i = 0; i < kNetworkInputs; ++i) inputs[i] = bounded(kMeasures[i].of(findings));
+  for (std::size_t i = 0; i < kNetworkInputs; ++i)
+    inputs[i] = bounded(kMeasures[i].of(explanations));
   return inputs;
 }
 

@@ -76,7 +76,7 @@ consteval std::size_t input_index(std::string_view name) {
   throw "no input of this name";
 }
 
-// `findings` must be usable.
-NetworkInputs network_inputs_of(const Explanations& findings) noexcept;
+// `explanations` must be usable.
+NetworkInputs network_inputs_of(const Explanations& explanations) noexcept;
 
 }  // namespace loopwarden::specialist

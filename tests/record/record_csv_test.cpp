@@ -38,13 +38,20 @@ Failure failure_of(std::string_view text) {
 
 TEST_CASE("the mode column is understood in words and numbers, and never an error") {
   const Record record = parse_record(
-      "time,pv,mode\n0,1,AUTO\n1,1,Man\n2,1,cas\n3,1,1\n4,1,0\n5,1,2\n6,1,\n7,1,startup\n",
+      "time,pv,mode\n0,1,AUTO\n1,1,Man\n2,1,cas\n3,1,1\n4,1,0\n5,1,2\n6,1,\n7,1,startup\n8,1,1.0\n"
+      "9,1,0.0\n10,1,3.0\n",
       "r.csv");
   REQUIRE(record.has_mode);
   CHECK(std::vector<double>(record.automatic.begin(), record.automatic.begin() + 6) ==
         std::vector<double>{1.0, 0.0, 1.0, 1.0, 0.0, 0.0});
   CHECK(std::isnan(record.automatic[6]));
   CHECK(std::isnan(record.automatic[7]));
+  // As programs write whole numbers of a column that has gaps.
+  CHECK(record.automatic[8] == 1.0);
+  CHECK(record.automatic[9] == 0.0);
+  CHECK(std::isnan(record.automatic[10]));
+  CHECK_THROWS_WITH(parse_record("time,pv,mode,mode\n0,1,1,1\n1,2,1,1\n", "r.csv"),
+                    Catch::Contains("column 'mode' stands twice"));
   CHECK_FALSE(parse_record("time,pv\n0,1\n1,2\n", "r.csv").has_mode);
 }
 

@@ -130,7 +130,8 @@ void write_refusal(OutputFiles& files, const gap::Result& result, const GapRepor
 }
 
 // The columns between --from and --to. `first_s` is the time of the first sample in the file.
-gap::Record stretch_of(const record::Record& file, const GapOptions& options, double& first_s) {
+gap::Record stretch_of(const record::Record& file, const GapOptions& options, double& first_s,
+                       std::vector<double>* mode = nullptr) {
   const auto& time = file.time_s;
   const auto begin = std::lower_bound(time.begin(), time.end(), options.from_s) - time.begin();
   const auto end = std::upper_bound(time.begin(), time.end(), options.to_s) - time.begin();
@@ -149,6 +150,7 @@ gap::Record stretch_of(const record::Record& file, const GapOptions& options, do
     return known ? std::vector<double>(column.begin() + begin, column.begin() + end)
                  : std::vector<double>();
   };
+  if (mode != nullptr) *mode = part(file.automatic, file.has_mode);
   return {file.period_s, part(file.pv, true), part(file.sp, file.has_sp),
           part(file.co, file.has_co), part(file.stem, file.has_stem)};
 }
@@ -226,14 +228,20 @@ int run_gap_on_assumed_model(GapOptions options) {
   files.make_folder(out);
   try {
     double first_s = 0.0;
-    const gap::Record record = stretch_of(record::read_record(options.record), options, first_s);
+    std::vector<double> mode;
+    const gap::Record record =
+        stretch_of(record::read_record(options.record), options, first_s, &mode);
     if (!record.has_co()) {
       fmt::print(stderr, "{}: has no column co; a model can't be identified without it: --model\n",
                  options.record);
       return kExitData;
     }
-    const analysis::AssumedModel assumed = analysis::assumed_model(
-        {.co = record.co, .pv = record.pv, .sp = record.sp, .sample_time_s = record.period_s});
+    const analysis::AssumedModel assumed =
+        analysis::assumed_model({.co = record.co,
+                                 .pv = record.pv,
+                                 .sp = record.sp,
+                                 .mode = mode,
+                                 .sample_time_s = record.period_s});
     if (!assumed.model) {
       fmt::print(stderr, "{}: no model can be identified: {} {}\n", options.record,
                  assumed.identification.reason, assumed.identification.settle);

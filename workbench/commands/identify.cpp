@@ -16,6 +16,7 @@
 #include "workbench/files/output_files.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/text/json_number.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -55,12 +56,9 @@ IdentifyFindings look_at(const record::Record& record) {
   return f;
 }
 
-nlohmann::json finite(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
-
 nlohmann::json as_json(const analysis::Estimate& e) {
-  return {{"value", finite(e.value)}, {"interval", {finite(e.low), finite(e.high)}}};
+  return {{"value", finite_or_null(e.value)},
+          {"interval", {finite_or_null(e.low), finite_or_null(e.high)}}};
 }
 
 nlohmann::json as_json(const analysis::ProcessFit& fit) {
@@ -110,11 +108,11 @@ nlohmann::json as_json(const IdentifyFindings& f, const record::Record& record) 
                          {"time_constant_s", f.tangent->process.time_constant_s},
                          {"dead_time_s", f.tangent->process.dead_time_s},
                          {"slope", f.tangent->slope}};
-    result["step"] = {{"delay_s", finite(f.metrics->delay_s)},
-                      {"rise_10_90_s", finite(f.metrics->rise_10_90_s)},
+    result["step"] = {{"delay_s", finite_or_null(f.metrics->delay_s)},
+                      {"rise_10_90_s", finite_or_null(f.metrics->rise_10_90_s)},
                       {"peak_time_s", f.metrics->peak_time_s},
                       {"overshoot_percent", 100.0 * f.metrics->overshoot},
-                      {"settling_2_percent_s", finite(f.metrics->settling_2_s)}};
+                      {"settling_2_percent_s", finite_or_null(f.metrics->settling_2_s)}};
   }
   return result;
 }

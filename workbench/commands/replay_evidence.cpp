@@ -14,6 +14,7 @@
 #include "record/evidence/evidence_file.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/text/json_number.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -43,13 +44,20 @@ std::string name_of(const WindowJudgement& j) {
                                                     : monitor::to_text(j.result);
 }
 
+// NaN where the verdict has no size.
+double severity_of(const WindowJudgement& j) {
+  const bool known = j.result != WindowJudgement::Result::fault || monitor::has_size(j.fault);
+  return known ? j.severity_percent : std::nan("");
+}
+
 class Table {
  public:
   void row(const char* what, const std::string& then, const std::string& now) const {
     fmt::print("{:<34} {:>20} {:>20}\n", what, then, now);
   }
   void row(const std::string& what, double then, double now) const {
-    row(what.c_str(), fmt::format("{:.6g}", then), fmt::format("{:.6g}", now));
+    const auto text = [](double v) { return std::isnan(v) ? "-" : fmt::format("{:.6g}", v); };
+    row(what.c_str(), text(then), text(now));
   }
 };
 
@@ -65,7 +73,7 @@ void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasu
   const Table table;
   table.row("", "then", "now");
   table.row("verdict on the window", name_of(e.judgement), name_of(now));
-  table.row("severity, % of CO span", e.judgement.severity_percent, now.severity_percent);
+  table.row("severity, % of CO span", severity_of(e.judgement), severity_of(now));
   for (const monitor::AlarmKind kind : monitor::kAlarmKinds) {
     const std::size_t k = monitor::index_of(kind);
     table.row(fmt::format("probability of {}", to_text(kind)), e.judgement.probability[k],
@@ -105,7 +113,7 @@ int replay_evidence(const std::filesystem::path& folder, bool as_json) {
                             {"alarm", to_text(evidence.alarm)},
                             {"verdict_then", name_of(evidence.judgement)},
                             {"verdict_now", name_of(now)},
-                            {"severity_percent", now.severity_percent},
+                            {"severity_percent", finite_or_null(severity_of(now))},
                             {"same", agree}}
                            .dump(2));
   } else {

@@ -195,6 +195,7 @@ TrainingListener listener_of(bool quiet) {
 // Effects of the model between CO and PV that the explaining form does not have.
 void warn_of_effects(const plant::LoopModel& model) {
   std::string names;
+  if (model.process.second_time_constant_s > 0.0) names += " second_time_constant";
   for (const auto* effects :
        {&model.valve_effects, &model.process_effects, &model.transmitter_effects}) {
     for (const plant::EffectSpec& effect : *effects) names += " " + effect.name;
@@ -258,6 +259,13 @@ int run_train(const TrainOptions& options) {
     if (!options.model.empty()) {
       job.model = load_model(options.model);
       if (!job.model) return kExitConfiguration;
+      if (job.model->process.integrating()) {
+        fmt::print(
+            stderr,
+            "{}: specialists know processes that settle, not integrating ones (process.kind)\n",
+            options.model);
+        return kExitConfiguration;
+      }
       warn_of_effects(*job.model);
       job.source = "simulated loop of " + fs::path(options.model).filename().string();
     } else {

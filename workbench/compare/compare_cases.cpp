@@ -38,6 +38,14 @@ struct PlantVariant {
   double dead = 1.0;
 };
 
+// How long the loop goes on answering to a move: an integrating process as its controller lets it.
+double answer_s(const plant::LoopModel& model) {
+  const plant::ProcessParameters& p = model.process;
+  const double kp = model.controller.pid.gains.kp;
+  const bool led = p.integrating() && kp > 0.0;
+  return p.slowest_s() + (led ? 1.0 / (std::abs(p.gain) * kp) : 0.0);
+}
+
 }  // namespace
 
 std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPlants plants) {
@@ -55,10 +63,13 @@ std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPl
     plant.process.time_constant_s *= variant.lag;
     plant.process.dead_time_s *= variant.dead;
     if (variant.lag != 1.0 || variant.dead != 1.0) {
-      plant.controller.pid.gains = *analysis::tune(analysis::TuningRule::lambda, plant.process, {});
+      // A process without a dead time has no setting by this rule: any is fast enough.
+      const auto gains = analysis::tune(analysis::TuningRule::lambda, plant.process, {});
+      if (!gains) continue;
+      plant.controller.pid.gains = *gains;
     }
     // Whole samples, so that set points change where they are looked for.
-    const double wanted_s = 350.0 * (plant.process.time_constant_s + plant.process.dead_time_s);
+    const double wanted_s = 350.0 * answer_s(plant);
     const double hold_s = std::round(wanted_s / plant.sample_time_s) * plant.sample_time_s;
     plant.scenario.set_point.clear();
     for (std::size_t i = 0; i < kSetPoints.size(); ++i) {
@@ -90,7 +101,7 @@ std::vector<Contender> contenders(const CompareCase& one, double estimate) {
   const double true_size = (one.percent > 0.0 ? one.percent : 5.0) / 100.0 * span;
   const double size = estimate * true_size;
   const plant::ProcessParameters& p = one.model.process;
-  const double answer_s = p.time_constant_s + p.dead_time_s;
+  const double answer = answer_s(one.model);  // s
   // Four standard deviations of what noise makes of CO.
   const double band = 4.0 * one.noise * one.model.controller.pid.gains.kp + 1e-3 * size;
   const auto jacket = [&](JacketForm form) {
@@ -101,7 +112,7 @@ std::vector<Contender> contenders(const CompareCase& one, double estimate) {
   const auto adding = [](control::CompensatorSettings settings) {
     return [settings](control::ControllerSettings& c) { c.compensator = settings; };
   };
-  const double pulse = std::max(5.0 * one.model.sample_time_s, answer_s / 4.0);
+  const double pulse = std::max(5.0 * one.model.sample_time_s, answer / 4.0);
   return {
       {"none", [](control::ControllerSettings&) {}},
       {"jacket dwell", jacket(JacketForm::dwell)},
@@ -113,9 +124,9 @@ std::vector<Contender> contenders(const CompareCase& one, double estimate) {
                           .pulse_width_s = 0.4 * pulse})},
       {"two-move", adding({.kind = CompensatorKind::two_move,
                            .stick_band = size,
-                           .move_time_s = answer_s,
+                           .move_time_s = answer,
                            .max_mean_error = std::abs(p.gain) * size,
-                           .mean_error_time_s = 20.0 * answer_s})},
+                           .mean_error_time_s = 20.0 * answer})},
       {"reinforcement",
        adding(
            {.kind = CompensatorKind::reinforcement, .amplitude = size / 2.0, .noise_band = band})},

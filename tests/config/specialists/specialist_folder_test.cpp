@@ -76,8 +76,8 @@ void copy_version_1(const std::filesystem::path& to) {
                         std::filesystem::copy_options::recursive);
 }
 
-// Findings with another value in every place.
-specialist::Explanations varied_findings() {
+// Explanations with another value in every place.
+specialist::Explanations varied_explanations() {
   specialist::Explanations f;
   f.usable = true;
   f.noise = 0.1;
@@ -151,7 +151,7 @@ TEST_CASE("specialists of version 1 answer as they did, and are written as versi
   const std::array expected{0.10330062980232402, 0.15376073103388316, 0.31549336509361009,
                             0.16513702899959684, 0.1625196844388796,  0.099788560631706325};
   const auto answers_so = [&](const specialist::Team& team) {
-    const auto verdict = specialist::TeamJudge(team).judge(varied_findings());
+    const auto verdict = specialist::TeamJudge(team).judge(varied_explanations());
     for (std::size_t c = 0; c < specialist::kConditions; ++c) {
       CHECK(verdict.probabilities[c] == Approx(expected[c]).epsilon(1e-9));
     }

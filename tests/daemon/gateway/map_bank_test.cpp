@@ -184,6 +184,10 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   CHECK(bench.word("active_stiction", 0, Table::discrete_input) == 0);
   CHECK(bench.word("unacknowledged_backlash", 0, Table::discrete_input) == 1);
   CHECK(bench.word("alarm_backlash", 1) == 7);  // the other loop: nothing judged yet
+  on[4] = {true, 6.5};  // `unknown`: what is wrong is not known, so neither is its size
+  alarms.window_judged(0, on);
+  CHECK(bench.word("alarm_unknown") == 1);
+  CHECK(bench.word("severity_unknown") == 0);
   alarms.act(model_kind::backlash, loopwarden::monitor::AlarmAction::shelve,
              bench.plant.box_reading.utc_ms, bench.plant.box_reading.utc_ms + 90'000);
   CHECK(bench.word("alarm_backlash") == 6);

@@ -23,6 +23,24 @@ inline plant::LoopModel flow_loop() {
   return m;
 }
 
+// What every condition explains down to twice the noise, with movement.
+inline specialist::Explanations plain_explanations() {
+  specialist::Explanations f;
+  f.usable = true;
+  f.noise = 0.1;
+  f.co_range = 10.0;
+  f.pv_range = 10.0;
+  f.co_travel = 30.0;
+  f.co_fastest = 1.0;
+  for (specialist::ExplanationFit& fit : f.fits) {
+    fit.mse = 0.02;
+    fit.innovation = 0.02;
+    fit.size = 6.0;
+    fit.shape = 0.5;
+  }
+  return f;
+}
+
 inline specialist::ParallelFor one_thread() {
   return [](std::size_t count, const std::function<void(std::size_t)>& body) {
     for (std::size_t i = 0; i < count; ++i) body(i);

@@ -43,24 +43,6 @@ Team puppet_team(const std::array<double, kConditions>& scores) {
   return team;
 }
 
-// What every condition explains down to twice the noise, with movement.
-Explanations plain_findings() {
-  Explanations f;
-  f.usable = true;
-  f.noise = 0.1;
-  f.co_range = 10.0;
-  f.pv_range = 10.0;
-  f.co_travel = 30.0;
-  f.co_fastest = 1.0;
-  for (ExplanationFit& fit : f.fits) {
-    fit.mse = 0.02;
-    fit.innovation = 0.02;
-    fit.size = 6.0;
-    fit.shape = 0.5;
-  }
-  return f;
-}
-
 }  // namespace
 
 TEST_CASE("names of conditions and verdicts are those of the files", "[specialist]") {
@@ -74,7 +56,7 @@ TEST_CASE("names of conditions and verdicts are those of the files", "[specialis
 }
 
 TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]") {
-  Explanations f = plain_findings();
+  Explanations f = tests::plain_explanations();
   f.co_range = 3.0;
   f.pv_range = 5.0;
   // 6 % is what the explanations have found.
@@ -97,7 +79,7 @@ TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]
 }
 
 TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[specialist]") {
-  const Explanations plain = plain_findings();
+  const Explanations plain = tests::plain_explanations();
   // no_fault, stiction, backlash, hysteresis, low air, other
   const auto verdict = [](const std::array<double, kConditions>& scores, const Explanations& f) {
     return TeamJudge(puppet_team(scores)).judge(f);
@@ -132,7 +114,7 @@ TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[s
 }
 
 TEST_CASE("hysteresis is explained by the better of its two forms", "[specialist]") {
-  Explanations f = plain_findings();
+  Explanations f = tests::plain_explanations();
   f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].mse = 0.01;
   f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].size = -4.0;
   CHECK(misfit_of(f, Condition::hysteresis) == 0.01);

@@ -32,16 +32,8 @@ TEST_CASE("no input of the networks is dead", "[specialist]") {
 
 TEST_CASE("an input is found by its name", "[specialist]") {
   CHECK(std::set(kInputNames.begin(), kInputNames.end()).size() == kNetworkInputs);
-  Explanations f;
-  f.noise = 0.1;
-  f.co_range = 10.0;
-  f.pv_range = 8.0;
+  Explanations f = tests::plain_explanations();
   f.reversals = 6.0;
-  for (ExplanationFit& fit : f.fits) {
-    fit.mse = 0.02;
-    fit.innovation = 0.02;
-    fit.shape = 1.0;
-  }
   ExplanationFit& stiction = f.fits[static_cast<std::size_t>(Explanation::stiction)];
   stiction.mse = 0.01;
   stiction.shape = 0.25;

@@ -85,6 +85,46 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
   for (const auto& entry : fs::directory_iterator(out)) CHECK(entry.path().extension() != ".tmp");
 }
 
+TEST_CASE("gap without a model identifies one, and says what it assumed", "[gap][program]") {
+  const Case one;
+  const std::string out = one.path("result");
+  const ShellOutcome outcome = loopwarden("gap " + one.path("record.csv") + " --out " + out);
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  CHECK(outcome.text.find("assumed: ") != std::string::npos);
+  const std::string assumed = read_file(fs::path(out) / "model.assumed.yaml");
+  CHECK(assumed.find("# assumed by loopwarden gap from ") != std::string::npos);
+  CHECK(loopwarden("check " + out + "/model.assumed.yaml").exit_code == 0);
+  // The record's loop is what was identified: nothing is missing.
+  const auto result = nlohmann::json::parse(read_file(fs::path(out) / "gap.json"));
+  CHECK(result.at("verdict") == "no_gap");
+}
+
+TEST_CASE("gap and identify refuse the same record: in automatic by its column, SP at rest",
+          "[gap][program]") {
+  const TemporaryFolder folder;
+  std::string record = "time,sp,pv,co,mode\n";
+  std::uint32_t noise = 1;
+  double pv = 5.0;
+  for (int k = 0; k < 1200; ++k) {
+    noise = noise * 1664525U + 1013904223U;
+    pv += 0.05 * (5.0 - pv) + 0.1 * (static_cast<double>(noise >> 8U) / 16777216.0 - 0.5);
+    record += std::to_string(0.1 * k) + ",5," + std::to_string(pv) + "," +
+              std::to_string(4.0 + (k / 300 % 2 == 0 ? 0.0 : 0.5)) + ",AUTO\n";
+  }
+  write_file(folder / "r.csv", record);
+  const ShellOutcome identified = loopwarden("identify " + (folder / "r.csv").string());
+  const ShellOutcome searched =
+      loopwarden("gap " + (folder / "r.csv").string() + " --out " + (folder / "out").string());
+  INFO(identified.text << searched.text);
+  CHECK(identified.exit_code == 65);
+  CHECK(searched.exit_code == 65);
+  for (const ShellOutcome* outcome : {&identified, &searched}) {
+    CHECK(outcome->text.find("SP never moves") != std::string::npos);
+  }
+  CHECK_FALSE(fs::exists(folder / "out" / "gap.json"));
+}
+
 TEST_CASE("gap refuses records that tell nothing with 65", "[gap][program]") {
   const Case one;
   const std::string out = one.path("result");

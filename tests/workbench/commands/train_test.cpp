@@ -159,6 +159,14 @@ TEST_CASE("what can't be trained or classified is refused with the place", "[wor
   const std::string out = " --out " + (folder / "o").string();
   CHECK(loopwarden("train" + out).exit_code == 64);
   CHECK(loopwarden("train nothing.yaml" + out).exit_code == 78);
+  write_file(folder / "level.yaml",
+             "sample_time: 1\ncontroller: {kp: 1, ki: 0.01, output: [0, 100]}\n"
+             "process: {kind: integrating, gain: 0.01, dead_time: 2}\n"
+             "transmitter: {range: [0, 100]}\n");
+  const ShellOutcome level = loopwarden("train " + (folder / "level.yaml").string() + out);
+  INFO(level.text);
+  CHECK(level.exit_code == 78);
+  CHECK(level.text.find("not integrating ones") != std::string::npos);
   write_file(folder / "s/labels.csv", "file,class,plant,role\nx.csv,sticktion,P1,training\n");
   const ShellOutcome unknown = loopwarden("train --signatures " + (folder / "s").string() + out);
   CHECK(unknown.exit_code == 65);

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/compare/compare_cases.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+namespace loopwarden::workbench::compare_cases_test {
+
+TEST_CASE("an integrating process without dead time is compared as it is", "[compare]") {
+  plant::LoopModel model;
+  model.sample_time_s = 0.5;
+  model.controller.pid.gains = {.kp = 2.0, .ki = 0.02};
+  model.process = {.kind = plant::ProcessKind::integrating, .gain = 0.05, .dead_time_s = 0.0};
+  // No other plant: the rule that would set their controllers has nothing to go by.
+  const auto cases = compare_cases(model, ComparedPlants::own_and_others);
+  REQUIRE_FALSE(cases.empty());
+  CHECK(std::all_of(cases.begin(), cases.end(),
+                    [](const CompareCase& one) { return one.plant == "own"; }));
+  model.process.dead_time_s = 3.0;
+  CHECK(compare_cases(model, ComparedPlants::own_and_others).size() > cases.size());
+}
+
+}  // namespace loopwarden::workbench::compare_cases_test
