@@ -77,7 +77,8 @@ void explaining_team(benchmark::State& state) {
   team.scale.fill(1.0);
   for (std::size_t c = 0; c < specialist::kConditions; ++c) {
     team.members[c].condition = static_cast<specialist::Condition>(c);
-    team.members[c].network = specialist::random_network({specialist::kNetworkInputs, 16, 16, 1}, c);
+    team.members[c].network =
+        specialist::random_network({specialist::kNetworkInputs, 16, 16, 1}, c);
   }
   specialist::TeamJudge judge(team);
   for (auto _ : state) benchmark::DoNotOptimize(judge.judge({samples.pv, samples.co}));

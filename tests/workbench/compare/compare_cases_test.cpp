@@ -10,7 +10,7 @@ TEST_CASE("an integrating process without dead time is compared as it is", "[com
   plant::LoopModel model;
   model.sample_time_s = 0.5;
   model.controller.pid.gains = {.kp = 2.0, .ki = 0.02};
-  model.process = {.kind = plant::ProcessKind::integrating, .gain = 0.05, .dead_time_s = 0.0};
+  model.process = {.gain = 0.05, .dead_time_s = 0.0, .kind = plant::ProcessKind::integrating};
   // No other plant: the rule that would set their controllers has nothing to go by.
   const auto cases = compare_cases(model, ComparedPlants::own_and_others);
   REQUIRE_FALSE(cases.empty());
