@@ -11,6 +11,7 @@
 #include <span>
 
 #include "model/gap/constants.hpp"
+#include "model/numeric/evolution.hpp"
 #include "model/numeric/random.hpp"
 #include "model/numeric/subplex.hpp"
 
@@ -298,12 +299,10 @@ Fit Fitter::search(Work& work, const Fit& start, int evaluations) const {
   return tried.deviance < fit.deviance ? tried : fit;
 }
 
-// Differential evolution around `start` over everything: where a slip comes or does not come with the
-// least change of a parameter, there is no slope to follow and no simplex that keeps its shape. (NLopt's
-// own evolutions draw from a generator that all threads share; this one's seed is its own.)
+// Evolution around `start` over everything: where a slip comes or does not come with the least change of a
+// parameter, there is no slope to follow and no simplex that keeps its shape.
 Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const {
   constexpr std::size_t kPopulation = 32;
-  constexpr double kCrossover = 0.9;
   const std::vector<double> x = positions(start);
   std::vector<double> width{0.5, 0.5, 0.25, 0.25, 0.2};
   const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
@@ -314,8 +313,6 @@ Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const 
     }
   }
   numeric::Random random(kEvolutionSeed);
-  const auto draw = [&random] { return random.uniform(); };
-  const auto pick = [&] { return static_cast<std::size_t>(draw() * kPopulation); };
   const auto cost = [&](const std::vector<double>& at) {
     const double value =
         evaluate(work, start.terms, with_positions(start.terms, at), start.load, nullptr);
@@ -323,42 +320,29 @@ Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const 
   };
   std::vector<std::vector<double>> members(kPopulation, x);
   std::vector<double> costs(kPopulation);
-  std::size_t best = 0;
   for (std::size_t i = 0; i < kPopulation; ++i) {
     for (std::size_t j = 0; i > 0 && j < x.size(); ++j) {
-      members[i][j] = std::clamp(x[j] + width[j] * (2.0 * draw() - 1.0), 0.0, 1.0);
+      members[i][j] = std::clamp(x[j] + width[j] * random.uniform(-1.0, 1.0), 0.0, 1.0);
     }
     costs[i] = cost(members[i]);
-    if (costs[i] < costs[best]) best = i;
   }
-  std::vector<double> child;
-  for (std::size_t spent = kPopulation; spent < evaluations; spent += kPopulation) {
-    for (std::size_t i = 0; i < kPopulation; ++i) {
-      const std::vector<double>& from = members[draw() < 0.5 ? best : pick()];
-      const std::vector<double>& a = members[pick()];
-      const std::vector<double>& b = members[pick()];
-      const double scale = 0.4 + 0.5 * draw();
-      const auto always = static_cast<std::size_t>(draw() * static_cast<double>(x.size()));
-      child = members[i];
-      for (std::size_t j = 0; j < x.size(); ++j) {
-        if (j != always && draw() >= kCrossover) continue;
-        child[j] = std::clamp(from[j] + scale * (a[j] - b[j]), 0.0, 1.0);
-      }
-      const double reached = cost(child);
-      if (reached > costs[i]) continue;
-      members[i] = child;
-      costs[i] = reached;
-      if (reached < costs[best]) best = i;
-    }
-  }
+  std::array<std::vector<double>, 1> trial;
+  std::array<double, 1> trial_cost{};
+  const auto first =
+      static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+  const std::size_t best = numeric::evolve(
+      numeric::Population<std::vector<double>>{members, costs, trial, trial_cost, first},
+      {.trials = evaluations > kPopulation ? evaluations - kPopulation : 0}, random,
+      [&](const auto& trials, const auto& trial_costs) { trial_costs[0] = cost(trials[0]); });
   Fit fit = start;
   fit.point = with_positions(fit.terms, members[best]);
   evaluate(work, fit.terms, fit.point, fit.load, &fit);
   return fit;
 }
 
-// Levenberg-Marquardt over everything, within the bounds, on what is left when the linear part is
-// solved for. Where PV jumps with a parameter the steps that don't help are not taken.
+// Levenberg-Marquardt over everything, within the bounds, on what is left when the linear part is solved for. Not
+// numeric::least_squares: what must fall is the deviance, with the price of a load and of wandering parameters, of
+// which what is left is a part. Where PV jumps with a parameter the steps that don't help are not taken.
 Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
   std::vector<double> x = positions(start);
   const auto size = static_cast<Eigen::Index>(x.size());

@@ -81,6 +81,15 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
   CHECK(loopwarden("check " + corrected).exit_code == 0);
   CHECK(loopwarden("simulate " + corrected + " --out " + one.path("again.csv")).exit_code == 0);
   CHECK(record::read_record(one.path("again.csv")).size() == 701);
+  // Its pictures stand alone, for documents.
+  const std::string tool = "python3 " LOOPWARDEN_SOURCE_DIR "/tools/report_picture.py ";
+  const ShellOutcome picture =
+      run(tool + out + "/report.html residual > " + one.path("picture.svg") +
+          " && python3 -c \"import xml.dom." + "minidom as m; m.parse('" + one.path("picture.svg") +
+          "')\" 2>&1");
+  INFO(picture.text);
+  CHECK(picture.exit_code == 0);
+  CHECK(run(tool + out + "/report.html nothing 2>&1").exit_code == 65);
   // Nothing half-written stays behind.
   for (const auto& entry : fs::directory_iterator(out)) CHECK(entry.path().extension() != ".tmp");
 }
