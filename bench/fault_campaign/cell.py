@@ -177,9 +177,10 @@ class Cell:
             return []
         files, threads, rss, _ = self.baseline
         found = []
+        opened, segments = self.daemon.files()
         # The connection of the operator may be open or closed.
-        if self.daemon.files() > files + 1:
-            found.append(f"{self.daemon.files()} descriptors, {files} at first")
+        if opened - segments > files[0] - files[1] + 1 or segments > len(self.loops):
+            found.append(f"{opened} descriptors, {segments} of segments; {files[0]}, {files[1]} at first")
         now = len(os.listdir(f"/proc/{self.daemon.pid}/task"))
         if now != threads:
             found.append(f"{now} threads, {threads} at first")

@@ -176,7 +176,14 @@ class Daemon:
     # --- what the kernel knows -------------------------------------------------------------------
 
     def files(self):
-        return len(os.listdir(f"/proc/{self.pid}/fd"))
+        """Open descriptors, and of them those of segments: one for each loop, open from its first flush on."""
+        opened = []
+        for name in os.listdir(f"/proc/{self.pid}/fd"):
+            try:
+                opened.append(os.readlink(f"/proc/{self.pid}/fd/{name}"))
+            except FileNotFoundError:  # closed meanwhile
+                pass
+        return len(opened), sum("/segments/" in path for path in opened)
 
     def threads(self):
         names = {}
