@@ -34,8 +34,15 @@ void check(const SpecReader& read, const EffectContext& context) {
     }
   }
   if (const plant::StictionParameters c = closing(read); c.j > c.s) {
-    throw EffectError("j_closing", "j_closing must be at most s_closing = " + number_text(c.s) +
-                                       " CO units (got " + number_text(c.j) + ")");
+    if (read.has("j_closing")) {
+      throw EffectError("j_closing", std::string("j_closing must be at most ") +
+                                         (read.has("s_closing") ? "s_closing" : "s") + " = " +
+                                         number_text(c.s) + " CO units (got " + number_text(c.j) +
+                                         ")");
+    }
+    throw EffectError("s_closing", "s_closing must be at least j = " + number_text(c.j) +
+                                       " CO units (got " + number_text(c.s) +
+                                       "), or j_closing be given too");
   }
   const bool inertial = read.option("law") == "inertial";
   for (const char* key : {"natural_frequency", "damping"}) {
@@ -106,10 +113,10 @@ Descriptor describe() {
       .parameters = {at_least_zero("s", "CO units", "deadband + stickband"),
                      at_least_zero("j", "CO units", "slip jump, at most s"),
                      optional(at_least_zero("s_closing", "CO units",
-                                            "as s, where closing differs; else as s"),
+                                            "s on closing, where it differs; else s"),
                               kInfinity),
                      optional(at_least_zero("j_closing", "CO units",
-                                            "as j, where closing differs; else as j"),
+                                            "j on closing, where it differs; else j"),
                               kInfinity),
                      of_the_law(optional(
                          above_zero("natural_frequency", "rad/s", "of the actuator, law inertial"),
@@ -137,7 +144,10 @@ Descriptor describe() {
                                  natural_frequency_rad_s, damping);
           },
       .valve_band =
-          [](const SpecReader& r) { return ValveBand{.s = r.value("s"), .j = r.value("j")}; },
+          [](const SpecReader& r) {
+            const plant::StictionParameters c = closing(r);
+            return ValveBand{.s = (r.value("s") + c.s) / 2.0, .j = (r.value("j") + c.j) / 2.0};
+          },
       .alarms = {"stiction"},
       .seen =
           "CO winds up while PV stands still, then PV jumps and stands again: in a flow loop "

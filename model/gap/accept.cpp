@@ -15,8 +15,8 @@ bool Explanation::has(std::string_view name) const noexcept {
 bool worth_adding(const Addition& a) noexcept {
   const double gain = a.first ? kFirstGain : kFurtherGain;
   return a.score_with - a.score_without > std::max(gain, kLeastPart * a.score_without) &&
-         a.moves_pv > a.least_rms && (a.first || a.at_one_moment || a.block_t > kLeastT) &&
-         (a.first || a.rmse_with < a.rmse_without);
+         a.moves_pv > a.least_rms &&
+         (a.first || (a.rmse_with < a.rmse_without && (a.at_one_moment || a.block_t > kLeastT)));
 }
 
 bool leaves_more(double rmse, const Scale& scale) noexcept {

@@ -38,7 +38,7 @@ struct Addition {
   double least_rms = 0.0;      // PV units, of what matters
   double block_t = 0.0;        // Student's t of the gain over the blocks of the record
   double rmse_with = 0.0;      // PV units, free run
-  double rmse_without = 1.0;   // PV units, free run
+  double rmse_without = 0.0;   // PV units, free run
 };
 bool worth_adding(const Addition& addition) noexcept;
 

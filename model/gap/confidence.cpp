@@ -32,14 +32,20 @@ double answer_to_moves(const std::vector<double>& innovations, const std::vector
     right += e * row;
     total += e * e;
   }
-  // A CO that never moves answers nothing, in any unit.
+  // Where CO does not move answers nothing, in any unit.
+  Eigen::Index lags = 0;
   for (Eigen::Index i = 0; i < kLags; ++i) {
-    if (!(normal(i, i) > 0.0)) return 0.0;
-    normal(i, i) *= 1.0 + 1e-9;
+    if (normal(i, i) > 0.0) {
+      normal(i, i) *= 1.0 + 1e-9;
+      ++lags;
+    } else {
+      normal(i, i) = 1.0;
+    }
   }
+  if (lags == 0) return 0.0;
   const double explained = right.dot(normal.ldlt().solve(right));
-  const auto freedom = static_cast<double>(n - first - kLags);
-  return (explained / kLags) / std::max((total - explained) / freedom, 1e-12);
+  const auto freedom = static_cast<double>(n - first - lags);
+  return (explained / static_cast<double>(lags)) / std::max((total - explained) / freedom, 1e-12);
 }
 
 // Laplace's rule: a row of few names promises little.

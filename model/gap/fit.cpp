@@ -31,7 +31,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Up to what sampling can show; where the process is as fast as that, from half of it on.
 effects::SearchRange actuator_frequency(const plant::LoopModel& model) {
   const double high = 0.9 * std::numbers::pi / model.sample_time_s;
-  const double slow_s = model.process.time_constant_s + model.process.dead_time_s;
+  const double slow_s = plant::answer_s(model);
   const double low = 1.0 / std::min(effects::kFastActuator_s, effects::kFastActuator * slow_s);
   return {"natural_frequency", std::min(low, 0.5 * high), high, true, 1};
 }
@@ -125,8 +125,7 @@ Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
   if (square > 0.0) pv_square_ = square / samples;
   const plant::LoopModel& model = free_run.model();
   // As long as the loop takes to move the stem on.
-  const double forgets_s =
-      std::max(model.process.time_constant_s + model.process.dead_time_s, model.sample_time_s);
+  const double forgets_s = std::max(plant::answer_s(model), model.sample_time_s);
   for (const double valve : kValves) {
     if (valve > 0.0 && !(allowed.valve > 0.0)) break;
     for (const double load : kLoads) {
@@ -522,7 +521,7 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
     tries.push_back(search(work, start, 80));
   } else if (candidate.linear_columns() > 0 && !candidate.search.empty()) {
     // Only the last columns change from place to place.
-    for (double& v : own) v = candidate.search[0].value(0.5);
+    for (std::size_t j = 0; j < own.size(); ++j) own[j] = candidate.search[j].value(0.5);
     free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
     const effects::SearchRange& range = candidate.search[0];
     std::vector<std::vector<double>> last;
@@ -590,7 +589,10 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
 std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<double>* hint) const {
   const plant::LoopModel& model = free_run_.model();
   const double h = model.sample_time_s;
-  const double slow_s = with.point.time_constant_s + with.point.dead_time_s;
+  const double slow_s =
+      plant::answer_s(model) - model.process.dead_time_s + with.point.dead_time_s +
+      (model.process.integrating() ? 0.0
+                                   : with.point.time_constant_s - model.process.time_constant_s);
   const auto short_run = static_cast<std::size_t>(std::max(8.0 * slow_s / h, 60.0));
   const Candidate& sticking = *with.terms.back();
   const bool gain_changed = solves_gain(with.terms);

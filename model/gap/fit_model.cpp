@@ -14,15 +14,15 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r) {
   const control::PidSettings& pid = r.model.controller.pid;
   const auto [co_low, co_high] =
       std::minmax_element(r.co.begin(), r.co.begin() + static_cast<std::ptrdiff_t>(r.training_end));
-  std::vector<Candidate> all =
-      effects::candidates({.output_low = pid.output_low,
-                           .output_high = pid.output_high,
-                           .output_used_low = *co_low,
-                           .output_used_high = *co_high,
-                           .period_s = r.record.period_s,
-                           .duration_s = r.record.time_s(r.training_end),
-                           .time_constant_s = r.model.process.time_constant_s,
-                           .dead_time_s = r.model.process.dead_time_s});
+  std::vector<Candidate> all = effects::candidates(
+      {.output_low = pid.output_low,
+       .output_high = pid.output_high,
+       .output_used_low = *co_low,
+       .output_used_high = *co_high,
+       .period_s = r.record.period_s,
+       .duration_s = r.record.time_s(r.training_end),
+       .time_constant_s = plant::answer_s(r.model) - r.model.process.dead_time_s,
+       .dead_time_s = r.model.process.dead_time_s});
   if (*co_high - *co_low < kLeastMovement * (pid.output_high - pid.output_low)) {
     // A valve that is never moved shows nothing of itself, nor of the process.
     std::erase_if(all, [](const Candidate& candidate) {
@@ -45,8 +45,12 @@ AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& option
   if (!options.load || !(noise > 0.0)) return {};
   const control::PidSettings& pid = r.model.controller.pid;
   const double friction = kHealthyValveLeaves * (pid.output_high - pid.output_low);  // CO units
+  // An integrating process turns an offset of the valve into a slope, for as long as the loop lets it.
+  const double gain =
+      std::abs(r.model.process.gain) *
+      (r.model.process.integrating() ? std::max(plant::answer_s(r.model), r.record.period_s) : 1.0);
   return {.load = largest_load * pv_span(r) * std::sqrt(r.record.period_s) / noise,
-          .valve = options.allowances ? friction * std::abs(r.model.process.gain) / noise : 0.0};
+          .valve = options.allowances ? friction * gain / noise : 0.0};
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <limits>
 #include <span>
 
+#include <Eigen/Dense>
+
 namespace loopwarden::gap {
 namespace {
 
@@ -158,14 +160,14 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   valve_chain.run(moves, 0.0, h);
   process_chain.run(moves, 0.0, h);
   for (double& v : moves) v = process.step(v);
-  const double keep = std::exp(-h / point.time_constant_s);
+  const double keep = kept(point);
   const auto delay = static_cast<std::size_t>(point.dead_time_s / h);
   double past = 1.0;
   double before = 1.0;
   for (std::size_t k = 0; k < n; ++k) {
     columns[1][k] = past;
     columns[2][k] = before;
-    if (!model_.process.integrating()) past *= keep;
+    past *= keep;
     if (k < delay) continue;
     // An integrating process goes on by what CO was off balance from the start.
     before = model_.process.integrating() ? before + h : before * keep;
@@ -181,6 +183,12 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   }
 }
 
+double FreeRun::kept(const Point& point) const {
+  if (model_.process.integrating()) return 1.0;
+  return std::exp(-model_.sample_time_s /
+                  std::max(point.time_constant_s, model_.process.second_time_constant_s));
+}
+
 plant::ProcessParameters FreeRun::process_at(const Point& point, double gain) const {
   plant::ProcessParameters process = model_.process;
   process.gain *= gain;
@@ -194,7 +202,8 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
                            std::size_t run_samples) const {
   constexpr int kPlaces = 3;  // to each side of CO
   const double h = model_.sample_time_s;
-  const double keep = std::exp(-h / point.time_constant_s);
+  const double keep = kept(point);
+  const bool integrating = model_.process.integrating();
   const auto dead = static_cast<std::size_t>(point.dead_time_s / h) + 1;
   const Chains fresh = chains(terms, point);
   const plant::Process process(process_at(point, gain), h);
@@ -218,22 +227,24 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
       double at = p.reset(c.process.reset(flow, begin_s));
       c.valve.run(z, begin_s, h);
       c.process.run(z, begin_s, h);
-      double past = 1.0;
-      double pp = 0.0;
-      double pr = 0.0;
+      // What the process brought along: dying away, or a level and a ramp.
+      Eigen::Vector2d past(1.0, 0.0);
+      Eigen::Matrix2d pp = Eigen::Matrix2d::Identity() * 1e-12;
+      Eigen::Vector2d pr = Eigen::Vector2d::Zero();
       double rr = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         if (k > begin) {
           at = p.step(z[k - 1 - begin]);
-          past *= keep;
+          past(0) *= keep;
+          if (integrating) past(1) += h;
         }
         if (!used[k] || k < begin + dead) continue;  // still answers to the run before
         const double r = pv[k] - at;
-        pp += past * past;
+        pp += past * past.transpose();
         pr += past * r;
         rr += r * r;
       }
-      return rr - pr * pr / std::max(pp, 1e-12);
+      return rr - pr.dot(pp.ldlt().solve(pr));
     };
     double best = std::numeric_limits<double>::infinity();
     double best_place = 0.0;

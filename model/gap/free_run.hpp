@@ -81,6 +81,8 @@ class FreeRun {
   };
   Chains chains(const Terms& terms, const Point& point) const;
   plant::ProcessParameters process_at(const Point& point, double gain) const;
+  // What the process keeps over a sample of the state that it began with.
+  double kept(const Point& point) const;
   void pass_transmitter(std::vector<double>& signal) const;
 
   plant::LoopModel model_;

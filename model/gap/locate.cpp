@@ -41,8 +41,8 @@ std::vector<Condition> conditions_of(const std::vector<double>& co, const plant:
   const double span = model.controller.pid.output_high - low;
   const auto [used_low, used_high] = std::minmax_element(co.begin(), co.end());
   const auto dead = static_cast<std::size_t>(model.process.dead_time_s / period_s);
-  const auto lag =
-      std::max<std::size_t>(1, static_cast<std::size_t>(model.process.time_constant_s / period_s));
+  const auto lag = std::max<std::size_t>(
+      1, static_cast<std::size_t>((plant::answer_s(model) - model.process.dead_time_s) / period_s));
   const auto settle = dead + 2 * lag;
   // Reversals beyond a band of half a percent.
   std::vector<std::size_t> since(co.size(), co.size());

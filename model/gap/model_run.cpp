@@ -112,9 +112,13 @@ std::vector<double> free_run(const plant::LoopModel& model, const std::vector<do
     point.start_offset = below_co;
     run.columns({}, point, columns);
     // The process's state at the start, from the samples that still remember it.
-    const double memory_s = point.dead_time_s + 6.0 * point.time_constant_s;
+    const double memory_s =
+        point.dead_time_s + 6.0 * (point.time_constant_s + model.process.second_time_constant_s);
+    // An integrating process forgets neither its level nor how far CO was off balance.
     const std::size_t head =
-        std::min(co.size(), static_cast<std::size_t>(memory_s / model.sample_time_s) + 2);
+        model.process.integrating()
+            ? training.end
+            : std::min(co.size(), static_cast<std::size_t>(memory_s / model.sample_time_s) + 2);
     Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t k = 0; k < head; ++k) {

@@ -23,7 +23,7 @@ Proof judge(const Trial& t) noexcept {
   }
   const bool holds = t.rest_is_noise
                          ? t.choice_innovations < kWorstInnovations * t.model_innovations &&
-                               t.choice_rmse <= std::max(t.model_rmse, k95 * t.floor_rmse)
+                               t.choice_rmse <= std::max(t.model_rmse, kGapFloors * t.floor_rmse)
                          : t.choice_rmse <= kWorstHoldout * t.model_rmse;
   return t.believable && holds ? Proof::holds : Proof::refuted;
 }

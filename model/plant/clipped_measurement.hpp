@@ -18,6 +18,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 namespace loopwarden::plant {
 
@@ -29,7 +30,7 @@ class ClippedMeasurement {
 
   void set_severity(double severity) noexcept { severity_ = severity; }
   double reset(double q) noexcept { return step(q); }
-  double step(double q) noexcept { return q + severity_ * (std::clamp(q, low_, high_) - q); }
+  double step(double q) noexcept { return std::lerp(q, std::clamp(q, low_, high_), severity_); }
 
  private:
   double low_;   // PV units

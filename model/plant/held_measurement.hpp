@@ -38,7 +38,7 @@ class HeldMeasurement {
       interval_ = interval;
       held_ = q;
     }
-    return q + severity_ * (held_ - q);
+    return std::lerp(q, held_, severity_);
   }
 
  private:

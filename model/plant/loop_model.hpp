@@ -68,4 +68,8 @@ struct LoopModel {
   friend bool operator==(const LoopModel&, const LoopModel&) = default;
 };
 
+// How long the loop goes on answering to a move of CO, s: lags and dead time; an integrating process settles as its
+// controller lets it, in 1 / (gain kp).
+double answer_s(const LoopModel& model) noexcept;
+
 }  // namespace loopwarden::plant

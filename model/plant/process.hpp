@@ -41,8 +41,8 @@ struct ProcessParameters {
   ProcessKind kind = ProcessKind::self_regulating;
 
   bool integrating() const noexcept { return kind == ProcessKind::integrating; }
-  // How long the process goes on answering to a move of u, in time constants: s.
-  double slowest_s() const noexcept {
+  // The lags and the dead time together; an integrator counts nothing.
+  double lags_and_dead_time_s() const noexcept {
     return (integrating() ? 0.0 : time_constant_s) + second_time_constant_s + dead_time_s;
   }
 

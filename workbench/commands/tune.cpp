@@ -47,7 +47,7 @@ std::vector<RuleRow> rows_of(const plant::LoopModel& model, const TuneOptions& o
   // An integrating loop is slow by its rules: integral times of up to 13 dead times.
   const double half =
       (model.process.integrating()
-           ? 100.0 * model.process.slowest_s()
+           ? 100.0 * model.process.lags_and_dead_time_s()
            : 15.0 * (2.0 * (model.process.time_constant_s + model.process.second_time_constant_s) +
                      model.process.dead_time_s)) +
       10.0 * model.sample_time_s;

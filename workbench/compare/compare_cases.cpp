@@ -38,14 +38,6 @@ struct PlantVariant {
   double dead = 1.0;
 };
 
-// How long the loop goes on answering to a move: an integrating process as its controller lets it.
-double answer_s(const plant::LoopModel& model) {
-  const plant::ProcessParameters& p = model.process;
-  const double kp = model.controller.pid.gains.kp;
-  const bool led = p.integrating() && kp > 0.0;
-  return p.slowest_s() + (led ? 1.0 / (std::abs(p.gain) * kp) : 0.0);
-}
-
 }  // namespace
 
 std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPlants plants) {
@@ -69,7 +61,7 @@ std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPl
       plant.controller.pid.gains = *gains;
     }
     // Whole samples, so that set points change where they are looked for.
-    const double wanted_s = 350.0 * answer_s(plant);
+    const double wanted_s = 350.0 * plant::answer_s(plant);
     const double hold_s = std::round(wanted_s / plant.sample_time_s) * plant.sample_time_s;
     plant.scenario.set_point.clear();
     for (std::size_t i = 0; i < kSetPoints.size(); ++i) {
@@ -101,7 +93,7 @@ std::vector<Contender> contenders(const CompareCase& one, double estimate) {
   const double true_size = (one.percent > 0.0 ? one.percent : 5.0) / 100.0 * span;
   const double size = estimate * true_size;
   const plant::ProcessParameters& p = one.model.process;
-  const double answer = answer_s(one.model);  // s
+  const double answer = plant::answer_s(one.model);  // s
   // Four standard deviations of what noise makes of CO.
   const double band = 4.0 * one.noise * one.model.controller.pid.gains.kp + 1e-3 * size;
   const auto jacket = [&](JacketForm form) {

@@ -64,7 +64,10 @@ TEST_CASE("what is not said of closing is as on opening, and only one law knows 
     effects::check_effect(spec, plant::Block::valve, context);
   };
   CHECK_THROWS_WITH(complaint({"stiction", {{"s", 1.0}, {"j", 0.4}, {"s_closing", 0.3}}}),
-                    "j_closing must be at most s_closing = 0.3 CO units (got 0.4)");
+                    "s_closing must be at least j = 0.4 CO units (got 0.3), or j_closing be given "
+                    "too");
+  CHECK_THROWS_WITH(complaint({"stiction", {{"s", 1.0}, {"j", 0.4}, {"j_closing", 1.2}}}),
+                    "j_closing must be at most s = 1 CO units (got 1.2)");
   CHECK_THROWS_WITH(
       complaint({"stiction", {{"s", 1.0}, {"j", 0.4}, {"j_closing", 0.3}}, {{"law", "he"}}}),
       "j_closing belongs to law choudhury");
