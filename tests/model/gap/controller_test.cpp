@@ -50,7 +50,51 @@ gap::Record exact_record(plant::LoopModel truth) {
   return record;
 }
 
+// CO of a PI with `kp` times the model's gain on a square wave of SP, and what no PI gives beside it.
+gap::ControllerFinding square_wave(double kp, double amplitude, double beside = 0.0) {
+  plant::LoopModel model = test::believed_model();
+  model.controller.pid.gains.kp = 0.9;
+  model.controller.pid.gains.ki = 0.02;
+  gap::Record record{.period_s = model.sample_time_s, .pv = {}, .sp = {}, .co = {}};
+  for (int k = 0; k < 1200; ++k) {
+    record.sp.push_back(5.0 + (k / 50 % 2 == 0 ? amplitude : -amplitude));
+    record.pv.push_back(5.0 + 0.05 * std::sin(0.3 * k));
+  }
+  control::PidSettings settings = model.controller.pid;
+  settings.gains.kp *= kp;
+  record.co = gap::replay_controller(settings, record.period_s, record.sp, record.pv, 5.0);
+  for (std::size_t k = 0; k < record.co.size(); ++k) {
+    record.co[k] += beside * std::sqrt(2.0) * std::sin(0.9 * static_cast<double>(k));
+  }
+  return gap::compare_controller(record, model);
+}
+
 }  // namespace
+
+TEST_CASE("settings nearer than 3 % are the model's own", "[gap][controller]") {
+  CHECK_FALSE(square_wave(1.02, 1.5).mismatch);
+  CHECK(square_wave(1.045, 1.5).mismatch);
+}
+
+TEST_CASE("a difference of CO of less than 0.2 % of its span does not matter",
+          "[gap][controller]") {
+  const gap::ControllerFinding small = square_wave(1.05, 0.32);
+  CHECK(small.training_rmse_before == Approx(0.015).epsilon(0.1));
+  CHECK_FALSE(small.mismatch);
+  CHECK_FALSE(small.unexplained);
+  const gap::ControllerFinding larger = square_wave(1.05, 0.64);
+  CHECK(larger.training_rmse_before == Approx(0.03).epsilon(0.1));
+  CHECK(larger.mismatch);
+}
+
+TEST_CASE("other settings must leave less than three tenths of the difference",
+          "[gap][controller]") {
+  const double explained = square_wave(1.2, 1.5).training_rmse_before;
+  CHECK(square_wave(1.2, 1.5, 0.25 * explained).mismatch);
+  const gap::ControllerFinding more = square_wave(1.2, 1.5, 0.43 * explained);
+  CHECK_FALSE(more.mismatch);
+  CHECK(more.unexplained);
+}
 
 TEST_CASE("replayed on what it measured, the controller repeats itself", "[gap][controller]") {
   plant::LoopModel model = GENERATE(test::believed_model(), limited_model(), direct_model());

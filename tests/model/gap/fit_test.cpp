@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/gap/workflow.hpp"
+#include "model/gap/fit_model.hpp"
 #include "tests/model/gap/gap_support.hpp"
 
 namespace fit_test {
@@ -169,6 +170,18 @@ TEST_CASE("the corrected model runs as the fit did", "[gap][fit]") {
     REQUIRE(plant.process_variable() == Approx(expected[k]).margin(1e-9));
     plant.step(setup.record.co[k]);
   }
+}
+
+TEST_CASE("an effect moves PV by 0.15 % of its span and by half the noise at least", "[gap][fit]") {
+  const plant::LoopModel model = test::believed_model();
+  const gap::Record record = test::record_of(model, 60.0);
+  const auto least = [&](double noise) {
+    gap::CheckedRecord checked = gap::check(record, model);
+    checked.quality.noise_rms = noise;
+    return gap::ModelFit(checked, {}, 0.0).least_rms;
+  };
+  CHECK(least(0.001) == Approx(0.015));
+  CHECK(least(0.2) == Approx(0.1));
 }
 
 }  // namespace fit_test

@@ -95,6 +95,30 @@ TEST_CASE("what no transmitter can have sent counts as missing", "[gap][record]"
   CHECK(noted(gap::check_record(taken, model), "missing"));
 }
 
+TEST_CASE("two hundred samples are enough, and five moves of PV", "[gap][record]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 21.0);
+  CHECK(gap::check_record(record, model).usable);
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    record.pv[k] = 4.0 + 0.1 * static_cast<double>(k * 7 / record.size());  // six moves
+  }
+  CHECK_THAT(gap::check_record(record, model).refusal, !Catch::Contains("hardly ever"));
+}
+
+TEST_CASE("CO that moves by less than a percent of its span is remarked on", "[gap][record]") {
+  const plant::LoopModel model = test::believed_model();
+  const auto remarked = [&](double span) {
+    gap::Record record = test::record_of(model, 60.0);
+    const auto [low, high] = std::minmax_element(record.co.begin(), record.co.end());
+    const double middle = (*low + *high) / 2.0;
+    const double by = span / (*high - *low);
+    for (double& u : record.co) u = middle + by * (u - middle);
+    return noted(gap::check_record(record, model), "little movement");
+  };
+  CHECK(remarked(0.07));
+  CHECK_FALSE(remarked(0.14));
+}
+
 TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);

@@ -42,6 +42,8 @@ TEST_CASE("a partial answer says how much it explains, and what the rest looks l
       said(Verdict::missing_effect, Remainder{0.28, 0.04, LooksLike::disturbance});
   CHECK_THAT(sentence, Contains("gain_change (factor 1.36)"));
   CHECK_THAT(sentence, Contains("It explains 96 % of the gap; the rest looks like a disturbance."));
+  CHECK_THAT(said(Verdict::missing_effect, Remainder{0.28, 0.03, LooksLike::disturbance}),
+             Contains("It explains 97 % of the gap"));
   // A rest of a percent is not worth a sentence, one that can't be measured has none.
   CHECK_THAT(said(Verdict::missing_effect, Remainder{0.28, 0.019, LooksLike::valve}),
              !Contains("explains"));
