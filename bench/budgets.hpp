@@ -32,6 +32,9 @@ inline constexpr Budget kBudgets[]{
      false, 1e6},
     {"specialist/explaining", "a window through the explaining team", "us", 500.0, false, false,
      1e6},
+    {"diagnose/sticking", "a window of 1000 samples through diagnose, sticking valve", "ms", 10.0,
+     false, false, 1e3},
+    {"diagnose/healthy", "the same, healthy valve", "ms", 10.0, false, false, 1e3},
     {"gap/whole", "gap workflow, 4200 samples, two threads", "s", 10.0, false, false, 1.0},
 };
 
