@@ -35,6 +35,9 @@ inline constexpr Budget kBudgets[]{
     {"diagnose/sticking", "a window of 1000 samples through diagnose, sticking valve", "ms", 10.0,
      false, false, 1e3},
     {"diagnose/healthy", "the same, healthy valve", "ms", 10.0, false, false, 1e3},
+    // Mean over 64 levels of 750 s in a row, those of longer samples among them: share of a core = seconds / 750 s.
+    {"diagnose/routine", "routine evidence of 1000 loops, all valves sticking", "% of a core", 5.0,
+     false, false, 1e5 / 750.0},
     {"gap/whole", "gap workflow, 4200 samples, two threads", "s", 10.0, false, false, 1.0},
 };
 

@@ -5,6 +5,7 @@
 
 #include "bench/plant1.hpp"
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/monitor/routine_watch.hpp"
 #include "model/plant/simulated_loop.hpp"
 
 namespace loopwarden::bench {
@@ -50,6 +51,37 @@ BENCHMARK(sticking_window)->Name("diagnose/sticking");
 
 void healthy_window(benchmark::State& state) { judge_window(state, moved(plant1())); }
 BENCHMARK(healthy_window)->Name("diagnose/healthy");
+
+// What the monitor's thread does for a loop each 12.5 minutes, when its levels of samples are full.
+void routine_evidence(benchmark::State& state) {
+  const plant::LoopModel model = moved(sticking_plant1());
+  constexpr double kSample = 1.0;  // s, of the first level
+  const auto every = static_cast<std::size_t>(kSample / model.sample_time_s);
+  plant::SimulatedLoop loop(model, 10.0 / 4096.0);
+  monitor::RoutineWatch watch({.sample_time_s = kSample, .pv_high = 10.0, .co_high = 10.0});
+  std::uint64_t period = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    bool judged = false;
+    while (!judged) {
+      plant::LoopSample sample = loop.step();
+      for (std::size_t k = 1; k < every; ++k) sample = loop.step();
+      const monitor::Cycle cycle{.period_index = ++period,
+                                 .sp = sample.sp,
+                                 .pv = sample.pv,
+                                 .co = sample.co,
+                                 .automatic = true,
+                                 .pv_good = true};
+      if (period % monitor::RoutineWatch::kSamples != 0) {
+        judged = watch.add(cycle);
+        continue;
+      }
+      state.ResumeTiming();
+      judged = watch.add(cycle);
+    }
+  }
+}
+BENCHMARK(routine_evidence)->Name("diagnose/routine")->Iterations(64);
 
 }  // namespace
 }  // namespace loopwarden::bench

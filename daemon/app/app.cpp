@@ -247,9 +247,10 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
   monitor_ = std::make_unique<monitor::Monitor>(
       watched, board_,
       [this](std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-             const loopwarden::monitor::Window& window,
-             const loopwarden::monitor::MonitorStep& step) {
-        keep_evidence(loop, alarm, window, step);
+             const loopwarden::monitor::LoopMonitor& loop_monitor,
+             const loopwarden::monitor::MonitorStep& step,
+             loopwarden::monitor::AlarmReason reason) {
+        keep_evidence(loop, alarm, loop_monitor, step, reason);
       });
   if (configuration_.daemon.modbus_server) make_gateway();
 }
@@ -277,21 +278,22 @@ void App::make_gateway() {
 }
 
 void App::keep_evidence(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-                        const loopwarden::monitor::Window& window,
-                        const loopwarden::monitor::MonitorStep& step) {
+                        const loopwarden::monitor::LoopMonitor& monitor,
+                        const loopwarden::monitor::MonitorStep& step,
+                        loopwarden::monitor::AlarmReason reason) {
   const config::LoopConfig& config = loops_[loop].config;
   evidence::Evidence evidence;
   evidence.loop = config.name;
   evidence.alarm = alarm;
   evidence.raised_ms = board_.watch(loop).alarms.alarm(alarm).memory().raised_ms;
-  evidence.take(window);
-  evidence.measures = step.measures;
-  evidence.judgement = step.judgement;
+  evidence.take(monitor, step, reason);
   evidence.version = LOOPWARDEN_VERSION;
   evidence.config_hash = config_hash_;
   evidence.loop_file = config.file;
-  evidence.specialists_folder = config.monitor.specialists;
-  evidence.specialists_hash = specialist_hashes_[config.monitor.specialists];
+  if (!evidence.routine) {
+    evidence.specialists_folder = config.monitor.specialists;
+    evidence.specialists_hash = specialist_hashes_[config.monitor.specialists];
+  }
   evidence_.post(std::move(evidence));
 }
 

@@ -82,8 +82,9 @@ class App {
   void watch_threads();
   void make_gateway();
   void keep_evidence(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-                     const loopwarden::monitor::Window& window,
-                     const loopwarden::monitor::MonitorStep& step);
+                     const loopwarden::monitor::LoopMonitor& monitor,
+                     const loopwarden::monitor::MonitorStep& step,
+                     loopwarden::monitor::AlarmReason reason);
   void report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
                        const std::string& why);
   nlohmann::json status() const;

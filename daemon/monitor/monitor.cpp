@@ -95,7 +95,10 @@ bool Monitor::take_turn(std::size_t index) {
     const model::MonitorStep step = track.monitor.add(cycle);
     window = pass_on(index, step);
     if (step.routine) {
-      board_.routine_judged(index, *step.routine, step.conditions);
+      for (const model::AlarmKind alarm :
+           board_.routine_judged(index, *step.routine, step.conditions)) {
+        if (raised_) raised_(index, alarm, track.monitor, step, model::AlarmReason::routine);
+      }
       window = true;  // it took as long as one
     }
   }
@@ -124,7 +127,9 @@ bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
       for (const model::AlarmKind alarm :
            board_.window_judged(index, step.measures, step.judgement, step.conditions)) {
         came = came || alarm == model::AlarmKind::stiction;
-        if (raised_) raised_(index, alarm, tracks_[index].monitor.window(), step);
+        if (raised_) {
+          raised_(index, alarm, tracks_[index].monitor, step, model::AlarmReason::windows);
+        }
       }
       correct(index, step, came);
       break;

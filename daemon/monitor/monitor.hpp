@@ -48,11 +48,12 @@ class Monitor {
  public:
   static constexpr std::size_t kCyclesATurn = 256;
 
-  // Called by the monitor's thread with the window that raised an alarm; the window is valid meanwhile. An alarm of
-  // routine evidence has no such window.
+  // Called by the monitor's thread as an alarm is raised, by the window or by the routine judgement (`reason`) of the
+  // step that `monitor` just made; both are valid meanwhile.
   using Raised = std::function<void(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-                                    const loopwarden::monitor::Window& window,
-                                    const loopwarden::monitor::MonitorStep& step)>;
+                                    const loopwarden::monitor::LoopMonitor& monitor,
+                                    const loopwarden::monitor::MonitorStep& step,
+                                    loopwarden::monitor::AlarmReason reason)>;
 
   // What is pointed to outlives this. Alarms that the board knows from before a restart stay on until
   // windows say otherwise.

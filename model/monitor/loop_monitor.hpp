@@ -62,6 +62,11 @@ class LoopMonitor {
   WindowState state() const noexcept { return builder_.state(); }
   // The window of the step that was just made, where there was one; until the next call of add().
   Window window() const noexcept { return builder_.window(); }
+  // The samples of the step's routine judgement, where there was one; until the next call of add().
+  RoutineWatch::Samples routine_samples() const noexcept {
+    return routine_ ? routine_->samples() : RoutineWatch::Samples{};
+  }
+  const WindowSettings& settings() const noexcept { return builder_.settings(); }
 
  private:
   MonitorStep judge_windows(const Cycle& cycle);

@@ -27,6 +27,23 @@ bool speaks(diagnosis::DiagnosisVerdict verdict) noexcept {
 
 }  // namespace
 
+RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record) {
+  const diagnosis::Diagnosis found = diagnosis::diagnose(record);
+  RoutineWatch::Judgement judgement{
+      .window_s = record.sample_time_s * static_cast<double>(record.pv.size()),
+      .verdict = found.verdict,
+      .grade = found.grade,
+      .probability = found.probability,
+      .evidence = found.evidence};
+  if (found.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
+    judgement.fault =
+        found.cause == diagnosis::Cause::backlash ? AlarmKind::backlash : AlarmKind::stiction;
+    const double span = record.co_high - record.co_low;
+    judgement.severity_percent = span > 0.0 ? 100.0 * found.s / span : 0.0;
+  }
+  return judgement;
+}
+
 RoutineWatch::RoutineWatch(const WindowSettings& settings)
     : co_low_(settings.co_low), co_high_(settings.co_high) {
   const double cycle_s = settings.sample_time_s > 0.0 ? settings.sample_time_s : 0.1;
@@ -78,19 +95,28 @@ bool RoutineWatch::add(const Cycle& cycle) {
   const bool usable = cycle.automatic && cycle.pv_good && std::isfinite(cycle.pv) &&
                       std::isfinite(cycle.co) && std::isfinite(cycle.sp);
   bool judged = false;
-  for (Level& level : levels_) {
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    Level& level = levels_[i];
     if (missing > 0) leave_out(level, missing, false);
     if (!usable) {
       leave_out(level, 1, !cycle.automatic);
     } else if (take(level, cycle)) {
       const Judgement of_level = judge(level);
       // Of several at once the one that says most.
-      if (!judged || of_level.sum > judgement_.sum) judgement_ = of_level;
+      if (!judged || of_level.sum > judgement_.sum) {
+        judgement_ = of_level;
+        judged_ = i;
+      }
       judged = true;
     }
   }
   if (judged) settle_conditions();
   return judged;
+}
+
+RoutineWatch::Samples RoutineWatch::samples() const noexcept {
+  const Level& level = levels_[judged_];
+  return {.sample_time_s = level.sample_time_s, .sp = level.sp, .pv = level.pv, .co = level.co};
 }
 
 void RoutineWatch::restore(AlarmKind kind, bool on, double severity_percent) noexcept {
@@ -113,28 +139,24 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
   const std::vector<double> sp(level.sp.begin(), level.sp.end());
   const std::vector<double> pv(level.pv.begin(), level.pv.end());
   const std::vector<double> co(level.co.begin(), level.co.end());
-  const diagnosis::Diagnosis found = diagnosis::diagnose({.pv = pv,
-                                                          .co = co,
-                                                          .sp = sp,
-                                                          .sample_time_s = level.sample_time_s,
-                                                          .co_low = co_low_,
-                                                          .co_high = co_high_});
-  Judgement judgement{.window_s = level.sample_time_s * static_cast<double>(kSamples),
-                      .verdict = found.verdict,
-                      .grade = found.grade,
-                      .probability = found.probability};
-  if (speaks(found.verdict)) {
+  Judgement judgement = judge_routine({.pv = pv,
+                                       .co = co,
+                                       .sp = sp,
+                                       .sample_time_s = level.sample_time_s,
+                                       .co_low = co_low_,
+                                       .co_high = co_high_});
+  judgement.sum_before = level.sum;
+  if (speaks(judgement.verdict)) {
     if (level.specialist_windows > 0) {
       const double mean = level.from_specialists / static_cast<double>(level.specialist_windows);
       judgement.from_specialists =
           std::clamp(0.5 * logit(mean), -kMostFromSpecialists, kMostFromSpecialists);
     }
     level.sum = std::clamp(
-        level.sum + logit(found.probability) + judgement.from_specialists - kDrift, 0.0, kMost);
-    if (found.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
-      level.fault =
-          found.cause == diagnosis::Cause::backlash ? AlarmKind::backlash : AlarmKind::stiction;
-      level.severity_percent = co_high_ > co_low_ ? 100.0 * found.s / (co_high_ - co_low_) : 0.0;
+        level.sum + logit(judgement.probability) + judgement.from_specialists - kDrift, 0.0, kMost);
+    if (judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
+      level.fault = judgement.fault;
+      level.severity_percent = judgement.severity_percent;
     }
     if (level.sum >= kRaise) level.on = true;
     if (level.sum <= kClear) {

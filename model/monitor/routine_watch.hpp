@@ -32,6 +32,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "model/diagnosis/diagnosis.hpp"
@@ -58,11 +59,19 @@ class RoutineWatch {
     double window_s = 0.0;  // its length
     diagnosis::DiagnosisVerdict verdict = diagnosis::DiagnosisVerdict::not_enough_data;
     diagnosis::Grade grade = diagnosis::Grade::none;
-    double probability = 0.5;       // of a valve effect
+    double probability = 0.5;  // of a valve effect
+    diagnosis::ValveEvidence evidence;
+    double sum_before = 0.0;        // nats, S before it
     double from_specialists = 0.0;  // nats, w
     double sum = 0.0;               // nats, S after it
     AlarmKind fault = AlarmKind::stiction;
     double severity_percent = 0.0;  // % of the CO span
+  };
+
+  // The samples that a judgement is on.
+  struct Samples {
+    double sample_time_s = 1.0;
+    std::span<const float> sp, pv, co;
   };
 
   explicit RoutineWatch(const WindowSettings& settings);
@@ -75,6 +84,8 @@ class RoutineWatch {
   void specialists(const WindowJudgement& judgement) noexcept;
 
   const Judgement& judgement() const noexcept { return judgement_; }
+  // Of judgement(), where the last add() judged; until the next one.
+  Samples samples() const noexcept;
   const AlarmConditions& conditions() const noexcept { return conditions_; }
 
  private:
@@ -106,8 +117,12 @@ class RoutineWatch {
   std::uint64_t last_period_ = 0;
   bool any_ = false;
   Judgement judgement_;
+  std::size_t judged_ = 0;  // level that it is of
   AlarmConditions restored_{};
   AlarmConditions conditions_{};
 };
+
+// What diagnose() says of these samples, with nothing gathered before or by specialists.
+RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record);
 
 }  // namespace loopwarden::monitor

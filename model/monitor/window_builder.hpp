@@ -65,6 +65,7 @@ class WindowBuilder {
   // Of the newest window; while the first one of a stretch is being gathered, filling or gap.
   WindowState state() const noexcept { return state_; }
   Window window() const noexcept;
+  const WindowSettings& settings() const noexcept { return settings_; }
   // Number of the newest cycle; of the last in the window, unless that one was made up.
   std::uint64_t last_period() const noexcept { return last_period_; }
   double filled() const noexcept;  // share of the next window that is there, 0 to 1

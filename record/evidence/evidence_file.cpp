@@ -5,6 +5,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <system_error>
+#include <vector>
 
 #include "record/file.hpp"
 #include "record/record_csv.hpp"
@@ -29,10 +31,26 @@ using specialist::Condition;
 using Result = monitor::WindowJudgement::Result;
 
 constexpr const char* kFormat = "loopwarden-evidence";
-constexpr int kVersion = 1;
+// 1 had windows of specialists only, and no kind.
+constexpr int kVersion = 2;
+constexpr std::array kKinds{"window", "routine"};
 
 constexpr std::array kStickSources{"none", "read-back", "PV and CO"};
 constexpr std::array kResults{Result::no_fault, Result::fault, Result::not_enough_movement};
+constexpr std::array kVerdicts{
+    diagnosis::DiagnosisVerdict::valve_effect, diagnosis::DiagnosisVerdict::other_cause,
+    diagnosis::DiagnosisVerdict::healthy, diagnosis::DiagnosisVerdict::not_enough_data,
+    diagnosis::DiagnosisVerdict::cant_tell};
+constexpr std::array kGrades{diagnosis::Grade::none, diagnosis::Grade::likely,
+                             diagnosis::Grade::seen};
+
+template <class Value, std::size_t n>
+Value named(const std::array<Value, n>& values, const std::string& name) {
+  const auto found =
+      std::find_if(values.begin(), values.end(), [&](Value v) { return name == to_text(v); });
+  if (found != values.end()) return *found;
+  throw EvidenceError("verdict: unknown '" + name + "'");
+}
 
 json to_json(const monitor::WindowJudgement& j) {
   json probability = json::object();
@@ -63,9 +81,24 @@ json to_json(const monitor::WindowMeasures& m) {
           {"bridged_cycles", m.bridged_cycles}};
 }
 
-json to_json(const Evidence& e) {
+json to_json(const monitor::RoutineWatch::Judgement& j) {
+  return {{"result", to_text(j.verdict)},
+          {"grade", to_text(j.grade)},
+          {"probability", j.probability},
+          {"fault", monitor::to_text(j.fault)},
+          {"severity_percent", j.severity_percent},
+          {"phase", j.evidence.phase},
+          {"play", j.evidence.play},
+          {"hammerstein", j.evidence.hammerstein},
+          {"parts_for", j.evidence.parts_for},
+          {"nats",
+           {{"before", j.sum_before}, {"from_specialists", j.from_specialists}, {"after", j.sum}}}};
+}
+
+json about_alarm(const Evidence& e) {
   return {{"format", kFormat},
           {"format_version", kVersion},
+          {"kind", kKinds[e.routine ? 1 : 0]},
           {"loop", e.loop},
           {"alarm", monitor::to_text(e.alarm)},
           {"raised_ms", e.raised_ms},
@@ -75,28 +108,30 @@ json to_json(const Evidence& e) {
            {{"cause", monitor::guide_of(e.alarm).cause},
             {"consequence", monitor::guide_of(e.alarm).consequence},
             {"action", monitor::guide_of(e.alarm).action}}},
-          {"verdict", to_json(e.judgement)},
-          {"measures", to_json(e.measures)},
           {"window",
            {{"samples", e.pv.size()},
             {"sample_time_s", e.sample_time_s},
             {"pv_range", {e.pv_low, e.pv_high}},
             {"co_range", {e.co_low, e.co_high}}}},
           {"program", {{"version", e.version}}},
-          {"configuration", {{"crc32", e.config_hash}, {"loop_file", e.loop_file}}},
-          {"specialists", {{"folder", e.specialists_folder}, {"crc32", e.specialists_hash}}}};
+          {"configuration", {{"crc32", e.config_hash}, {"loop_file", e.loop_file}}}};
+}
+
+json to_json(const Evidence& e) {
+  json about = about_alarm(e);
+  if (e.routine) {
+    about["verdict"] = to_json(*e.routine);
+    return about;
+  }
+  about["verdict"] = to_json(e.judgement);
+  about["measures"] = to_json(e.measures);
+  about["specialists"] = {{"folder", e.specialists_folder}, {"crc32", e.specialists_hash}};
+  return about;
 }
 
 monitor::WindowJudgement judgement_of(const json& j) {
   monitor::WindowJudgement judgement;
-  const auto result = j.at("result").get<std::string>();
-  bool known = false;
-  for (const Result r : kResults) {
-    if (result != to_text(r)) continue;
-    judgement.result = r;
-    known = true;
-  }
-  if (!known) throw EvidenceError("verdict.result: unknown '" + result + "'");
+  judgement.result = named(kResults, j.at("result").get<std::string>());
   for (const AlarmKind kind : monitor::kAlarmKinds) {
     judgement.probability[monitor::index_of(kind)] =
         j.at("probability").at(monitor::to_text(kind)).get<double>();
@@ -130,21 +165,52 @@ monitor::WindowMeasures measures_of(const json& j) {
   return m;
 }
 
+monitor::RoutineWatch::Judgement routine_of(const json& j) {
+  monitor::RoutineWatch::Judgement r;
+  r.verdict = named(kVerdicts, j.at("result").get<std::string>());
+  r.grade = named(kGrades, j.at("grade").get<std::string>());
+  r.fault = named(monitor::kAlarmKinds, j.at("fault").get<std::string>());
+  r.probability = j.at("probability").get<double>();
+  r.severity_percent = j.at("severity_percent").get<double>();
+  r.evidence = {.phase = j.at("phase").get<double>(),
+                .play = j.at("play").get<double>(),
+                .hammerstein = j.at("hammerstein").get<double>(),
+                .parts_for = j.at("parts_for").get<double>()};
+  const json& nats = j.at("nats");
+  r.sum_before = nats.at("before").get<double>();
+  r.from_specialists = nats.at("from_specialists").get<double>();
+  r.sum = nats.at("after").get<double>();
+  return r;
+}
+
 Evidence evidence_of(const json& j) {
-  if (j.at("format") != kFormat || j.at("format_version") != kVersion) {
-    throw EvidenceError(fmt::format("it is no {} of version {}", kFormat, kVersion));
+  const bool is_evidence = j.at("format") == kFormat;
+  const int version = is_evidence ? j.at("format_version").get<int>() : 0;
+  if (version < 1 || version > kVersion) {
+    throw EvidenceError(fmt::format("it is no {} of version 1 to {}", kFormat, kVersion));
   }
+  const std::string kind = version == 1 ? kKinds[0] : j.at("kind").get<std::string>();
+  if (kind != kKinds[0] && kind != kKinds[1]) throw EvidenceError("kind: unknown '" + kind + "'");
   Evidence e;
   e.loop = j.at("loop").get<std::string>();
   const auto alarm = j.at("alarm").get<std::string>();
-  for (const AlarmKind kind : monitor::kAlarmKinds) {
-    if (alarm == monitor::to_text(kind)) e.alarm = kind;
+  for (const AlarmKind known : monitor::kAlarmKinds) {
+    if (alarm == monitor::to_text(known)) e.alarm = known;
   }
   e.raised_ms = j.at("raised_ms").get<std::int64_t>();
-  e.judgement = judgement_of(j.at("verdict"));
-  e.measures = measures_of(j.at("measures"));
+  if (kind == kKinds[1]) {
+    e.routine = routine_of(j.at("verdict"));
+  } else {
+    e.judgement = judgement_of(j.at("verdict"));
+    e.measures = measures_of(j.at("measures"));
+    e.specialists_folder = j.at("specialists").at("folder").get<std::string>();
+    e.specialists_hash = j.at("specialists").at("crc32").get<std::uint32_t>();
+  }
   const json& window = j.at("window");
   e.sample_time_s = window.at("sample_time_s").get<double>();
+  if (e.routine) {
+    e.routine->window_s = e.sample_time_s * window.at("samples").get<double>();
+  }
   e.pv_low = window.at("pv_range").at(0).get<double>();
   e.pv_high = window.at("pv_range").at(1).get<double>();
   e.co_low = window.at("co_range").at(0).get<double>();
@@ -152,8 +218,6 @@ Evidence evidence_of(const json& j) {
   e.version = j.at("program").at("version").get<std::string>();
   e.config_hash = j.at("configuration").at("crc32").get<std::uint32_t>();
   e.loop_file = j.at("configuration").at("loop_file").get<std::string>();
-  e.specialists_folder = j.at("specialists").at("folder").get<std::string>();
-  e.specialists_hash = j.at("specialists").at("crc32").get<std::uint32_t>();
   return e;
 }
 
@@ -194,21 +258,31 @@ std::uint32_t crc_of(const fs::path& path) {
 }
 
 // What the verdict depends on; the manifest has the digests of the weights.
-constexpr std::array kFiles{"record.csv", "specialists/manifest.yaml"};
+std::vector<const char*> files_of(const Evidence& evidence) {
+  if (evidence.routine) return {"record.csv"};
+  return {"record.csv", "specialists/manifest.yaml"};
+}
 
-void write_into(const Evidence& evidence, const config::SpecialistFolder& specialists,
+void put_specialists(const config::SpecialistFolder& specialists, const fs::path& folder) {
+  fs::create_directory(folder);
+  const std::string wrong = config::write_specialists(specialists, folder);
+  if (!wrong.empty()) throw EvidenceError(wrong);
+  sync_files(folder);
+  if (!record::sync_folder(folder)) {
+    throw EvidenceError(fmt::format("{}: {}", folder.string(), record::error_text(errno)));
+  }
+}
+
+void write_into(const Evidence& evidence, const config::SpecialistFolder* specialists,
                 const fs::path& folder) {
   fs::create_directory(folder);
   write_record(evidence, folder / "record.csv");
-  fs::create_directory(specialists_of(folder));
-  const std::string wrong = config::write_specialists(specialists, specialists_of(folder));
-  if (!wrong.empty()) throw EvidenceError(wrong);
-  sync_files(specialists_of(folder));
+  if (specialists != nullptr) put_specialists(*specialists, specialists_of(folder));
   json about = to_json(evidence);
-  for (const char* file : kFiles) about["files"][file] = crc_of(folder / file);
+  for (const char* file : files_of(evidence)) about["files"][file] = crc_of(folder / file);
   write_text(about.dump(2, ' ', false, json::error_handler_t::replace) + "\n",
              folder / "evidence.json");
-  if (!record::sync_folder(specialists_of(folder)) || !record::sync_folder(folder)) {
+  if (!record::sync_folder(folder)) {
     throw EvidenceError(fmt::format("{}: {}", folder.string(), record::error_text(errno)));
   }
 }
@@ -217,7 +291,7 @@ void write_into(const Evidence& evidence, const config::SpecialistFolder& specia
 
 fs::path specialists_of(const fs::path& folder) { return folder / "specialists"; }
 
-void write_evidence(const Evidence& evidence, const config::SpecialistFolder& specialists,
+void write_evidence(const Evidence& evidence, const config::SpecialistFolder* specialists,
                     const fs::path& folder) {
   const fs::path temporary = folder.parent_path() / ("." + folder.filename().string() + ".tmp");
   std::error_code ignored;
@@ -240,7 +314,7 @@ Evidence read_evidence(const fs::path& folder) {
   try {
     const json about = json::parse(stream);
     evidence = evidence_of(about);
-    for (const char* name : kFiles) {
+    for (const char* name : files_of(evidence)) {
       if (about.at("files").at(name) != crc_of(folder / name)) {
         throw EvidenceError(fmt::format("{} is not what it was", name));
       }
@@ -250,9 +324,11 @@ Evidence read_evidence(const fs::path& folder) {
   }
   try {
     record::Record record = record::read_record(folder / "record.csv");
-    if (record.size() != monitor::kWindowSamples || !record.has_sp || !record.has_co) {
+    const std::size_t samples =
+        evidence.routine ? monitor::RoutineWatch::kSamples : monitor::kWindowSamples;
+    if (record.size() != samples || !record.has_sp || !record.has_co) {
       throw EvidenceError(fmt::format("{}: it is no window of {} samples with sp, pv and co",
-                                      (folder / "record.csv").string(), monitor::kWindowSamples));
+                                      (folder / "record.csv").string(), samples));
     }
     evidence.sp = std::move(record.sp);
     evidence.pv = std::move(record.pv);

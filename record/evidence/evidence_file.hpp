@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Evidence as a folder that says all by itself, for ever:
 //
-//   evidence.json  alarm, verdict, every specialist's error, classical measures, hashes
-//   record.csv     the window's samples, a record like any other (loopwarden gap, diagnose, classify)
-//   specialists/   those that judged it
+//   evidence.json  alarm, verdict, hashes; of a window every specialist's error and the classical measures, of routine
+//                  evidence the numbers that diagnose() weighs, and the sum of nats before and after
+//   record.csv     the samples, a record like any other (loopwarden gap, diagnose, classify)
+//   specialists/   those that judged it; not with routine evidence, which needs none
 //
 // The folder gets its name when all of it is on the disk: what has a name is whole.
 #pragma once
@@ -23,8 +24,8 @@ class EvidenceError : public std::runtime_error {
 };
 
 // Throws EvidenceError with the reason; nothing of it is left then. `folder` must not exist; the one that
-// it is in must.
-void write_evidence(const Evidence& evidence, const config::SpecialistFolder& specialists,
+// it is in must. `specialists`: null for routine evidence.
+void write_evidence(const Evidence& evidence, const config::SpecialistFolder* specialists,
                     const std::filesystem::path& folder);
 
 // Throws EvidenceError for what is no evidence.

@@ -63,8 +63,9 @@ class Plant {
          .orders = &desk_}};
     monitor_ = std::make_unique<Monitor>(
         std::move(watched), board_,
-        [this](std::size_t, AlarmKind alarm, const monitor::Window& window,
-               const monitor::MonitorStep& step) { keep(alarm, window, step); });
+        [this](std::size_t, AlarmKind alarm, const monitor::LoopMonitor& watched_by,
+               const monitor::MonitorStep& step,
+               monitor::AlarmReason reason) { keep(alarm, watched_by, step, reason); });
   }
 
   void run_to(double hour) {
@@ -137,14 +138,13 @@ class Plant {
     }
     monitor_->round();  // hears the answers
   }
-  void keep(AlarmKind alarm, const monitor::Window& window, const monitor::MonitorStep& step) {
+  void keep(AlarmKind alarm, const monitor::LoopMonitor& watched_by,
+            const monitor::MonitorStep& step, monitor::AlarmReason reason) {
     evidence::Evidence e;
     e.loop = "FIC-101";
     e.alarm = alarm;
     e.raised_ms = board_.watch(0).alarms.alarm(alarm).memory().raised_ms;
-    e.take(window);
-    e.measures = step.measures;
-    e.judgement = step.judgement;
+    e.take(watched_by, step, reason);
     e.specialists_folder = kSpecialists;
     evidence_.post(std::move(e));
   }

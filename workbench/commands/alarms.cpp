@@ -195,7 +195,7 @@ int run_explain(const Options& options) {
   if (answer.at("evidence").is_string()) {
     const auto folder = answer.at("evidence").get<std::string>();
     fmt::print(
-        "evidence: {}\nthe window that raised it, judged once more: loopwarden replay {}\n\n",
+        "evidence: {}\nthe samples that raised it, judged once more: loopwarden replay {}\n\n",
         folder, folder);
   } else {
     fmt::print("{}\n\n", answer.value("disk_answers", true)

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "record/evidence/evidence_file.hpp"
 #include "model/monitor/specialist_judge.hpp"
+#include "record/evidence/evidence_file.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/text/json_number.hpp"
 
@@ -22,6 +22,7 @@ namespace {
 using evidence::Evidence;
 using monitor::WindowJudgement;
 using monitor::WindowMeasures;
+using Judgement = monitor::RoutineWatch::Judgement;
 using nlohmann::json;
 
 // Another compiler or machine may round the last digits otherwise; the same one gives the same bits.
@@ -61,10 +62,14 @@ class Table {
   }
 };
 
-void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasures& measures) {
+void print_alarm(const Evidence& e) {
   fmt::print("{} of {}, raised {:%Y-%m-%d %H:%M:%S} UTC by loopwardend {}\n",
              monitor::to_text(e.alarm), e.loop,
              fmt::gmtime(static_cast<std::time_t>(e.raised_ms / 1000)), e.version);
+}
+
+void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasures& measures) {
+  print_alarm(e);
   fmt::print(
       "{} samples each {:g} s, {} cycles of them stood in for; configuration {:08x} ({}), "
       "specialists {:08x} ({})\n\n",
@@ -91,6 +96,72 @@ void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasu
   table.row("stick, % of CO span", e.measures.stick_percent, measures.stick_percent);
 }
 
+void print_routine(const Evidence& e, const Judgement& now) {
+  const Judgement& then = *e.routine;
+  print_alarm(e);
+  fmt::print(
+      "routine evidence: {} samples each {:g} s, the last {:.0f} min before it; configuration "
+      "{:08x} ({})\n\n",
+      e.pv.size(), e.sample_time_s, then.window_s / 60.0, e.config_hash, e.loop_file);
+  const Table table;
+  table.row("", "then", "now");
+  table.row("verdict on these samples", to_text(then.verdict), to_text(now.verdict));
+  table.row("grade", to_text(then.grade), to_text(now.grade));
+  table.row("probability of a valve effect", then.probability, now.probability);
+  table.row("phase", then.evidence.phase, now.evidence.phase);
+  table.row("play", then.evidence.play, now.evidence.play);
+  table.row("Hammerstein, nats a sample", then.evidence.hammerstein, now.evidence.hammerstein);
+  table.row("parts of the record for it, %", 100.0 * then.evidence.parts_for,
+            100.0 * now.evidence.parts_for);
+  table.row("severity, % of CO span", then.severity_percent, now.severity_percent);
+  fmt::print(
+      "\nnats gathered: {:.2f} from windows before (their samples are not kept here), {:+.2f} from "
+      "the specialists, {:.2f} with this one; an alarm from {:g} on\n",
+      then.sum_before, then.from_specialists, then.sum, monitor::RoutineWatch::kRaise);
+}
+
+bool same(const Judgement& a, const Judgement& b) {
+  return a.verdict == b.verdict && a.grade == b.grade && same(a.probability, b.probability) &&
+         same(a.evidence.phase, b.evidence.phase) && same(a.evidence.play, b.evidence.play) &&
+         same(a.evidence.hammerstein, b.evidence.hammerstein) &&
+         same(a.evidence.parts_for, b.evidence.parts_for) &&
+         (a.verdict != diagnosis::DiagnosisVerdict::valve_effect ||
+          same(a.severity_percent, b.severity_percent));
+}
+
+void print_json(const Evidence& e, const std::string& then, const std::string& now,
+                double severity_percent, bool agree) {
+  fmt::print("{}\n", json{{"loop", e.loop},
+                          {"alarm", to_text(e.alarm)},
+                          {"kind", e.routine ? "routine" : "window"},
+                          {"verdict_then", then},
+                          {"verdict_now", now},
+                          {"severity_percent", finite_or_null(severity_percent)},
+                          {"same", agree}}
+                         .dump(2));
+}
+
+int conclude(bool agree, bool as_json) {
+  if (!as_json) fmt::print("\n{}\n", agree ? "The same verdict." : "NOT the same verdict.");
+  return agree ? kExitOk : kExitData;
+}
+
+int replay_routine(const Evidence& e, bool as_json) {
+  const Judgement now = monitor::judge_routine({.pv = e.pv,
+                                                .co = e.co,
+                                                .sp = e.sp,
+                                                .sample_time_s = e.sample_time_s,
+                                                .co_low = e.co_low,
+                                                .co_high = e.co_high});
+  const bool agree = same(*e.routine, now);
+  if (as_json) {
+    print_json(e, to_text(e.routine->verdict), to_text(now.verdict), now.severity_percent, agree);
+  } else {
+    print_routine(e, now);
+  }
+  return conclude(agree, as_json);
+}
+
 }  // namespace
 
 int replay_evidence(const std::filesystem::path& folder, bool as_json) {
@@ -101,6 +172,7 @@ int replay_evidence(const std::filesystem::path& folder, bool as_json) {
     fmt::print(stderr, "{}\n", e.what());
     return kExitData;
   }
+  if (evidence.routine) return replay_routine(evidence, as_json);
   const auto loaded = config::read_specialists(evidence::specialists_of(folder));
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
   if (!loaded || !loaded->team) return kExitConfiguration;
@@ -109,18 +181,11 @@ int replay_evidence(const std::filesystem::path& folder, bool as_json) {
   const WindowMeasures measures = monitor::measure(evidence.window());
   const bool agree = same(evidence.judgement, now);
   if (as_json) {
-    fmt::print("{}\n", json{{"loop", evidence.loop},
-                            {"alarm", to_text(evidence.alarm)},
-                            {"verdict_then", name_of(evidence.judgement)},
-                            {"verdict_now", name_of(now)},
-                            {"severity_percent", finite_or_null(severity_of(now))},
-                            {"same", agree}}
-                           .dump(2));
+    print_json(evidence, name_of(evidence.judgement), name_of(now), severity_of(now), agree);
   } else {
     print_text(evidence, now, measures);
-    fmt::print("\n{}\n", agree ? "The same verdict." : "NOT the same verdict.");
   }
-  return agree ? kExitOk : kExitData;
+  return conclude(agree, as_json);
 }
 
 }  // namespace loopwarden::workbench

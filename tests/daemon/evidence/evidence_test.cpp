@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/biased_specialists.hpp"
@@ -58,6 +59,29 @@ Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
   return e;
 }
 
+Evidence routine_example() {
+  Evidence e = example();
+  for (std::vector<double>* column : {&e.sp, &e.pv, &e.co, &e.stem}) {
+    column->resize(loopwarden::monitor::RoutineWatch::kSamples);
+    for (double& v : *column) v = static_cast<double>(static_cast<float>(v));
+  }
+  e.stem.assign(e.pv.size(), std::nan(""));
+  e.sample_time_s = 4.0;
+  e.routine = loopwarden::monitor::RoutineWatch::Judgement{
+      .window_s = 3000.0,
+      .verdict = diagnosis::DiagnosisVerdict::valve_effect,
+      .grade = diagnosis::Grade::seen,
+      .probability = 0.9,
+      .evidence = {.phase = 1.0 / 3.0, .play = -0.1, .hammerstein = 0.2, .parts_for = 0.875},
+      .sum_before = 2.1,
+      .from_specialists = -0.7,
+      .sum = 3.3,
+      .fault = AlarmKind::backlash,
+      .severity_percent = 1.0 / 7.0};
+  e.specialists_folder.clear();
+  return e;
+}
+
 config::SpecialistFolder specialists() {
   const tests::TemporaryFolder folder;
   tests::write_biased_specialists(folder.path(), specialist::Condition::backlash);
@@ -78,7 +102,8 @@ TEST_CASE("evidence comes back bit for bit, with specialists that can be loaded"
   Evidence e = example();
   const bool has_stem = GENERATE(true, false);
   if (!has_stem) e.stem.assign(e.stem.size(), std::nan(""));
-  write_evidence(e, specialists(), folder / "one");
+  const config::SpecialistFolder judges = specialists();
+  write_evidence(e, &judges, folder / "one");
   CHECK(names(folder.path()) == std::vector<std::string>{"one"});
   const Evidence back = read_evidence(folder / "one");
   CHECK(back.loop == e.loop);
@@ -102,9 +127,57 @@ TEST_CASE("evidence comes back bit for bit, with specialists that can be loaded"
   CHECK(loaded->team->members[2].network.layers[2].bias[0] == 12.0);
 }
 
+TEST_CASE("routine evidence comes back bit for bit, and has no specialists", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  const Evidence e = routine_example();
+  write_evidence(e, nullptr, folder / "one");
+  CHECK_FALSE(fs::exists(specialists_of(folder / "one")));
+  const Evidence back = read_evidence(folder / "one");
+  REQUIRE(back.routine);
+  CHECK(back.pv == e.pv);
+  CHECK(back.co == e.co);
+  CHECK(back.routine->window_s == 750.0 * 4.0);
+  CHECK(back.routine->verdict == diagnosis::DiagnosisVerdict::valve_effect);
+  CHECK(back.routine->grade == diagnosis::Grade::seen);
+  CHECK(back.routine->fault == AlarmKind::backlash);
+  CHECK(back.routine->probability == e.routine->probability);
+  CHECK(back.routine->severity_percent == e.routine->severity_percent);
+  CHECK(back.routine->evidence.phase == e.routine->evidence.phase);
+  CHECK(back.routine->evidence.play == e.routine->evidence.play);
+  CHECK(back.routine->evidence.hammerstein == e.routine->evidence.hammerstein);
+  CHECK(back.routine->evidence.parts_for == e.routine->evidence.parts_for);
+  CHECK(back.routine->sum_before == e.routine->sum_before);
+  CHECK(back.routine->from_specialists == e.routine->from_specialists);
+  CHECK(back.routine->sum == e.routine->sum);
+
+  std::string about = tests::read_file(folder / "one/evidence.json");
+  const std::string kind = "\"kind\": \"routine\"";
+  about.replace(about.find(kind), kind.size(), "\"kind\": \"dream\"");
+  tests::write_file(folder / "one/evidence.json", about);
+  CHECK_THROWS_WITH(read_evidence(folder / "one"), Catch::Contains("unknown 'dream'"));
+}
+
+TEST_CASE("evidence of version 1, which had no kind, is read", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  const config::SpecialistFolder judges = specialists();
+  write_evidence(example(), &judges, folder / "one");
+  std::string about = tests::read_file(folder / "one/evidence.json");
+  for (const auto& [now, then] :
+       {std::pair<std::string, std::string>{"\"format_version\": 2", "\"format_version\": 1"},
+        {"\"kind\": \"window\",", ""}}) {
+    REQUIRE(about.find(now) != std::string::npos);
+    about.replace(about.find(now), now.size(), then);
+  }
+  tests::write_file(folder / "one/evidence.json", about);
+  const Evidence back = read_evidence(folder / "one");
+  CHECK_FALSE(back.routine);
+  CHECK(back.judgement == example().judgement);
+}
+
 TEST_CASE("evidence that was touched is refused with a reason", "[evidence]") {
   const tests::TemporaryFolder folder;
-  write_evidence(example(), specialists(), folder / "one");
+  const config::SpecialistFolder judges = specialists();
+  write_evidence(example(), &judges, folder / "one");
   std::string what;
   SECTION("a sample") {
     std::string record = tests::read_file(folder / "one/record.csv");
@@ -123,7 +196,7 @@ TEST_CASE("evidence that was touched is refused with a reason", "[evidence]") {
   SECTION("of another version") {
     tests::write_file(folder / "one/evidence.json",
                       R"({"format": "loopwarden-evidence", "format_version": 99})");
-    what = "version 1";
+    what = "version 1 to 2";
   }
   CHECK_THROWS_WITH(read_evidence(folder / "one"), Catch::Contains(what));
   CHECK_THROWS_AS(read_evidence(folder / "nowhere"), EvidenceError);
@@ -199,6 +272,16 @@ TEST_CASE("a disk that hangs: who posts goes on, the status says so, and it is w
   CHECK(store.stop_for(std::chrono::milliseconds(10'000)));
   CHECK(store.status().written == 3);
   CHECK(store.status().error.empty());
+}
+
+TEST_CASE("routine evidence waits for no specialists", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  EvidenceStore store({.folder = folder / "evidence"}, {},
+                      [](const Evidence&, const fs::path&, const std::string&) {});
+  store.start();
+  store.post(routine_example());
+  REQUIRE(test::eventually([&] { return store.status().written == 1; }));
+  CHECK(read_evidence(*store.newest("FIC-101", AlarmKind::backlash)).routine);
 }
 
 TEST_CASE("evidence that nobody wants is not written", "[evidence]") {

@@ -10,6 +10,9 @@
 
 #include "hal/contract/sample.hpp"
 #include "model/control/loop_controller.hpp"
+#include "model/plant/stiction_karnopp.hpp"
+#include "record/evidence/evidence.hpp"
+#include "tests/model/diagnosis/signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::daemon::monitor::monitor_test {
@@ -128,6 +131,55 @@ struct Bench {
 };
 
 }  // namespace
+
+TEST_CASE("an alarm of routine evidence is raised once, with the samples that it comes from",
+          "[monitor]") {
+  plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
+  valve.reset(50.0);
+  const auto run = tests::SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
+      3 * model::RoutineWatch::kSamples, [&](double u) { return valve.step(u); },
+      [](double) { return 1.3; });
+  Bench bench;
+  // Samples of 2 s, and no specialists.
+  std::vector<evidence::Evidence> raised;
+  Monitor monitor({{.cycles = bench.rings[0].get(),
+                    .window = {.sample_time_s = 2.0, .pv_low = -50.0, .co_high = 80.0},
+                    .judge = nullptr,
+                    .rule = {}}},
+                  *bench.board,
+                  [&](std::size_t loop, AlarmKind alarm, const model::LoopMonitor& watched_by,
+                      const model::MonitorStep& step, model::AlarmReason reason) {
+                    CHECK(loop == 0);
+                    evidence::Evidence& e = raised.emplace_back();
+                    e.alarm = alarm;
+                    e.take(watched_by, step, reason);
+                  });
+  for (std::size_t k = 0; k < run.pv.size(); ++k) {
+    RecordRow row = bench.row(0);
+    row.sp = 20.0;
+    row.pv = run.pv[k];
+    row.co = run.co[k];
+    REQUIRE(bench.rings[0]->try_push(row));
+    if (k % 100 == 99) monitor.round();
+  }
+  for (int i = 0; i < 8; ++i) monitor.round();
+  REQUIRE(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+  REQUIRE(raised.size() == 1);
+  const evidence::Evidence& e = raised.front();
+  CHECK(e.alarm == AlarmKind::stiction);
+  REQUIRE(e.routine);
+  CHECK(e.routine->verdict == diagnosis::DiagnosisVerdict::valve_effect);
+  CHECK(e.routine->sum >= model::RoutineWatch::kRaise);
+  CHECK(e.routine->severity_percent == Approx(100.0 * 4.0 / 80.0).epsilon(0.5));
+  CHECK(e.sample_time_s == 2.0);
+  CHECK(e.pv_low == -50.0);
+  CHECK(e.co_high == 80.0);
+  REQUIRE(e.pv.size() == model::RoutineWatch::kSamples);
+  // The second full window of samples of one cycle.
+  const std::size_t first = model::RoutineWatch::kSamples;
+  CHECK(e.pv.front() == Approx(run.pv[first]).epsilon(1e-6));
+  CHECK(e.co.back() == Approx(run.co[2 * first - 1]).epsilon(1e-6));
+}
 
 TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is repaired",
           "[monitor]") {

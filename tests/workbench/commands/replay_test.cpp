@@ -7,6 +7,9 @@
 #include <sstream>
 #include <string>
 
+#include "model/monitor/loop_monitor.hpp"
+#include "record/evidence/evidence_file.hpp"
+#include "record/record_csv.hpp"
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -145,6 +148,54 @@ TEST_CASE("without specialists routine evidence stands alone, and says so", "[re
   CHECK(result.at("transitions")[0].at("alarm") == "stiction");
   CHECK(result.at("transitions")[0].at("to") == "unacknowledged");
   CHECK(result.at("transitions")[0].at("reason") == "routine");
+}
+
+TEST_CASE("routine evidence that is replayed has the same verdict, and says so where it has not",
+          "[replay]") {
+  // The same valve, watched without specialists, until its alarm would come.
+  const TemporaryFolder folder;
+  monitor::WindowSettings settings{.sample_time_s = 10.0};
+  monitor::LoopMonitor watch(settings, monitor::kAlarmRule, nullptr);
+  evidence::Evidence e;
+  e.loop = "FIC-101";
+  std::uint64_t period = 0;
+  for (const char* part : {"r21", "r22", "r23"}) {
+    const record::Record r =
+        record::read_record(LOOPWARDEN_SOURCE_DIR "/data/routine/" + std::string(part) + ".csv");
+    for (std::size_t k = 0; k < r.size() && !e.routine; ++k) {
+      const monitor::MonitorStep step = watch.add({.period_index = period++,
+                                                   .sp = r.sp[k],
+                                                   .pv = r.pv[k],
+                                                   .co = r.co[k],
+                                                   .stem = std::nan(""),
+                                                   .automatic = true,
+                                                   .pv_good = true});
+      if (step.routine && step.conditions[monitor::index_of(monitor::AlarmKind::stiction)].on) {
+        e.take(watch, step, monitor::AlarmReason::routine);
+      }
+    }
+  }
+  REQUIRE(e.routine);
+  CHECK(e.pv.size() == monitor::RoutineWatch::kSamples);
+  CHECK(e.sample_time_s == 10.0);
+  CHECK(e.routine->sum_before > 0.0);
+  CHECK(e.routine->sum > e.routine->sum_before);
+  const bool changed = GENERATE(false, true);
+  if (changed) e.routine->evidence.hammerstein *= 1.01;
+  evidence::write_evidence(e, nullptr, folder / "one");
+  const ShellOutcome text = replay((folder / "one").string());
+  INFO(text.text);
+  CHECK(text.exit_code == (changed ? 65 : 0));
+  CHECK_THAT(text.text, Catch::Contains(changed ? "NOT the same verdict." : "\nThe same verdict."));
+  CHECK_THAT(text.text, Catch::Contains("stiction of FIC-101"));
+  CHECK_THAT(text.text, Catch::Contains("the last 125 min"));
+  const ShellOutcome answer = replay((folder / "one").string() + " --json");
+  INFO(answer.text);
+  const json result = json::parse(answer.text);
+  CHECK(result.at("kind") == "routine");
+  CHECK(result.at("verdict_now") == "valve_effect");
+  CHECK(result.at("same") == !changed);
+  CHECK(result.at("severity_percent") == Approx(e.routine->severity_percent));
 }
 
 TEST_CASE("what can't be replayed is refused with a reason", "[replay]") {

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/evidence/evidence.hpp"
+
+#include <limits>
+
+namespace loopwarden::evidence {
+
+using monitor::AlarmReason;
+
+void Evidence::take(const monitor::LoopMonitor& monitor, const monitor::MonitorStep& step,
+                    AlarmReason reason) {
+  const auto columns = [this](const auto& samples) {
+    sp.assign(samples.sp.begin(), samples.sp.end());
+    pv.assign(samples.pv.begin(), samples.pv.end());
+    co.assign(samples.co.begin(), samples.co.end());
+    sample_time_s = samples.sample_time_s;
+  };
+  const monitor::WindowSettings& settings = monitor.settings();
+  pv_low = settings.pv_low;
+  pv_high = settings.pv_high;
+  co_low = settings.co_low;
+  co_high = settings.co_high;
+  if (reason == AlarmReason::routine) {
+    columns(monitor.routine_samples());
+    stem.assign(pv.size(), std::numeric_limits<double>::quiet_NaN());
+    routine = step.routine;
+    return;
+  }
+  const monitor::Window window = monitor.window();
+  columns(window);
+  stem.assign(window.stem.begin(), window.stem.end());
+  routine.reset();
+  measures = step.measures;
+  judgement = step.judgement;
+}
+
+}  // namespace loopwarden::evidence
