@@ -17,6 +17,7 @@ import tempfile
 
 import numpy as np
 
+FEWEST = 10  # loops that stick, and that don't, for a kind of process to have a column
 RESAMPLES = 1000
 
 
@@ -251,23 +252,19 @@ def auc(scores, sticky):
     return float(np.mean(d > 0) + 0.5 * np.mean(d == 0))
 
 
-def balanced(scores, sticky, threshold):
-    called = scores > threshold
+def balanced(called, sticky):
     if sticky.all() or not sticky.any():
         return float("nan")
     return float((called[sticky].mean() + (~called[~sticky]).mean()) / 2.0)
 
 
-def by_loop(scores, sticky, loops):
-    names = sorted(set(loops))
-    rows = [np.flatnonzero(loops == name) for name in names]
-    return np.array([scores[r].mean() for r in rows]), np.array([sticky[r[0]] for r in rows])
+def rows_of(loops):
+    return [np.flatnonzero(loops == name) for name in sorted(set(loops))]
 
 
 def interval(figure, loops):
     random = np.random.default_rng(1)
-    names = sorted(set(loops))
-    rows = [np.flatnonzero(loops == name) for name in names]
+    rows = rows_of(loops)
     drawn = []
     for _ in range(RESAMPLES):
         of = [rows[i] for i in random.integers(0, len(rows), len(rows))]
@@ -277,25 +274,65 @@ def interval(figure, loops):
     return np.quantile(drawn, [0.025, 0.975]) if drawn else (float("nan"), float("nan"))
 
 
-def table(title, scores_of, sticky, loops):
+def with_interval(figure, loops):
+    low, high = interval(figure, loops)
+    return f"{figure(np.arange(len(loops))):.2f} ({low:.2f} to {high:.2f})"
+
+
+# `methods`: name, score of each window, whether it is called sticky, and the same of each loop. The last one is ours.
+def table(title, methods, sticky, loops, kinds=None):
+    several = len(set(loops)) < len(loops)
     print(f"\n{title}: {len(sticky)} windows of {len(set(loops))} loops, {int(sticky.sum())} windows sticky")
-    print(f"{'method':<34} {'AUC window':>10} {'(95 %)':>13} {'bal. acc.':>9} {'AUC loop':>9} {'bal. acc.':>9}")
-    for name, scores, threshold in scores_of:
-        low, high = interval(lambda i, s=scores: auc(s[i], sticky[i]), loops)
-        loop_scores, loop_sticky = by_loop(scores, sticky, loops)
+    print(f"{'method':<34} {'AUC, windows':>20} {'balanced, windows':>20}" + (f" {'balanced, loops':>20}" if several else ""))
+    loop_sticky = np.array([sticky[r[0]] for r in rows_of(loops)])
+    for name, scores, called, loop_called in methods:
         print(
-            f"{name:<34} {auc(scores, sticky):>10.2f} {f'{low:.2f} to {high:.2f}':>13} "
-            f"{balanced(scores, sticky, threshold):>9.2f} {auc(loop_scores, loop_sticky):>9.2f} "
-            f"{balanced(loop_scores, loop_sticky, threshold):>9.2f}"
+            f"{name:<34} {with_interval(lambda i: auc(scores[i], sticky[i]), loops):>20} "
+            f"{with_interval(lambda i: balanced(called[i], sticky[i]), loops):>20}"
+            + (
+                f" {with_interval(lambda i: balanced(loop_called[i], loop_sticky[i]), np.arange(len(loop_sticky))):>20}"
+                if several
+                else ""
+            )
         )
+    best = max(methods[:-1], key=lambda m: auc(m[1], sticky))
+    ours = methods[-1][1]
+    print(
+        f"AUC of ours less that of {best[0]}: "
+        + with_interval(lambda i: auc(ours[i], sticky[i]) - auc(best[1][i], sticky[i]), loops)
+    )
+    if kinds is None:
+        return
+    shown = [k for k in sorted(set(kinds)) if min(sticky[kinds == k].sum(), (~sticky[kinds == k]).sum()) >= FEWEST]
+    of = [np.flatnonzero(kinds == k) for k in shown]
+    print(f"{'AUC by kind of process':<34}" + "".join(f" {k:>20}" for k in shown))
+    for name, scores, _, _ in methods:
+        print(f"{name:<34}" + "".join(f" {with_interval(lambda i, r=r: auc(scores[r[i]], sticky[r[i]]), r):>20}" for r in of))
+    print(f"{'loops, of them sticky':<34}" + "".join(f" {f'{len(r)}, {int(sticky[r].sum())}':>20}" for r in of))
 
 
-def scores_of(records):
+def published(records, loops):
     periods = [period_of(co, pv) for pv, co in records]
-    return [
-        (name, np.array([method(pv, co, p) for (pv, co), p in zip(records, periods)]), threshold)
-        for name, method, threshold in METHODS
-    ]
+    methods = []
+    for name, method, threshold in METHODS:
+        scores = np.array([method(pv, co, p) for (pv, co), p in zip(records, periods)])
+        loop_called = np.array([scores[r].mean() > threshold for r in rows_of(loops)])
+        methods.append((name, scores, scores > threshold, loop_called))
+    return methods
+
+
+# As answered: what it can't tell is not called sticky.
+def answered(results):
+    return np.array([r["verdict"] == "valve_effect" for r in results])
+
+
+# A gate that is shut is no opinion of the valve, and the published methods have no gates.
+def judged(results):
+    return [i for i, r in enumerate(results) if r["verdict"] != "not_enough_data"]
+
+
+def probability(results):
+    return np.array([r["probability"] for r in results])
 
 
 def study(program, *arguments):
@@ -310,17 +347,20 @@ def main():
     parser.add_argument("--seed", type=int, default=3)
     options = parser.parse_args()
 
-    ours = json.loads(study(options.study, "--json", "--records", *options.records))["records"]
+    answer = json.loads(study(options.study, "--json", "--records", *options.records))
+    kept = judged(answer["records"])
+    print(f"open records left out, not enough data: {len(answer['records']) - len(kept)}")
+    ours = [answer["records"][i] for i in kept]
     paths = {}
     for folder in options.records:
         for path in pathlib.Path(folder).glob("*.csv"):
             paths[path.name] = path
-    records = [read_record(paths[r["record"]]) for r in ours]
     sticky = np.array([r["sticky"] for r in ours])
     loops = np.array([r["loop"] for r in ours])
-    rows = scores_of(records)
-    rows.append(("diagnose (open loops had a say)", np.array([r["probability"] for r in ours]), 0.65))
-    table("open records", rows, sticky, loops)
+    methods = published([read_record(paths[r["record"]]) for r in ours], loops)
+    of_loops = answered(sorted((v for v in answer["loops"] if v["loop"] in loops), key=lambda v: v["loop"]))
+    methods.append(("diagnose (open loops had a say)", probability(ours), answered(ours), of_loops))
+    table("open records", methods, sticky, loops)
     if options.cases == 0:
         return
     with tempfile.TemporaryDirectory() as folder:
@@ -328,13 +368,14 @@ def main():
         study(options.study, *arguments, "--save", folder)
         cases = json.loads(study(options.study, *arguments, "--json"))
         files = sorted(pathlib.Path(folder).glob("c*.csv"))
-        kept = [i for i, c in enumerate(cases) if c["truth"] != "backlash"]
-        records = [read_record(files[i]) for i in kept]
-    sticky = np.array([cases[i]["truth"] == "stiction" for i in kept])
-    loops = np.array([f"{i:06d}" for i in kept])
-    rows = scores_of(records)
-    rows.append(("diagnose", np.array([cases[i]["probability"] for i in kept]), 0.65))
-    table(f"simulated loops, seed {options.seed}", rows, sticky, loops)
+        kept = [i for i in judged(cases) if cases[i]["truth"] != "backlash"]
+        print(f"\nsimulated loops left out, not enough data: {len(cases) - len(judged(cases))}")
+        loops = np.array([f"{i:06d}" for i in kept])
+        methods = published([read_record(files[i]) for i in kept], loops)
+    ours = [cases[i] for i in kept]
+    sticky = np.array([c["truth"] == "stiction" for c in ours])
+    methods.append(("diagnose", probability(ours), answered(ours), answered(ours)))
+    table(f"simulated loops, seed {options.seed}", methods, sticky, loops, np.array([c["kind"] for c in ours]))
 
 
 if __name__ == "__main__":

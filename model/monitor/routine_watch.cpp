@@ -152,9 +152,12 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
       judgement.from_specialists =
           std::clamp(0.5 * logit(mean), -kMostFromSpecialists, kMostFromSpecialists);
     }
-    level.sum = std::clamp(
-        level.sum + logit(judgement.probability) + judgement.from_specialists - kDrift, 0.0, kMost);
-    if (judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
+    const bool effect = judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect;
+    const bool small = effect && judgement.severity_percent < kHealthyBand;
+    const double of_alarm = small ? 1.0 - judgement.probability : judgement.probability;
+    level.sum =
+        std::clamp(level.sum + logit(of_alarm) + judgement.from_specialists - kDrift, 0.0, kMost);
+    if (effect && !small) {
       level.fault = judgement.fault;
       level.severity_percent = judgement.severity_percent;
     }

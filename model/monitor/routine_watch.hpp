@@ -9,7 +9,7 @@
 //   on  -> off  S <= kClear
 //
 //   p  probability of a valve effect, of diagnose(), at its stated prior; where it can't tell or has not enough
-//      data, S stays
+//      data, S stays. A band below kHealthyBand is what a healthy valve has: the surer it is, the better the valve (1 - p)
 //   w  what the specialists think of the same stretch: half the logit of the mean probability that they give to
 //      stiction, backlash and hysteresis, within kMostFromSpecialists; 0 without them
 //   S  nats, one for each level
@@ -53,6 +53,8 @@ class RoutineWatch {
   static constexpr double kClear = 0.5;                // nats
   static constexpr double kMost = 6.0;                 // nats
   static constexpr double kMostFromSpecialists = 1.5;  // nats
+  // Digital positioners state dead bands of 0.1 to 0.3 % of span; of a smaller one nobody opens a valve.
+  static constexpr double kHealthyBand = 0.3;  // % of the CO span
 
   // What a window said.
   struct Judgement {

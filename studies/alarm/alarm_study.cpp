@@ -120,12 +120,9 @@ Run watch(const specialist::SimulatedWindow& loop, const specialist::Team& team,
                                                    .automatic = true,
                                                    .pv_good = true});
     using Kind = monitor::MonitorStep::Kind;
-    if (step.kind == Kind::nothing || step.kind == Kind::interrupted) continue;
-    ++run.windows;
-    if (step.kind == Kind::not_fit) {
-      ++run.not_judged;
-      continue;
-    }
+    if (step.kind == Kind::not_fit || step.kind == Kind::judged) ++run.windows;
+    if (step.kind == Kind::not_fit) ++run.not_judged;
+    if (step.kind != Kind::judged && !step.routine) continue;
     for (std::size_t a = 0; a < on.size(); ++a) {
       if (step.conditions[a].on && !on[a]) {
         ++run.raised[a];

@@ -26,6 +26,7 @@
 #include "studies/diagnose/diagnosis_fit.hpp"
 #include "studies/diagnose/diagnosis_training.hpp"
 #include "studies/program/labels.hpp"
+#include "studies/program/share.hpp"
 #include "workbench/files/output_files.hpp"
 #include "hal/os/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
@@ -92,49 +93,36 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
   return judged;
 }
 
-struct Rate {
-  std::size_t hits = 0;
-  std::size_t all = 0;
-  void count(bool hit) {
-    hits += hit ? 1U : 0U;
-    ++all;
-  }
-  double percent() const {
-    return all > 0 ? 100.0 * static_cast<double>(hits) / static_cast<double>(all) : 0.0;
-  }
-};
-
 constexpr std::size_t kLeastInCell = 100;
 
 // Rates by name; cells of few cases are put together as "others".
-void print_cells(const std::map<std::string, Rate>& cells) {
-  Rate others;
+void print_cells(const std::map<std::string, Share>& cells) {
+  Share others;
   for (const auto& [name, rate] : cells) {
-    if (rate.all >= kLeastInCell) {
-      fmt::print("  {:<28} {:5.1f} % of {}\n", name, rate.percent(), rate.all);
+    if (rate.of >= kLeastInCell) {
+      fmt::print("  {:<28} {}\n", name, rate.text());
     } else {
       others.hits += rate.hits;
-      others.all += rate.all;
+      others.of += rate.of;
     }
   }
-  if (others.all > 0)
-    fmt::print("  {:<28} {:5.1f} % of {}\n", "others", others.percent(), others.all);
+  if (others.of > 0) fmt::print("  {:<28} {}\n", "others", others.text());
 }
 
 void report(const std::vector<Judged>& judged) {
   using diagnosis::DiagnosisVerdict;
   using diagnosis::Grade;
   std::map<std::string, std::map<std::string, std::size_t>> confusion;
-  std::map<std::string, Rate> false_seen;
-  std::map<std::string, Rate> false_any;
-  std::map<std::string, Rate> found;
-  std::map<std::string, Rate> found_seen;
-  Rate right, right_decided, undecided, named, false_alarms, false_at_seen, wide_found, wide_seen,
+  std::map<std::string, Share> false_seen;
+  std::map<std::string, Share> false_any;
+  std::map<std::string, Share> found;
+  std::map<std::string, Share> found_seen;
+  Share right, right_decided, undecided, named, false_alarms, false_at_seen, wide_found, wide_seen,
       levels;
   std::array<std::array<double, 2>, 10> reliability{};  // other and sticky loops in each tenth of p
   std::vector<double> errors;
   std::vector<double> wide_errors;
-  Rate within;
+  Share within;
   for (const Judged& j : judged) {
     const diagnosis::Diagnosis& d = j.diagnosis;
     const bool sticky = j.labelled.cause == Cause::stiction;
@@ -179,25 +167,18 @@ void report(const std::vector<Judged>& judged) {
     for (const auto& [verdict, count] : verdicts) fmt::print("  {} {}", verdict, count);
     fmt::print("\n");
   }
-  fmt::print(
-      "\nsticky or not, right: as answered {:.1f} % of {}, of the decided {:.1f} % of {}; can't "
-      "tell {:.1f} %\n",
-      right.percent(), right.all, right_decided.percent(), right_decided.all, undecided.percent());
-  fmt::print(
-      "sticky valves found {:.1f} % of {}; of 3 % of span or more {:.1f} % of {}, at 'seen' {:.1f} "
-      "%\n",
-      named.percent(), named.all, wide_found.percent(), wide_found.all, wide_seen.percent());
-  fmt::print(
-      "false alarms {:.1f} % of {}, at 'seen' {:.1f} %; levels with moving SP, at 'seen' {:.1f} % "
-      "of {}\n",
-      false_alarms.percent(), false_alarms.all, false_at_seen.percent(), levels.percent(),
-      levels.all);
+  fmt::print("\nsticky or not, right: as answered {}, of the decided {}; can't tell {}\n",
+             right.text(), right_decided.text(), undecided.text());
+  fmt::print("sticky valves found {}; of 3 % of span or more {}, at 'seen' {}\n", named.text(),
+             wide_found.text(), wide_seen.text());
+  fmt::print("false alarms {}, at 'seen' {}; levels with moving SP, at 'seen' {}\n",
+             false_alarms.text(), false_at_seen.text(), levels.text());
   fmt::print(
       "size of the sticky valves found, relative error: median {:.0f} %, nine in ten below {:.0f} "
       "%; "
-      "of 3 % of span or more {:.0f} %; truth within the interval {:.0f} %\n",
+      "of 3 % of span or more {:.0f} %; truth within the interval {}\n",
       100.0 * numeric::quantile(errors, 0.5), 100.0 * numeric::quantile(errors, 0.9),
-      100.0 * numeric::quantile(wide_errors, 0.5), within.percent());
+      100.0 * numeric::quantile(wide_errors, 0.5), within.text());
   fmt::print("\nfalse at 'seen', by kind and what moves the loop\n");
   print_cells(false_seen);
   fmt::print("\nfalse at either grade\n");
@@ -447,14 +428,14 @@ void judge_without_own_loop(std::vector<Window>& windows, const std::vector<Judg
 // Of the loops whose p is stated within each fifth: how many are sticky. Windows of one loop are one loop here.
 void print_reliability(const std::vector<double>& stated, const std::vector<bool>& sticky) {
   constexpr std::size_t kBins = 5;
-  std::array<Rate, kBins> found;
+  std::array<Share, kBins> found;
   for (std::size_t i = 0; i < stated.size(); ++i) {
     found[std::min(kBins - 1, static_cast<std::size_t>(stated[i] * kBins))].count(sticky[i]);
   }
   for (std::size_t b = 0; b < kBins; ++b) {
-    if (found[b].all == 0) continue;
+    if (found[b].of == 0) continue;
     fmt::print("  {:.1f} to {:.1f}  {:5.1f} % of {}\n", static_cast<double>(b) / kBins,
-               static_cast<double>(b + 1) / kBins, found[b].percent(), found[b].all);
+               static_cast<double>(b + 1) / kBins, found[b].percent(), found[b].of);
   }
 }
 
@@ -551,8 +532,8 @@ int judge_records(const StudyOptions& options) {
   print_share("windows right, of the decided", loops, &LoopFigures::windows_decided_right,
               &LoopFigures::windows_decided);
   std::size_t loops_right = 0;
-  Rate decided;
-  Rate left_out_right;
+  Share decided;
+  Share left_out_right;
   std::vector<double> stated;
   std::vector<bool> sticky;
   for (const LoopFigures& f : loops) {
@@ -563,7 +544,7 @@ int judge_records(const StudyOptions& options) {
     sticky.push_back(f.sticky);
   }
   fmt::print("loops right, as answered {} of {}; of the decided {} of {}\n", loops_right,
-             loops.size(), decided.hits, decided.all);
+             loops.size(), decided.hits, decided.of);
   std::vector<std::size_t> all(loops.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   if (options.refit) {
@@ -578,7 +559,7 @@ int judge_records(const StudyOptions& options) {
       return sum / static_cast<double>(drawn.size());
     };
     const BootstrapInterval loss = bootstrap(loops.size(), 1, mean_loss);
-    fmt::print("loops right, as answered {} of {}\n", left_out_right.hits, left_out_right.all);
+    fmt::print("loops right, as answered {} of {}\n", left_out_right.hits, left_out_right.of);
     fmt::print("log-loss by loop {:.3f} (95 % interval {:.3f} to {:.3f}; a coin 0.693)\n",
                mean_loss(all), loss.low, loss.high);
   }
@@ -682,9 +663,9 @@ std::vector<Truth> truths_of(std::istream& file, const std::filesystem::path& pa
 // Records whose truth is known from a simulation of another make: truth.json names the hidden effects of DIR/ID/record.csv.
 int judge_gap_examples(const StudyOptions& options) {
   constexpr std::array<std::string_view, 3> kValveEffects{"stiction", "backlash", "hysteresis"};
-  Rate found;
-  Rate false_alarms;
-  Rate false_seen;
+  Share found;
+  Share false_alarms;
+  Share false_seen;
   fmt::print("{:<6} {:<33} {:<15} {:<7} {:<12} {:>5}\n", "record", "truth", "verdict", "grade",
              "cause", "p");
   for (const std::string& folder : options.gap_examples) {
@@ -723,7 +704,7 @@ int judge_gap_examples(const StudyOptions& options) {
     }
   }
   fmt::print("\nvalve effects found {} of {}; false alarms {} of {}, at 'seen' {}\n", found.hits,
-             found.all, false_alarms.hits, false_alarms.all, false_seen.hits);
+             found.of, false_alarms.hits, false_alarms.of, false_seen.hits);
   return kExitOk;
 }
 

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "studies/program/share.hpp"
+
 // What `loopwarden gap` answered, held against the truth.
 namespace loopwarden::studies::gap_study {
 
@@ -80,16 +82,6 @@ struct CaseScore {
   std::vector<std::pair<double, bool>> names;
 };
 CaseScore score_case(const Truth& truth, const Answer& answer);
-
-// `hits` of `of`, with the 95 % interval of Wilson (1927), all in percent.
-struct Share {
-  std::size_t hits = 0;
-  std::size_t of = 0;
-
-  void count(bool hit);
-  double percent() const;
-  std::pair<double, double> interval() const;
-};
 
 struct Summary {
   std::size_t cases = 0;

@@ -66,6 +66,23 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
   CHECK(condition.severity_percent == Approx(4.0).epsilon(0.5));
 }
 
+TEST_CASE("a band as a healthy valve has it raises nothing, and takes a condition back",
+          "[routine]") {
+  const auto run = sticky(4 * RoutineWatch::kSamples);
+  // A band of 4 in a span of 2000 is 0.2 %, in one of 1000 0.4 %.
+  const double half_span = GENERATE(500.0, 1000.0);
+  const bool small = half_span > 500.0;
+  RoutineWatch watch({.sample_time_s = 2.0, .co_low = -half_span, .co_high = half_span});
+  for (std::size_t k = 0; k < run.pv.size(); ++k) watch.add(cycle_of(run, k, k));
+  CHECK(watch.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect);
+  CHECK(stiction_on(watch) == !small);
+
+  RoutineWatch restored({.sample_time_s = 2.0, .co_low = -half_span, .co_high = half_span});
+  restored.restore(AlarmKind::stiction, true, 5.0);
+  for (std::size_t k = 0; k < run.pv.size(); ++k) restored.add(cycle_of(run, k, k));
+  CHECK(stiction_on(restored) == !small);
+}
+
 TEST_CASE("a loop that is disturbed raises nothing, however long", "[routine]") {
   const auto run = disturbed(10 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);

@@ -13,6 +13,7 @@
 namespace calibration_test {
 
 using namespace loopwarden::studies::gap_study;
+using loopwarden::studies::Share;
 using loopwarden::tests::read_file;
 
 namespace {

@@ -11,6 +11,7 @@
 namespace score_test {
 
 using namespace loopwarden::studies::gap_study;
+using loopwarden::studies::Share;
 
 namespace {
 

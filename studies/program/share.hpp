@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+
+namespace loopwarden::studies {
+
+// `hits` of `of`, with its 95 % interval, all in percent.
+// Source: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927).
+struct Share {
+  std::size_t hits = 0;
+  std::size_t of = 0;
+
+  void count(bool hit);
+  double percent() const;  // NaN of none
+  std::pair<double, double> interval() const;
+  // "81.8 % (80.3 to 83.2) of 2785"
+  std::string text() const;
+};
+
+}  // namespace loopwarden::studies
