@@ -110,38 +110,55 @@ void check(MapReader& in, const EffectSpec& spec, Block block,
   }
 }
 
-EffectSpec read_effect(MapReader& in, const Descriptor& info) {
+void read_table(MapReader& in, const Descriptor& info, EffectSpec& spec) {
+  const Value<std::vector<std::pair<double, double>>> table =
+      in.maybe_points("table", info.table.form, info.table.meaning);
+  if (table.given) {
+    spec.table = table;
+  } else {
+    in.error(fmt::format("needs a table: {}, {}", info.table.form, info.table.meaning));
+  }
+}
+
+EffectSpec read_effect(MapReader& in, const Descriptor& info,
+                       const effects::EffectContext& context) {
   EffectSpec spec;
   spec.name = info.name;
-  if (info.takes_table) {
+  if (info.takes_table && !info.options.empty()) {
     read_characteristic(in, info, spec);
   } else {
     read_parameters(in, info, spec);
+    if (info.takes_table) read_table(in, info, spec);
   }
+  effects::complete(spec, context);
   return spec;
+}
+
+void read_schedule(MapReader& in, plant::Schedule& schedule) {
+  const Value<double> from =
+      in.maybe_number("from", {"s", any_number(), "when it begins", "always there"});
+  const Value<double> to = in.maybe_number("to", {"s", any_number(), "when it ends", "never"});
+  schedule.ramp_s =
+      in.number("ramp", {"s", at_least(0.0), "in which it grows to its full size"}, 0.0);
+  if (from.given) schedule.from_s = from;
+  if (to.given) schedule.to_s = to;
+  if (from.given && to.given && from.valid && to.valid && to <= from) {
+    in.error("to", fmt::format("must be after from = {} s (at {}) (got {})", brief(from),
+                               to_text(from.place), brief(to)));
+  }
+  if (schedule.ramp_s > 0.0 && !from.given) {
+    in.error("ramp", "needs from, the time at which the effect begins to grow");
+  }
 }
 
 plant::ScheduledFault read_fault(MapReader& in, const effects::EffectContext& context) {
   plant::ScheduledFault fault;
   const std::size_t errors_before = in.report().error_count();
   const Descriptor* info = read_name(in, std::nullopt);
-  if (info != nullptr) fault.effect = read_effect(in, *info);
+  if (info != nullptr) fault.effect = read_effect(in, *info, context);
   const Block usual_block = info != nullptr ? info->blocks.front() : Block::valve;
   fault.block = in.one_of("block", kBlocks, "where the effect may stand in several", usual_block);
-  const Value<double> from =
-      in.maybe_number("from", {"s", any_number(), "when it begins", "always there"});
-  const Value<double> to = in.maybe_number("to", {"s", any_number(), "when it ends", "never"});
-  fault.schedule.ramp_s =
-      in.number("ramp", {"s", at_least(0.0), "in which it grows to its full size"}, 0.0);
-  if (from.given) fault.schedule.from_s = from;
-  if (to.given) fault.schedule.to_s = to;
-  if (from.given && to.given && from.valid && to.valid && to <= from) {
-    in.error("to", fmt::format("must be after from = {} s (at {}) (got {})", brief(from),
-                               to_text(from.place), brief(to)));
-  }
-  if (fault.schedule.ramp_s > 0.0 && !from.given) {
-    in.error("ramp", "needs from, the time at which the effect begins to grow");
-  }
+  if (info == nullptr || !effects::has_own_times(*info)) read_schedule(in, fault.schedule);
   if (info != nullptr && in.report().error_count() == errors_before) {
     check(in, fault.effect, fault.block, context);
   }
@@ -157,7 +174,7 @@ std::vector<EffectSpec> read_effects(MapReader& in, std::string_view key, Block 
     const std::size_t errors_before = item.report().error_count();
     const Descriptor* info = read_name(item, block);
     if (info == nullptr) continue;
-    effects.push_back(read_effect(item, *info));
+    effects.push_back(read_effect(item, *info, context));
     if (item.report().error_count() == errors_before) check(item, effects.back(), block, context);
   }
   return effects;
@@ -168,7 +185,8 @@ std::vector<plant::ScheduledFault> read_faults(MapReader& in,
   std::vector<plant::ScheduledFault> faults;
   for (MapReader& item : in.maybe_list("faults",
                                        "effects that come and go; one of them is an effect "
-                                       "with its parameters and these keys")) {
+                                       "with its parameters and these keys, but for from, to "
+                                       "and ramp where from and to are its own")) {
     faults.push_back(read_fault(item, context));
   }
   return faults;
@@ -188,6 +206,10 @@ std::string describe_effects() {
       parameters += fmt::format("{}`{}`{}{}, {}: {}", separate(), parameter.name,
                                 range.empty() ? "" : " ", range, parameter.unit, parameter.meaning);
       if (parameter.required) continue;
+      if (parameter.as_process_lag) {
+        parameters += " (default: the process's)";
+        continue;
+      }
       parameters += parameter.fallback < kInfinity
                         ? fmt::format(" (default {})", brief(parameter.fallback))
                         : " (default none)";
@@ -198,6 +220,10 @@ std::string describe_effects() {
         parameters += fmt::format("{}`{}`", i == 0 ? " (" : ", ", option.values[i]);
       }
       parameters += ")";
+    }
+    if (info.takes_table && info.options.empty()) {
+      parameters +=
+          fmt::format("{}`table` {}: {}", separate(), info.table.form, info.table.meaning);
     }
     text += fmt::format("| `{}` | {} | {} | {} |\n", info.name, blocks, parameters, info.meaning);
   }

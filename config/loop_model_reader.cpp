@@ -128,6 +128,7 @@ class ModelReader {
     if (gain.valid && gain == 0.0) in.error("gain", "must not be 0");
     process.gain = gain;
     read_lags(in);
+    context_.time_constant_s = process.time_constant_s;
     const Value<double> dead_time = in.need_number("dead_time", {"s", at_least(0.0), "dead time"});
     process.dead_time_s = dead_time;
     if (dead_time.valid && sample_time_.valid && dead_time > kMostDeadTimeSamples * sample_time_) {

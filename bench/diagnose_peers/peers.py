@@ -3,9 +3,11 @@
 """Published detectors of sticking valves beside `diagnose`, on the same records, in one table.
 
   peers.py --study build/release/bin/loopwarden-study --records data/routine data/isdb [--cases 300 --seed 3]
+  peers.py --check     each method on two textbook loops: one that sticks, one that a sine moves
 
 Each method is our own implementation of the paper named above it, with the published threshold; a score above it accuses the
-valve. AUC and balanced accuracy, by window and by loop (mean score of its windows); 95 % bootstrap intervals over loops.
+valve. AUC by window, balanced accuracy by window and by loop (mean score of its windows), and AUC of ours less that of the best
+other one; 95 % bootstrap intervals over loops. The best one is chosen once, not in each draw.
 Needs Debian's python3-numpy.
 """
 import argparse
@@ -13,6 +15,7 @@ import csv
 import json
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 import numpy as np
@@ -311,6 +314,37 @@ def table(title, methods, sticky, loops, kinds=None):
     print(f"{'loops, of them sticky':<34}" + "".join(f" {f'{len(r)}, {int(sticky[r].sum())}':>20}" for r in of))
 
 
+def textbook_loop(band, load, samples=2500):
+    """PI on a lag of 6 samples with dead time 4, behind a valve that sticks in `band` and then moves 0.7 of it."""
+    random = np.random.default_rng(1)
+    keep = np.exp(-1.0 / 6.0)
+    pv, co = np.zeros(samples + 500), np.zeros(samples + 500)
+    y = stem = integral = 0.0
+    line = [0.0] * 4
+    for k in range(len(pv)):
+        pv[k] = y + 0.005 * random.normal()
+        integral -= 0.05 * pv[k]
+        co[k] = integral - 0.35 * pv[k]
+        if abs(co[k] - stem) > band:
+            stem = co[k] - (0.3 * band * np.sign(co[k] - stem))
+        line.append(stem)
+        y = keep * y + (1.0 - keep) * (line.pop(0) + load(k))
+    return pv[500:], co[500:]
+
+
+def check():
+    """Each method must find the sticking loop more sticky than the one that a sine moves."""
+    sticks = textbook_loop(2.0, lambda k: 0.6)
+    swings = textbook_loop(0.0, lambda k: 2.0 * np.sin(2.0 * np.pi * k / 70.0))
+    good = True
+    print(f"{'method':<34} {'sticks':>8} {'sine':>8} {'called from':>12}")
+    for name, method, threshold in METHODS:
+        high, low = (method(pv, co, period_of(co, pv)) for pv, co in (sticks, swings))
+        good = good and high > low
+        print(f"{name:<34} {high:>8.2f} {low:>8.2f} {threshold:>12.2f}")
+    return 0 if good else 1
+
+
 def published(records, loops):
     periods = [period_of(co, pv) for pv, co in records]
     methods = []
@@ -341,11 +375,16 @@ def study(program, *arguments):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--study", required=True, help="the program loopwarden-study")
-    parser.add_argument("--records", nargs="+", required=True, help="folders with labels.csv")
+    parser.add_argument("--check", action="store_true", help="each method on textbook loops; exit code 1 if one fails")
+    parser.add_argument("--study", help="the program loopwarden-study")
+    parser.add_argument("--records", nargs="+", help="folders with labels.csv")
     parser.add_argument("--cases", type=int, default=0, help="simulated loops, too")
     parser.add_argument("--seed", type=int, default=3)
     options = parser.parse_args()
+    if options.check:
+        return check()
+    if not options.study or not options.records:
+        parser.error("needs --study and --records, or --check")
 
     answer = json.loads(study(options.study, "--json", "--records", *options.records))
     kept = judged(answer["records"])
@@ -362,7 +401,7 @@ def main():
     methods.append(("diagnose (open loops had a say)", probability(ours), answered(ours), of_loops))
     table("open records", methods, sticky, loops)
     if options.cases == 0:
-        return
+        return 0
     with tempfile.TemporaryDirectory() as folder:
         arguments = ["--cases", str(options.cases), "--seed", str(options.seed)]
         study(options.study, *arguments, "--save", folder)
@@ -376,7 +415,8 @@ def main():
     sticky = np.array([c["truth"] == "stiction" for c in ours])
     methods.append(("diagnose", probability(ours), answered(ours), answered(ours)))
     table(f"simulated loops, seed {options.seed}", methods, sticky, loops, np.array([c["kind"] for c in ours]))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

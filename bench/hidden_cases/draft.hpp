@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <limits>
 #include <map>
@@ -50,6 +51,7 @@ struct Draft {
   std::vector<std::function<double(double)>> added;
   // Relative to the highest set point; 0 for a transmitter that sees it all.
   double transmitter_short_of_top = 0.0;
+  std::size_t reading_stands = 1;  // samples
   // What the controller has, relative to what its engineers believe.
   double kp_factor = 1.0;
   double ki_factor = 1.0;

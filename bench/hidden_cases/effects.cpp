@@ -403,8 +403,111 @@ void slow_tail(Draft& draft, Random& random) {
       make_slow_tail(random.uniform(0.25, 0.45), random.uniform(30.0, 80.0)));
 }
 
+// --- Later in the catalogue ----------------------------------------------------------------------
+
+void resolution(Draft& draft, Random& random) {
+  const double step = random.uniform(0.35, 0.9);
+  draft.parameters["step"] = step;
+  draft.before_stem.push_back(
+      make_stepping_drive(step, random.uniform(0.0, 0.05), random.uniform(0.03, 0.08)));
+}
+
+void opposing_ways(Draft& draft, Random& random) {
+  const double slow_s = draft.plant.time_constant_s;
+  const double fast_s = slow_s * random.uniform(0.03, 0.08);
+  const double zero_s = slow_s * random.uniform(0.3, 0.7);
+  draft.parameters["zero_time"] = zero_s;
+  // (1 + g) / (slow s + 1) - g / (fast s + 1) has its zero where g slow - (1 + g) fast = zero.
+  draft.core = make_opposing_lags((zero_s + fast_s) / (slow_s - fast_s), slow_s, fast_s);
+  draft.tuning_high = 0.28;
+  draft.most_loop_gain = 0.8;
+}
+
+void ramp_disturbance(Draft& draft, Random& random) {
+  const double size = random.sign() * random.uniform(0.4, 1.0);
+  const double from_s = draft.duration_s * random.uniform(0.1, 0.3);
+  const double length_s = draft.duration_s * random.uniform(0.1, 0.25);
+  draft.parameters["size"] = size;
+  draft.parameters["from"] = from_s;
+  draft.parameters["to"] = from_s + length_s;
+  // A valve elsewhere that is turned by hand: a little slower at first and at last.
+  draft.added.emplace_back([=](double t) {
+    const double part = std::clamp((t - from_s) / length_s, 0.0, 1.0);
+    return size * (part - 0.4 * std::sin(2.0 * pi * part) / (2.0 * pi));
+  });
+}
+
+void switching_load(Draft& draft, Random& random) {
+  const double amplitude = random.uniform(0.2, 0.5);
+  const double period_s = random.uniform(20.0, 80.0);
+  const double phase = random.uniform(-pi, pi);
+  const double edge_s = random.uniform(0.1, 0.4);
+  draft.parameters["amplitude"] = amplitude;
+  draft.parameters["period"] = period_s;
+  // What is switched comes and goes with a lag.
+  draft.added.emplace_back([=](double t) {
+    const double halves = 2.0 * (t / period_s + phase / (2.0 * pi));
+    const double since_s = (halves - std::floor(halves)) * period_s / 2.0;
+    const bool on = std::fmod(std::floor(halves) + 1e6, 2.0) < 0.5;
+    return (on ? amplitude : -amplitude) * (1.0 - 2.0 * std::exp(-since_s / edge_s));
+  });
+}
+
+void connected_tanks(Draft& draft, Random& random) {
+  const double damping = random.uniform(0.2, 0.4);
+  const double frequency = random.uniform(1.0, 1.8) / draft.plant.time_constant_s;
+  draft.parameters["damping"] = damping;
+  draft.parameters["natural_frequency"] = frequency;
+  draft.core = make_connected_tanks(frequency, damping, random.uniform(10.0, 30.0));
+  draft.most_loop_gain = damping;
+  draft.integral_time_factor = 0.8;
+}
+
+void fouling(Draft& draft, Random& random) {
+  const double end = random.chance(0.5) ? random.uniform(0.6, 0.8) : random.uniform(1.2, 1.4);
+  const double from_s = draft.duration_s * random.uniform(0.05, 0.3);
+  const double memory_s = draft.duration_s * random.uniform(0.06, 0.12);
+  draft.gain_factor = [=](double t) {
+    return end + (1.0 - end) * std::exp(-std::max(0.0, t - from_s) / memory_s);
+  };
+  draft.tuning_high = 0.6;
+}
+
+void one_sticky_stretch(Draft& draft, Random& random) {
+  const double s = random.uniform(1.0, 2.0);
+  const double j = s * random.uniform(0.2, 0.6);
+  const double from_s = draft.duration_s * random.uniform(0.08, 0.25);
+  const double to_s = from_s + draft.duration_s * random.uniform(0.2, 0.35);
+  draft.parameters["s"] = s;
+  draft.parameters["j"] = j;
+  draft.parameters["from"] = from_s;
+  draft.parameters["to"] = to_s;
+  Stem stem = sticky_stem(s, j, random);
+  stem.gripped = {{from_s, to_s}};
+  draft.stem = make_karnopp_stem(stem);
+}
+
+void held_measurement(Draft& draft, Random& random) {
+  draft.reading_stands = 8 + random.index(22);
+  draft.parameters["interval"] = kPeriod_s * static_cast<double>(draft.reading_stands);
+  draft.tuning_high = 0.4;
+}
+
+void stiction_on_closing(Draft& draft, Random& random) {
+  const double s = random.uniform(0.6, 1.2);
+  const double j = s * random.uniform(0.15, 0.5);
+  const double more = random.uniform(1.4, 2.0);
+  draft.parameters["s"] = s;
+  draft.parameters["j"] = j;
+  draft.parameters["s_closing"] = more * s;
+  draft.parameters["j_closing"] = more * j;
+  Stem stem = sticky_stem(s, j, random);
+  stem.closing_friction = more;
+  draft.stem = make_karnopp_stem(stem);
+}
+
 using Apply = void (*)(Draft&, Random&);
-constexpr std::array<std::pair<std::string_view, Apply>, 34> kEffects{{
+constexpr std::array<std::pair<std::string_view, Apply>, 44> kEffects{{
     {"stiction", stiction},
     {"backlash", backlash},
     {"hysteresis", hysteresis},
@@ -439,6 +542,16 @@ constexpr std::array<std::pair<std::string_view, Apply>, 34> kEffects{{
     {"outside:staircase_positioner", staircase_positioner},
     {"outside:recycle", recycle},
     {"outside:slow_tail", slow_tail},
+    {"resolution", resolution},
+    {"inverse_response", opposing_ways},
+    {"ramp_disturbance", ramp_disturbance},
+    {"square_disturbance", switching_load},
+    {"oscillatory_process", connected_tanks},
+    {"varying_gain", fouling},
+    {"intermittent_stiction", one_sticky_stretch},
+    {"clipped_measurement", saturating_transmitter},
+    {"held_measurement", held_measurement},
+    {"stiction:closing", stiction_on_closing},
 }};
 
 }  // namespace

@@ -84,13 +84,14 @@ class KarnoppStem final : public Element {
   double step(double input, double time_s) override {
     const double force = input - x_;
     const bool gripped = is_gripped(time_s);
-    const double most = gripped ? stem_.static_friction : 0.0;
+    const double way = v_ < 0.0 || (v_ == 0.0 && force < 0.0) ? stem_.closing_friction : 1.0;
+    const double most = gripped ? way * stem_.static_friction : 0.0;
     double friction = 0.0;
     if (v_ == 0.0) {
       if (std::abs(force) <= most) return x_;
       friction = sign_of(force) * most;
     } else if (gripped) {
-      friction = sign_of(v_) * moving_friction();
+      friction = sign_of(v_) * way * moving_friction();
     }
     const double w2 = stem_.frequency_rad_s * stem_.frequency_rad_s;
     const double v =
@@ -324,6 +325,73 @@ class InverseResponse final : public Element {
   Lag second_;
 };
 
+class SteppingDrive final : public Element {
+ public:
+  SteppingDrive(double step, double margin, double pulse_s)
+      : step_(step), reach_(step * (0.5 + margin)), pulse_s_(pulse_s) {}
+  double reset(double input) override {
+    wait_s_ = 0.0;
+    return x_ = step_ * std::round(input / step_);
+  }
+  double step(double input, double /*time_s*/) override {
+    wait_s_ = std::max(0.0, wait_s_ - kStep_s);
+    if (wait_s_ <= 0.0 && std::abs(input - x_) > reach_) {
+      x_ += sign_of(input - x_) * step_;
+      wait_s_ = pulse_s_;
+    }
+    return x_;
+  }
+
+ private:
+  double step_;
+  double reach_;
+  double pulse_s_;
+  double wait_s_ = 0.0;
+  double x_ = 0.0;
+};
+
+class OpposingLags final : public Element {
+ public:
+  OpposingLags(double weaker_gain, double slow_s, double fast_s)
+      : weaker_gain_(weaker_gain), slow_(slow_s), fast_(fast_s) {}
+  double reset(double input) override {
+    slow_.reset(input);
+    fast_.reset(input);
+    return input;
+  }
+  double step(double input, double time_s) override {
+    return (1.0 + weaker_gain_) * slow_.step(input, time_s) -
+           weaker_gain_ * fast_.step(input, time_s);
+  }
+
+ private:
+  double weaker_gain_;
+  Lag slow_;
+  Lag fast_;
+};
+
+class ConnectedTanks final : public Element {
+ public:
+  ConnectedTanks(double natural_frequency_rad_s, double damping, double turbulent_per_s)
+      : w_(natural_frequency_rad_s), damping_(damping), turbulent_per_s_(turbulent_per_s) {}
+  double reset(double input) override {
+    v_ = 0.0;
+    return h_ = input;
+  }
+  double step(double input, double /*time_s*/) override {
+    const double drag = 2.0 * damping_ * w_ * (1.0 + std::abs(v_) / turbulent_per_s_);
+    v_ += kStep_s * (w_ * w_ * (input - h_) - drag * v_);
+    return h_ += kStep_s * v_;
+  }
+
+ private:
+  double w_;
+  double damping_;
+  double turbulent_per_s_;
+  double h_ = 0.0;
+  double v_ = 0.0;
+};
+
 class Recycle final : public Element {
  public:
   Recycle(double share, double delay_s) : share_(share), line_(delay_s) {}
@@ -445,6 +513,19 @@ std::unique_ptr<Element> make_two_way_lag(double up_s, double down_s) {
 
 std::unique_ptr<Element> make_inverse_response(double beta_s, double lag_s, double second_lag_s) {
   return std::make_unique<InverseResponse>(beta_s, lag_s, second_lag_s);
+}
+
+std::unique_ptr<Element> make_stepping_drive(double step, double margin, double pulse_s) {
+  return std::make_unique<SteppingDrive>(step, margin, pulse_s);
+}
+
+std::unique_ptr<Element> make_opposing_lags(double weaker_gain, double slow_s, double fast_s) {
+  return std::make_unique<OpposingLags>(weaker_gain, slow_s, fast_s);
+}
+
+std::unique_ptr<Element> make_connected_tanks(double natural_frequency_rad_s, double damping,
+                                              double turbulent_per_s) {
+  return std::make_unique<ConnectedTanks>(natural_frequency_rad_s, damping, turbulent_per_s);
 }
 
 std::unique_ptr<Element> make_recycle(double share, double delay_s) {

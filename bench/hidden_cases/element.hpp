@@ -68,6 +68,8 @@ struct Stem {
   double frequency_rad_s;
   double damping_s;
   Intervals gripped;
+  // Friction of the way down over that of the way up; of the Karnopp stem.
+  double closing_friction = 1.0;
 };
 std::unique_ptr<Element> make_karnopp_stem(Stem stem);
 
@@ -95,6 +97,10 @@ struct PlayStack {
 };
 std::unique_ptr<Element> make_play_stack(PlayStack stack);
 
+// A stepping drive: moves by whole steps of `step`, one each `pulse_s`, once the input is further away than
+// half a step and `margin` of one.
+std::unique_ptr<Element> make_stepping_drive(double step, double margin, double pulse_s);
+
 // Any curve without memory: characteristic, leakage, positioner that knows only a grid.
 std::unique_ptr<Element> make_curve(std::function<double(double)> curve);
 
@@ -116,6 +122,14 @@ std::unique_ptr<Element> make_two_way_lag(double up_s, double down_s);
 
 // (1 - beta s) / ((lag s + 1)(second s + 1)): starts in the wrong direction.
 std::unique_ptr<Element> make_inverse_response(double beta_s, double lag_s, double second_lag_s);
+
+// Two ways that work against each other, the weaker one faster: y = (1 + g) y1 - g y2, y1 behind `slow_s`, y2
+// behind `fast_s`.
+std::unique_ptr<Element> make_opposing_lags(double weaker_gain, double slow_s, double fast_s);
+
+// Two tanks in connection: v' = w^2 (u - h) - 2 z w v (1 + |v| / v0), h' = v.
+std::unique_ptr<Element> make_connected_tanks(double natural_frequency_rad_s, double damping,
+                                              double turbulent_per_s);
 
 // y = (1 - share) x + share y(t - delay): what leaves comes back.
 std::unique_ptr<Element> make_recycle(double share, double delay_s);

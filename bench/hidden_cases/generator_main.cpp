@@ -47,7 +47,8 @@ int main(int argc, char** argv) {
                  "case k has the seed SEED + k; below 100000 for development")
       ->required();
   app.add_flag("--load", options.load, "with an unmeasured random load on PV");
-  app.add_option("--kinds", options.kinds, "of single, none, pair, outside, onset, controller")
+  app.add_option("--kinds", options.kinds,
+                 "of single, none, pair, outside, onset, controller, further")
       ->capture_default_str();
   app.add_option("--samples", options.samples, "rows of a record; sticky loops get 10/7 of it")
       ->check(CLI::Range(600, 100000))

@@ -87,6 +87,11 @@ const std::vector<std::string> kOutside{"outside:inverse_response",
                                         "outside:recycle",
                                         "outside:slow_tail"};
 
+const std::vector<std::string> kFurthers{
+    "resolution",          "inverse_response", "ramp_disturbance",      "square_disturbance",
+    "oscillatory_process", "varying_gain",     "intermittent_stiction", "clipped_measurement",
+    "held_measurement",    "stiction:closing"};
+
 // "onset:stiction" -> "stiction"
 std::string onset_effect(const CaseRequest& request) {
   return request.effect.substr(request.effect.find(':') + 1);
@@ -106,6 +111,7 @@ std::vector<std::string> accepted_names(const CaseRequest& request) {
   if (request.effect == "hysteresis" || request.effect == "onset:hysteresis") {
     return {"hysteresis", "backlash"};
   }
+  if (request.effect == "stiction:closing") return {"stiction"};
   return parts_of(request);
 }
 
@@ -147,6 +153,7 @@ TruthLoop build(Draft draft, Tuning believed, const SetPointProfile& profile) {
   }
   append_process(loop.path, draft);
   loop.added = std::move(draft.added);
+  loop.reading_stands = draft.reading_stands;
   loop.tuning = {believed.kp * draft.kp_factor, believed.ki_per_s * draft.ki_factor};
   if (draft.transmitter_short_of_top > 0.0) {
     const auto top = std::max_element(profile.begin(), profile.end(),
@@ -233,6 +240,7 @@ std::size_t share_of(Kind kind) {
     case Kind::kOutside: return 6;
     case Kind::kOnset: return 30;
     case Kind::kController: return 6;
+    case Kind::kFurther: return 30;
   }
   return 0;
 }
@@ -280,6 +288,7 @@ const std::vector<std::string>& effect_names(Kind kind) {
     case Kind::kOutside: return kOutside;
     case Kind::kOnset: return kOnsets;
     case Kind::kController: return kControllers;
+    case Kind::kFurther: return kFurthers;
   }
   throw std::invalid_argument("no such kind of hidden case");
 }

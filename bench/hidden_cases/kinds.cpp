@@ -15,8 +15,9 @@ Kind parse_kind(std::string_view word) {
   if (word == "outside") return Kind::kOutside;
   if (word == "onset") return Kind::kOnset;
   if (word == "controller") return Kind::kController;
-  throw std::invalid_argument(
-      fmt::format("'{}' is no kind of case: single, none, pair, outside, onset, controller", word));
+  if (word == "further") return Kind::kFurther;
+  throw std::invalid_argument(fmt::format(
+      "'{}' is no kind of case: single, none, pair, outside, onset, controller, further", word));
 }
 
 }  // namespace

@@ -78,14 +78,18 @@ LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samp
     const double clean = process_pv + added_at(loop, time_s);
     const double seen = std::min(clean + load, loop.transmitter_top);
     const double noise = loop.noise_rms * random.normal();
-    const double pv = rounded(std::clamp(seen + noise, 0.0, 10.0));
+    const bool is_new = k % loop.reading_stands == before % loop.reading_stands;
+    const double pv =
+        is_new || k == 0 ? rounded(std::clamp(seen + noise, 0.0, 10.0)) : record.pv.back();
     const double sp = set_point_at(profile, time_s);
     const double co = controller.step(sp, pv);
     record.time_s.push_back(time_s);
     record.sp.push_back(sp);
     record.pv.push_back(pv);
     record.co.push_back(co);
-    record.truth_pv.push_back(std::clamp(std::min(clean, loop.transmitter_top), 0.0, 10.0));
+    record.truth_pv.push_back(is_new || k == 0
+                                  ? std::clamp(std::min(clean, loop.transmitter_top), 0.0, 10.0)
+                                  : record.truth_pv.back());
     process_pv = hold(loop, co, time_s);
     load = forget * load + kick * random.normal();
   }

@@ -45,6 +45,8 @@ struct TruthLoop {
   std::vector<std::function<double(double)>> added;
   // The transmitter knows no more than this.
   double transmitter_top = std::numeric_limits<double>::infinity();
+  // Samples for which a reading stands; 1: each is new.
+  std::size_t reading_stands = 1;
   Tuning tuning{};
   double noise_rms = 0.0;
   // Unmeasured load on PV: Ornstein-Uhlenbeck, PV units per root second, forgotten in 300 s.

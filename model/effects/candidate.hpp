@@ -101,8 +101,9 @@ struct Candidate {
   bool at_one_moment = false;  // shows at one place of the record: need not gain in all of it
   bool is_level = false;       // a constant: without a measured CO nothing tells it from CO's level
 
-  double output_low = 0.0;     // CO units
-  double output_high = 100.0;  // CO units
+  double output_low = 0.0;       // CO units
+  double output_high = 100.0;    // CO units
+  double time_constant_s = 1.0;  // s, of the process
 
   std::size_t linear_columns() const noexcept { return columns; }
   bool starts_offset() const noexcept { return resting_half_band != nullptr; }

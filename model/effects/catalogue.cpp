@@ -116,6 +116,15 @@ void check_effect(const EffectSpec& spec, Block block, const EffectContext& cont
   }
 }
 
+void complete(EffectSpec& spec, const EffectContext& context) {
+  const Descriptor* info = find_effect(spec.name);
+  if (info == nullptr || !(context.time_constant_s > 0.0)) return;
+  for (const ParameterInfo& parameter : info->parameters) {
+    if (!parameter.as_process_lag) continue;
+    spec.parameters.emplace(parameter.name, context.time_constant_s);
+  }
+}
+
 plant::Effect make_effect(const EffectSpec& spec, const EffectContext& context) {
   const Descriptor* info = find_effect(spec.name);
   if (info == nullptr) throw EffectError("effect", "unknown effect '" + spec.name + "'");
@@ -131,6 +140,7 @@ std::vector<Candidate> candidates(const SearchContext& context) {
       all[i].name = info.name;
       all[i].output_low = context.output_low;
       all[i].output_high = context.output_high;
+      all[i].time_constant_s = context.time_constant_s;
     }
   }
   return all;
@@ -139,6 +149,10 @@ std::vector<Candidate> candidates(const SearchContext& context) {
 bool agrees(const Descriptor& effect, std::string_view alarm) noexcept {
   return alarm == "model_gap" ||
          std::find(effect.alarms.begin(), effect.alarms.end(), alarm) != effect.alarms.end();
+}
+
+bool has_own_times(const Descriptor& info) noexcept {
+  return find_parameter(info, "from") != nullptr;
 }
 
 const ParameterInfo* find_parameter(const Descriptor& info, std::string_view name) noexcept {

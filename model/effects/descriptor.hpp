@@ -34,12 +34,20 @@ struct ParameterInfo {
   const char* meaning;
   // Part of the law rather than what an engineer asks for: left out of sentences.
   bool of_the_law = false;
+  // Where it is not given, the time constant of the process it stands in.
+  bool as_process_lag = false;
 };
 
 struct OptionInfo {
   const char* name;
   std::vector<const char*> values;  // the first is the default
   const char* meaning;
+};
+
+// A table that an effect can't do without.
+struct TableInfo {
+  const char* form = "";     // as in a file: "[[t, factor], ...]"
+  const char* meaning = "";  // with units
 };
 
 struct LookAlike {
@@ -72,6 +80,8 @@ struct EffectContext {
   double output_low = 0.0;     // CO units
   double output_high = 100.0;  // CO units
   std::uint64_t seed = 1;      // for effects with random numbers
+  // s, of the process; 0: not known here
+  double time_constant_s = 0.0;
 };
 
 // A parameter that is missing, unknown, or out of its range. `key` names it, empty for the effect
@@ -94,7 +104,9 @@ struct Descriptor {
   std::vector<Block> blocks{};  // where it may stand; the first is where it stands by default
   std::vector<ParameterInfo> parameters{};
   std::vector<OptionInfo> options{};
-  bool takes_table = false;  // in files `curve` or `table` stands for its options
+  bool takes_table =
+      false;  // in files `curve` or `table` stands for its options, `table` where it has none
+  TableInfo table{};         // where it has no options
   const char* header = "";   // in model/plant: equation, source and limits
   const char* meaning = "";  // one line
 
@@ -124,6 +136,8 @@ struct Descriptor {
   std::vector<Example> examples{};
 };
 
+// Its `from` and `to` are parameters of its own: no schedule beside them.
+bool has_own_times(const Descriptor& info) noexcept;
 const ParameterInfo* find_parameter(const Descriptor& info, std::string_view name) noexcept;
 const OptionInfo* find_option(const Descriptor& info, std::string_view name) noexcept;
 
@@ -158,6 +172,10 @@ constexpr ParameterInfo any_value(const char* name, const char* unit, const char
 constexpr ParameterInfo optional(ParameterInfo info, double fallback) {
   info.required = false;
   info.fallback = fallback;
+  return info;
+}
+constexpr ParameterInfo as_process_lag(ParameterInfo info) {
+  info.as_process_lag = true;
   return info;
 }
 constexpr ParameterInfo of_the_law(ParameterInfo info) {

@@ -21,10 +21,11 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
   effects::EffectContext context{.sample_time_s = model.sample_time_s,
                                  .output_low = output_low_,
                                  .output_high = output_high_,
-                                 .seed = seed};
-  const auto add = [&](EffectChain& chain, Block block, const EffectSpec& spec,
-                       const Schedule& schedule) {
+                                 .seed = seed,
+                                 .time_constant_s = model.process.time_constant_s};
+  const auto add = [&](EffectChain& chain, Block block, EffectSpec spec, const Schedule& schedule) {
     ++context.seed;  // each random effect has a stream of its own
+    effects::complete(spec, context);
     effects::check_effect(spec, block, context);
     Effect effect = effects::make_effect(spec, context);
     EffectChain& place = effect.acts_on_reading() ? reading_effects_ : chain;

@@ -66,6 +66,52 @@ TEST_CASE("A valve characteristic has a curve or a table", "[config][effects]") 
       "1)\n");
 }
 
+TEST_CASE("An effect of the process may need a table, or the process's lag", "[config][effects]") {
+  const auto text = [](const std::string& fault) {
+    return kModel + "scenario:\n  faults:\n    - " + fault + "\n";
+  };
+  const auto of = [&](const std::string& fault) {
+    const auto model = read_model_text("m.yaml", text(fault));
+    INFO(to_text(model.diagnostics));
+    REQUIRE(model);
+    REQUIRE(model->scenario.faults.size() == 1);
+    const plant::EffectSpec& effect = model->scenario.faults.front().effect;
+    // What is written is read as the same.
+    const auto again = read_model_text("again.yaml", write_model(*model));
+    REQUIRE(again);
+    CHECK(again->scenario.faults.front().effect == effect);
+    return std::make_pair(effect, model->process.time_constant_s);
+  };
+  const auto gain = of("{effect: varying_gain, table: [[0, 1], [50, 0.8]]}").first;
+  CHECK(gain.table == std::vector<std::pair<double, double>>{{0, 1}, {50, 0.8}});
+  CHECK(gain.options.empty());
+  CHECK(test::said_of_model(text("{effect: varying_gain}"))
+            .find("needs a table: [[t, factor], ...]") != std::string::npos);
+
+  const auto [rings, lag_s] =
+      of("{effect: oscillatory_process, damping: 0.3, natural_frequency: 0.5}");
+  CHECK(rings.parameters.at("time_constant") == lag_s);
+  CHECK(of("{effect: oscillatory_process, damping: 0.3, natural_frequency: 0.5, time_constant: 77}")
+            .first.parameters.at("time_constant") == 77.0);
+}
+
+TEST_CASE("A fault that has times of its own takes no schedule beside them", "[config][effects]") {
+  const auto text = [](const std::string& more) {
+    return kModel +
+           "scenario:\n  faults:\n    - {effect: intermittent_stiction, s: 1, j: 0.5, from: 20, "
+           "to: 60" +
+           more + "}\n";
+  };
+  const auto model = read_model_text("m.yaml", text(""));
+  INFO(to_text(model.diagnostics));
+  REQUIRE(model);
+  const plant::ScheduledFault& fault = model->scenario.faults.front();
+  CHECK(fault.effect.parameters.at("from") == 20.0);
+  CHECK(fault.effect.parameters.at("to") == 60.0);
+  CHECK(fault.schedule == plant::Schedule{});
+  CHECK_THAT(test::said_of_model(text(", ramp: 5")), Catch::Contains("unknown key 'ramp'"));
+}
+
 TEST_CASE("Faults of an effect stand at the key that is wrong", "[config][effects]") {
   CHECK(said_of("{effect: sticktion, s: 1, j: 0}") ==
         "m.yaml:14:16: error: valve.effects[0].effect: unknown effect 'sticktion'; did you mean "

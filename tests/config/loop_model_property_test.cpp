@@ -34,7 +34,8 @@ plant::EffectSpec any_spec(const effects::Descriptor& info) {
       spec.options[option.name] = option.values[one_of(option.values.size())];
   }
   const auto curve = spec.options.find("curve");
-  if (curve != spec.options.end() && curve->second == "table") {
+  const bool needs_table = info.takes_table && info.options.empty();
+  if (needs_table || (curve != spec.options.end() && curve->second == "table")) {
     double x = number(0.0, 1.0);
     double q = number(0.0, 1.0);
     const std::int64_t points = integer(2, 8);
@@ -92,9 +93,11 @@ TEST_CASE("every effect with any parameters is written so that it reads back equ
         put(model, spec, block);
       } else {
         plant::Schedule schedule;
-        schedule.from_s = number(-1e5, 1e5);
-        if (coin()) schedule.to_s = schedule.from_s + 1.0 + number(0.0, 1e5);
-        if (coin()) schedule.ramp_s = number(0.0, 1e4);
+        if (!effects::has_own_times(info)) {
+          schedule.from_s = number(-1e5, 1e5);
+          if (coin()) schedule.to_s = schedule.from_s + 1.0 + number(0.0, 1e5);
+          if (coin()) schedule.ramp_s = number(0.0, 1e4);
+        }
         model.scenario.faults.push_back({spec, block, schedule});
       }
       const std::string text = write_model(model);

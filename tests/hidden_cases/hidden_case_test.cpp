@@ -82,7 +82,8 @@ double believed_rmse(const HiddenCase& one) {
 
 std::vector<CaseRequest> every_effect() {
   std::vector<CaseRequest> requests;
-  for (const Kind kind : {Kind::kSingle, Kind::kNone, Kind::kPair, Kind::kOutside}) {
+  for (const Kind kind :
+       {Kind::kSingle, Kind::kNone, Kind::kPair, Kind::kOutside, Kind::kFurther}) {
     for (const std::string& effect : effect_names(kind)) {
       requests.push_back(request(kind, effect, 7 + requests.size(), requests.size() % 2 == 1));
     }

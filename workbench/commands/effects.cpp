@@ -57,6 +57,7 @@ std::string range_text(const effects::ParameterInfo& p) {
 
 std::string fallback_text(const effects::ParameterInfo& p) {
   if (p.required) return "required";
+  if (p.as_process_lag) return "the process's";
   return std::isfinite(p.fallback) ? fmt::format("{:g}", p.fallback) : "none";
 }
 
@@ -71,6 +72,9 @@ std::vector<ParameterRow> rows_of(const effects::Descriptor& entry) {
       values += fmt::format("{}{}", values.empty() ? "" : ", ", value);
     }
     rows.push_back({option.name, "", values, option.values.front(), option.meaning});
+  }
+  if (entry.takes_table && entry.options.empty()) {
+    rows.push_back({"table", "", entry.table.form, "required", entry.table.meaning});
   }
   return rows;
 }

@@ -41,7 +41,9 @@ EffectSpec mid_range(const Descriptor& info) {
     spec.parameters.erase("s_closing");
     spec.parameters.erase("j_closing");
   }
+  if (spec.parameters.contains("to")) spec.parameters["to"] = spec.parameters["from"] + 1.0;
   if (spec.name == "clipped_measurement") spec.parameters["high"] = 2.0;
+  if (spec.name == "varying_gain") spec.table = {{0.0, 1.0}, {1.0, 2.0}};
   return spec;
 }
 

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/inverse_response.hpp"
+
+#include "model/effects/descriptor.hpp"
+
+namespace loopwarden::effects::inverse_response {
+namespace {
+
+void candidates(const SearchContext& c, std::vector<Candidate>& all) {
+  all.push_back(
+      {.block = Block::process,
+       .parameters = 1,
+       .prior_nats = 1.0,  // more dead time is the commoner cause
+       .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 6)},
+       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
+         return {"inverse_response", {{"zero_time", v[0]}}};
+       }});
+}
+
+}  // namespace
+
+Descriptor describe() {
+  return {
+      .number = 23,
+      .name = "inverse_response",
+      .blocks = {Block::process},
+      .parameters = {at_least_zero("zero_time", "s", "of the zero: times (1 - zero_time p)")},
+      .header = "inverse_response.hpp",
+      .meaning = "PV first moves the wrong way",
+      .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
+        return plant::InverseResponse(read.value("zero_time"), context.sample_time_s);
+      },
+      .candidates = candidates,
+      // To a tuning rule such a zero is dead time (Skogestad, J. Process Control 13 (2003) 291-309).
+      .linear =
+          [](const SpecReader& read) { return LinearPart{.dead_time_s = read.value("zero_time")}; },
+      .seen =
+          "After a step of CO PV goes to the wrong side first, then turns: drum and reboiler "
+          "levels, some temperatures. It is the process's own way: don't look for a fault, lower "
+          "the gain, and tune as for that much more dead time.",
+      .look_alikes = {{"extra_dead_time", "PV waits, but never moves to the wrong side."},
+                      {"positioner_overshoot",
+                       "goes beyond at the end of a move, not back at its beginning."},
+                      {"a wrong action of the controller",
+                       "never turns round: PV runs away to the wrong side."}},
+      .examples = {{"inverse_response",
+                    {"inverse_response", {{"zero_time", 1.0}}},
+                    Block::process}}};
+}
+
+}  // namespace loopwarden::effects::inverse_response

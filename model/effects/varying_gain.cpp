@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant/varying_gain.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "model/effects/descriptor.hpp"
+
+namespace loopwarden::effects::varying_gain {
+namespace {
+
+using plant::VaryingGain;
+
+void check(const SpecReader& read, const EffectContext&) {
+  const auto& table = read.spec().table;
+  if (table.size() < 2 || table.size() > VaryingGain::kMostPoints) {
+    throw EffectError("table", "table must have 2 to " + std::to_string(VaryingGain::kMostPoints) +
+                                   " points (got " + std::to_string(table.size()) + ")");
+  }
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const std::string point = " (see point " + std::to_string(i + 1) + ")";
+    if (!std::isfinite(table[i].first) || !(i == 0 || table[i].first > table[i - 1].first)) {
+      throw EffectError("table", "times in the table must rise" + point);
+    }
+    if (!std::isfinite(table[i].second) || !(table[i].second > 0.0)) {
+      throw EffectError("table", "factors in the table must be above 0" + point);
+    }
+  }
+}
+
+plant::Effect make(const SpecReader& read, const EffectContext&) {
+  VaryingGain::Parameters p;
+  for (const auto& [time_s, factor] : read.spec().table) {
+    p.points[p.point_count++] = {time_s, factor};
+  }
+  return VaryingGain(p);
+}
+
+constexpr int kKnots = 5;
+
+// Factors at evenly spaced times from the first to the last sample that is fitted; behind them the last one
+// holds, which is all that a record can say of what it has not seen.
+EffectSpec spec(const Candidate&, Candidate::Values v, Candidate::Values) {
+  EffectSpec effect{"varying_gain"};
+  for (int i = 0; i < kKnots; ++i) {
+    effect.table.emplace_back(v[kKnots] * i / (kKnots - 1), v[static_cast<std::size_t>(i)]);
+  }
+  return effect;
+}
+
+void candidates(const SearchContext& c, std::vector<Candidate>& all) {
+  Candidate candidate{.block = Block::process,
+                      .parameters = kKnots,
+                      .prior_nats = 6.0,  // with so many factors it follows any slow load as well
+                      .starts = 1,
+                      .spec = spec};
+  for (const char* name : {"factor_1", "factor_2", "factor_3", "factor_4", "factor_5"}) {
+    candidate.search.push_back({name, 0.5, 2.0, true, 1, 0.02});
+  }
+  // Known, and no search: the end of what is fitted.
+  candidate.search.push_back({"last", c.duration_s, c.duration_s * 1.001, false, 1});
+  all.push_back(candidate);
+}
+
+}  // namespace
+
+Descriptor describe() {
+  return {
+      .number = 27,
+      .name = "varying_gain",
+      .blocks = {Block::process},
+      .takes_table = true,
+      .table = {"[[t, factor], ...]", "s of the record and factor of the process gain, t rising"},
+      .header = "varying_gain.hpp",
+      .meaning = "the process gain changes in the course of the record",
+      .check = check,
+      .make = make,
+      .candidates = candidates,
+      .seen =
+          "The same set point takes another CO as hours go by, and moves of PV grow or shrink with "
+          "it: fouling, a supply pressure or a feed that changes, a catalyst that ages. Compare "
+          "the "
+          "size of PV's moves early and late; retune if it stays.",
+      .look_alikes = {{"gain_change", "is there from the start and stays."},
+                      {"drift", "moves PV by the same however far the valve is open."},
+                      {"valve_characteristic", "follows the opening, not the clock."},
+                      {"random_load", "leaves the size of PV's moves as it was."}},
+      .examples = {{"varying_gain",
+                    {"varying_gain", {}, {}, {{60.0, 1.0}, {180.0, 0.7}, {300.0, 1.1}}},
+                    Block::process}}};
+}
+
+}  // namespace loopwarden::effects::varying_gain
