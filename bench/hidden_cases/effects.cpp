@@ -507,7 +507,7 @@ void stiction_on_closing(Draft& draft, Random& random) {
 }
 
 using Apply = void (*)(Draft&, Random&);
-constexpr std::array<std::pair<std::string_view, Apply>, 44> kEffects{{
+constexpr std::array<std::pair<std::string_view, Apply>, 45> kEffects{{
     {"stiction", stiction},
     {"backlash", backlash},
     {"hysteresis", hysteresis},
@@ -552,6 +552,7 @@ constexpr std::array<std::pair<std::string_view, Apply>, 44> kEffects{{
     {"clipped_measurement", saturating_transmitter},
     {"held_measurement", held_measurement},
     {"stiction:closing", stiction_on_closing},
+    {"flow_dependent_dead_time", dead_time_with_flow},
 }};
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -90,7 +91,7 @@ const std::vector<std::string> kOutside{"outside:inverse_response",
 const std::vector<std::string> kFurthers{
     "resolution",          "inverse_response", "ramp_disturbance",      "square_disturbance",
     "oscillatory_process", "varying_gain",     "intermittent_stiction", "clipped_measurement",
-    "held_measurement",    "stiction:closing"};
+    "held_measurement",    "stiction:closing", "flow_dependent_dead_time"};
 
 // "onset:stiction" -> "stiction"
 std::string onset_effect(const CaseRequest& request) {
@@ -104,9 +105,26 @@ std::vector<std::string> parts_of(const CaseRequest& request) {
   return {request.effect.substr(0, plus), request.effect.substr(plus + 1)};
 }
 
+// Those that came to the catalogue since.
+std::vector<std::string> names_outside(const std::string& effect) {
+  static const std::map<std::string, std::string> kNow{
+      {"outside:inverse_response", "inverse_response"},
+      {"outside:underdamped_process", "oscillatory_process"},
+      {"outside:intermittent_sticking", "intermittent_stiction"},
+      {"outside:leakage", "leakage"},
+      {"outside:wandering_gain", "varying_gain"},
+      {"outside:square_disturbance", "square_disturbance"},
+      {"outside:dead_time_with_flow", "flow_dependent_dead_time"},
+      {"outside:saturating_transmitter", "clipped_measurement"},
+      {"outside:staircase_positioner", "resolution"}};
+  const auto now = kNow.find(effect);
+  if (now == kNow.end()) return {"unexplained"};
+  return {"unexplained", now->second};
+}
+
 std::vector<std::string> accepted_names(const CaseRequest& request) {
   if (request.kind == Kind::kNone) return {"none"};
-  if (request.kind == Kind::kOutside) return {"unexplained"};
+  if (request.kind == Kind::kOutside) return names_outside(request.effect);
   // Distributed play and one play can't always be told apart.
   if (request.effect == "hysteresis" || request.effect == "onset:hysteresis") {
     return {"hysteresis", "backlash"};

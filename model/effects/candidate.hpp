@@ -46,6 +46,8 @@ struct SearchContext {
   double output_high = 100.0;    // CO units
   double output_used_low = 0.0;  // CO units, where CO was in the record
   double output_used_high = 100.0;
+  double pv_low = 0.0;  // PV units, where PV was in the record, without its noise
+  double pv_high = 100.0;
   double period_s = 0.1;
   double duration_s = 300.0;     // s
   double time_constant_s = 1.0;  // s, of the process
@@ -99,6 +101,7 @@ struct Candidate {
   bool solves_gain = false;    // the process gain's own column stands for it
   bool shifts_pv = false;      // moves PV as a whole: what sticks is searched for again beside it
   bool at_one_moment = false;  // shows at one place of the record: need not gain in all of it
+  bool hides = false;          // of the transmitter: shows less than PV, not linear in it
   bool is_level = false;       // a constant: without a measured CO nothing tells it from CO's level
 
   double output_low = 0.0;       // CO units
@@ -108,7 +111,7 @@ struct Candidate {
   std::size_t linear_columns() const noexcept { return columns; }
   bool starts_offset() const noexcept { return resting_half_band != nullptr; }
   // Stepped in the signal's path, not solved for.
-  bool in_path() const noexcept { return columns == 0 && !solves_gain; }
+  bool in_path() const noexcept { return columns == 0 && !solves_gain && !hides; }
 };
 
 }  // namespace loopwarden::effects

@@ -116,6 +116,13 @@ void check_effect(const EffectSpec& spec, Block block, const EffectContext& cont
   }
 }
 
+bool takes_dead_time(const std::vector<EffectSpec>& specs) noexcept {
+  return std::any_of(specs.begin(), specs.end(), [](const EffectSpec& spec) {
+    const Descriptor* info = find_effect(spec.name);
+    return info != nullptr && info->takes_dead_time;
+  });
+}
+
 void complete(EffectSpec& spec, const EffectContext& context) {
   const Descriptor* info = find_effect(spec.name);
   if (info == nullptr || !(context.time_constant_s > 0.0)) return;

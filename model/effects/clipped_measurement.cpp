@@ -16,6 +16,32 @@ void check(const SpecReader& read, const EffectContext&) {
   }
 }
 
+EffectSpec high_end(const Candidate&, Candidate::Values v, Candidate::Values) {
+  return {"clipped_measurement", {{"high", v[0]}}};
+}
+
+EffectSpec low_end(const Candidate&, Candidate::Values v, Candidate::Values) {
+  return {"clipped_measurement", {{"low", v[0]}}};
+}
+
+// Ends in the outer half of where PV was; exactly flat ones are found without a search (model/gap/reading.hpp).
+void candidates(const SearchContext& c, std::vector<Candidate>& all) {
+  constexpr int kPlaces = 24;
+  const double middle = (c.pv_low + c.pv_high) / 2.0;
+  const double beyond = 0.1 * (c.pv_high - c.pv_low);
+  for (const bool high : {true, false}) {
+    const SearchRange range =
+        high ? between("high", middle, c.pv_high + beyond, false, kPlaces)
+             : between("low", c.pv_low - beyond, middle, false, kPlaces);
+    all.push_back({.block = Block::transmitter,
+                   .parameters = 1,
+                   .prior_nats = 1.0,  // two places where to look
+                   .search = {range},
+                   .spec = high ? high_end : low_end,
+                   .hides = true});
+  }
+}
+
 }  // namespace
 
 Descriptor describe() {
@@ -31,11 +57,13 @@ Descriptor describe() {
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::ClippedMeasurement(read.value("low"), read.value("high"));
       },
+      .candidates = candidates,
       .seen =
-          "PV stops at one value and lies there flat, without noise, while CO goes on; with a "
+          "PV stops at one value, mostly exactly flat, while CO goes on; with a "
           "set point beyond it CO winds up to its stop. Compare the transmitter's span with "
           "the scaling in the control system, and look for what saturates in between.",
-      .look_alikes = {{"low_air_supply", "ends the stem's travel: PV lies there with its noise."},
+      .look_alikes = {{"low_air_supply",
+                        "ends the stem's travel: PV comes to its end as slowly as the process answers."},
                       {"stiction", "PV rests at other values each time, with its noise."},
                       {"a range that ends there",
                        "is no fault: the model's transmitter range says so."}},

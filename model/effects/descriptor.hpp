@@ -82,6 +82,7 @@ struct EffectContext {
   std::uint64_t seed = 1;      // for effects with random numbers
   // s, of the process; 0: not known here
   double time_constant_s = 0.0;
+  double dead_time_s = 0.0;  // s, of the process, for an effect that takes its place
 };
 
 // A parameter that is missing, unknown, or out of its range. `key` names it, empty for the effect
@@ -114,6 +115,8 @@ struct Descriptor {
   void (*check)(const SpecReader& read, const EffectContext& context) = nullptr;
   // From a spec that was checked. Null: no effect of the plant, so no model holds it.
   plant::Effect (*make)(const SpecReader& read, const EffectContext& context) = nullptr;
+
+  bool takes_dead_time = false;  // stands in the place of the process's own
 
   // Appends its candidates. Null: `gap` can't find it.
   void (*candidates)(const SearchContext& context, std::vector<Candidate>& all) = nullptr;

@@ -10,11 +10,12 @@ Descriptor describe() {
       .number = 21,
       .name = "held_measurement",
       .blocks = {Block::transmitter},
-      .parameters = {above_zero("interval", "s", "in which the value is renewed once")},
+      .parameters = {above_zero("interval", "s", "in which the value is renewed once"),
+                     optional(at_least_zero("first", "s", "time of the first renewal"), 0.0)},
       .header = "held_measurement.hpp",
       .meaning = "the measurement is renewed only now and then",
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
-        return plant::HeldMeasurement(read.value("interval"));
+        return plant::HeldMeasurement(read.value("interval"), read.value("first"));
       },
       .linear =
           [](const SpecReader& read) {
@@ -24,7 +25,7 @@ Descriptor describe() {
           "PV is a staircase with treads of equal length, exactly flat, and CO jumps with each: "
           "analysers, wireless and multiplexed transmitters. The loop is slower by half a tread; "
           "tune for that, or run the controller once for each new value.",
-      .look_alikes = {{"a coarse valve or converter",
+      .look_alikes = {{"resolution",
                        "treads of equal height instead, as long as PV takes from one to the next."},
                       {"extra_dead_time", "PV keeps its shape; a held one is flat in between."},
                       {"compression by the historian",

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "model/gap/constants.hpp"
 #include "model/gap/controller.hpp"
 #include "model/gap/model_run.hpp"
 #include "model/gap/record_check.hpp"
@@ -55,6 +56,27 @@ std::vector<double> assumed_set_point(const plant::LoopModel& model, const std::
   return shifted(best_shift_s);
 }
 
+// Those used that are neither repeated nor at an end of what the transmitter shows; all, where that leaves
+// too few to fit anything to.
+std::vector<bool> measured_samples(const CheckedRecord& r) {
+  const plant::TransmitterParameters& range = r.model.transmitter;
+  const double margin = kAtEnd * (range.high - range.low);
+  const auto [lowest, highest] = std::minmax_element(r.pv.begin(), r.pv.end());
+  // A range that the record goes beyond is not the transmitter's.
+  const bool ends_low = *lowest >= range.low;
+  const bool ends_high = *highest <= range.high;
+  std::vector<bool> measured = r.used;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < r.pv.size(); ++k) {
+    if (!r.reading.measured[k] || (ends_low && r.pv[k] <= range.low + margin) ||
+        (ends_high && r.pv[k] >= range.high - margin)) {
+      measured[k] = false;
+    }
+    if (measured[k] && k < training_samples(r.pv.size())) ++count;
+  }
+  return count < kFewestMeasured ? r.used : measured;
+}
+
 }  // namespace
 
 CheckedRecord check(const Record& given, const plant::LoopModel& model) {
@@ -82,7 +104,14 @@ CheckedRecord check(const Record& given, const plant::LoopModel& model) {
   out.co = held(record.co);
   out.used = usable_samples(record, out.model);
   out.training_end = training_samples(record.size());
-  out.training = out.used;
+  out.reading = examine_reading(record.pv);
+  std::vector<double> measurements;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    if (out.reading.measured[k]) measurements.push_back(record.pv[k]);
+  }
+  if (measurements.size() < record.size()) out.quality.noise_rms = noise_of(measurements);
+  out.measured = measured_samples(out);
+  out.training = out.measured;
   std::fill(out.training.begin() + static_cast<std::ptrdiff_t>(out.training_end),
             out.training.end(), false);
   out.record = std::move(record);

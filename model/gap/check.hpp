@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "model/gap/reading.hpp"
 #include "model/gap/record.hpp"
 #include "model/gap/result.hpp"
 
@@ -24,7 +25,9 @@ struct CheckedRecord {
   plant::LoopModel model;          // quiet, at the record's period
   bool closed_loop = false;        // CO was not measured
   std::vector<double> pv, sp, co;  // gaps closed; sp empty where nobody knows it
+  ReadingFinding reading;          // what PV's flat places say
   std::vector<bool> used;          // samples of PV that count
+  std::vector<bool> measured;      // those that are no mere bound or repetition
   std::vector<bool> training;      // those of the first two thirds
   std::size_t training_end = 0;    // first sample of the holdout
 };

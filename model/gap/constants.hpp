@@ -19,6 +19,29 @@ inline constexpr double kLeastMovement = 0.01;
 // A PV that changes less often stands still. By hand.
 inline constexpr std::size_t kFewestMoves = 5;
 
+// reading ----------------------------------------------------------------------------------------------
+// A PV that is renewed less often than that in the record shows no beat. By hand.
+inline constexpr std::size_t kFewestRenewals = 20;
+// Share of the changes that may come more than a sample off the beat: clocks slip. By hand.
+inline constexpr double kOffBeat = 0.02;
+// Where more of the changes are by the least one, the treads are rounding or a coarse valve. By hand.
+inline constexpr double kEqualSteps = 0.5;
+// Neighbours at the end of the range, and the share of them that stay there; of that, how many may stay elsewhere.
+// By hand: noise of one rounding step leaves 0.28 of the neighbours equal.
+inline constexpr std::size_t kFewestAtEnd = 8;
+inline constexpr double kStaysAtEnd = 0.5;
+inline constexpr double kStaysElsewhere = 0.1;
+// An end of the reading this near to the transmitter's own, of its span, is that. By hand.
+inline constexpr double kSameEnd = 0.005;
+// Of a name by flat readings. By hand: chance does not make them, but what fills up or limits a record is not
+// always the transmitter.
+inline constexpr double kReadingConfidence = 0.95;
+
+// Of the transmitter's span: a PV so near to an end of it stands at the end. By hand.
+inline constexpr double kAtEnd = 0.001;
+// With fewer samples of the first two thirds that measure PV nothing is fitted. By hand.
+inline constexpr std::size_t kFewestMeasured = 50;
+
 // controller -------------------------------------------------------------------------------------------
 // Less rms of CO, of its span, does not matter. By hand: a converter's step of 12 bits is 0.00024.
 inline constexpr double kLeastControllerRms = 0.002;

@@ -63,6 +63,7 @@ double confidence_after(double confidence, Proof proof) noexcept {
 }
 
 Verdict verdict_of(const Decision& decision, Proof proof) noexcept {
+  if (decision.by_reading) return Verdict::missing_effect;
   const bool named = !decision.named.empty();
   const bool taken_back = named && proof == Proof::refuted;
   if (taken_back && decision.believable) return Verdict::unexplained;

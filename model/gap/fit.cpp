@@ -24,6 +24,7 @@ constexpr std::array kLoads{0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0};
 constexpr std::array kValves{0.0, 0.35, 1.0};
 constexpr std::size_t kLittleLoad = 1;  // index of the filter
 constexpr std::uint64_t kEvolutionSeed = 1;
+constexpr int kHiddenRounds = 3;
 constexpr double kBentGain = 0.25;  // of itself, by which a gain found beside a cycle may be off
 constexpr double kLeastVariance = 1e-18;  // of PV's mean square; what rounding of numbers leaves
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -54,6 +55,11 @@ bool jumps(const Terms& terms) {
   return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
     return t->block == plant::Block::valve && !t->smooth;
   });
+}
+
+// Whether the transmitter does not show all of PV.
+bool hides(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->hides; });
 }
 
 bool is_smooth(const Terms& terms) {
@@ -99,6 +105,10 @@ struct Fitter::Work {
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
   Eigen::VectorXd solved;
+  std::vector<double> target;  // white, what `solved` fits
+  std::vector<double> whole;   // PV units, of the solution
+  std::vector<double> shown;   // PV units, of it as the transmitter shows it
+  std::vector<std::vector<double>> seen;  // of the columns
 };
 
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
@@ -141,11 +151,36 @@ bool Fitter::load_at_limit(const Fit& fit) const noexcept {
   return fit.load % kLoads.size() + 1 == kLoads.size();
 }
 
-double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit) const {
+// Newton's step for what the transmitter hides: a sample that it hides does not depend on what is solved for.
+void Fitter::linearise_shown(Work& work, const Terms& terms, const Point& point,
+                             std::size_t load) const {
+  const std::vector<double>& offset = free_run_.offset();
+  work.whole.assign(offset.begin(), offset.begin() + static_cast<std::ptrdiff_t>(training_end_));
+  for (std::size_t i = 0; i < work.columns.size(); ++i) {
+    const double by = work.solved(static_cast<Eigen::Index>(i));
+    for (std::size_t k = 0; k < training_end_; ++k) work.whole[k] += by * work.columns[i][k];
+  }
+  work.shown = work.whole;
+  free_run_.show(terms, point, work.shown);
+  work.seen = work.columns;
+  for (std::size_t k = 0; k < training_end_; ++k) {
+    const bool hidden = work.shown[k] != work.whole[k];
+    work.shown[k] = used_[k] ? pv_[k] + offset[k] - work.shown[k] : 0.0;
+    for (std::size_t i = 0; i < work.seen.size(); ++i) {
+      if (hidden) work.seen[i][k] = 0.0;
+      work.shown[k] += work.solved(static_cast<Eigen::Index>(i)) * work.seen[i][k];
+    }
+  }
+  filters_[load].whiten(work.shown, work.target);
+  filters_[load].whiten(work.seen, work.white);
+}
+
+double Fitter::solve(Work& work, const Terms& terms, const Point& point, std::size_t load,
+                     Fit* fit) const {
   const LoadFilter& filter = filters_[load];
   const std::size_t n = filter.count();
   const std::size_t m = work.columns.size();
-  const std::vector<double>& white_pv = white_pv_[load];
+  work.target = white_pv_[load];
   filter.whiten(work.columns, work.white);
   const auto size = static_cast<Eigen::Index>(m);
   const auto view = [n](const std::vector<double>& v) {
@@ -153,31 +188,43 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
   };
   work.normal.resize(size, size);
   work.right.resize(size);
-  for (std::size_t i = 0; i < m; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    for (std::size_t j = 0; j <= i; ++j) {
-      const auto column = static_cast<Eigen::Index>(j);
-      work.normal(row, column) = work.normal(column, row) =
-          view(work.white[i]).dot(view(work.white[j]));
-    }
-    work.right(row) = view(work.white[i]).dot(view(white_pv));
-  }
-  work.solved = solve_normal(work.normal, work.right);
-
   // The gain within its bounds: if the free solution is outside, it lies on the bound.
   const double uncertainty = free_run_.model().uncertainty.gain;
   const bool gain_free = solves_gain(terms);
   const double low = gain_free ? 0.02 : 1.0 - uncertainty;
   const double high = gain_free ? 50.0 : 1.0 + uncertainty;
-  if (!(work.solved(0) >= low && work.solved(0) <= high)) {
+  const auto make_normal = [&] {
+    for (std::size_t i = 0; i < m; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      for (std::size_t j = 0; j <= i; ++j) {
+        const auto column = static_cast<Eigen::Index>(j);
+        work.normal(row, column) = work.normal(column, row) =
+            view(work.white[i]).dot(view(work.white[j]));
+      }
+      work.right(row) = view(work.white[i]).dot(view(work.target));
+    }
+  };
+  const auto solve_once = [&] {
+    make_normal();
+    work.solved = solve_normal(work.normal, work.right);
+    if (work.solved(0) >= low && work.solved(0) <= high) return;
     const double gain = std::clamp(std::isfinite(work.solved(0)) ? work.solved(0) : 1.0, low, high);
     const Eigen::Index rest = size - 1;
     work.solved.tail(rest) =
         solve_normal(work.normal.bottomRightCorner(rest, rest),
                      work.right.tail(rest) - gain * work.normal.col(0).tail(rest));
     work.solved(0) = gain;
+  };
+  solve_once();
+  if (hides(terms)) {
+    for (int round = 0; round < kHiddenRounds; ++round) {
+      linearise_shown(work, terms, point, load);
+      solve_once();
+    }
+    linearise_shown(work, terms, point, load);
+    make_normal();
   }
-  const double sum = view(white_pv).squaredNorm() - 2.0 * work.solved.dot(work.right) +
+  const double sum = view(work.target).squaredNorm() - 2.0 * work.solved.dot(work.right) +
                      work.solved.dot(work.normal * work.solved);
   const double count = static_cast<double>(n);
   if (!std::isfinite(sum)) {
@@ -203,7 +250,7 @@ double Fitter::solve(Work& work, const Terms& terms, std::size_t load, Fit* fit)
 double Fitter::evaluate(Work& work, const Terms& terms, const Point& point, std::size_t load,
                         Fit* fit) const {
   free_run_.columns(terms, point, work.columns, training_end_);
-  return solve(work, terms, load, fit);
+  return solve(work, terms, point, load, fit);
 }
 
 void Fitter::choose_load(Work& work, Fit& fit) const {
@@ -212,13 +259,13 @@ void Fitter::choose_load(Work& work, Fit& fit) const {
   std::size_t best = fit.load;
   double best_deviance = kInfinity;
   for (std::size_t load = 0; load < filters_.size(); ++load) {
-    const double deviance = solve(work, fit.terms, load, nullptr);
+    const double deviance = solve(work, fit.terms, fit.point, load, nullptr);
     if (deviance < best_deviance) {
       best_deviance = deviance;
       best = load;
     }
   }
-  solve(work, fit.terms, best, &fit);
+  solve(work, fit.terms, fit.point, best, &fit);
 }
 
 std::vector<double> Fitter::positions(const Fit& fit) const {
@@ -349,8 +396,7 @@ Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
     const Point point = with_positions(start.terms, at);
     const double deviance = evaluate(work, start.terms, point, start.load, fit);
     const std::size_t n = filters_[start.load].count();
-    r = Eigen::Map<const Eigen::VectorXd>(white_pv_[start.load].data(),
-                                          static_cast<Eigen::Index>(n));
+    r = Eigen::Map<const Eigen::VectorXd>(work.target.data(), static_cast<Eigen::Index>(n));
     for (std::size_t i = 0; i < work.white.size(); ++i) {
       r -= work.solved(static_cast<Eigen::Index>(i)) *
            Eigen::Map<const Eigen::VectorXd>(work.white[i].data(), static_cast<Eigen::Index>(n));
@@ -534,7 +580,7 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
       free_run_.linear_columns(candidate, own, last);
       std::move(last.begin(), last.end(),
                 work.columns.end() - static_cast<std::ptrdiff_t>(last.size()));
-      for (const std::size_t load : loads) consider(load, solve(work, fit.terms, load, nullptr));
+      for (const std::size_t load : loads) consider(load, solve(work, fit.terms, fit.point, load, nullptr));
     }
   } else {
     std::vector<int> index(candidate.search.size(), 0);
@@ -544,7 +590,7 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
         own[j] = candidate.search[j].value((index[j] + 0.5) / candidate.search[j].grid);
       }
       free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
-      for (const std::size_t load : loads) consider(load, solve(work, fit.terms, load, nullptr));
+      for (const std::size_t load : loads) consider(load, solve(work, fit.terms, fit.point, load, nullptr));
       more = false;
       for (std::size_t j = 0; j < index.size() && !more; ++j) {
         if (++index[j] < candidate.search[j].grid) {
@@ -704,6 +750,7 @@ std::vector<double> Fitter::simulate(const Fit& fit) const {
   for (std::size_t i = 0; i < columns.size(); ++i) {
     for (std::size_t k = 0; k < pv.size(); ++k) pv[k] += fit.solved[i] * columns[i][k];
   }
+  free_run_.show(fit.terms, fit.point, pv);
   return pv;
 }
 

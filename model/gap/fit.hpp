@@ -81,7 +81,9 @@ class Fitter {
   struct Work;
   double evaluate(Work& work, const Terms& terms, const Point& point, std::size_t load,
                   Fit* fit) const;
-  double solve(Work& work, const Terms& terms, std::size_t load, Fit* fit) const;
+  double solve(Work& work, const Terms& terms, const Point& point, std::size_t load,
+               Fit* fit) const;
+  void linearise_shown(Work& work, const Terms& terms, const Point& point, std::size_t load) const;
   void choose_load(Work& work, Fit& fit) const;
   Fit search(Work& work, const Fit& start, int evaluations) const;
   Fit evolve(Work& work, const Fit& start, std::size_t evaluations) const;

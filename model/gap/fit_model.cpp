@@ -6,19 +6,29 @@
 
 #include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::gap {
 namespace {
+
+// Where PV's ends are taken, so that its noise is left out.
+constexpr double kEndQuantile = 0.01;
 
 std::vector<Candidate> candidates_for(const CheckedRecord& r) {
   const control::PidSettings& pid = r.model.controller.pid;
   const auto [co_low, co_high] =
       std::minmax_element(r.co.begin(), r.co.begin() + static_cast<std::ptrdiff_t>(r.training_end));
+  std::vector<double> pv;
+  for (std::size_t k = 0; k < r.training_end; ++k) {
+    if (r.used[k]) pv.push_back(r.pv[k]);
+  }
   std::vector<Candidate> all = effects::candidates(
       {.output_low = pid.output_low,
        .output_high = pid.output_high,
        .output_used_low = *co_low,
        .output_used_high = *co_high,
+       .pv_low = numeric::quantile(pv, kEndQuantile),
+       .pv_high = numeric::quantile(pv, 1.0 - kEndQuantile),
        .period_s = r.record.period_s,
        .duration_s = r.record.time_s(r.training_end),
        .time_constant_s = plant::answer_s(r.model) - r.model.process.dead_time_s,
@@ -66,7 +76,7 @@ ModelFit::ModelFit(const CheckedRecord& record, const SearchOptions& options, do
       fitter(run, record.pv, record.training, allowed_, options.allowances) {}
 
 Fitter ModelFit::over_whole_record() const {
-  return {run, record_.pv, record_.used, allowed_, options_.allowances};
+  return {run, record_.pv, record_.measured, allowed_, options_.allowances};
 }
 
 }  // namespace loopwarden::gap

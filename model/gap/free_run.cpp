@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include <Eigen/Dense>
 
@@ -76,7 +77,8 @@ FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, bool level_know
       co_(std::move(co)),
       level_known_(level_known),
       disturbances_(chain_of(model_.disturbances, Block::disturbance, context_)),
-      transmitter_effects_(chain_of(model_.transmitter_effects, Block::transmitter, context_)),
+      transmitter_effects_(transmitter_chain(false)),
+      reading_effects_(transmitter_chain(true)),
       plain_transmitter_(disturbances_.empty() && transmitter_effects_.empty()) {
   (void)chain_of(model_.valve_effects, Block::valve, context_);  // checks them
   (void)chain_of(model_.process_effects, Block::process, context_);
@@ -89,6 +91,29 @@ FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, bool level_know
     offset_[k] = k == 0 ? transmitter.reset(disturbances.reset(0.0, 0.0), 0.0)
                         : transmitter.step(disturbances.step(0.0, now_s), now_s);
   }
+}
+
+plant::EffectChain FreeRun::transmitter_chain(bool of_reading) const {
+  plant::EffectChain chain;
+  for (const EffectSpec& spec : model_.transmitter_effects) {
+    effects::check_effect(spec, Block::transmitter, context_);
+    plant::Effect effect = effects::make_effect(spec, context_);
+    if (effect.acts_on_reading() == of_reading) chain.add(std::move(effect));
+  }
+  return chain;
+}
+
+void FreeRun::show(std::vector<double>& pv) const { show({}, {}, pv); }
+
+void FreeRun::show(const Terms& terms, const Point& point, std::vector<double>& pv) const {
+  plant::EffectChain reading = reading_effects_;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (!terms[i]->hides) continue;
+    reading.add(effects::make_effect(terms[i]->spec(*terms[i], point.searched[i], {}), context_));
+  }
+  if (reading.empty() || pv.empty()) return;
+  pv[0] = reading.reset(pv[0], 0.0);
+  reading.run(std::span<double>(pv).subspan(1), model_.sample_time_s, model_.sample_time_s);
 }
 
 std::size_t FreeRun::column_count(const Terms& terms) const noexcept {
@@ -134,8 +159,11 @@ FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
     }
   }
   allow_for_healthy_valve(valve, point);
-  return {chain_of(valve, Block::valve, context_),
-          chain_of(process_effects, Block::process, context_)};
+  effects::EffectContext context = context_;
+  context.dead_time_s = point.dead_time_s;
+  return {chain_of(valve, Block::valve, context),
+          chain_of(process_effects, Block::process, context),
+          effects::takes_dead_time(process_effects)};
 }
 
 void FreeRun::columns(const Terms& terms, const Point& point,
@@ -146,9 +174,9 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   for (std::size_t i = 0; i < base_columns(); ++i) columns[i].resize(n);
   if (!level_known_) std::fill(columns[3].begin(), columns[3].end(), 1.0);
 
-  auto [valve_chain, process_chain] = chains(terms, point);
+  auto [valve_chain, process_chain, with_dead_time] = chains(terms, point);
   const double offset = start_offset(terms, point);
-  plant::Process process(process_at(point, 1.0), h);
+  plant::Process process(process_at(point, 1.0, !with_dead_time), h);
 
   // A stem at rest beside CO: it came from where its band ends.
   double flow = valve_chain.reset(co_[0] - offset, 0.0);
@@ -189,11 +217,12 @@ double FreeRun::kept(const Point& point) const {
                   std::max(point.time_constant_s, model_.process.second_time_constant_s));
 }
 
-plant::ProcessParameters FreeRun::process_at(const Point& point, double gain) const {
+plant::ProcessParameters FreeRun::process_at(const Point& point, double gain,
+                                             bool with_dead_time) const {
   plant::ProcessParameters process = model_.process;
   process.gain *= gain;
   process.time_constant_s = point.time_constant_s;
-  process.dead_time_s = point.dead_time_s;
+  process.dead_time_s = with_dead_time ? point.dead_time_s : 0.0;
   return process;
 }
 
@@ -206,7 +235,7 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
   const bool integrating = model_.process.integrating();
   const auto dead = static_cast<std::size_t>(point.dead_time_s / h) + 1;
   const Chains fresh = chains(terms, point);
-  const plant::Process process(process_at(point, gain), h);
+  const plant::Process process(process_at(point, gain, !fresh.with_dead_time), h);
   const Candidate& sticking = *terms.back();
   std::vector<double> at_end = point.searched.back();
   at_end.back() = 1.0;

@@ -67,6 +67,11 @@ class FreeRun {
   void linear_columns(const Candidate& candidate, const std::vector<double>& searched,
                       std::vector<std::vector<double>>& columns) const;
 
+  // PV as the transmitter's hold and limits of the model show it. Not linear, hence no part of the columns.
+  void show(std::vector<double>& pv) const;
+  // ... and as terms that hide some of it do.
+  void show(const Terms& terms, const Point& point, std::vector<double>& pv) const;
+
   // How far below CO the stem stands at the first sample, CO units.
   double start_offset(const Terms& terms, const Point& point) const;
 
@@ -78,12 +83,15 @@ class FreeRun {
   struct Chains {
     plant::EffectChain valve;
     plant::EffectChain process;
+    bool with_dead_time;  // the process's own is among them
   };
   Chains chains(const Terms& terms, const Point& point) const;
-  plant::ProcessParameters process_at(const Point& point, double gain) const;
+  plant::ProcessParameters process_at(const Point& point, double gain, bool with_dead_time) const;
   // What the process keeps over a sample of the state that it began with.
   double kept(const Point& point) const;
   void pass_transmitter(std::vector<double>& signal) const;
+  // Of the effects that act on the reading, or of the others.
+  plant::EffectChain transmitter_chain(bool of_reading) const;
 
   plant::LoopModel model_;
   effects::EffectContext context_;
@@ -92,6 +100,7 @@ class FreeRun {
   std::vector<double> offset_;  // PV units
   plant::EffectChain disturbances_;
   plant::EffectChain transmitter_effects_;
+  plant::EffectChain reading_effects_;
   bool plain_transmitter_;
 };
 

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
@@ -39,6 +40,19 @@ double resting_band(const plant::LoopModel& model) {
     band += info->resting_band(effects::SpecReader(*info, spec));
   }
   return band;
+}
+
+// As the transmitter shows it; its range ends nothing where the record goes beyond.
+std::vector<double> shown(const FreeRun& run, const std::vector<double>& measured,
+                          std::vector<double> pv) {
+  run.show(pv);
+  const plant::TransmitterParameters& range = run.model().transmitter;
+  const auto [low, high] = std::minmax_element(measured.begin(), measured.end());
+  for (double& v : pv) {
+    if (*low >= range.low) v = std::max(v, range.low);
+    if (*high <= range.high) v = std::min(v, range.high);
+  }
+  return pv;
 }
 
 }  // namespace
@@ -99,7 +113,7 @@ std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector
 }
 
 std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
-                             const std::vector<double>& pv, const std::vector<bool>& used,
+                             const std::vector<double>& pv, const std::vector<bool>& measured,
                              double start_offset) {
   const FreeRun run(model, co);
   const SampleRange training{0, training_samples(co.size())};
@@ -122,7 +136,7 @@ std::vector<double> free_run(const plant::LoopModel& model, const std::vector<do
     Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t k = 0; k < head; ++k) {
-      if (!used[k]) continue;
+      if (!measured[k]) continue;
       const Eigen::Vector2d row(columns[1][k], columns[2][k]);
       normal += row * row.transpose();
       right += row * (pv[k] - run.offset()[k] - columns[0][k]);
@@ -136,12 +150,12 @@ std::vector<double> free_run(const plant::LoopModel& model, const std::vector<do
   };
   std::vector<double> best = from(0.0);
   const double band = resting_band(model);
-  if (band <= 0.0) return best;
-  double best_rms = rms_between(pv, best, used, training);
+  if (band <= 0.0) return shown(run, pv, std::move(best));
+  double best_rms = rms_between(pv, best, measured, training);
   double best_place = 0.0;
   const auto offer = [&](double place) {
     std::vector<double> tried = from(band * place);
-    const double tried_rms = rms_between(pv, tried, used, training);
+    const double tried_rms = rms_between(pv, tried, measured, training);
     if (!(tried_rms < best_rms)) return;
     best_rms = tried_rms;
     best_place = place;
@@ -155,7 +169,7 @@ std::vector<double> free_run(const plant::LoopModel& model, const std::vector<do
     if (around - step >= -1.0) offer(around - step);
     if (around + step <= 1.0) offer(around + step);
   }
-  return best;
+  return shown(run, pv, std::move(best));
 }
 
 }  // namespace loopwarden::gap

@@ -33,10 +33,10 @@ Misfit misfit_of(const std::vector<double>& pv, const std::vector<double>& simul
 std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector<double>& sp,
                                 double first_pv);
 
-// PV of the model driven by `co`; the state at the start is fitted to the first two thirds, a stem's place
+// PV of the model driven by `co`, as its transmitter shows it, from the samples where `measured`; the state at the start is fitted to the first two thirds, a stem's place
 // from a grid and, where one is known already, `start_offset` (CO units below CO).
 std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
-                             const std::vector<double>& pv, const std::vector<bool>& used,
+                             const std::vector<double>& pv, const std::vector<bool>& measured,
                              double start_offset = 0.0);
 
 }  // namespace loopwarden::gap

@@ -164,7 +164,7 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
          record.time_s(rest_end));
   }
   const auto at_limit = [&](const std::vector<double>& column, double low, double high) {
-    const double margin = 1e-3 * (high - low);
+    const double margin = kAtEnd * (high - low);
     return static_cast<double>(
                std::count_if(column.begin(), column.end(),
                              [&](double v) { return v <= low + margin || v >= high - margin; })) /

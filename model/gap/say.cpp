@@ -113,6 +113,50 @@ FoundEffect describe_controller(const ControllerFinding& found, const control::P
   return effect;
 }
 
+std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
+                                          const plant::LoopModel& model) {
+  std::vector<FoundEffect> out;
+  const auto add = [&](plant::EffectSpec spec, std::string evidence) {
+    const bool known =
+        std::any_of(model.transmitter_effects.begin(), model.transmitter_effects.end(),
+                    [&](const plant::EffectSpec& s) { return s.name == spec.name; });
+    if (known) return;
+    FoundEffect effect;
+    effect.spec = std::move(spec);
+    effect.block = plant::Block::transmitter;
+    effect.confidence = kReadingConfidence;
+    effect.evidence = std::move(evidence);
+    out.push_back(std::move(effect));
+  };
+  if (reading.held) {
+    const double interval_s = reading.held->interval_samples * model.sample_time_s;
+    plant::EffectSpec spec{"held_measurement", {{"interval", interval_s}}};
+    const double first_s = reading.held->first_sample * model.sample_time_s;
+    if (first_s > 0.0) spec.parameters["first"] = first_s;
+    add(std::move(spec), text("PV takes a new value once in %.4g s, %zu times, and is exactly flat "
+                              "in between",
+                              interval_s, reading.held->renewals));
+  }
+  const plant::TransmitterParameters& range = model.transmitter;
+  const double margin = kSameEnd * (range.high - range.low);
+  plant::EffectSpec ends{"clipped_measurement"};
+  std::string where;
+  const auto add_end = [&](const char* key, const std::optional<double>& end, double own,
+                           std::size_t samples) {
+    if (!end || std::abs(*end - own) <= margin) return;
+    ends.parameters[key] = *end;
+    where += (where.empty() ? "" : " and ") +
+             text("at %.4g, exactly flat, for %zu samples", *end, samples);
+  };
+  add_end("low", reading.low, range.low, reading.at_low);
+  add_end("high", reading.high, range.high, reading.at_high);
+  if (!where.empty()) {
+    add(std::move(ends), text("PV stands %s; the transmitter's range is %.4g to %.4g",
+                              where.c_str(), range.low, range.high));
+  }
+  return out;
+}
+
 std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
                                            Verdict verdict) {
   std::vector<TriedCandidate> out;
@@ -160,6 +204,10 @@ std::string sentence_of(const Summary& r) {
         "The model lacks %s. Without CO the closed loop runs free and does not keep the phase of a "
         "cycle: its misfit can't show that, the evidence from the replayed controller does.",
         names.c_str());
+  }
+  if (!(r.after.holdout_rmse < r.before.holdout_rmse)) {
+    return text("The model lacks %s. It shows where the fit saw it, not in the last third.",
+                names.c_str());
   }
   std::string out = text(
       "The model lacks %s: with it the misfit on data the fit never saw falls from %.3g to %.3g.",

@@ -24,6 +24,10 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
 // Other settings of the controller than the model's.
 FoundEffect describe_controller(const ControllerFinding& found, const control::PidGains& model);
 
+// What the flat places of PV say that the model's transmitter does not.
+std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
+                                          const plant::LoopModel& model);
+
 // Every effect that was fitted alone. `chosen` and the reasons are those of the verdict.
 std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
                                            Verdict verdict);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "model/gap/accept.hpp"
 #include "model/gap/constants.hpp"
@@ -27,6 +28,25 @@ double penalty(const Fit& fit) {
     prior_nats += term->prior_nats;
   }
   return 0.5 * parameters * std::log(static_cast<double>(fit.samples)) + prior_nats;
+}
+
+// Fewer fitted numbers, then the commoner.
+bool is_simpler(const Fit& a, const Fit& b) {
+  const auto cost = [](const Fit& fit) {
+    std::pair<int, double> sum{0, 0.0};
+    for (const Candidate* term : fit.terms) {
+      sum.first += term->parameters;
+      sum.second += term->prior_nats;
+    }
+    return sum;
+  };
+  return cost(a) < cost(b);
+}
+
+std::vector<std::string> names_in_order(const Fit& fit) {
+  std::vector<std::string> names;
+  for (const Candidate* term : fit.terms) names.emplace_back(term->name);
+  return names;
 }
 
 std::set<std::string> names_of(const Fit& fit) {
@@ -169,7 +189,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
   progress(options.several ? 0.3 : 0.9);
   if (accepted(result.singles.front(), result.chosen)) {
     result.chosen = result.singles.front();
-    result.path.push_back({result.chosen.fit.terms[0]->name});
+    result.path.push_back(names_in_order(result.chosen.fit));
   }
   if (options.several && !result.chosen.fit.terms.empty() &&
       leaves_more(result.chosen.training_rmse, scale)) {
@@ -205,11 +225,17 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
         break;
       }
       result.chosen = std::move(next);
-      std::vector<std::string> names;
-      for (const Candidate* term : result.chosen.fit.terms) names.emplace_back(term->name);
-      result.path.push_back(std::move(names));
+      result.path.push_back(names_in_order(result.chosen.fit));
       if (!leaves_more(result.chosen.training_rmse, scale)) break;
       seeds = {result.chosen};
+    }
+  }
+  // Where the record can't tell them apart, the simpler one.
+  for (const Hypothesis& h : result.tried) {
+    if (h.fit.terms.size() == result.chosen.fit.terms.size() &&
+        result.chosen.score - h.score < kTooClose && is_simpler(h.fit, result.chosen.fit)) {
+      result.chosen = h;
+      result.path.back() = names_in_order(h.fit);
     }
   }
   Hypothesis polished = hypothesis(fitter.polish(result.chosen.fit, kPolishLast));

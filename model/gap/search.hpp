@@ -9,7 +9,8 @@
 // descriptors), on the first two thirds of the record. One that does nothing here that a simpler effect does not
 // (low air whose limits are never reached is a lag) is no hypothesis. Another effect is taken in only if its
 // gain in score is clear, spread over the record (a t-test over blocks), and large enough to matter in PV, and
-// if it makes the free run better; none is looked for where too little is left beside noise to matter.
+// if it makes the free run better; none is looked for where too little is left beside noise to matter. Of as many
+// effects that the record can't tell apart, those with fewer parameters are chosen, then the commoner ones.
 //
 // Sources: Schwarz, Ann. Stat. 6 (1978) 461-464; Bacher and Madsen, Energy and Buildings 43 (2011)
 // 1511-1522, for forward selection of physical models.

@@ -23,20 +23,21 @@ std::vector<double> simulated(plant::LoopModel model, const Fit& fit, const Chec
   model.transmitter.noise = 0.0;
   model.transmitter.resolution = 0.0;
   return record.closed_loop ? closed_loop(model, record.sp, record.pv.front())
-                            : free_run(model, record.co, record.pv, record.used,
+                            : free_run(model, record.co, record.pv, record.measured,
                                        run.start_offset(fit.terms, fit.point));
 }
 
-// The model with what was found, its transmitter as given.
+// The model with what was found, its transmitter's noise and rounding as given.
 plant::LoopModel corrected_model(const plant::LoopModel& given, const Decision& decision,
-                                 const ControllerFinding& controller, const Fit& fit,
+                                 const std::vector<FoundEffect>& reading, const ControllerFinding& controller, const Fit& fit,
                                  const FreeRun& run) {
   plant::LoopModel out = given;
-  if (!decision.named.empty()) {
+  if (!fit.terms.empty() || decision.by_reading) {
     out = run.corrected(fit.terms, fit.point, fit.solved);
     out.transmitter = given.transmitter;
     out.controller = given.controller;
   }
+  for (const FoundEffect& effect : reading) out.transmitter_effects.push_back(effect.spec);
   if (decision.other_settings) {
     out.controller.pid.gains.kp = controller.kp;
     out.controller.pid.gains.ki = controller.ki;
@@ -126,6 +127,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   result.check = record.quality;
   if (!record.quality.usable) return result;
 
+  const std::vector<FoundEffect> reading = describe_reading(record.reading, model);
   const ControllerFinding controller =
       record.closed_loop ? ControllerFinding{} : compare_controller(record.record, record.model);
   const ModelFit model_fit(record, options.search, options.largest_load);
@@ -134,7 +136,8 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
                                              options.search, parallel, progress);
   const Residuals left = examine(model_fit.fitter, search, record.co, record.quality.noise_rms,
                                  record.record.period_s);
-  const Decision decision = decide(competition_of(search), left, controller, scale);
+  Decision decision = decide(competition_of(search), left, controller, scale);
+  decision.by_reading = !reading.empty();
 
   const Fit& fit = search.chosen.fit;
   const auto misfit = [&](const std::vector<double>& pv) {
@@ -144,7 +147,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   series.pv_before = simulated(record.model, search.base, record, model_fit.run);
   result.before = misfit(series.pv_before);
   const plant::LoopModel corrected =
-      corrected_model(model, decision, controller, fit, model_fit.run);
+      corrected_model(model, decision, reading, controller, fit, model_fit.run);
   series.pv_after = simulated(corrected, fit, record, model_fit.run);
   result.after = misfit(series.pv_after);
   Decision kept = decision;
@@ -157,9 +160,10 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   result.verdict = verdict_of(decision, proof);
   if (proof == Proof::refuted) kept.named.clear();
   if (result.verdict != Verdict::missing_effect) kept.other_settings = false;
-  result.corrected = corrected_model(model, kept, controller, fit, model_fit.run);
+  const Fit& kept_fit = proof == Proof::refuted ? search.base : fit;
+  result.corrected = corrected_model(model, kept, reading, controller, kept_fit, model_fit.run);
   if (proof == Proof::refuted) {
-    series.pv_after = kept.other_settings
+    series.pv_after = kept.other_settings || kept.by_reading
                           ? simulated(result.corrected, search.base, record, model_fit.run)
                           : series.pv_before;
     result.after = misfit(series.pv_after);
@@ -191,6 +195,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   if (kept.other_settings) {
     result.effects.push_back(describe_controller(controller, model.controller.pid.gains));
   }
+  result.effects.insert(result.effects.end(), reading.begin(), reading.end());
   for (FoundEffect& effect : describe_effects(kept, proof, search, model_fit)) {
     result.effects.push_back(std::move(effect));
   }

@@ -7,12 +7,23 @@
 #include "model/effects/catalogue.hpp"
 
 namespace loopwarden::plant {
+namespace {
+
+ProcessParameters process_of(const LoopModel& model) {
+  ProcessParameters process = model.process;
+  std::vector<EffectSpec> all = model.process_effects;
+  for (const ScheduledFault& fault : model.scenario.faults) all.push_back(fault.effect);
+  if (effects::takes_dead_time(all)) process.dead_time_s = 0.0;
+  return process;
+}
+
+}  // namespace
 
 Plant::Plant(const LoopModel& model, std::uint64_t seed)
     : sample_time_s_(model.sample_time_s),
       output_low_(model.controller.pid.output_low),
       output_high_(model.controller.pid.output_high),
-      process_(model.process, model.sample_time_s),
+      process_(process_of(model), model.sample_time_s),
       integrating_(model.process.integrating()),
       level_(model.scenario.set_point.empty()
                  ? (model.transmitter.low + model.transmitter.high) / 2.0
@@ -22,7 +33,8 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
                                  .output_low = output_low_,
                                  .output_high = output_high_,
                                  .seed = seed,
-                                 .time_constant_s = model.process.time_constant_s};
+                                 .time_constant_s = model.process.time_constant_s,
+                                 .dead_time_s = model.process.dead_time_s};
   const auto add = [&](EffectChain& chain, Block block, EffectSpec spec, const Schedule& schedule) {
     ++context.seed;  // each random effect has a stream of its own
     effects::complete(spec, context);

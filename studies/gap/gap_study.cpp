@@ -300,7 +300,7 @@ void add_options(CLI::App& app, Options& options) {
       ->needs(generate)
       ->excludes("--load");
   app.add_option("--kinds", options.kinds,
-                 "for --generate: of single, none, pair, outside, onset, controller")
+                 "for --generate: of single, none, pair, outside, onset, controller, further")
       ->capture_default_str();
   app.add_option("--samples", options.samples, "for --generate: rows of a record")
       ->check(CLI::Range(600, 100000))

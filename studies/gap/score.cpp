@@ -37,8 +37,8 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 // Which hidden effect a name stands for; empty for none.
 std::string hidden_effect_of(const std::string& name, const Truth& truth) {
   const Kind kind = kind_of(truth);
-  if (kind == Kind::kNone || kind == Kind::kOutside) return {};
-  if (kind == Kind::kSingle) return contains(truth.accept, name) ? truth.effect : std::string{};
+  if (kind == Kind::kNone) return {};
+  if (kind == Kind::kSingle || kind == Kind::kOutside) return contains(truth.accept, name) ? truth.effect : std::string{};
   if (contains(truth.accept, name)) return name;
   const bool for_hysteresis = name == "backlash" && contains(truth.accept, "hysteresis");
   return for_hysteresis ? "hysteresis" : std::string{};
@@ -48,7 +48,9 @@ bool is_right(const Truth& truth, const Answer& answer) {
   if (!answer.failure.empty()) return false;
   switch (kind_of(truth)) {
     case Kind::kNone: return answer.effects.empty() && answer.verdict != "missing_effect";
-    case Kind::kOutside: return answer.effects.empty() && answer.verdict == "unexplained";
+    case Kind::kOutside:
+      if (answer.effects.empty()) return answer.verdict == "unexplained";
+      break;
     case Kind::kSingle:
     case Kind::kPair: break;
   }

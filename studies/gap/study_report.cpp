@@ -65,7 +65,7 @@ const std::vector<Row>& rows() {
        [](const Summary& s) { return share_of(s.confident_right); }},
       {"right_confident", "right names that carry >= 0.9", ">= 60", ">= 40", "%",
        [](const Summary& s) { return share_of(s.right_confident); }},
-      {"outside_unexplained", "outside the catalogue: unexplained", ">= 90", ">= 80", "%",
+      {"outside_unexplained", "outside at first: unexplained, or the name of now", ">= 90", ">= 80", "%",
        [](const Summary& s) { return share_of(s.outside_unexplained); }},
       {"seconds_median", "time per record, median", "", "", "s",
        [](const Summary& s) { return quantile_of(s.seconds, 0.5, 1.0); }},

@@ -204,13 +204,15 @@ TEST_CASE("every effect is absent at severity 0", "[effects][catalogue]") {
 }
 
 TEST_CASE("every effect does something at severity 1", "[effects][catalogue]") {
+  EffectContext context = kContext;
+  context.dead_time_s = 1.0;
   for (const Descriptor& info : effect_catalogue()) {
     CAPTURE(info.name);
     EffectSpec spec = mid_range(info);
     if (spec.name == "valve_characteristic") spec.options["curve"] = "butterfly";
     if (spec.name == "gain_change") spec.parameters["factor"] = 1.5;
     plant::EffectChain chain;
-    chain.add(make_effect(spec, kContext));
+    chain.add(make_effect(spec, context));
     chain.reset(5.0, 0.0);
     double farthest = 0.0;
     for (int k = 0; k < 200; ++k) {

@@ -21,6 +21,15 @@ TEST_CASE("the value is that of the last multiple of the interval", "[effects][h
   CHECK(held.step(3.0, 201.3) == 3.0);
 }
 
+TEST_CASE("renewals may begin later than the record", "[effects][held_measurement]") {
+  plant::HeldMeasurement held(0.7, 0.3);
+  held.reset(5.0);
+  CHECK(held.step(1.0, 0.2) == 5.0);
+  CHECK(held.step(2.0, 0.3) == 2.0);
+  CHECK(held.step(3.0, 0.9) == 2.0);
+  CHECK(held.step(4.0, 1.0) == 4.0);
+}
+
 TEST_CASE("a held reading is exactly flat between renewals, though the transmitter has noise",
           "[effects][held_measurement]") {
   plant::LoopModel model = test::believed_model();

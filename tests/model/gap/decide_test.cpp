@@ -80,6 +80,14 @@ TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
         std::vector<std::string>{"backlash", "extra_lag", "output_bias"});
 }
 
+TEST_CASE("what the reading itself shows stands, whatever the fit says", "[gap][decide]") {
+  Decision d = decided(one_name(), more_than_noise());
+  d.by_reading = true;
+  CHECK(verdict_of(d, Proof::refuted) == Verdict::missing_effect);
+  d.named.clear();
+  CHECK(verdict_of(d, Proof::holds) == Verdict::missing_effect);
+}
+
 TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap][decide]") {
   const Decision d = decided(one_name(), more_than_noise());
   CHECK_FALSE(d.believable);

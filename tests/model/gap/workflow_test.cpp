@@ -55,6 +55,53 @@ TEST_CASE("a changed gain is named, located and added", "[gap][long]") {
   for (const auto& [by, share] : shares) CHECK(share == Approx(1.0));
 }
 
+TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap][long]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.transmitter_effects = {{"held_measurement", {{"interval", 1.3}}}};
+  const plant::LoopModel model = test::believed_model();
+  const gap::Result result = find(test::record_of(truth, 130.0), model);
+  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.effects.size() == 1);
+  CHECK(result.effects[0].spec == plant::EffectSpec{"held_measurement", {{"interval", 1.3}}});
+  CHECK(result.effects[0].block == plant::Block::transmitter);
+  REQUIRE(result.corrected.transmitter_effects.size() == 1);
+  CHECK(result.after.rmse < 0.5 * result.before.rmse);
+  CHECK(result.check.noise_rms == Approx(0.02).epsilon(0.3));  // 0.015 and what PV moves in 1.3 s
+  // A model that has it lacks nothing.
+  const gap::Result known = find(test::record_of(truth, 130.0), truth);
+  CHECK(known.verdict == gap::Verdict::no_gap);
+}
+
+TEST_CASE("a clipped reading is named, flat or with noise behind the limit", "[gap][long]") {
+  const plant::LoopModel model = test::believed_model();
+  plant::LoopModel truth = model;
+  truth.transmitter_effects = {{"clipped_measurement", {{"high", 5.8}}}};
+  gap::Record record = test::record_of(truth, 130.0);
+  const bool noise_behind = GENERATE(false, true);
+  if (noise_behind) {
+    numeric::Random random(3);
+    for (double& pv : record.pv) {
+      if (pv == 5.8) pv += 0.015 * random.normal();
+    }
+  }
+  const gap::Result result = find(record, model);
+  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.effects.size() == 1);
+  CHECK(result.effects[0].spec.name == "clipped_measurement");
+  CHECK(result.effects[0].spec.parameters.at("high") == Approx(5.8).margin(0.01));
+  CHECK(result.after.rmse < 0.3 * result.before.rmse);
+  REQUIRE(result.corrected.transmitter_effects.size() == 1);
+}
+
+TEST_CASE("the end of the transmitter's own range is no fault", "[gap][long]") {
+  plant::LoopModel model = test::believed_model();
+  model.transmitter.high = 5.8;
+  const gap::Result result = find(test::record_of(model, 130.0), model);
+  INFO(result.sentence);
+  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.effects.empty());
+}
+
 TEST_CASE("the result does not depend on the number of threads", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/reading.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "model/numeric/random.hpp"
+
+namespace reading_test {
+
+using namespace loopwarden;
+using gap::examine_reading;
+using gap::ReadingFinding;
+
+constexpr double kStep = 0.0025;  // PV units, of a 12-bit converter
+
+// Slow moves with noise, rounded as a converter does.
+std::vector<double> noisy(std::size_t samples, double noise = 0.02) {
+  numeric::Random random(5);
+  std::vector<double> pv;
+  for (std::size_t k = 0; k < samples; ++k) {
+    const double v = 5.0 + 2.0 * std::sin(0.01 * static_cast<double>(k)) + noise * random.normal();
+    pv.push_back(kStep * std::round(v / kStep));
+  }
+  return pv;
+}
+
+std::vector<double> held(std::vector<double> pv, double interval, double first) {
+  double last = pv[0];
+  double beat = std::floor(-first / interval + 1e-9);
+  for (std::size_t k = 1; k < pv.size(); ++k) {
+    const double now = std::floor((static_cast<double>(k) - first) / interval + 1e-9);
+    if (now != beat) last = pv[k];
+    beat = now;
+    pv[k] = last;
+  }
+  return pv;
+}
+
+TEST_CASE("a held reading is told by its beat, and counts once for each renewal", "[gap][reading]") {
+  const std::vector<double> pv = held(noisy(2000), 14.0, 5.0);
+  const ReadingFinding found = examine_reading(pv);
+  REQUIRE(found.held);
+  CHECK(found.held->interval_samples == 14.0);
+  CHECK(found.held->first_sample == 5.0);
+  CHECK_FALSE(found.high);
+  CHECK_FALSE(found.low);
+  for (std::size_t k = 1; k < pv.size(); ++k) REQUIRE(found.measured[k] == ((k + 9) % 14 == 0));
+}
+
+TEST_CASE("a beat that is no whole number of samples is found", "[gap][reading]") {
+  const std::vector<double> pv = held(noisy(2000), 7.3, 0.0);
+  const ReadingFinding found = examine_reading(pv);
+  REQUIRE(found.held);
+  CHECK(found.held->interval_samples == Approx(7.3).epsilon(0.001));
+  for (std::size_t k = 1; k < pv.size(); ++k) {
+    if (pv[k] != pv[k - 1]) {
+      // Within a sample of where it changed.
+      REQUIRE((found.measured[k] || found.measured[k - 1] ||
+               (k + 1 < pv.size() && found.measured[k + 1])));
+    }
+  }
+}
+
+TEST_CASE("noise, rounding and a historian's compression are no beat", "[gap][reading]") {
+  CHECK_FALSE(examine_reading(noisy(2000)).held);
+  // A ramp without noise takes one step after another, as long as it takes from one to the next.
+  std::vector<double> ramp(2000);
+  for (std::size_t k = 0; k < ramp.size(); ++k) {
+    ramp[k] = kStep * std::floor(static_cast<double>(k) / 10.0);
+  }
+  CHECK_FALSE(examine_reading(ramp).held);
+  // Reported by exception: flat for as long as PV stays within a band.
+  std::vector<double> compressed = noisy(4000, 0.005);
+  for (std::size_t k = 1; k < compressed.size(); ++k) {
+    if (std::abs(compressed[k] - compressed[k - 1]) < 0.05) compressed[k] = compressed[k - 1];
+  }
+  CHECK_FALSE(examine_reading(compressed).held);
+}
+
+TEST_CASE("an end of the reading is told where PV comes back to it and stays", "[gap][reading]") {
+  std::vector<double> pv = noisy(2000);
+  for (double& v : pv) v = std::clamp(v, 3.5, 6.5);
+  const ReadingFinding found = examine_reading(pv);
+  REQUIRE(found.high);
+  REQUIRE(found.low);
+  CHECK(*found.high == 6.5);
+  CHECK(*found.low == 3.5);
+  CHECK(found.at_high == static_cast<std::size_t>(std::count(pv.begin(), pv.end(), 6.5)));
+  for (std::size_t k = 0; k < pv.size(); ++k) {
+    REQUIRE(found.measured[k] == (pv[k] > 3.5 && pv[k] < 6.5));
+  }
+  CHECK_FALSE(examine_reading(noisy(2000)).high);
+}
+
+TEST_CASE("one frozen stretch and a quiet record have no end", "[gap][reading]") {
+  std::vector<double> frozen = noisy(2000);
+  const auto top = std::max_element(frozen.begin(), frozen.end());
+  for (auto it = top; it < top + 60; ++it) *it = *top;
+  CHECK_FALSE(examine_reading(frozen).high);
+  // Rest at one value of a coarse converter is no end.
+  std::vector<double> quiet(2000);
+  for (std::size_t k = 0; k < quiet.size(); ++k) quiet[k] = k / 100 % 2 == 0 ? 5.0 : 6.0;
+  CHECK_FALSE(examine_reading(quiet).high);
+}
+
+TEST_CASE("missing samples and empty records are passed over", "[gap][reading]") {
+  std::vector<double> pv = held(noisy(2000), 14.0, 0.0);
+  for (std::size_t k = 300; k < 340; ++k) pv[k] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(examine_reading(pv).held);
+  CHECK(examine_reading({}).measured.empty());
+  CHECK_FALSE(examine_reading({1.0, 1.0}).held);
+}
+
+}  // namespace reading_test
