@@ -120,6 +120,53 @@ void read_table(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   }
 }
 
+// Two lists of equal length, side by side.
+void read_columns(MapReader& in, EffectSpec& spec, const char* first, const char* second,
+                  const char* unit, const char* meaning_first, const char* meaning_second) {
+  const Value<std::vector<double>> a = in.maybe_numbers(first, unit, meaning_first);
+  const Value<std::vector<double>> b = in.maybe_numbers(second, "", meaning_second);
+  if (in.describing()) return;
+  if (!a.given || !b.given) {
+    in.error(fmt::format("needs {} and {}", first, second));
+    return;
+  }
+  if (a.value.size() > b.value.size() ||
+      (a.value.size() < b.value.size() && std::string_view(first) == "thresholds")) {
+    in.error(first, fmt::format("must have as many entries as {} ({}, got {})", second,
+                                b.value.size(), a.value.size()));
+    return;
+  }
+  for (std::size_t i = 0; i < b.value.size(); ++i) {
+    spec.table.emplace_back(i < a.value.size() ? a.value[i] : 0.0, b.value[i]);
+  }
+}
+
+// By its form: a table, thresholds and weights, or a transfer function.
+void read_learned(MapReader& in, EffectSpec& spec) {
+  const bool all = in.describing();
+  const std::string form = spec.options.contains("form") ? spec.options.at("form") : "static";
+  if (all || form == "hysteretic") {
+    read_columns(in, spec, "thresholds", "weights", "CO units", "of hysteretic: half widths of plays",
+                 "of hysteretic: one for each threshold");
+  }
+  if (all || form == "dynamic") {
+    read_columns(in, spec, "numerator", "denominator", "", "of dynamic: by rising powers of p, s",
+                 "of dynamic: by rising powers of p, s");
+  }
+  if (all || form == "static" || form == "gain_profile") {
+    const Value<std::vector<std::pair<double, double>>> table = in.maybe_points(
+        "table", "[[in, out], ...]",
+        "of static: flow asked for and flow, CO units; of gain_profile: opening or time and factor");
+    if (table.given) {
+      spec.table = table;
+    } else if (!all) {
+      in.error("needs a table: [[in, out], ...]");
+    }
+  }
+  const Value<std::string> description = in.text("description", "what it says to an engineer", "");
+  if (description.given) spec.options["description"] = description;
+}
+
 EffectSpec read_effect(MapReader& in, const Descriptor& info,
                        const effects::EffectContext& context) {
   EffectSpec spec;
@@ -129,6 +176,7 @@ EffectSpec read_effect(MapReader& in, const Descriptor& info,
   } else {
     read_parameters(in, info, spec);
     if (info.takes_table) read_table(in, info, spec);
+    if (info.is_learned) read_learned(in, spec);
   }
   effects::complete(spec, context);
   return spec;

@@ -60,12 +60,50 @@ std::string parameters(const EffectSpec& spec) {
   return text;
 }
 
+std::string list(const std::vector<std::pair<double, double>>& values, bool second) {
+  std::string text;
+  for (const auto& [a, b] : values) {
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", number(second ? b : a));
+  }
+  return fmt::format("[{}]", text);
+}
+
+// In double quotes, as YAML has them.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+std::string learned_keys(const EffectSpec& spec) {
+  const auto form = spec.options.find("form");
+  const std::string name = form != spec.options.end() ? form->second : "static";
+  std::string text = fmt::format("effect: learned, form: {}", name);
+  if (name == "hysteretic") {
+    text += fmt::format(", thresholds: {}, weights: {}", list(spec.table, false), list(spec.table, true));
+  } else if (name == "dynamic") {
+    text += fmt::format(", numerator: {}, denominator: {}", list(spec.table, false), list(spec.table, true));
+  } else {
+    text += fmt::format(", table: {}", points(spec.table));
+  }
+  text += parameters(spec);
+  for (const auto& [key, value] : spec.options) {
+    if (key == "over") text += fmt::format(", over: {}", value);
+    if (key == "description") text += fmt::format(", description: {}", quoted(value));
+  }
+  return text;
+}
+
 // `effect: stiction, s: 0.9, j: 0.3`
 std::string effect_keys(const EffectSpec& spec) {
+  const effects::Descriptor* known = effects::find_effect(spec.name);
+  if (known != nullptr && known->is_learned) return learned_keys(spec);
   std::string text = fmt::format("effect: {}", spec.name);
   if (!spec.table.empty()) return fmt::format("{}, table: {}", text, points(spec.table));
-  const effects::Descriptor* info = effects::find_effect(spec.name);
-  if (info != nullptr && info->takes_table) {
+  if (known != nullptr && known->takes_table) {
     const auto curve = spec.options.find("curve");
     const char* name = curve != spec.options.end() ? curve->second.c_str() : "linear";
     return fmt::format("{}, curve: {{name: {}{}}}", text, name, parameters(spec));

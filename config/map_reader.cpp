@@ -377,6 +377,21 @@ Value<std::vector<std::pair<double, double>>> MapReader::maybe_points(std::strin
   return result;
 }
 
+Value<std::vector<double>> MapReader::maybe_numbers(std::string_view key, const char* unit,
+                                                    const char* meaning) {
+  YamlNode* node = find(key, fmt::format("[a, b, ...]{}{}", *unit != '\0' ? ", " : "", unit),
+                        Presence::optional, "", meaning);
+  Value<std::vector<double>> result = start(key, node, std::vector<double>{});
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
+  result.valid = true;
+  for (YamlNode& value : node->values) {
+    const Value<double> read = read_number(key, &value, {}, 0.0);
+    result.valid = result.valid && read.valid;
+    result.value.push_back(read);
+  }
+  return result;
+}
+
 // --- text and words --------------------------------------------------------------------------
 
 Value<std::string> MapReader::read_text(std::string_view key, YamlNode* node,

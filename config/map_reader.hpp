@@ -119,6 +119,10 @@ class MapReader {
                                                              const char* value_text,
                                                              const char* meaning);
 
+  // [a, b, ...]
+  Value<std::vector<double>> maybe_numbers(std::string_view key, const char* unit,
+                                           const char* meaning);
+
   // --- text on one line, true or false, one word of several ---
   Value<std::string> need_text(std::string_view key, const char* meaning);
   Value<std::string> text(std::string_view key, const char* meaning, std::string fallback);

@@ -98,6 +98,7 @@ void check_effect(const EffectSpec& spec, Block block, const EffectContext& cont
     check_parameter(*parameter, value);
   }
   for (const auto& [name, value] : spec.options) {
+    if (info->is_learned && name == "description") continue;
     const OptionInfo* option = find_option(*info, name);
     if (option == nullptr) {
       throw EffectError(name, "effect '" + spec.name + "' has no option '" + name + "'");
@@ -111,7 +112,7 @@ void check_effect(const EffectSpec& spec, Block block, const EffectContext& cont
     }
   }
   if (info->check != nullptr) info->check(SpecReader(*info, spec), context);
-  if (!info->takes_table && !spec.table.empty()) {
+  if (!info->takes_table && !info->is_learned && !spec.table.empty()) {
     throw EffectError("table", "effect '" + spec.name + "' takes no table");
   }
 }

@@ -108,6 +108,7 @@ struct Descriptor {
   bool takes_table =
       false;  // in files `curve` or `table` stands for its options, `table` where it has none
   TableInfo table{};         // where it has no options
+  bool is_learned = false;   // its table has the keys of its form, and a description goes with it
   const char* header = "";   // in model/plant: equation, source and limits
   const char* meaning = "";  // one line
 

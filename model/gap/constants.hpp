@@ -102,6 +102,12 @@ inline constexpr double kWorstInnovations = 1.05;
 // ... and where more than noise is left, the free run's holdout rmse must fall to this part. By hand.
 inline constexpr double kWorstHoldout = 0.8;
 
+// learn ------------------------------------------------------------------------------------------------
+// A form with fewer numbers may leave so many times the least on the blocks left out, squared. By hand.
+inline constexpr double kAsGood = 1.2;
+// Most confidence of what was learned: it has no name that could be right. By hand.
+inline constexpr double kMostLearned = 0.89;
+
 // locate -----------------------------------------------------------------------------------------------
 // A pattern in time that explains more of the energy stands before the conditions. By hand.
 inline constexpr double kClearPattern = 0.6;

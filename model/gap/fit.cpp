@@ -525,6 +525,22 @@ Fit Fitter::fit_model() const {
 
 Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
                       const std::vector<double>* hint) const {
+  return settle(approach(base, candidate, hint));
+}
+
+Fit Fitter::settle(const std::vector<Fit>& starts) const {
+  Fit best;
+  best.deviance = kInfinity;
+  for (const Fit& start : starts) {
+    const auto searched = static_cast<int>(start.terms.back()->search.size());
+    const Fit tried = refine(start, 100 + 15 * searched);
+    if (tried.deviance < best.deviance) best = tried;
+  }
+  return best;
+}
+
+std::vector<Fit> Fitter::approach(const Fit& base, const Candidate& candidate,
+                                  const std::vector<double>* hint) const {
   Work work;
   Fit fit = base;
   fit.terms.push_back(&candidate);
@@ -621,13 +637,8 @@ Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
   }
   std::sort(tries.begin(), tries.end(),
             [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; });
-  Fit best;
-  best.deviance = kInfinity;
-  for (std::size_t i = 0; i < std::min<std::size_t>(2, tries.size()); ++i) {
-    const Fit tried = refine(tries[i], 100 + 15 * static_cast<int>(candidate.search.size()));
-    if (tried.deviance < best.deviance) best = tried;
-  }
-  return best;
+  if (tries.size() > 2) tries.resize(2);
+  return tries;
 }
 
 // A free run of a sticking valve is a poor guide to its own parameters: one slip that is missed spoils

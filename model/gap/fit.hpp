@@ -57,6 +57,10 @@ class Fitter {
   // `hint` is what was found for it without the others, and spares most of the search.
   Fit fit_added(const Fit& base, const Candidate& candidate,
                 const std::vector<double>* hint = nullptr) const;
+  // The same in two parts: the places from which it is worth going on, best first, and the best of where they lead.
+  std::vector<Fit> approach(const Fit& base, const Candidate& candidate,
+                            const std::vector<double>* hint = nullptr) const;
+  Fit settle(const std::vector<Fit>& starts) const;
   // Where PV jumps with a parameter: all jointly once more, by evolution.
   Fit polish(const Fit& start, std::size_t evaluations) const;
   // All jointly, from where `start` stands.

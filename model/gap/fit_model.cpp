@@ -14,7 +14,7 @@ namespace {
 // Where PV's ends are taken, so that its noise is left out.
 constexpr double kEndQuantile = 0.01;
 
-std::vector<Candidate> candidates_for(const CheckedRecord& r) {
+std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOptions& options) {
   const control::PidSettings& pid = r.model.controller.pid;
   const auto [co_low, co_high] =
       std::minmax_element(r.co.begin(), r.co.begin() + static_cast<std::ptrdiff_t>(r.training_end));
@@ -33,6 +33,10 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r) {
        .duration_s = r.record.time_s(r.training_end),
        .time_constant_s = plant::answer_s(r.model) - r.model.process.dead_time_s,
        .dead_time_s = r.model.process.dead_time_s});
+  std::erase_if(all, [&](const Candidate& candidate) {
+    return std::find(options.without.begin(), options.without.end(), candidate.name) !=
+           options.without.end();
+  });
   if (*co_high - *co_low < kLeastMovement * (pid.output_high - pid.output_low)) {
     // A valve that is never moved shows nothing of itself, nor of the process.
     std::erase_if(all, [](const Candidate& candidate) {
@@ -67,7 +71,7 @@ AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& option
 
 ModelFit::ModelFit(const CheckedRecord& record, const SearchOptions& options, double largest_load)
     : run(record.model, record.co, !record.closed_loop),
-      searched(candidates_for(record)),
+      searched(candidates_for(record, options)),
       least_rms(
           std::max(kLeastEffect * pv_span(record), kLeastEffectNoise * record.quality.noise_rms)),
       record_(record),

@@ -211,6 +211,39 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   }
 }
 
+std::vector<double> FreeRun::flow(const Point& point, Block block) const {
+  Chains c = chains({}, point);
+  std::vector<double> out(co_.size());
+  out[0] = c.valve.reset(co_[0], 0.0);
+  const std::span<double> moves(out.data() + 1, out.size() - 1);
+  std::copy_n(co_.begin(), moves.size(), moves.begin());
+  c.valve.run(moves, 0.0, model_.sample_time_s);
+  if (block == Block::process) {
+    out[0] = c.process.reset(out[0], 0.0);
+    c.process.run(moves, 0.0, model_.sample_time_s);
+  }
+  return out;
+}
+
+std::vector<double> FreeRun::answer(const Point& point, Block block, plant::Effect law,
+                                    const std::vector<double>& flow) const {
+  const double h = model_.sample_time_s;
+  Chains c = chains({}, point);
+  plant::Process process(process_at(point, 1.0, !c.with_dead_time), h);
+  std::vector<double> out = flow;
+  const std::span<double> moves(out.data() + 1, out.size() - 1);
+  out[0] = law.reset(out[0]);
+  law.run(moves, 0.0, h, nullptr);
+  if (block == Block::valve) {
+    out[0] = c.process.reset(out[0], 0.0);
+    c.process.run(moves, 0.0, h);
+  }
+  out[0] = process.reset(out[0]);
+  for (double& v : moves) v = process.step(v);
+  pass_transmitter(out);
+  return out;
+}
+
 double FreeRun::kept(const Point& point) const {
   if (model_.process.integrating()) return 1.0;
   return std::exp(-model_.sample_time_s /

@@ -72,6 +72,12 @@ class FreeRun {
   // ... and as terms that hide some of it do.
   void show(const Terms& terms, const Point& point, std::vector<double>& pv) const;
 
+  // The flow of the model under CO, as it leaves the valve or (block process) the effects behind it; and PV's answer,
+  // at the model's own gain, to what `law` makes of it there.
+  std::vector<double> flow(const Point& point, plant::Block block) const;
+  std::vector<double> answer(const Point& point, plant::Block block, plant::Effect law,
+                             const std::vector<double>& flow) const;
+
   // How far below CO the stem stands at the first sample, CO units.
   double start_offset(const Terms& terms, const Point& point) const;
 

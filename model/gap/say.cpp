@@ -194,6 +194,12 @@ std::string sentence_of(const Summary& r) {
     }
     return out;
   }
+  if (r.effects.size() == 1 && r.effects[0].spec.options.contains("description")) {
+    return text("No name fits, but what the model lacks could be learned: %s. With it the misfit on data the fit "
+                "never saw falls from %.3g to %.3g.",
+                r.effects[0].spec.options.at("description").c_str(), r.before.holdout_rmse,
+                r.after.holdout_rmse);
+  }
   std::string names;
   for (std::size_t i = 0; i < r.effects.size(); ++i) {
     names += i == 0 ? "" : i + 1 == r.effects.size() ? " and " : ", ";

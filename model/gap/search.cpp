@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t kPolish = 1280;  // evaluations
 constexpr std::size_t kPolishLast = 3840;
+constexpr std::size_t kSettled = 16;  // of those with one more effect, refined
 constexpr std::size_t kPolished = 4;  // of the best with one more effect
 constexpr std::size_t kSeeds = 3;     // best names from which pairs are formed
 constexpr std::size_t kMostEffects = 3;
@@ -154,9 +155,26 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
       }
     }
     std::vector<Hypothesis> made(jobs.size());
+    if (polished) {
+      parallel(jobs.size(), [&](std::size_t i) {
+        const Fit fit = fitter.fit_added(*jobs[i].base, *jobs[i].added, jobs[i].hint);
+        made[i] = hypothesis(fitter.polish(fit, kPolish));
+      });
+      return made;
+    }
+    // Only those that promise most are taken all the way.
+    std::vector<std::vector<Fit>> starts(jobs.size());
     parallel(jobs.size(), [&](std::size_t i) {
-      Fit fit = fitter.fit_added(*jobs[i].base, *jobs[i].added, jobs[i].hint);
-      made[i] = hypothesis(polished ? fitter.polish(fit, kPolish) : std::move(fit));
+      starts[i] = fitter.approach(*jobs[i].base, *jobs[i].added, jobs[i].hint);
+      made[i] = hypothesis(starts[i].front());
+    });
+    std::vector<std::size_t> order(jobs.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return better(made[a], made[b]); });
+    const std::size_t settled = std::min(kSettled, jobs.size());
+    parallel(settled, [&](std::size_t i) {
+      made[order[i]] = hypothesis(fitter.settle(starts[order[i]]));
     });
     return made;
   };

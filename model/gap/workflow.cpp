@@ -2,17 +2,22 @@
 #include "model/gap/workflow.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
 
 #include "model/gap/check.hpp"
 #include "model/gap/confidence.hpp"
+#include "model/gap/constants.hpp"
 #include "model/gap/controller.hpp"
 #include "model/gap/decide.hpp"
 #include "model/gap/fit_model.hpp"
+#include "model/gap/learn.hpp"
 #include "model/gap/locate.hpp"
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
 #include "model/gap/say.hpp"
+#include "model/gap/text.hpp"
 
 namespace loopwarden::gap {
 namespace {
@@ -101,6 +106,38 @@ std::vector<std::string> taken_back_names(const Decision& decision, Proof proof)
   return names;
 }
 
+// What no name explains, learned and proved on the holdout: into `result` and `series`.
+std::optional<FoundEffect> learn_effect(const ModelFit& model_fit, const Fit& base,
+                                        const CheckedRecord& record, double floor, Result& result,
+                                        Series& series) {
+  const std::optional<Learned> learned = learn(model_fit.run, base, record);
+  if (!learned) return std::nullopt;
+  plant::LoopModel model = model_fit.run.corrected(base.terms, base.point, base.solved);
+  (learned->block == plant::Block::valve ? model.valve_effects : model.process_effects)
+      .push_back(learned->spec);
+  std::vector<double> pv = simulated(model, base, record, model_fit.run);
+  const Misfit after = misfit_of(record.pv, pv, record.used, floor);
+  const double closed = gap_closed(result.before.holdout_rmse, after.holdout_rmse, floor);
+  const bool holds = std::isfinite(closed)
+                         ? closed >= kPartlyClosed
+                         : after.holdout_rmse <= kWorstHoldout * result.before.holdout_rmse;
+  if (!holds) return std::nullopt;
+  model.transmitter = result.model.transmitter;
+  model.controller = result.corrected.controller;
+  result.corrected = std::move(model);
+  result.after = after;
+  series.pv_after = std::move(pv);
+  FoundEffect effect;
+  effect.spec = learned->spec;
+  effect.block = learned->block;
+  effect.confidence = std::min(kMostLearned, std::isfinite(closed) ? closed : kPartlyClosed);
+  effect.evidence =
+      text("no name fits; %s. Found by what it leaves on stretches that were left out, where it closes %.0f %% of "
+           "the gap",
+           learned->spec.options.at("description").c_str(), 100.0 * learned->closed);
+  return effect;
+}
+
 Series series_of(const Record& given, const CheckedRecord& record,
                  const ControllerFinding& controller) {
   Series s;
@@ -169,6 +206,12 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
     result.after = misfit(series.pv_after);
   }
 
+  std::optional<FoundEffect> learned;
+  if (result.verdict == Verdict::unexplained && !record.closed_loop && options.search.learn) {
+    learned = learn_effect(model_fit, search.base, record, left.floor_rmse, result, series);
+    if (learned) result.verdict = Verdict::missing_effect;
+  }
+
   result.closed_loop = record.closed_loop;
   result.holdout_from_s = record.record.time_s(record.training_end);
   result.noise_floor_rmse = left.floor_rmse;
@@ -187,7 +230,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
            "near its limits CO behaves as with anti_windup: " + controller.anti_windup});
     }
   }
-  if (proof == Proof::refuted && decision.believable) {
+  if (proof == Proof::refuted && decision.believable && !learned) {
     result.check.notes.push_back(
         {"holdout", "the best explanation of the first two thirds fails on the last third",
          result.holdout_from_s, record.record.time_s(record.record.size() - 1)});
@@ -199,7 +242,9 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   for (FoundEffect& effect : describe_effects(kept, proof, search, model_fit)) {
     result.effects.push_back(std::move(effect));
   }
-  if (result.verdict == Verdict::missing_effect) {
+  if (learned) {
+    result.effects.push_back(*learned);
+  } else if (result.verdict == Verdict::missing_effect) {
     result.steps = steps_of(search, record, model_fit.run, left.floor_rmse);
   }
   result.candidates = describe_tried(search, model_fit, result.verdict);

@@ -38,7 +38,7 @@ struct GapOptions {
   std::string record;
   std::string model;
   std::string out;
-  std::string without;
+  std::vector<std::string> without;
   double largest_load_percent = kLargestLoadPercent;
   double from_s = -std::numeric_limits<double>::infinity();
   double to_s = std::numeric_limits<double>::infinity();
@@ -96,11 +96,25 @@ void print_result(const gap::Result& r, const std::string& out) {
   fmt::print("{0}/report.html, {0}/gap.json, {0}/model.corrected.yaml\n", out);
 }
 
+// What --without takes.
+std::vector<std::string> words_without() {
+  std::vector<std::string> words{"several", "load", "allowances"};
+  for (const effects::Descriptor& info : effects::effect_catalogue()) {
+    if (info.candidates != nullptr || info.is_learned) words.emplace_back(info.name);
+  }
+  return words;
+}
+
 gap::Options search_options(const GapOptions& options) {
   gap::Options out;
-  out.search.several = options.without != "several";
-  out.search.load = options.without != "load";
-  out.search.allowances = options.without != "allowances";
+  const auto left_out = [&](const char* word) {
+    return std::find(options.without.begin(), options.without.end(), word) != options.without.end();
+  };
+  out.search.several = !left_out("several");
+  out.search.load = !left_out("load");
+  out.search.allowances = !left_out("allowances");
+  out.search.learn = !left_out("learned");
+  out.search.without = options.without;
   out.largest_load = options.largest_load_percent / 100.0;
   return out;
 }
@@ -114,7 +128,7 @@ std::string used_options(const GapOptions& options) {
   if (options.largest_load_percent != kLargestLoadPercent) {
     add(fmt::format("--largest-load {}", options.largest_load_percent));
   }
-  if (!options.without.empty()) add("--without " + options.without);
+  for (const std::string& word : options.without) add("--without " + word);
   return text;
 }
 
@@ -287,8 +301,9 @@ void add_gap(CLI::App& app, int& exit_code) {
                   "unmeasured load up to here is no gap, % of PV span per root second")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
-  sub->add_option("--without", options->without, "leave a step out, to see what it brings")
-      ->check(CLI::IsMember({"several", "load", "allowances"}));
+  sub->add_option("--without", options->without, "leave a step out, or an effect by its name, to see what it brings: several, load, allowances, learned, "
+                  "stiction, ...; may be given several times")
+      ->check(CLI::IsMember(words_without()));
   sub->add_option("--jobs", options->jobs,
                   "threads; 0: one a core. The answer does not depend on it")
       ->capture_default_str();

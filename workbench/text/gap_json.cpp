@@ -22,6 +22,15 @@ json numbers(const std::map<std::string, double>& values) {
 json parameters_of(const plant::EffectSpec& spec) {
   json result = numbers(spec.parameters);
   for (const auto& [name, value] : spec.options) result[name] = value;
+  const auto form = spec.options.find("form");
+  if (form != spec.options.end() && (form->second == "hysteretic" || form->second == "dynamic")) {
+    const bool plays = form->second == "hysteretic";
+    for (const auto& [first, second] : spec.table) {
+      result[plays ? "thresholds" : "numerator"].push_back(finite_or_null(first));
+      result[plays ? "weights" : "denominator"].push_back(finite_or_null(second));
+    }
+    return result;
+  }
   if (!spec.table.empty()) {
     result.erase("curve");
     for (const auto& [in, out] : spec.table) {
