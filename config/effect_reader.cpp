@@ -269,7 +269,7 @@ std::string describe_effects() {
       }
       parameters += ")";
     }
-    if (info.takes_table && info.options.empty()) {
+    if ((info.takes_table && info.options.empty()) || info.is_learned) {
       parameters +=
           fmt::format("{}`table` {}: {}", separate(), info.table.form, info.table.meaning);
     }

@@ -81,7 +81,8 @@ std::string quoted(const std::string& text) {
 std::string learned_keys(const EffectSpec& spec) {
   const auto form = spec.options.find("form");
   const std::string name = form != spec.options.end() ? form->second : "static";
-  std::string text = fmt::format("effect: learned, form: {}", name);
+  std::string text = "effect: learned";
+  if (form != spec.options.end()) text += fmt::format(", form: {}", name);
   if (name == "hysteretic") {
     text += fmt::format(", thresholds: {}, weights: {}", list(spec.table, false), list(spec.table, true));
   } else if (name == "dynamic") {

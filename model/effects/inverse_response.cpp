@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/plant/inverse_response.hpp"
 
+#include <algorithm>
+
 #include "model/effects/descriptor.hpp"
 
 namespace loopwarden::effects::inverse_response {
@@ -15,6 +17,16 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
        .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
          return {"inverse_response", {{"zero_time", v[0]}}};
        }});
+  all.push_back(
+      {.block = Block::process,
+       .parameters = 2,
+       .prior_nats = 1.0,
+       .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 5),
+                  between("lag", std::max(0.03 * c.slow_s(), 0.5 * c.period_s),
+                          0.7 * c.time_constant_s, true, 3)},
+       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
+         return {"inverse_response", {{"zero_time", v[0]}, {"lag", v[1]}}};
+       }});
 }
 
 }  // namespace
@@ -24,16 +36,22 @@ Descriptor describe() {
       .number = 23,
       .name = "inverse_response",
       .blocks = {Block::process},
-      .parameters = {at_least_zero("zero_time", "s", "of the zero: times (1 - zero_time p)")},
+      .parameters = {at_least_zero("zero_time", "s", "of the zero: times (1 - zero_time p)"),
+                     optional(at_least_zero("lag", "s", "of the faster way: over (lag p + 1)"), 0.0)},
       .header = "inverse_response.hpp",
       .meaning = "PV first moves the wrong way",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
-        return plant::InverseResponse(read.value("zero_time"), context.sample_time_s);
+        return plant::InverseResponse(read.value("zero_time"), read.value("lag"),
+                                      context.sample_time_s);
       },
       .candidates = candidates,
       // To a tuning rule such a zero is dead time (Skogestad, J. Process Control 13 (2003) 291-309).
       .linear =
-          [](const SpecReader& read) { return LinearPart{.dead_time_s = read.value("zero_time")}; },
+          [](const SpecReader& read) {
+            LinearPart part{.dead_time_s = read.value("zero_time")};
+            if (read.value("lag") > 0.0) part.lags_s.push_back(read.value("lag"));
+            return part;
+          },
       .seen =
           "After a step of CO PV goes to the wrong side first, then turns: drum and reboiler "
           "levels, some temperatures. It is the process's own way: don't look for a fault, lower "

@@ -81,6 +81,10 @@ Descriptor describe() {
       .parameters = {optional(any_value("offset", "CO units", "of form hysteretic"), 0.0)},
       .options = {{"form", {"static", "hysteretic", "dynamic", "gain_profile"}, "what it is"},
                   {"over", {"opening", "time"}, "of gain_profile"}},
+      .table = {"[[in, out], ...]",
+                "of static: flow asked for and flow, CO units; of gain_profile: CO or s of the record, and factor. In "
+                "its place hysteretic has thresholds (CO units) and weights, dynamic numerator and denominator by "
+                "rising powers of p; a description in words may stand beside them"},
       .is_learned = true,
       .header = "learned.hpp",
       .meaning = "what a record showed and no name fits",

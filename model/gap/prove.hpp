@@ -7,7 +7,12 @@
 //   before, after  rmse of the free run over the holdout, of the model alone and with the choice, PV units
 //   floor          noise, and what the modelled load adds to a free run, PV units
 //
-// From 80 % on the names hold, from 50 % on partly, below they are refuted. Where before is below two floors
+// From 80 % on the names hold, from 50 % on partly, below they are refuted; but where a load wanders under PV, whose
+// free run says little, they hold partly if they make the innovations of the holdout clearly more likely.
+//
+//   nats = N/2 ln(sum of squares of the model's / of the choice's innovations),  N samples of the holdout
+//
+// Where before is below two floors
 // there is no such figure. Then names that the data of the fit make believable are held against the model
 // alone: by innovations, a load allowed to both, where noise and a quiet load account for what the choice
 // leaves, and the free run must not be worse than a load may make it, two floors; elsewhere by the free runs.
@@ -15,6 +20,7 @@
 // What it can't do: an effect that ends before the holdout looks refuted.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "model/gap/confidence.hpp"
@@ -30,9 +36,11 @@ double gap_closed(double before_rmse, double after_rmse, double floor_rmse) noex
 struct Trial {
   bool believable = true;  // on the data of the fit
   bool rest_is_noise = true;
+  bool with_load = false;  // part of what is left
   double closed = kNone;            // gap closed
   double model_innovations = 0.0;   // PV units squared, sum over the holdout
   double choice_innovations = 0.0;  // PV units squared, sum over the holdout
+  std::size_t innovations = 0;      // samples of the holdout
   double model_rmse = 0.0;          // PV units, free run over the holdout
   double choice_rmse = 0.0;         // PV units, free run over the holdout
   double floor_rmse = 0.0;          // PV units, noise and load

@@ -212,7 +212,9 @@ std::string sentence_of(const Summary& r) {
         names.c_str());
   }
   if (!(r.after.holdout_rmse < r.before.holdout_rmse)) {
-    return text("The model lacks %s. It shows where the fit saw it, not in the last third.",
+    return text(r.with_load ? "The model lacks %s. On the last third the load moves PV by more than that; from sample "
+                              "to sample the corrected model foretells it better."
+                            : "The model lacks %s. It shows where the fit saw it, not in the last third.",
                 names.c_str());
   }
   std::string out = text(

@@ -205,7 +205,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
   result.singles = distinct(add_each({result.chosen}, true));
   result.tried = result.singles;
   progress(options.several ? 0.3 : 0.9);
-  if (accepted(result.singles.front(), result.chosen)) {
+  if (!result.singles.empty() && accepted(result.singles.front(), result.chosen)) {
     result.chosen = result.singles.front();
     result.path.push_back(names_in_order(result.chosen.fit));
   }

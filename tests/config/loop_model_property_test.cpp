@@ -46,6 +46,15 @@ plant::EffectSpec any_spec(const effects::Descriptor& info) {
     }
     return spec;
   }
+  if (info.is_learned) {
+    const auto form = spec.options.find("form");
+    if (form != spec.options.end() && form->second == "dynamic") {
+      spec.table = {{number(-2.0, 2.0), 1.0}, {number(-2.0, 2.0), number(0.1, 9.0)}};
+    } else {
+      spec.table = {{number(0.0, 1.0), number(-1.0, 1.0)}, {number(1.5, 3.0), number(-1.0, 1.0)}};
+    }
+    if (coin()) spec.options["description"] = "what \"it\" says: 40 % \\ # more";
+  }
   for (const effects::ParameterInfo& parameter : info.parameters) {
     if (parameter.required || coin()) spec.parameters[parameter.name] = any_value(parameter);
   }

@@ -73,8 +73,9 @@ std::vector<ParameterRow> rows_of(const effects::Descriptor& entry) {
     }
     rows.push_back({option.name, "", values, option.values.front(), option.meaning});
   }
-  if (entry.takes_table && entry.options.empty()) {
-    rows.push_back({"table", "", entry.table.form, "required", entry.table.meaning});
+  if ((entry.takes_table && entry.options.empty()) || entry.is_learned) {
+    rows.push_back({"table", "", entry.table.form, entry.is_learned ? "by form" : "required",
+                    entry.table.meaning});
   }
   return rows;
 }

@@ -33,9 +33,34 @@ TEST_CASE("a step of CO moves PV by zero time over lag the wrong way, then as by
   }
 }
 
+TEST_CASE("with a lag it is two lags that work against each other", "[effects][inverse_response]") {
+  constexpr double kWeight = 0.8;  // of the way that works against
+  constexpr double kSlow = 3.0;    // s
+  constexpr double kFast = 0.6;    // s
+  plant::LoopModel model = test::believed_model();
+  model.sample_time_s = 0.01;
+  model.process = {.gain = 2.0, .time_constant_s = kSlow, .dead_time_s = 0.0};
+  model.transmitter = {.low = -100.0, .high = 100.0};
+  model.process_effects = {
+      {"inverse_response",
+       {{"zero_time", kWeight * kSlow - (1.0 + kWeight) * kFast}, {"lag", kFast}}}};
+  plant::Plant plant(model, 1);
+  plant.reset(2.0);
+  double lowest = 4.0;
+  for (int k = 1; k <= 2000; ++k) {
+    const double pv = plant.step(3.0);
+    const double t = 0.01 * k;
+    const double exact = 4.0 + 2.0 * ((1.0 + kWeight) * (1.0 - std::exp(-t / kSlow)) -
+                                      kWeight * (1.0 - std::exp(-t / kFast)));
+    REQUIRE(pv == Approx(exact).margin(0.01));
+    lowest = std::min(lowest, pv);
+  }
+  CHECK(lowest < 3.7);
+}
+
 TEST_CASE("a loop at rest knows nothing of the zero, and severity scales it",
           "[effects][inverse_response]") {
-  plant::InverseResponse zero(2.0, 0.1);
+  plant::InverseResponse zero(2.0, 0.0, 0.1);
   CHECK(zero.reset(5.0) == 5.0);
   CHECK(zero.step(5.0) == 5.0);
   CHECK(zero.step(5.5) == Approx(5.5 - 20.0 * 0.5));

@@ -32,6 +32,27 @@ TEST_CASE("names hold by the gap they close on the last third", "[gap][prove]") 
         Proof::holds);
 }
 
+TEST_CASE("where a load wanders, likelier innovations make a name hold partly", "[gap][prove]") {
+  // 500 ln(100/98.9) = 5.5 nats
+  Trial t{.with_load = true,
+          .closed = 0.2,
+          .model_innovations = 100.0,
+          .choice_innovations = 98.9,
+          .innovations = 1000};
+  CHECK(judge(t) == Proof::partly);
+  t.choice_innovations = 99.1;
+  CHECK(judge(t) == Proof::refuted);
+  t.choice_innovations = 90.0;
+  t.with_load = false;
+  CHECK(judge(t) == Proof::refuted);
+  t.with_load = true;
+  t.rest_is_noise = false;
+  CHECK(judge(t) == Proof::refuted);
+  t.rest_is_noise = true;
+  t.believable = false;
+  CHECK(judge(t) == Proof::refuted);
+}
+
 TEST_CASE("without a gap to speak of the innovations judge over noise", "[gap][prove]") {
   Trial t{.rest_is_noise = true, .model_innovations = 100.0, .choice_innovations = 50.0};
   CHECK(judge(t) == Proof::holds);

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is learned of a plant that no name fits, by the whole workflow with the names taken out.
+#include "model/gap/learn.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+
+#include "model/gap/workflow.hpp"
+#include "tests/model/gap/gap_support.hpp"
+
+namespace learn_test {
+
+using namespace loopwarden;
+
+// No name is looked for, so that only what is learned can explain the record.
+gap::Result nameless(const gap::Record& record) {
+  gap::Options options;
+  for (const effects::Descriptor& info : effects::effect_catalogue()) {
+    options.search.without.emplace_back(info.name);
+  }
+  return gap::find_gap(record, test::believed_model(), options, test::serial, [](double) {});
+}
+
+std::string form_of(const gap::Result& result) {
+  if (result.effects.size() != 1 || result.effects[0].spec.name != "learned") return "none";
+  return result.effects[0].spec.options.at("form");
+}
+
+TEST_CASE("a characteristic is learned as a curve of the flow", "[gap][learn]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"valve_characteristic", {}, {{"curve", "quick_opening"}}}};
+  const gap::Result result = nameless(test::record_of(truth, 200.0));
+  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  CHECK(form_of(result) == "static");
+  CHECK(result.effects[0].block == plant::Block::valve);
+  CHECK(result.after.holdout_rmse < 0.3 * result.before.holdout_rmse);
+  CHECK(result.effects[0].confidence < 0.9);
+  REQUIRE(result.corrected.valve_effects.size() == 1);
+  CHECK(result.corrected.valve_effects[0] == result.effects[0].spec);
+  CHECK(result.sentence.find("No name fits") == 0);
+}
+
+TEST_CASE("play is learned as plays, and a slow tail as lags", "[gap][learn]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
+  CHECK(form_of(nameless(test::record_of(truth, 200.0))) == "hysteretic");
+  truth.valve_effects.clear();
+  // 0.7 at once and 0.3 through 15 s: (1 + 10.5 p)/(1 + 15 p).
+  truth.process_effects = {{"learned", {}, {{"form", "dynamic"}}, {{1.0, 1.0}, {10.5, 15.0}}}};
+  const gap::Result tail = nameless(test::record_of(truth, 200.0));
+  CHECK(form_of(tail) == "dynamic");
+  CHECK(tail.after.holdout_rmse < 0.4 * tail.before.holdout_rmse);
+}
+
+TEST_CASE("a disturbance of no form is not learned", "[gap][learn]") {
+  const plant::LoopModel truth = test::believed_model();
+  gap::Record record = test::record_of(truth, 200.0);
+  numeric::Random random(8);
+  double level = 0.0;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    if (random.uniform() < 0.01) level = 0.4 * random.normal();
+    record.pv[k] += level;
+  }
+  const gap::Result result = nameless(record);
+  CHECK(result.verdict == gap::Verdict::unexplained);
+  CHECK(result.effects.empty());
+  CHECK(result.corrected == test::believed_model());
+}
+
+TEST_CASE("where nothing is missing nothing is learned", "[gap][learn]") {
+  CHECK(nameless(test::record_of(test::believed_model(), 200.0)).verdict == gap::Verdict::no_gap);
+}
+
+TEST_CASE("a name that is left out is not given, and learning can be left out", "[gap][learn]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
+  const gap::Record record = test::record_of(truth, 200.0);
+  gap::Options options;
+  for (const effects::Descriptor& info : effects::effect_catalogue()) {
+    options.search.without.emplace_back(info.name);
+  }
+  options.search.learn = false;
+  const gap::Result result =
+      gap::find_gap(record, test::believed_model(), options, test::serial, [](double) {});
+  CHECK(result.verdict == gap::Verdict::unexplained);
+  CHECK(result.candidates.empty());
+}
+
+}  // namespace learn_test
