@@ -26,6 +26,7 @@ struct Plant1Options {
   std::string data = "data/plant1";
   std::string out;
   std::size_t generations = Plant1Work{}.generations;
+  bool from_healthy = false;
   std::uint64_t seed = 1;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   bool json = false;
@@ -147,6 +148,7 @@ int run_plant1_study(const Plant1Options& options) {
     const Plant1Study study =
         study_plant1_records(records, {.seed = options.seed,
                                        .generations = options.generations,
+                                       .from_healthy = options.from_healthy,
                                        .threads = options.threads,
                                        .progress = [&](std::size_t done, std::size_t total) {
                                          progress.update(kSteps * done / total);
@@ -178,6 +180,8 @@ void add_plant1(CLI::App& app, int& exit_code) {
   sub->add_option("--seed", options->seed, "of the search")->capture_default_str();
   sub->add_option("--threads", options->threads, "the result does not depend on it")
       ->check(CLI::Range(1U, 256U));
+  sub->add_flag("--from-healthy", options->from_healthy,
+                "fit the plant, the divisor and the step time to the healthy record alone and hold them");
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer("Example: loopwarden-study plant1 --data data/plant1 --out pictures");
   sub->callback([options, &exit_code] { exit_code = run_plant1_study(*options); });

@@ -76,21 +76,39 @@ SharedFit fit_joint(const std::vector<Plant1Outcome>& rows, const Plant1Work& wo
                               .progress = progress});
 }
 
+// `held`: divisor and time of the step where another record says them; else empty.
 Plant1Trial try_candidate(const Plant1Record& record, const std::vector<double>& plant_parameters,
-                          const Plant1Candidate& candidate, std::uint64_t seed) {
-  const SharedFitProblem problem{
-      .shared = {},
-      .own = {own_bounds(candidate)},
-      .cost = [&](std::size_t, std::span<const double>, std::span<const double> own) {
-        return misfit_of(record, plant1_corrected(record, plant_parameters, own, candidate));
-      }};
-  const SharedFit fit = fit_shared(
-      problem, {.population = kTrialPopulation, .generations = kTrialGenerations, .seed = seed});
-  return {.name = candidate.name,
-          .label = candidate.label,
-          .own = fit.own[0],
-          .misfit = fit.total,
-          .score = plant1_score(fit.total, candidate.bounds.size())};
+                          const Plant1Candidate& candidate, const std::vector<double>& held,
+                          std::uint64_t seed) {
+  const auto all = [&](std::span<const double> own) {
+    std::vector<double> values = held;
+    values.insert(values.end(), own.begin(), own.end());
+    return values;
+  };
+  const auto cost = [&](std::size_t, std::span<const double>, std::span<const double> own) {
+    return misfit_of(record, plant1_corrected(record, plant_parameters, all(own), candidate));
+  };
+  Plant1Trial trial{.name = candidate.name, .label = candidate.label, .own = held};
+  if (!held.empty() && candidate.bounds.empty()) {
+    trial.misfit = cost(0, {}, {});
+  } else {
+    const SharedFitProblem problem{
+        .shared = {},
+        .own = {held.empty() ? own_bounds(candidate) : candidate.bounds},
+        .cost = cost};
+    const SharedFit fit = fit_shared(
+        problem, {.population = kTrialPopulation, .generations = kTrialGenerations, .seed = seed});
+    trial.own = all(fit.own[0]);
+    trial.misfit = fit.total;
+  }
+  trial.score = plant1_score(trial.misfit, candidate.bounds.size());
+  return trial;
+}
+
+const Plant1Trial& trial_as_made(const Plant1Outcome& row) {
+  return *std::find_if(row.trials.begin(), row.trials.end(), [&](const Plant1Trial& trial) {
+    return trial.label == plant1_effect_of(row.record.condition).label;
+  });
 }
 
 }  // namespace
@@ -122,25 +140,31 @@ Plant1Study study_plant1_records(const std::vector<Plant1Record>& records, const
     row.record = record;
     fit_published(row, work);
   }
-  const SharedFit joint = fit_joint(study.rows, work, report);
-  study.shared = joint.shared;
-  for (std::size_t r = 0; r < records.size(); ++r) {
-    Plant1Outcome& row = study.rows[r];
-    row.own = joint.own[r];
-    row.corrected_misfit = joint.cost[r];
-    row.corrected_pv = plant1_run(
-        plant1_corrected(row.record, joint.shared, row.own, plant1_effect_of(row.record.condition)),
-        row.record.pv.size());
-    row.trials.resize(candidates.size());
+  std::vector<Plant1Outcome> fitted = study.rows;
+  if (work.from_healthy) {
+    std::erase_if(fitted, [](const Plant1Outcome& row) { return row.record.condition != "no_fault"; });
+    if (fitted.empty()) throw std::invalid_argument("no record without a fault");
   }
+  const SharedFit joint = fit_joint(fitted, work, report);
+  study.shared = joint.shared;
+  const std::vector<double> held = work.from_healthy ? joint.own[0] : std::vector<double>{};
+  for (Plant1Outcome& row : study.rows) row.trials.resize(candidates.size());
   hal::os::parallel_for(
       trials, work.threads,
       [&](std::size_t i) {
         Plant1Outcome& row = study.rows[i / candidates.size()];
         const std::size_t c = i % candidates.size();
-        row.trials[c] = try_candidate(row.record, study.shared, candidates[c], work.seed);
+        row.trials[c] = try_candidate(row.record, study.shared, candidates[c], held, work.seed);
       },
       [&](std::size_t done) { report(joint_work + done); });
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    Plant1Outcome& row = study.rows[r];
+    row.own = work.from_healthy ? trial_as_made(row).own : joint.own[r];
+    row.corrected_misfit = work.from_healthy ? trial_as_made(row).misfit : joint.cost[r];
+    row.corrected_pv = plant1_run(
+        plant1_corrected(row.record, study.shared, row.own, plant1_effect_of(row.record.condition)),
+        row.record.pv.size());
+  }
   for (Plant1Outcome& row : study.rows) {
     std::stable_sort(row.trials.begin(), row.trials.end(),
                      [](const Plant1Trial& a, const Plant1Trial& b) { return a.score < b.score; });

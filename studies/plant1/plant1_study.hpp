@@ -18,6 +18,8 @@ namespace loopwarden::studies {
 struct Plant1Work {
   std::uint64_t seed = 1;
   std::size_t generations = 2000;  // of the joint fit, on each island
+  // The plant is that of the healthy record alone, and its divisor and step time hold for all of them.
+  bool from_healthy = false;
   unsigned threads = 1;
   std::function<void(std::size_t done, std::size_t total)> progress{};  // may be empty
 };
