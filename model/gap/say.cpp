@@ -44,6 +44,7 @@ std::string parameters_text(const plant::EffectSpec& spec) {
     if (parameter != nullptr && parameter->of_the_law) continue;
     out += (out.empty() ? "" : ", ") + name + " " + text("%.3g", value);
   }
+  if (out.empty() && !spec.table.empty()) out = text("table of %zu points", spec.table.size());
   return out;
 }
 

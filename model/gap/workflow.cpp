@@ -106,10 +106,12 @@ std::vector<std::string> taken_back_names(const Decision& decision, Proof proof)
   return names;
 }
 
-// What no name explains, learned and proved on the holdout: into `result` and `series`.
+// What no name explains, learned and proved on the holdout: into `result` and `series`. What the names left was taken for
+// a load in part; here noise alone is the floor.
 std::optional<FoundEffect> learn_effect(const ModelFit& model_fit, const Fit& base,
-                                        const CheckedRecord& record, double floor, Result& result,
+                                        const CheckedRecord& record, Result& result,
                                         Series& series) {
+  const double floor = kNoiseFloor * record.quality.noise_rms;
   const std::optional<Learned> learned = learn(model_fit.run, base, record);
   if (!learned) return std::nullopt;
   plant::LoopModel model = model_fit.run.corrected(base.terms, base.point, base.solved);
@@ -132,9 +134,9 @@ std::optional<FoundEffect> learn_effect(const ModelFit& model_fit, const Fit& ba
   effect.block = learned->block;
   effect.confidence = std::min(kMostLearned, std::isfinite(closed) ? closed : kPartlyClosed);
   effect.evidence =
-      text("no name fits; %s. Found by what it leaves on stretches that were left out, where it closes %.0f %% of "
+      text("no name fits; form %s, chosen by what it leaves on stretches that were left out, where it closes %.0f %% of "
            "the gap",
-           learned->spec.options.at("description").c_str(), 100.0 * learned->closed);
+           learned->spec.options.at("form").c_str(), 100.0 * learned->closed);
   return effect;
 }
 
@@ -208,14 +210,15 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
 
   std::optional<FoundEffect> learned;
   if (result.verdict == Verdict::unexplained && !record.closed_loop && options.search.learn) {
-    learned = learn_effect(model_fit, search.base, record, left.floor_rmse, result, series);
+    learned = learn_effect(model_fit, search.base, record, result, series);
     if (learned) result.verdict = Verdict::missing_effect;
   }
 
   result.closed_loop = record.closed_loop;
   result.holdout_from_s = record.record.time_s(record.training_end);
-  result.noise_floor_rmse = left.floor_rmse;
-  result.load_intensity = left.load_intensity;
+  result.noise_floor_rmse =
+      learned ? kNoiseFloor * record.quality.noise_rms : left.floor_rmse;
+  result.load_intensity = learned ? 0.0 : left.load_intensity;
   result.rest = {.is_noise = left.adequate,
                  .noise_ratio = left.noise_ratio,
                  .kurtosis = left.tail,
@@ -260,16 +263,18 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
                 .pv_before = series.pv_before,
                 .co = series.co,
                 .rmse = result.before.rmse,
-                .noise_floor_rmse = left.floor_rmse,
+                .noise_floor_rmse = result.noise_floor_rmse,
                 .controller_rmse =
                     controller.mismatch || controller.unexplained ? controller.before_rmse : 0.0,
                 .effects = effects,
-                .likely = result.candidates.empty() ? plant::Block::process
-                                                    : result.candidates.front().block});
+                .likely = learned                     ? learned->block
+                          : result.candidates.empty() ? plant::Block::process
+                                                      : result.candidates.front().block});
   }
-  if (result.verdict != Verdict::no_gap && result.after.holdout_rmse > left.floor_rmse) {
+  if (result.verdict != Verdict::no_gap && result.after.holdout_rmse > result.noise_floor_rmse) {
     const double closed =
-        gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, left.floor_rmse);
+        gap_closed(result.before.holdout_rmse, result.after.holdout_rmse,
+                   result.noise_floor_rmse);
     result.remainder = {
         .rmse = result.after.holdout_rmse,
         .share = 1.0 - closed,

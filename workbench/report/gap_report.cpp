@@ -93,7 +93,9 @@ ParameterWords describe(const std::string& effect, const std::string& parameter)
 std::string short_spec(const plant::EffectSpec& spec) {
   std::string text;
   const auto add = [&](const std::string& item) { text += (text.empty() ? "" : ", ") + item; };
-  for (const auto& [name, value] : spec.options) add(escaped(name) + " " + words(value));
+  for (const auto& [name, value] : spec.options) {
+    if (name != "description") add(escaped(name) + " " + words(value));  // in the sentence
+  }
   for (const auto& [name, value] : spec.parameters) {
     add(escaped(name) + " " + plain_number(value));
   }
