@@ -60,6 +60,11 @@ plant::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index)
   return {};
 }
 
+// A lead in words.
+const char* how_far(double nats) {
+  return nats < kTooClose ? "hardly less likely" : nats < kFurtherGain ? "less likely" : "far less likely";
+}
+
 std::string why_not(const Hypothesis& tried, const SearchResult& search, Verdict verdict) {
   if (verdict == Verdict::no_gap) return "nothing is missing that it could explain";
   if (!std::isfinite(tried.score)) return "does nothing here that a simpler effect does not";
@@ -69,10 +74,11 @@ std::string why_not(const Hypothesis& tried, const SearchResult& search, Verdict
                 search.base_rmse);
   }
   if (behind < kTooClose) {
-    return text("can't be told apart here: only %.1f nats behind", behind);
+    return text("can't be told apart here: leaves an rmse of %.3g where the choice leaves %.3g",
+                tried.training_rmse, search.chosen.training_rmse);
   }
-  return text("leaves an rmse of %.3g where the choice leaves %.3g; %.0f nats less likely",
-              tried.training_rmse, search.chosen.training_rmse, behind);
+  return text("leaves an rmse of %.3g where the choice leaves %.3g: %s", tried.training_rmse,
+              search.chosen.training_rmse, how_far(behind));
 }
 
 }  // namespace
@@ -92,9 +98,9 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
     effect.alternatives = named.alternatives;
     effect.evidence = text(
         "with it (%s) the free run's rmse falls from %.3g to %.3g on the data of the fit; the best "
-        "explanation without it is %.0f nats less likely",
+        "explanation without it is %s",
         parameters_text(effect.spec).c_str(), search.base_rmse, search.chosen.training_rmse,
-        named.lead_nats);
+        how_far(named.lead_nats));
     out.push_back(std::move(effect));
   }
   return out;

@@ -186,7 +186,51 @@
       act();
     });
   }
-  const acts = {closer: () => zoom(0.6), wider: () => zoom(1 / 0.6), left: () => move(-0.4), right: () => move(0.4), all};
+  // What is shown, as files: the span of time and the curves of the plots over time.
+  const save = (name, blob) => {
+    const link = document.createElement('a');
+    link.href = URL.createObjectURL(blob);
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  };
+  const csv = () => {
+    const curves = data.plots.flatMap((plot) =>
+      plot.curves.map((curve) => ({curve, head: `"${plot.title}: ${curve.name}, ${plot.unit}"`})));
+    const [xs, ...columns] = uPlot.join(curves.map(({curve}) => [curve.t, curve.y]));
+    const rows = [['"time, s"', ...curves.map(({head}) => head)].join(',')];
+    xs.forEach((x, i) => {
+      if (x < from || x > to) return;
+      rows.push([+x.toPrecision(12), ...columns.map((column) => column[i] ?? '')].join(','));
+    });
+    save('gap.csv', new Blob([rows.join('\n') + '\n'], {type: 'text/csv'}));
+  };
+  const png = () => {
+    const head = 22 * devicePixelRatio, parts = times.map(({u}) => u.ctx.canvas);
+    const picture = document.createElement('canvas'), ctx = picture.getContext('2d');
+    picture.width = Math.max(...parts.map((part) => part.width));
+    picture.height = parts.reduce((sum, part) => sum + part.height + head, 0);
+    ctx.fillStyle = colour('panel') || '#fff';
+    ctx.fillRect(0, 0, picture.width, picture.height);
+    ctx.font = `${13 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textBaseline = 'middle';
+    let y = 0;
+    parts.forEach((part, i) => {
+      const {title, curves} = data.plots[i];
+      let x = 8 * devicePixelRatio;
+      const write = (text, style) => {
+        ctx.fillStyle = colour(style);
+        ctx.fillText(text, x, y + head / 2);
+        x += ctx.measureText(text).width + 12 * devicePixelRatio;
+      };
+      write(title, 'ink');
+      for (const curve of curves) write(curve.name, curve.style);
+      ctx.drawImage(part, 0, y + head);
+      y += head + part.height;
+    });
+    picture.toBlob((blob) => save('gap.png', blob));
+  };
+  const acts = {png, csv, closer: () => zoom(0.6), wider: () => zoom(1 / 0.6), left: () => move(-0.4), right: () => move(0.4), all};
   box.querySelector('.tools').addEventListener('click', (event) => {
     const button = event.target.closest('button');
     if (!button) return;

@@ -146,6 +146,13 @@ def try_gap_report(browser, page, keep):
           .move_by_offset(int(width * 0.3), 0).release().perform(), "drawing over a plot")
     zooms(lambda: browser.find("#residual .uplot").send_keys("+"), "the key +")
     browser.keep(f"{name}-zoomed", keep)
+    browser.run("(() => { window.saved = []; const make = URL.createObjectURL;"
+                "URL.createObjectURL = (blob) => { window.saved.push(blob); return make.call(URL, blob); }; })()")
+    browser.find("button[data-act=csv]").click()
+    browser.find("button[data-act=png]").click()
+    saved = lambda: browser.run("window.saved.map((blob) => [blob.type, blob.size > 2000])")
+    browser.until(lambda: saved() == [["text/csv", True], ["image/png", True]],
+                  f"{name}: what is shown is not saved as a table and a picture: {saved()}")
     # The cursor of one plot reads all of them, with units.
     ActionChains(browser.driver).move_to_element(over).perform()
     values = lambda: [e.text for e in browser.driver.find_elements(By.CSS_SELECTOR, ".u-series .u-value")]
