@@ -146,17 +146,18 @@ void read_learned(MapReader& in, EffectSpec& spec) {
   const bool all = in.describing();
   const std::string form = spec.options.contains("form") ? spec.options.at("form") : "static";
   if (all || form == "hysteretic") {
-    read_columns(in, spec, "thresholds", "weights", "CO units", "of hysteretic: half widths of plays",
-                 "of hysteretic: one for each threshold");
+    read_columns(in, spec, "thresholds", "weights", "CO units",
+                 "of hysteretic: half widths of plays", "of hysteretic: one for each threshold");
   }
   if (all || form == "dynamic") {
     read_columns(in, spec, "numerator", "denominator", "", "of dynamic: by rising powers of p, s",
                  "of dynamic: by rising powers of p, s");
   }
   if (all || form == "static" || form == "gain_profile") {
-    const Value<std::vector<std::pair<double, double>>> table = in.maybe_points(
-        "table", "[[in, out], ...]",
-        "of static: flow asked for and flow, CO units; of gain_profile: opening or time and factor");
+    const Value<std::vector<std::pair<double, double>>> table =
+        in.maybe_points("table", "[[in, out], ...]",
+                        "of static: flow asked for and flow, CO units; of gain_profile: opening or "
+                        "time and factor");
     if (table.given) {
       spec.table = table;
     } else if (!all) {

@@ -84,9 +84,11 @@ std::string learned_keys(const EffectSpec& spec) {
   std::string text = "effect: learned";
   if (form != spec.options.end()) text += fmt::format(", form: {}", name);
   if (name == "hysteretic") {
-    text += fmt::format(", thresholds: {}, weights: {}", list(spec.table, false), list(spec.table, true));
+    text += fmt::format(", thresholds: {}, weights: {}", list(spec.table, false),
+                        list(spec.table, true));
   } else if (name == "dynamic") {
-    text += fmt::format(", numerator: {}, denominator: {}", list(spec.table, false), list(spec.table, true));
+    text += fmt::format(", numerator: {}, denominator: {}", list(spec.table, false),
+                        list(spec.table, true));
   } else {
     text += fmt::format(", table: {}", points(spec.table));
   }

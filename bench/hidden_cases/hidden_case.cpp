@@ -89,8 +89,8 @@ const std::vector<std::string> kOutside{"outside:inverse_response",
                                         "outside:slow_tail"};
 
 const std::vector<std::string> kFurthers{
-    "resolution",          "inverse_response", "ramp_disturbance",      "square_disturbance",
-    "oscillatory_process", "varying_gain",     "intermittent_stiction", "clipped_measurement",
+    "resolution",          "inverse_response", "ramp_disturbance",        "square_disturbance",
+    "oscillatory_process", "varying_gain",     "intermittent_stiction",   "clipped_measurement",
     "held_measurement",    "stiction:closing", "flow_dependent_dead_time"};
 
 // "onset:stiction" -> "stiction"

@@ -30,9 +30,8 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   const double middle = (c.pv_low + c.pv_high) / 2.0;
   const double beyond = 0.1 * (c.pv_high - c.pv_low);
   for (const bool high : {true, false}) {
-    const SearchRange range =
-        high ? between("high", middle, c.pv_high + beyond, false, kPlaces)
-             : between("low", c.pv_low - beyond, middle, false, kPlaces);
+    const SearchRange range = high ? between("high", middle, c.pv_high + beyond, false, kPlaces)
+                                   : between("low", c.pv_low - beyond, middle, false, kPlaces);
     all.push_back({.block = Block::transmitter,
                    .parameters = 1,
                    .prior_nats = 1.0,  // two places where to look
@@ -62,11 +61,11 @@ Descriptor describe() {
           "PV stops at one value, mostly exactly flat, while CO goes on; with a "
           "set point beyond it CO winds up to its stop. Compare the transmitter's span with "
           "the scaling in the control system, and look for what saturates in between.",
-      .look_alikes = {{"low_air_supply",
-                        "ends the stem's travel: PV comes to its end as slowly as the process answers."},
-                      {"stiction", "PV rests at other values each time, with its noise."},
-                      {"a range that ends there",
-                       "is no fault: the model's transmitter range says so."}},
+      .look_alikes =
+          {{"low_air_supply",
+            "ends the stem's travel: PV comes to its end as slowly as the process answers."},
+           {"stiction", "PV rests at other values each time, with its noise."},
+           {"a range that ends there", "is no fault: the model's transmitter range says so."}},
       .examples = {
           {"clipped_measurement", {"clipped_measurement", {{"high", 5.2}}}, Block::transmitter}}};
 }

@@ -13,7 +13,8 @@ double nominal(const SpecReader& read, const EffectContext& context) {
 
 void check(const SpecReader& read, const EffectContext& context) {
   if (!(nominal(read, context) > 0.0)) {
-    throw EffectError("nominal", "nominal must be above 0 CO units: the middle of the output range is not");
+    throw EffectError("nominal",
+                      "nominal must be above 0 CO units: the middle of the output range is not");
   }
 }
 
@@ -21,14 +22,15 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   if (c.dead_time_s < 2.0 * c.period_s || c.output_used_high <= 0.0) return;
   // Flows below a tenth of the nominal one count as that.
   const double low = std::max(c.output_used_low, 0.1 * c.output_used_high);
-  all.push_back({.block = Block::process,
-                 .parameters = 2,
-                 .prior_nats = 2.0,  // another dead time, or a lag, is the commoner cause
-                 .search = {{"exponent", 0.2, 2.0, true, 3},
-                            between("nominal", low, c.output_used_high, true, 6)},
-                 .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-                   return {"flow_dependent_dead_time", {{"exponent", v[0]}, {"nominal", v[1]}}};
-                 }});
+  all.push_back(
+      {.block = Block::process,
+       .parameters = 2,
+       .prior_nats = 2.0,  // another dead time, or a lag, is the commoner cause
+       .search = {{"exponent", 0.2, 2.0, true, 3},
+                  between("nominal", low, c.output_used_high, true, 6)},
+       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
+         return {"flow_dependent_dead_time", {{"exponent", v[0]}, {"nominal", v[1]}}};
+       }});
 }
 
 }  // namespace
@@ -40,10 +42,12 @@ Descriptor describe() {
       .blocks = {Block::process},
       .parameters = {{"exponent", "-", 0.0, false, 3.0, false, true, 0.0,
                       "dead time goes as flow to the minus this; 1: plug flow"},
-                     optional(above_zero("nominal", "CO units",
-                                         "at which at rest the dead time is the process's own; default: the "
-                                         "middle of the output range"),
-                              kInfinity)},
+                     optional(
+                         above_zero(
+                             "nominal", "CO units",
+                             "at which at rest the dead time is the process's own; default: the "
+                             "middle of the output range"),
+                         kInfinity)},
       .header = "flow_dependent_dead_time.hpp",
       .meaning = "the dead time grows as the flow falls",
       .check = check,
@@ -53,9 +57,11 @@ Descriptor describe() {
       },
       .takes_dead_time = true,
       .candidates = candidates,
-      .seen = "PV answers late at low flow and soon at high flow, with the same shape. A loop that is calm at "
-              "high flow swings at low flow. Tune at the lowest flow, or let the controller's settings "
-              "follow the flow.",
+      .seen =
+          "PV answers late at low flow and soon at high flow, with the same shape. A loop that is "
+          "calm at "
+          "high flow swings at low flow. Tune at the lowest flow, or let the controller's settings "
+          "follow the flow.",
       .look_alikes = {{"extra_dead_time", "is the same at every flow."},
                       {"valve_characteristic", "changes how far PV goes, not when it starts."},
                       {"backlash", "delays reversals only."}},

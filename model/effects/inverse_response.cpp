@@ -37,7 +37,8 @@ Descriptor describe() {
       .name = "inverse_response",
       .blocks = {Block::process},
       .parameters = {at_least_zero("zero_time", "s", "of the zero: times (1 - zero_time p)"),
-                     optional(at_least_zero("lag", "s", "of the faster way: over (lag p + 1)"), 0.0)},
+                     optional(at_least_zero("lag", "s", "of the faster way: over (lag p + 1)"),
+                              0.0)},
       .header = "inverse_response.hpp",
       .meaning = "PV first moves the wrong way",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {

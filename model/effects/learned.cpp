@@ -44,8 +44,8 @@ void check(const SpecReader& read, const EffectContext&) {
       throw EffectError(key, "thresholds must be at least 0 CO units");
     }
     if (!dynamic && !hysteretic && i > 0 && x <= spec.table[i - 1].first) {
-      throw EffectError(key, "table must rise in its first column (see point " +
-                                 std::to_string(i + 1) + ")");
+      throw EffectError(
+          key, "table must rise in its first column (see point " + std::to_string(i + 1) + ")");
     }
   }
   if (!dynamic) return;
@@ -82,25 +82,28 @@ Descriptor describe() {
       .options = {{"form", {"static", "hysteretic", "dynamic", "gain_profile"}, "what it is"},
                   {"over", {"opening", "time"}, "of gain_profile"}},
       .table = {"[[in, out], ...]",
-                "of static: flow asked for and flow, CO units; of gain_profile: CO or s of the record, and factor. In "
-                "its place hysteretic has thresholds (CO units) and weights, dynamic numerator and denominator by "
+                "of static: flow asked for and flow, CO units; of gain_profile: CO or s of the "
+                "record, and factor. In "
+                "its place hysteretic has thresholds (CO units) and weights, dynamic numerator and "
+                "denominator by "
                 "rising powers of p; a description in words may stand beside them"},
       .is_learned = true,
       .header = "learned.hpp",
       .meaning = "what a record showed and no name fits",
       .check = check,
       .make = make,
-      .seen = "`gap` found no name, but a law that holds on data it never saw: its sentence says at which opening, "
-              "after which move or at what time the plant differs, and by how much.",
+      .seen =
+          "`gap` found no name, but a law that holds on data it never saw: its sentence says at "
+          "which opening, "
+          "after which move or at what time the plant differs, and by how much.",
       .look_alikes = {{"an effect of the catalogue",
-                       "has a name because its law has few numbers; where one fits nearly, look for that first."},
+                       "has a name because its law has few numbers; where one fits nearly, look "
+                       "for that first."},
                       {"a disturbance", "depends on nothing measured, and is never learned."}},
-      .examples = {{"learned",
-                    {"learned",
-                     {},
-                     {{"form", "static"}},
-                     {{2.0, 2.0}, {4.0, 3.4}, {6.0, 6.6}, {8.0, 8.0}}},
-                    Block::valve}}};
+      .examples = {
+          {"learned",
+           {"learned", {}, {{"form", "static"}}, {{2.0, 2.0}, {4.0, 3.4}, {6.0, 6.6}, {8.0, 8.0}}},
+           Block::valve}}};
 }
 
 }  // namespace loopwarden::effects::learned

@@ -105,9 +105,9 @@ struct Fitter::Work {
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
   Eigen::VectorXd solved;
-  std::vector<double> target;  // white, what `solved` fits
-  std::vector<double> whole;   // PV units, of the solution
-  std::vector<double> shown;   // PV units, of it as the transmitter shows it
+  std::vector<double> target;             // white, what `solved` fits
+  std::vector<double> whole;              // PV units, of the solution
+  std::vector<double> shown;              // PV units, of it as the transmitter shows it
   std::vector<std::vector<double>> seen;  // of the columns
 };
 
@@ -596,7 +596,8 @@ std::vector<Fit> Fitter::approach(const Fit& base, const Candidate& candidate,
       free_run_.linear_columns(candidate, own, last);
       std::move(last.begin(), last.end(),
                 work.columns.end() - static_cast<std::ptrdiff_t>(last.size()));
-      for (const std::size_t load : loads) consider(load, solve(work, fit.terms, fit.point, load, nullptr));
+      for (const std::size_t load : loads)
+        consider(load, solve(work, fit.terms, fit.point, load, nullptr));
     }
   } else {
     std::vector<int> index(candidate.search.size(), 0);
@@ -606,7 +607,8 @@ std::vector<Fit> Fitter::approach(const Fit& base, const Candidate& candidate,
         own[j] = candidate.search[j].value((index[j] + 0.5) / candidate.search[j].grid);
       }
       free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
-      for (const std::size_t load : loads) consider(load, solve(work, fit.terms, fit.point, load, nullptr));
+      for (const std::size_t load : loads)
+        consider(load, solve(work, fit.terms, fit.point, load, nullptr));
       more = false;
       for (std::size_t j = 0; j < index.size() && !more; ++j) {
         if (++index[j] < candidate.search[j].grid) {

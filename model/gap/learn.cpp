@@ -85,10 +85,11 @@ Form static_form(const std::vector<double>& at) {
       spec.table.emplace_back(at[i], at[i] + c[i]);
       if (std::abs(c[i]) > std::abs(c[worst])) worst = i;
     }
-    spec.options["description"] =
-        text("from CO %.3g to %.3g the flow is not what CO asks for: most at CO %.3g, where it is as it should be "
-             "at CO %.3g",
-             at.front(), at.back(), at[worst], at[worst] + c[worst]);
+    spec.options["description"] = text(
+        "from CO %.3g to %.3g the flow is not what CO asks for: most at CO %.3g, where it is as it "
+        "should be "
+        "at CO %.3g",
+        at.front(), at.back(), at[worst], at[worst] + c[worst]);
     return spec;
   };
   return form;
@@ -107,8 +108,8 @@ Form gain_over_time(const std::vector<double>& at) {
       if (c[i] > c[most]) most = i;
     }
     spec.options["description"] =
-        text("the process gain changes with time: %.3g of the model's at %.0f s, %.3g at %.0f s", 1.0 + c[least],
-             at[least], 1.0 + c[most], at[most]);
+        text("the process gain changes with time: %.3g of the model's at %.0f s, %.3g at %.0f s",
+             1.0 + c[least], at[least], 1.0 + c[most], at[most]);
     return spec;
   };
   return form;
@@ -136,9 +137,10 @@ Form play_form(double widest, int count) {
     for (std::size_t j = 0; j < thresholds.size(); ++j) {
       spec.table.emplace_back(thresholds[j].first, c[j + 2]);
     }
-    spec.options["description"] =
-        text("after each reversal of CO the flow stays behind by up to %.3g CO units, made up over the next %.3g",
-             late, 2.0 * thresholds.back().first);
+    spec.options["description"] = text(
+        "after each reversal of CO the flow stays behind by up to %.3g CO units, made up over the "
+        "next %.3g",
+        late, 2.0 * thresholds.back().first);
     return spec;
   };
   return form;
@@ -172,10 +174,11 @@ Form lag_form(double time_constant_s, int order, double period_s) {
       }
       spec.table.emplace_back(numerator, denominator[k]);
     }
-    spec.options["description"] =
-        text("after a move of CO %.0f %% of the model's answer comes as in the model, the rest over about %.3g s; at "
-             "rest it is %.0f %%",
-             100.0 * through, 2.0 * time_constant_s * order, 100.0 * (1.0 + c[0]));
+    spec.options["description"] = text(
+        "after a move of CO %.0f %% of the model's answer comes as in the model, the rest over "
+        "about %.3g s; at "
+        "rest it is %.0f %%",
+        100.0 * through, 2.0 * time_constant_s * order, 100.0 * (1.0 + c[0]));
     return spec;
   };
   return form;
@@ -296,9 +299,8 @@ std::optional<Learned> learn(const FreeRun& run, const Fit& base, const CheckedR
       if (std::isfinite(left)) tried.push_back({std::move(form), std::move(all), left});
     }
   }
-  const auto least = std::min_element(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
-    return a.left < b.left;
-  });
+  const auto least = std::min_element(
+      tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.left < b.left; });
   if (least == tried.end()) return std::nullopt;
   const double enough = kAsGood * least->left + noise;
   const Tried* chosen = &*least;

@@ -19,10 +19,10 @@ Proof judge(const Trial& t) noexcept {
   if (std::isfinite(t.closed)) {
     if (t.closed >= kClosed) return Proof::holds;
     if (t.closed >= kPartlyClosed) return Proof::partly;
-    const bool likelier =
-        t.choice_innovations > 0.0 &&
-        0.5 * static_cast<double>(t.innovations) *
-                std::log(t.model_innovations / t.choice_innovations) >= kFirstGain;
+    const bool likelier = t.choice_innovations > 0.0 &&
+                          0.5 * static_cast<double>(t.innovations) *
+                                  std::log(t.model_innovations / t.choice_innovations) >=
+                              kFirstGain;
     return t.with_load && t.believable && t.rest_is_noise && likelier ? Proof::partly
                                                                       : Proof::refuted;
   }

@@ -36,7 +36,7 @@ double gap_closed(double before_rmse, double after_rmse, double floor_rmse) noex
 struct Trial {
   bool believable = true;  // on the data of the fit
   bool rest_is_noise = true;
-  bool with_load = false;  // part of what is left
+  bool with_load = false;           // part of what is left
   double closed = kNone;            // gap closed
   double model_innovations = 0.0;   // PV units squared, sum over the holdout
   double choice_innovations = 0.0;  // PV units squared, sum over the holdout

@@ -44,8 +44,8 @@ std::optional<HeldReading> beat_of(const std::vector<std::size_t>& changes) {
     late.push_back(static_cast<double>(changes[i]) - j[i] * interval);
   }
   const double middle = numeric::median(late);
-  const auto off = std::count_if(late.begin(), late.end(),
-                                 [&](double l) { return std::abs(l - middle) > 1.0; });
+  const auto off =
+      std::count_if(late.begin(), late.end(), [&](double l) { return std::abs(l - middle) > 1.0; });
   if (static_cast<double>(off) > kOffBeat * n) return std::nullopt;
   double first = is_whole ? std::round(middle) : middle - 0.5;
   first -= interval * std::floor(first / interval);
@@ -64,8 +64,8 @@ std::optional<HeldReading> held_reading(const std::vector<double>& pv) {
   // Treads of equal height are rounding or a coarse valve.
   std::sort(moves.begin(), moves.end());
   const double least = moves.front();
-  const auto equal = std::count_if(moves.begin(), moves.end(),
-                                   [&](double move) { return move < 1.5 * least; });
+  const auto equal =
+      std::count_if(moves.begin(), moves.end(), [&](double move) { return move < 1.5 * least; });
   if (static_cast<double>(equal) > kEqualSteps * static_cast<double>(moves.size())) {
     return std::nullopt;
   }

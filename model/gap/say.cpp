@@ -62,7 +62,9 @@ plant::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index)
 
 // A lead in words.
 const char* how_far(double nats) {
-  return nats < kTooClose ? "hardly less likely" : nats < kFurtherGain ? "less likely" : "far less likely";
+  return nats < kTooClose      ? "hardly less likely"
+         : nats < kFurtherGain ? "less likely"
+                               : "far less likely";
 }
 
 std::string why_not(const Hypothesis& tried, const SearchResult& search, Verdict verdict) {
@@ -202,10 +204,12 @@ std::string sentence_of(const Summary& r) {
     return out;
   }
   if (r.effects.size() == 1 && r.effects[0].spec.options.contains("description")) {
-    return text("No name fits, but what the model lacks could be learned: %s. With it the misfit on data the fit "
-                "never saw falls from %.3g to %.3g.",
-                r.effects[0].spec.options.at("description").c_str(), r.before.holdout_rmse,
-                r.after.holdout_rmse);
+    return text(
+        "No name fits, but what the model lacks could be learned: %s. With it the misfit on data "
+        "the fit "
+        "never saw falls from %.3g to %.3g.",
+        r.effects[0].spec.options.at("description").c_str(), r.before.holdout_rmse,
+        r.after.holdout_rmse);
   }
   std::string names;
   for (std::size_t i = 0; i < r.effects.size(); ++i) {
@@ -219,9 +223,11 @@ std::string sentence_of(const Summary& r) {
         names.c_str());
   }
   if (!(r.after.holdout_rmse < r.before.holdout_rmse)) {
-    return text(r.with_load ? "The model lacks %s. On the last third the load moves PV by more than that; from sample "
-                              "to sample the corrected model foretells it better."
-                            : "The model lacks %s. It shows where the fit saw it, not in the last third.",
+    return text(r.with_load
+                    ? "The model lacks %s. On the last third the load moves PV by more than that; "
+                      "from sample "
+                      "to sample the corrected model foretells it better."
+                    : "The model lacks %s. It shows where the fit saw it, not in the last third.",
                 names.c_str());
   }
   std::string out = text(

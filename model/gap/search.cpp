@@ -173,9 +173,8 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return better(made[a], made[b]); });
     const std::size_t settled = std::min(kSettled, jobs.size());
-    parallel(settled, [&](std::size_t i) {
-      made[order[i]] = hypothesis(fitter.settle(starts[order[i]]));
-    });
+    parallel(settled,
+             [&](std::size_t i) { made[order[i]] = hypothesis(fitter.settle(starts[order[i]])); });
     return made;
   };
   // Best hypothesis of each set of names, best first.

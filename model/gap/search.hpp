@@ -31,10 +31,10 @@ using ParallelFor =
 
 // Steps of the workflow that can be left out, to see what each brings.
 struct SearchOptions {
-  bool several = true;     // more than one effect, with the step back
-  bool load = true;        // an unmeasured load is modelled
-  bool allowances = true;  // a healthy valve's friction and momentum are allowed for
-  bool learn = true;       // what no name fits is learned
+  bool several = true;                 // more than one effect, with the step back
+  bool load = true;                    // an unmeasured load is modelled
+  bool allowances = true;              // a healthy valve's friction and momentum are allowed for
+  bool learn = true;                   // what no name fits is learned
   std::vector<std::string> without{};  // names that are not looked for
 };
 

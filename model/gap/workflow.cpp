@@ -34,7 +34,8 @@ std::vector<double> simulated(plant::LoopModel model, const Fit& fit, const Chec
 
 // The model with what was found, its transmitter's noise and rounding as given.
 plant::LoopModel corrected_model(const plant::LoopModel& given, const Decision& decision,
-                                 const std::vector<FoundEffect>& reading, const ControllerFinding& controller, const Fit& fit,
+                                 const std::vector<FoundEffect>& reading,
+                                 const ControllerFinding& controller, const Fit& fit,
                                  const FreeRun& run) {
   plant::LoopModel out = given;
   if (!fit.terms.empty() || decision.by_reading) {
@@ -133,10 +134,11 @@ std::optional<FoundEffect> learn_effect(const ModelFit& model_fit, const Fit& ba
   effect.spec = learned->spec;
   effect.block = learned->block;
   effect.confidence = std::min(kMostLearned, std::isfinite(closed) ? closed : kPartlyClosed);
-  effect.evidence =
-      text("no name fits; form %s, chosen by what it leaves on stretches that were left out, where it closes %.0f %% of "
-           "the gap",
-           learned->spec.options.at("form").c_str(), 100.0 * learned->closed);
+  effect.evidence = text(
+      "no name fits; form %s, chosen by what it leaves on stretches that were left out, where it "
+      "closes %.0f %% of "
+      "the gap",
+      learned->spec.options.at("form").c_str(), 100.0 * learned->closed);
   return effect;
 }
 
@@ -216,8 +218,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
 
   result.closed_loop = record.closed_loop;
   result.holdout_from_s = record.record.time_s(record.training_end);
-  result.noise_floor_rmse =
-      learned ? kNoiseFloor * record.quality.noise_rms : left.floor_rmse;
+  result.noise_floor_rmse = learned ? kNoiseFloor * record.quality.noise_rms : left.floor_rmse;
   result.load_intensity = learned ? 0.0 : left.load_intensity;
   result.rest = {.is_noise = left.adequate,
                  .noise_ratio = left.noise_ratio,
@@ -273,8 +274,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   }
   if (result.verdict != Verdict::no_gap && result.after.holdout_rmse > result.noise_floor_rmse) {
     const double closed =
-        gap_closed(result.before.holdout_rmse, result.after.holdout_rmse,
-                   result.noise_floor_rmse);
+        gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, result.noise_floor_rmse);
     result.remainder = {
         .rmse = result.after.holdout_rmse,
         .share = 1.0 - closed,

@@ -64,8 +64,8 @@ class FlowDependentDeadTime {
   }
 
  private:
-  static constexpr double kLongest = 10.0;    // times the nominal dead time
-  static constexpr double kLeastFlow = 0.1;   // of the nominal one
+  static constexpr double kLongest = 10.0;   // times the nominal dead time
+  static constexpr double kLeastFlow = 0.1;  // of the nominal one
 
   // Samples of the nominal flow that one sample of u displaces.
   double pace_at(double u) const noexcept {
@@ -73,15 +73,15 @@ class FlowDependentDeadTime {
     return std::pow(ratio > kLeastFlow ? ratio : kLeastFlow, exponent_);
   }
 
-  double samples_;        // L0, in samples
-  double full_;           // n
-  double exponent_;       // n, as far as it is there
-  double nominal_;        // CO units
-  std::size_t longest_;   // samples
-  DelayLine signal_;      // CO units
+  double samples_;       // L0, in samples
+  double full_;          // n
+  double exponent_;      // n, as far as it is there
+  double nominal_;       // CO units
+  std::size_t longest_;  // samples
+  DelayLine signal_;     // CO units
   DelayLine pace_;
-  std::size_t whole_ = 0;     // samples that have come in and not out
-  double displaced_ = 0.0;    // by them, in samples of the nominal flow
+  std::size_t whole_ = 0;   // samples that have come in and not out
+  double displaced_ = 0.0;  // by them, in samples of the nominal flow
 };
 
 }  // namespace loopwarden::plant

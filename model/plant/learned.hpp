@@ -79,7 +79,8 @@ class LearnedPlay {
 
 class LearnedGain {
  public:
-  LearnedGain(Points at_factor, bool over_time) : factors_(std::move(at_factor)), over_time_(over_time) {}
+  LearnedGain(Points at_factor, bool over_time)
+      : factors_(std::move(at_factor)), over_time_(over_time) {}
   void set_severity(double severity) noexcept { severity_ = severity; }
   double reset(double u) noexcept { return step(u, 0.0); }
   double step(double u, double time_s) noexcept {

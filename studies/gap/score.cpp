@@ -38,7 +38,8 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 std::string hidden_effect_of(const std::string& name, const Truth& truth) {
   const Kind kind = kind_of(truth);
   if (kind == Kind::kNone) return {};
-  if (kind == Kind::kSingle || kind == Kind::kOutside) return contains(truth.accept, name) ? truth.effect : std::string{};
+  if (kind == Kind::kSingle || kind == Kind::kOutside)
+    return contains(truth.accept, name) ? truth.effect : std::string{};
   if (contains(truth.accept, name)) return name;
   const bool for_hysteresis = name == "backlash" && contains(truth.accept, "hysteresis");
   return for_hysteresis ? "hysteresis" : std::string{};

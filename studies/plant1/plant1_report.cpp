@@ -180,8 +180,9 @@ void add_plant1(CLI::App& app, int& exit_code) {
   sub->add_option("--seed", options->seed, "of the search")->capture_default_str();
   sub->add_option("--threads", options->threads, "the result does not depend on it")
       ->check(CLI::Range(1U, 256U));
-  sub->add_flag("--from-healthy", options->from_healthy,
-                "fit the plant, the divisor and the step time to the healthy record alone and hold them");
+  sub->add_flag(
+      "--from-healthy", options->from_healthy,
+      "fit the plant, the divisor and the step time to the healthy record alone and hold them");
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer("Example: loopwarden-study plant1 --data data/plant1 --out pictures");
   sub->callback([options, &exit_code] { exit_code = run_plant1_study(*options); });

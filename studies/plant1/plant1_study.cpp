@@ -92,10 +92,9 @@ Plant1Trial try_candidate(const Plant1Record& record, const std::vector<double>&
   if (!held.empty() && candidate.bounds.empty()) {
     trial.misfit = cost(0, {}, {});
   } else {
-    const SharedFitProblem problem{
-        .shared = {},
-        .own = {held.empty() ? own_bounds(candidate) : candidate.bounds},
-        .cost = cost};
+    const SharedFitProblem problem{.shared = {},
+                                   .own = {held.empty() ? own_bounds(candidate) : candidate.bounds},
+                                   .cost = cost};
     const SharedFit fit = fit_shared(
         problem, {.population = kTrialPopulation, .generations = kTrialGenerations, .seed = seed});
     trial.own = all(fit.own[0]);
@@ -142,7 +141,8 @@ Plant1Study study_plant1_records(const std::vector<Plant1Record>& records, const
   }
   std::vector<Plant1Outcome> fitted = study.rows;
   if (work.from_healthy) {
-    std::erase_if(fitted, [](const Plant1Outcome& row) { return row.record.condition != "no_fault"; });
+    std::erase_if(fitted,
+                  [](const Plant1Outcome& row) { return row.record.condition != "no_fault"; });
     if (fitted.empty()) throw std::invalid_argument("no record without a fault");
   }
   const SharedFit joint = fit_joint(fitted, work, report);

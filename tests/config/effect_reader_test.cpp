@@ -88,22 +88,25 @@ TEST_CASE("An effect of the process may need a table, or the process's lag", "[c
   CHECK(test::said_of_model(text("{effect: varying_gain}"))
             .find("needs a table: [[t, factor], ...]") != std::string::npos);
 
-  const auto play = of("{effect: learned, form: hysteretic, thresholds: [0, 0.4], weights: [0.3, 0.7], "
-                       "offset: 0.1, description: \"late by 0.8\"}")
-                        .first;
+  const auto play =
+      of("{effect: learned, form: hysteretic, thresholds: [0, 0.4], weights: [0.3, 0.7], "
+         "offset: 0.1, description: \"late by 0.8\"}")
+          .first;
   CHECK(play.table == std::vector<std::pair<double, double>>{{0, 0.3}, {0.4, 0.7}});
   CHECK(play.options.at("description") == "late by 0.8");
   const auto tail =
       of("{effect: learned, form: dynamic, numerator: [1], denominator: [1, 15]}").first;
   CHECK(tail.table == std::vector<std::pair<double, double>>{{1, 1}, {0, 15}});
-  CHECK(test::said_of_model(text("{effect: learned, form: dynamic, numerator: [1, 2, 3], denominator: [1, 5]}"))
+  CHECK(test::said_of_model(
+            text("{effect: learned, form: dynamic, numerator: [1, 2, 3], denominator: [1, 5]}"))
             .find("numerator: must have as many entries as denominator (2, got 3)") !=
         std::string::npos);
   CHECK(test::said_of_model(text("{effect: learned, form: hysteretic, thresholds: [1]}"))
             .find("needs thresholds and weights") != std::string::npos);
   CHECK(test::said_of_model(text("{effect: learned}")).find("needs a table: [[in, out], ...]") !=
         std::string::npos);
-  CHECK(test::said_of_model(text("{effect: learned, form: dynamic, numerator: [1], denominator: [1, -5]}"))
+  CHECK(test::said_of_model(
+            text("{effect: learned, form: dynamic, numerator: [1], denominator: [1, -5]}"))
             .find("does not die away") != std::string::npos);
 
   const auto [rings, lag_s] =

@@ -301,7 +301,9 @@ void add_gap(CLI::App& app, int& exit_code) {
                   "unmeasured load up to here is no gap, % of PV span per root second")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
-  sub->add_option("--without", options->without, "leave a step out, or an effect by its name, to see what it brings: several, load, allowances, learned, "
+  sub->add_option("--without", options->without,
+                  "leave a step out, or an effect by its name, to see what it brings: several, "
+                  "load, allowances, learned, "
                   "stiction, ...; may be given several times")
       ->check(CLI::IsMember(words_without()));
   sub->add_option("--jobs", options->jobs,

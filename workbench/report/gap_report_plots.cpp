@@ -226,9 +226,9 @@ nlohmann::json time_data(const TimePlot& plot) {
   }
   nlohmann::json shades = nlohmann::json::array();
   for (const Shade& shade : plot.shades) shades.push_back({shade.from_s, shade.to_s, shade.share});
-  return {{"id", plot.id},          {"title", plot.title}, {"unit", plot.unit},   {"height", plot.height},
-          {"zero", plot.zero_line}, {"floor", plot.floor}, {"curves", curves},
-          {"shades", shades}};
+  return {{"id", plot.id},         {"title", plot.title},    {"unit", plot.unit},
+          {"height", plot.height}, {"zero", plot.zero_line}, {"floor", plot.floor},
+          {"curves", curves},      {"shades", shades}};
 }
 
 // Moments, not the whole record: shading everything shows nothing.
@@ -261,8 +261,10 @@ std::string tools(const gap::Result& result, const TimeAxis& axis) {
         result.holdout_from_s, end_s);
   }
   return text +
-         "<button type=\"button\" data-act=\"png\" aria-label=\"save what is shown as a picture\">PNG</button>"
-         "<button type=\"button\" data-act=\"csv\" aria-label=\"save what is shown as a table\">CSV</button>"
+         "<button type=\"button\" data-act=\"png\" aria-label=\"save what is shown as a "
+         "picture\">PNG</button>"
+         "<button type=\"button\" data-act=\"csv\" aria-label=\"save what is shown as a "
+         "table\">CSV</button>"
          "<span class=\"note\">Drag to select a span; twice a click shows all. Ctrl + wheel zooms; "
          "after "
          "a click the wheel alone and + &minus; 0 &larr; &rarr; do.</span>"

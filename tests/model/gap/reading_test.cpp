@@ -40,7 +40,8 @@ std::vector<double> held(std::vector<double> pv, double interval, double first) 
   return pv;
 }
 
-TEST_CASE("a held reading is told by its beat, and counts once for each renewal", "[gap][reading]") {
+TEST_CASE("a held reading is told by its beat, and counts once for each renewal",
+          "[gap][reading]") {
   const std::vector<double> pv = held(noisy(2000), 14.0, 5.0);
   const ReadingFinding found = examine_reading(pv);
   REQUIRE(found.held);

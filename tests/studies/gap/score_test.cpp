@@ -76,8 +76,9 @@ TEST_CASE("no effect may be named where none is hidden", "[hidden_cases]") {
   CHECK_FALSE(score_case(kNone, answer("missing_effect", {{"drift", 0.5, {}}})).right);
 }
 
-TEST_CASE("outside the catalogue 'unexplained' is right, or the name it has now, if the gap is of size",
-          "[hidden_cases]") {
+TEST_CASE(
+    "outside the catalogue 'unexplained' is right, or the name it has now, if the gap is of size",
+    "[hidden_cases]") {
   CHECK(score_case(kOutside, answer("unexplained", {})).right);
   CHECK_FALSE(score_case(kOutside, answer("no_gap", {})).right);
   CHECK_FALSE(score_case(kOutside, answer("missing_effect", {{"drift", 0.5, {}}})).right);
@@ -85,8 +86,8 @@ TEST_CASE("outside the catalogue 'unexplained' is right, or the name it has now,
   CHECK(score_case(known_now, answer("unexplained", {})).right);
   CHECK(score_case(known_now, answer("missing_effect", {{"inverse_response", 0.9, {}}})).right);
   CHECK_FALSE(score_case(known_now, answer("missing_effect", {{"extra_lag", 0.9, {}}})).right);
-  CHECK_FALSE(score_case(known_now, answer("missing_effect", {{"inverse_response", 0.9, {}},
-                                                              {"drift", 0.9, {}}}))
+  CHECK_FALSE(score_case(known_now, answer("missing_effect",
+                                           {{"inverse_response", 0.9, {}}, {"drift", 0.9, {}}}))
                   .right);
   CHECK(score_case(kOutside, answer("no_gap", {}, 0.031)).counts);
   CHECK_FALSE(score_case(kOutside, answer("no_gap", {}, 0.029)).counts);
