@@ -168,7 +168,11 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   result.check = record.quality;
   if (!record.quality.usable) return result;
 
-  const std::vector<FoundEffect> reading = describe_reading(record.reading, model);
+  std::vector<FoundEffect> reading = describe_reading(record.reading, model);
+  std::erase_if(reading, [&](const FoundEffect& effect) {
+    return std::count(options.search.without.begin(), options.search.without.end(),
+                      effect.spec.name) > 0;
+  });
   const ControllerFinding controller =
       record.closed_loop ? ControllerFinding{} : compare_controller(record.record, record.model);
   const ModelFit model_fit(record, options.search, options.largest_load);

@@ -100,7 +100,7 @@ void print_result(const gap::Result& r, const std::string& out) {
 std::vector<std::string> words_without() {
   std::vector<std::string> words{"several", "load", "allowances"};
   for (const effects::Descriptor& info : effects::effect_catalogue()) {
-    if (info.candidates != nullptr || info.is_learned) words.emplace_back(info.name);
+    if (!info.is_noise) words.emplace_back(info.name);
   }
   return words;
 }

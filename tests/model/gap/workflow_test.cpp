@@ -67,6 +67,11 @@ TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap]
   REQUIRE(result.corrected.transmitter_effects.size() == 1);
   CHECK(result.after.rmse < 0.5 * result.before.rmse);
   CHECK(result.check.noise_rms == Approx(0.02).epsilon(0.3));  // 0.015 and what PV moves in 1.3 s
+  gap::Options without;
+  without.search.without = {"held_measurement"};
+  const gap::Result unnamed =
+      gap::find_gap(test::record_of(truth, 130.0), model, without, test::serial, [](double) {});
+  CHECK(unnamed.effects.empty());
   // A model that has it lacks nothing.
   const gap::Result known = find(test::record_of(truth, 130.0), truth);
   CHECK(known.verdict == gap::Verdict::no_gap);
