@@ -34,7 +34,7 @@ Value<std::pair<double, double>> read_channel(MapReader& in, hal::iio::ChannelSe
   const Value<double> offset = in.maybe_number(
       "offset", {"raw units", any_number(), "instead of the driver's", "the driver's"});
   if (scale.given && scale.valid && scale == 0.0) in.error("scale", "must not be 0");
-  const Value<std::pair<double, double>> raw = in.maybe_range(
+  Value<std::pair<double, double>> raw = in.maybe_range(
       "raw", {"", any_number(), "the converter's numbers at 4 mA and at 20 mA, such as [0, 27648]",
               "instead of units_per_ma, scale and offset"});
   for (const Value<double>* other : {&units_per_ma, &scale, &offset}) {

@@ -93,9 +93,10 @@ ModbusServer read_modbus_server(MapReader& in) {
        in.maybe_list("clients", "who may connect; default: this host alone, without writes")) {
     read_client(client, server);
   }
-  if (!listed)
+  if (!listed) {
     server.clients = {{*hal::os::parse_network("127.0.0.1"), false},
                       {*hal::os::parse_network("::1"), false}};
+  }
   if (std::optional<MapReader> heartbeat = in.maybe_section(
           "master_heartbeat", "what to do when the master that leads the loops falls silent")) {
     read_heartbeat(*heartbeat, server);
