@@ -87,6 +87,7 @@ class Fitter {
                   Fit* fit) const;
   double solve(Work& work, const Terms& terms, const Point& point, std::size_t load,
                Fit* fit) const;
+  // Into `work`: columns and target as the transmitter shows them, around what is solved for.
   void linearise_shown(Work& work, const Terms& terms, const Point& point, std::size_t load) const;
   void choose_load(Work& work, Fit& fit) const;
   Fit search(Work& work, const Fit& start, int evaluations) const;

@@ -101,8 +101,8 @@ class FreeRun {
 
   plant::LoopModel model_;
   effects::EffectContext context_;
-  std::vector<double> co_;
-  bool level_known_;            // CO units
+  std::vector<double> co_;  // CO units
+  bool level_known_;
   std::vector<double> offset_;  // PV units
   plant::EffectChain disturbances_;
   plant::EffectChain transmitter_effects_;

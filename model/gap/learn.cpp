@@ -286,9 +286,10 @@ std::optional<Learned> learn(const FreeRun& run, const Fit& base, const CheckedR
     double left;
   };
   std::vector<Tried> tried;
+  std::vector<Form> all_forms = forms(record);
   for (const Block block : {Block::valve, Block::process}) {
     const std::vector<double> flow = run.flow(base.point, block);
-    for (Form& form : forms(record)) {
+    for (Form& form : all_forms) {
       if (form.block != block) continue;
       std::vector<std::vector<double>> all = columns;
       for (const plant::Effect& law : form.basis) {

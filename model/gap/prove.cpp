@@ -54,7 +54,8 @@ Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
   };
   Fit base = search.base;
   base.load = search.chosen.fit.load;
-  trial.innovations = whole.innovations(base).size() - static_cast<std::size_t>(first);
+  trial.innovations = static_cast<std::size_t>(
+      std::count(record.measured.begin(), record.measured.end(), true) - first);
   trial.model_innovations = sum(base);
   trial.choice_innovations = sum(search.chosen.fit);
   return trial;

@@ -168,13 +168,15 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   result.check = record.quality;
   if (!record.quality.usable) return result;
 
+  const auto left_out = [&](const std::string& name) {
+    const std::vector<std::string>& names = options.search.without;
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
   std::vector<FoundEffect> reading = describe_reading(record.reading, model);
-  std::erase_if(reading, [&](const FoundEffect& effect) {
-    return std::count(options.search.without.begin(), options.search.without.end(),
-                      effect.spec.name) > 0;
-  });
-  const ControllerFinding controller =
-      record.closed_loop ? ControllerFinding{} : compare_controller(record.record, record.model);
+  std::erase_if(reading, [&](const FoundEffect& effect) { return left_out(effect.spec.name); });
+  const ControllerFinding controller = record.closed_loop || left_out("controller_mismatch")
+                                           ? ControllerFinding{}
+                                           : compare_controller(record.record, record.model);
   const ModelFit model_fit(record, options.search, options.largest_load);
   const Scale scale{record.quality.noise_rms, model_fit.least_rms};
   const SearchResult search = search_effects(model_fit.fitter, model_fit.searched, scale,

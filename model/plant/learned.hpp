@@ -13,7 +13,7 @@
 //   b, a    numerator and denominator by rising powers of p, s^k; no pole to the right of -1e-6 1/s
 //
 // Severity s fades each in as u + s (y - u).
-// Errors: none of the steps; check_learned() says what a table lacks.
+// Errors: none of the steps; model/effects/learned.cpp refuses a table that is none, check_poles() a denominator.
 // What it can't do: explain. It stands for what was seen under the moves of one record, at the openings, sizes and
 // times that were in it; beyond them its ends hold.
 //
