@@ -28,6 +28,9 @@ Descriptor describe() {
       .parameters = {at_least_zero("deadband", "CO units", "all that CO loses on a reversal")},
       .header = "backlash.hpp",
       .meaning = "play between stem and plug: lost motion on every reversal",
+      .remedy =
+          "Look for wear in linkage, feedback arm and stem connection, and tighten them; with a "
+          "positioner, mount its feedback on the stem itself.",
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::Backlash(read.value("deadband"));
       },

@@ -46,6 +46,9 @@ Descriptor describe() {
                                        "how far the stem then jumps, at most band")},
           .header = "cam_obstruction.hpp",
           .meaning = "the stem sticks and jumps at one place of its travel",
+          .remedy =
+              "Stroke the valve past that place with the line isolated; look for scoring, dirt or "
+              "a bent stem there.",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
             return plant::CamObstruction(read.value("position"), read.value("band"),

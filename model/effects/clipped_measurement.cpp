@@ -52,6 +52,9 @@ Descriptor describe() {
                      optional(any_value("high", "PV units", "no reading is above"), kInfinity)},
       .header = "clipped_measurement.hpp",
       .meaning = "the measurement ends inside its range",
+      .remedy =
+          "Set the transmitter's range, or the input's, beyond what PV reaches; a loop can't "
+          "control what it doesn't see.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::ClippedMeasurement(read.value("low"), read.value("high"));

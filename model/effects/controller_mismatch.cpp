@@ -12,6 +12,9 @@ Descriptor describe() {
       .parameters = {any_value("kp", "CO units/PV unit", "proportional gain found in the record"),
                      any_value("ki", "CO units/(PV unit s)", "integral gain found in the record")},
       .meaning = "the controller's settings are others than believed",
+      .remedy =
+          "Compare the settings in the controller with those that were handed over; keep the "
+          "better ones in both places.",
       .seen =
           "The model's controller, given the measured SP and PV, gives another CO; from CO to "
           "PV there is no gap.",

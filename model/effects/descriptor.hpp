@@ -111,6 +111,7 @@ struct Descriptor {
   bool is_learned = false;   // its table has the keys of its form, and a description goes with it
   const char* header = "";   // in model/plant: equation, source and limits
   const char* meaning = "";  // one line
+  const char* remedy = "";   // what an engineer does about it, in plant words
 
   // What no single key shows; throws EffectError. Null: nothing.
   void (*check)(const SpecReader& read, const EffectContext& context) = nullptr;

@@ -34,6 +34,9 @@ Descriptor describe() {
           .parameters = {any_value("rate", "PV units/s", "from the start of the record")},
           .header = "drift.hpp",
           .meaning = "PV drifts off steadily",
+          .remedy =
+              "Check the transmitter's zero against a reference; look for coating, plugged impulse "
+              "lines, or a load that grows.",
           .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
             return plant::Drift(read.value("rate"));
           },

@@ -35,6 +35,9 @@ Descriptor describe() {
       .parameters = {at_least_zero("seconds", "s", "on top of the process's own")},
       .header = "extra_dead_time.hpp",
       .meaning = "more dead time than believed",
+      .remedy =
+          "Look for what delays the signal: scan times, filters, sampling lines, a long pipe at "
+          "low flow; tune again if it stays.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::ExtraDeadTime(read.value("seconds"), context.sample_time_s);

@@ -25,6 +25,9 @@ Descriptor describe() {
       .parameters = {at_least_zero("time_constant", "s", "of the first-order lag")},
       .header = "first_order_lag.hpp",
       .meaning = "one more lag than believed",
+      .remedy =
+          "Look at the transmitter's damping and filters first, then at a slow actuator; tune "
+          "again if it stays.",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::FirstOrderLag(read.value("time_constant"), context.sample_time_s);
       },

@@ -50,6 +50,7 @@ Descriptor describe() {
                          kInfinity)},
       .header = "flow_dependent_dead_time.hpp",
       .meaning = "the dead time grows as the flow falls",
+      .remedy = "Schedule the tuning over the flow, or tune for the longest dead time.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::FlowDependentDeadTime(context.dead_time_s, read.value("exponent"),

@@ -31,6 +31,9 @@ Descriptor describe() {
       .parameters = {above_zero("factor", "-", "1: no change")},
       .header = "gain_change.hpp",
       .meaning = "the process gain is another than believed",
+      .remedy =
+          "Check the range of the transmitter, upstream pressure and the valve's trim; divide the "
+          "controller's gain by the factor.",
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::GainChange(read.value("factor"));
       },

@@ -14,6 +14,9 @@ Descriptor describe() {
                      optional(at_least_zero("first", "s", "time of the first renewal"), 0.0)},
       .header = "held_measurement.hpp",
       .meaning = "the measurement is renewed only now and then",
+      .remedy =
+          "Tune for the interval as additional dead time, or ask for a faster update of the "
+          "analyser or the bus.",
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::HeldMeasurement(read.value("interval"), read.value("first"));
       },

@@ -58,6 +58,9 @@ Descriptor describe() {
                               0.0)},
       .header = "hysteresis_width.hpp",
       .meaning = "another branch on the way down than on the way up",
+      .remedy =
+          "Look for friction, a worn linkage or positioner, and a diaphragm that has stiffened; "
+          "calibrate the positioner.",
       .check = check,
       .make = make,
       .candidates = candidates,

@@ -55,6 +55,9 @@ Descriptor describe() {
                          any_value("to", "s", "of the record, when it lets go, after from")},
           .header = "intermittent_stiction.hpp",
           .meaning = "the stem sticks in one stretch of the record, else it is free",
+          .remedy =
+              "Look at what was different while it stuck: temperature, pressure, the place of "
+              "travel; check packing and supply air.",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
             return plant::IntermittentStiction({read.value("s"), read.value("j")},

@@ -41,6 +41,8 @@ Descriptor describe() {
                               0.0)},
       .header = "inverse_response.hpp",
       .meaning = "PV first moves the wrong way",
+      .remedy =
+          "Detune: no controller can be faster than the time by which PV first goes the wrong way.",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::InverseResponse(read.value("zero_time"), read.value("lag"),
                                       context.sample_time_s);

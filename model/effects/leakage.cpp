@@ -35,6 +35,9 @@ Descriptor describe() {
       .parameters = {at_least_zero("flow", "CO units", "what passes when shut, at most the span")},
       .header = "leakage.hpp",
       .meaning = "the valve passes flow when it is shut",
+      .remedy =
+          "Check the seat and the travel at CO 0; a valve that must shut has to be lapped or "
+          "replaced.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::Leakage(read.value("flow"), context.output_low, context.output_high);

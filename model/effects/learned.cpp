@@ -90,6 +90,8 @@ Descriptor describe() {
       .is_learned = true,
       .header = "learned.hpp",
       .meaning = "what a record showed and no name fits",
+      .remedy =
+          "Look at the plant where the sentence points; put a name to it before you rely on it.",
       .check = check,
       .make = make,
       .seen =

@@ -71,6 +71,9 @@ Descriptor describe() {
                    "one_sided: only the opening is limited"}},
       .header = "low_air_supply.hpp",
       .meaning = "the actuator fills slowly and not all the way",
+      .remedy =
+          "Read the supply pressure at the positioner while the valve moves; check filter, "
+          "regulator, tubing and leaks, and the air consumers beside it.",
       .make = make,
       .candidates = candidates,
       .valve_rank = 2,

@@ -59,6 +59,9 @@ Descriptor describe() {
                      optional(any_value("phase", "rad", "at the start of the record"), 0.0)},
       .header = "oscillating_disturbance.hpp",
       .meaning = "another loop swings this one",
+      .remedy =
+          "Look upstream for a loop or a machine of this period and calm it there; tuning here "
+          "only moves it on.",
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::OscillatingDisturbance(read.value("amplitude"), read.value("period"),
                                              read.value("phase"));

@@ -58,6 +58,9 @@ Descriptor describe() {
                          kInfinity)))},
       .header = "oscillatory_process.hpp",
       .meaning = "the process rings by itself: second order in place of the lag",
+      .remedy =
+          "Detune, or filter at the natural frequency; look for a resonance of two vessels or a "
+          "loop inside this one.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::OscillatoryProcess(read.value("damping"), read.value("natural_frequency"),

@@ -29,6 +29,9 @@ Descriptor describe() {
           .parameters = {any_value("bias", "PV units", "added to PV")},
           .header = "output_bias.hpp",
           .meaning = "PV is off by a constant",
+          .remedy =
+              "Check the transmitter's zero, or look for a steady load; the controller's integral "
+              "hides either.",
           .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
             return plant::OutputBias(read.value("bias"));
           },

@@ -28,6 +28,7 @@ Descriptor describe() {
                               0.0)},
       .header = "positioner.hpp",
       .meaning = "the positioner has a dead band, overshoots large steps, and sticks when shut",
+      .remedy = "Check the positioner's dead band and its tight-shut setting.",
       .make = make,
       .alarms = {"unknown"},
       .seen =

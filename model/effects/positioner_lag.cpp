@@ -12,6 +12,7 @@ Descriptor describe() {
       .parameters = {at_least_zero("time_constant", "s", "of the first-order lag")},
       .header = "first_order_lag.hpp",
       .meaning = "the stem follows CO with a first-order lag",
+      .remedy = "Check air supply and boosters; lower the positioner's damping.",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::FirstOrderLag(read.value("time_constant"), context.sample_time_s);
       },

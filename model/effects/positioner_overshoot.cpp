@@ -33,6 +33,9 @@ Descriptor describe() {
                      above_zero("natural_frequency", "rad/s", "undamped")},
       .header = "positioner_overshoot.hpp",
       .meaning = "the positioner overshoots and rings",
+      .remedy =
+          "Lower the positioner's gain or run its automatic tuning again; check that its model "
+          "fits the actuator's size.",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::PositionerOvershoot(read.value("damping"), read.value("natural_frequency"),
                                           context.sample_time_s,

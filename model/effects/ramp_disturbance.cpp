@@ -60,6 +60,9 @@ Descriptor describe() {
                      any_value("to", "s", "when it ends, after from")},
       .header = "ramp_disturbance.hpp",
       .meaning = "a load comes on gradually and stays",
+      .remedy =
+          "Ask what was changed upstream or downstream at that time; add it as feedforward if it "
+          "comes back.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::RampDisturbance(read.value("size"), read.value("from"), read.value("to"));

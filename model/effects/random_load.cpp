@@ -15,6 +15,7 @@ Descriptor describe() {
                               300.0)},
       .header = "random_load.hpp",
       .meaning = "an unmeasured load wanders",
+      .remedy = "Nothing: it is what a plant does. Feedforward helps where its source is measured.",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::RandomLoad(read.value("intensity"), read.value("time_constant"),
                                  context.sample_time_s, context.seed);

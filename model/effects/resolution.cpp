@@ -31,6 +31,9 @@ Descriptor describe() {
                                        "between two places where the stem can rest")},
           .header = "resolution.hpp",
           .meaning = "the stem moves in steps",
+          .remedy =
+              "Check the positioner's resolution and dead band and the output's; on a digital "
+              "output raise the number of bits.",
           .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
             return plant::Resolution(read.value("step"), context.output_low);
           },

@@ -73,6 +73,9 @@ Descriptor describe() {
                          optional(any_value("phase", "rad", "at the start of the record"), 0.0)},
           .header = "square_disturbance.hpp",
           .meaning = "something upstream switches on and off",
+          .remedy =
+              "Look for something that switches at this period: a pump, a compressor, a batch, an "
+              "on/off valve.",
           .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
             return plant::SquareDisturbance(read.value("amplitude"), read.value("period"),
                                             read.value("phase"), context.sample_time_s);

@@ -40,6 +40,7 @@ Descriptor describe() {
                          any_value("time", "s", "when it begins")},
           .header = "step_disturbance.hpp",
           .meaning = "a load comes on at one moment",
+          .remedy = "Ask what was switched at that time; add it as feedforward if it comes back.",
           .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
             return plant::StepDisturbance(read.value("size"), read.value("time"));
           },

@@ -129,6 +129,9 @@ Descriptor describe() {
                    "data-driven (choudhury, he) or physical (karnopp, inertial)"}},
       .header = "stiction_choudhury.hpp",
       .meaning = "the stem sticks, then jumps",
+      .remedy =
+          "Check packing load, stem and actuator size, and stroke the valve at the next stop; "
+          "until then a compensator calms the loop, detuning only slows it.",
       .check = check,
       .make = make,
       .candidates = candidates,

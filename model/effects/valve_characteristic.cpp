@@ -115,6 +115,9 @@ Descriptor describe() {
       .takes_table = true,
       .header = "valve_characteristic.hpp",
       .meaning = "flow is not proportional to stem travel",
+      .remedy =
+          "Enter the characteristic in the positioner or in the controller's output, so that the "
+          "loop's gain is the same at every opening.",
       .check = check,
       .make = make,
       .candidates = candidates,

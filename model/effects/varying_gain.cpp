@@ -73,6 +73,9 @@ Descriptor describe() {
       .table = {"[[t, factor], ...]", "s of the record and factor of the process gain, t rising"},
       .header = "varying_gain.hpp",
       .meaning = "the process gain changes in the course of the record",
+      .remedy =
+          "Look for fouling, wear or a pressure that follows the day; schedule the controller's "
+          "gain if it comes back.",
       .check = check,
       .make = make,
       .candidates = candidates,

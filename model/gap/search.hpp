@@ -34,8 +34,7 @@ struct SearchOptions {
   bool several = true;                 // more than one effect, with the step back
   bool load = true;                    // an unmeasured load is modelled
   bool allowances = true;              // a healthy valve's friction and momentum are allowed for
-  bool learn = true;                   // what no name fits is learned
-  std::vector<std::string> without{};  // names that are not looked for
+  std::vector<std::string> without{};  // names that are not given
 };
 
 struct Hypothesis {

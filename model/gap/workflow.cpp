@@ -217,7 +217,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   }
 
   std::optional<FoundEffect> learned;
-  if (result.verdict == Verdict::unexplained && !record.closed_loop && options.search.learn) {
+  if (result.verdict == Verdict::unexplained && !record.closed_loop && !left_out("learned")) {
     learned = learn_effect(model_fit, search.base, record, result, series);
     if (learned) result.verdict = Verdict::missing_effect;
   }

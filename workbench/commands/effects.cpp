@@ -88,7 +88,7 @@ void print_text() {
                  row.unit, row.fallback == "required" ? row.fallback : "default " + row.fallback,
                  row.meaning);
     }
-    fmt::print("  {}\n", entry.seen);
+    fmt::print("  {}\n  what to do: {}\n", entry.seen, entry.remedy);
     for (const effects::LookAlike& other : entry.look_alikes) {
       fmt::print("  - {}: {}\n", other.name, other.tell);
     }
@@ -128,6 +128,7 @@ json as_json() {
                       {"parameters", std::move(parameters)},
                       {"options", std::move(options)},
                       {"seen", entry.seen},
+                      {"remedy", entry.remedy},
                       {"look_alikes", std::move(look_alikes)}});
   }
   return result;
@@ -189,7 +190,7 @@ std::string effects_markdown() {
       text +=
           fmt::format("\n![{}]({}/{}.svg)\n", example_text(example), kPictureFolder, example.file);
     }
-    text += fmt::format("\n{}\n", entry.seen);
+    text += fmt::format("\n{}\n\nWhat to do: {}\n", entry.seen, entry.remedy);
     if (entry.look_alikes.empty()) continue;
     text += "\nLook-alikes:\n\n";
     for (const effects::LookAlike& other : entry.look_alikes) {

@@ -70,6 +70,9 @@ void print_result(const gap::Result& r, const std::string& out) {
     for (const std::string& name : e.alternatives) others += (others.empty() ? "" : ", ") + name;
     fmt::print("{} ({}), confidence {:.2f}{}\n  {}\n  {}\n", e.spec.name, to_text(e.block),
                e.confidence, others.empty() ? "" : "; or: " + others, parameters, e.evidence);
+    if (const effects::Descriptor* info = effects::find_effect(e.spec.name)) {
+      fmt::print("  what to do: {}\n", info->remedy);
+    }
   }
   const auto percent = [](double v) {
     return std::isfinite(v) ? fmt::format("{:.1f} %", v) : std::string("-");
@@ -113,7 +116,6 @@ gap::Options search_options(const GapOptions& options) {
   out.search.several = !left_out("several");
   out.search.load = !left_out("load");
   out.search.allowances = !left_out("allowances");
-  out.search.learn = !left_out("learned");
   out.search.without = options.without;
   out.largest_load = options.largest_load_percent / 100.0;
   return out;

@@ -29,6 +29,19 @@ std::string percent(double value) {
   return std::isfinite(value) ? fmt::format("{:.1f} %", value) : "-";
 }
 
+std::string percent_of(double value, double span) { return percent(100.0 * value / span); }
+
+// A parameter as a share of the span of CO or PV; "-" where it is of another unit.
+std::string of_span(double value, std::string_view unit, const plant::LoopModel& model) {
+  if (unit == "CO units") {
+    return percent_of(value, model.controller.output.high - model.controller.output.low);
+  }
+  if (unit == "PV units") {
+    return percent_of(value, model.transmitter.high - model.transmitter.low);
+  }
+  return "-";
+}
+
 std::string sureness(double confidence) {
   return std::isfinite(confidence) ? fmt::format("{:.0f} %", 100.0 * confidence) : "-";
 }
@@ -181,10 +194,12 @@ class Page {
                                       result_.noise_floor_rmse)),
            fmt::format("from {} s on", plain_number(result_.holdout_from_s)));
     }
+    const auto share = [&](double value) { return of_span(value, "PV units", result_.model); };
     tile("RMS error of PV, held-back part",
-         fmt::format("{} &rarr; {}", plain_number(before.holdout_rmse),
-                     plain_number(after.holdout_rmse)),
-         fmt::format("PV units; noise floor {}", plain_number(result_.noise_floor_rmse)));
+         fmt::format("{} &rarr; {}", share(before.holdout_rmse), share(after.holdout_rmse)),
+         fmt::format("of span: {} &rarr; {} PV units; noise floor {}",
+                     plain_number(before.holdout_rmse), plain_number(after.holdout_rmse),
+                     plain_number(result_.noise_floor_rmse)));
     tile("Fit, held-back part",
          fmt::format("{} &rarr; {}", percent(before.holdout_fit_percent),
                      percent(after.holdout_fit_percent)),
@@ -232,6 +247,7 @@ class Page {
       if (!effect.alternatives.empty()) {
         add("<p>This record can't tell it from: {}.</p>", join_words(effect.alternatives));
       }
+      if (info != nullptr) add("<p><b>What to do.</b> {}</p>", escaped(info->remedy));
       add("</div>\n");
     }
   }
@@ -361,18 +377,19 @@ class Page {
     if (!result_.effects.empty()) {
       add("<div class=\"wide\"><table><caption>Effects, with 95 % intervals</caption><thead><tr>"
           "<th>effect</th><th>parameter</th><th class=\"n\">value</th><th class=\"n\">from</th>"
-          "<th class=\"n\">to</th><th>unit</th><th>meaning</th></tr></thead><tbody>");
+          "<th class=\"n\">to</th><th>unit</th><th class=\"n\">of span</th><th>meaning</th></tr>"
+          "</thead><tbody>");
       for (const gap::FoundEffect& effect : result_.effects) {
         for (const auto& [name, value] : effect.spec.parameters) {
           const auto interval = effect.interval.find(name);
           const bool known = interval != effect.interval.end();
           const ParameterWords about = describe(effect.spec.name, name);
           add("<tr><td>{}</td><td><code>{}</code></td><td class=\"n\">{}</td><td class=\"n\">{}"
-              "</td><td class=\"n\">{}</td><td>{}</td><td>{}</td></tr>",
+              "</td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
               words(effect.spec.name), escaped(name), plain_number(value),
               known ? plain_number(interval->second[0]) : "-",
               known ? plain_number(interval->second[1]) : "-", escaped(about.unit),
-              escaped(about.meaning));
+              of_span(value, about.unit, result_.model), escaped(about.meaning));
         }
       }
       add("</tbody></table></div>\n");

@@ -136,6 +136,7 @@ TEST_CASE("every word has a guide, and an example that can be simulated", "[effe
   for (const Descriptor& info : vocabulary()) {
     CAPTURE(info.name);
     CHECK(std::string(info.seen).size() > 20);
+    CHECK(std::string(info.remedy).size() > 20);
     CHECK_FALSE(info.look_alikes.empty());
     CHECK_FALSE(info.examples.empty());
     for (const Example& example : info.examples) {
