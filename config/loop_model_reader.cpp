@@ -61,6 +61,10 @@ class ModelReader {
             root_.maybe_section("scenario", "what `loopwarden simulate` runs")) {
       read_scenario(*scenario);
     }
+    if (std::optional<MapReader> twin = root_.maybe_section(
+            "twin", "how sure the record is that it was commissioned from; for training only")) {
+      read_twin(*twin);
+    }
     return std::move(model_);
   }
 
@@ -161,6 +165,36 @@ class ModelReader {
     }
     process.second_time_constant_s =
         in.number("second_time_constant", {"s", at_least(0.0), "of a second lag, 0: none"}, 0.0);
+  }
+
+  void read_twin(MapReader& in) {
+    static const std::vector<std::string> kNames{"gain", "time_constant", "dead_time"};
+    const Value<std::vector<std::string>> parameters =
+        in.maybe_words("parameters", kNames, "what the rows of covariance are of");
+    const Value<std::vector<std::vector<double>>> covariance =
+        in.maybe_table("covariance", "", "of the parameters' natural logarithms");
+    if (in.describing() || (parameters.given && !parameters.valid) ||
+        (covariance.given && !covariance.valid)) {
+      return;
+    }
+    const std::size_t size = parameters.value.size();
+    bool sound = covariance.value.size() == size;
+    for (std::size_t i = 0; sound && i < size; ++i) {
+      sound = covariance.value[i].size() == size && covariance.value[i][i] >= 0.0;
+    }
+    for (std::size_t i = 0; sound && i < size; ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        sound = sound && covariance.value[i][j] == covariance.value[j][i];
+      }
+    }
+    if (!sound) {
+      in.error("covariance",
+               fmt::format("must have {0} row{1} of {0}, alike across the diagonal, which is not "
+                           "below 0",
+                           size, size == 1 ? "" : "s"));
+      return;
+    }
+    model_.twin = plant::TwinFit{parameters.value, covariance.value};
   }
 
   void read_scenario(MapReader& in) {

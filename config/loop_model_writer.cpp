@@ -131,6 +131,7 @@ class ModelWriter {
     if (!model.transmitter_effects.empty()) effects(2, "effects", model.transmitter_effects);
     if (!model.disturbances.empty()) effects(0, "disturbances", model.disturbances);
     write_scenario(model.scenario);
+    if (model.twin) write_twin(*model.twin);
     return std::move(text_);
   }
 
@@ -236,6 +237,15 @@ class ModelWriter {
                      number(u.time_constant), number(u.dead_time)),
          "relative");
     if (!model.process_effects.empty()) effects(2, "effects", model.process_effects);
+  }
+
+  void write_twin(const plant::TwinFit& twin) {
+    line(0, "twin");
+    line(2, "parameters", fmt::format("[{}]", fmt::join(twin.parameters, ", ")));
+    line(2, "covariance", "", "of their natural logarithms");
+    for (const std::vector<double>& row : twin.covariance) {
+      text_ += fmt::format("    - [{}]\n", fmt::join(row, ", "));
+    }
   }
 
   void write_scenario(const plant::Scenario& scenario) {

@@ -392,6 +392,30 @@ Value<std::vector<double>> MapReader::maybe_numbers(std::string_view key, const 
   return result;
 }
 
+Value<std::vector<std::vector<double>>> MapReader::maybe_table(std::string_view key,
+                                                               const char* unit,
+                                                               const char* meaning) {
+  YamlNode* node = find(key, fmt::format("[[a, b, ...], ...]{}{}", *unit != '\0' ? ", " : "", unit),
+                        Presence::optional, "", meaning);
+  Value<std::vector<std::vector<double>>> result =
+      start(key, node, std::vector<std::vector<double>>{});
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
+  result.valid = true;
+  for (YamlNode& row : node->values) {
+    result.value.emplace_back();
+    if (!is_of_kind(key, row, YamlNode::Kind::list)) {
+      result.valid = false;
+      continue;
+    }
+    for (YamlNode& value : row.values) {
+      const Value<double> read = read_number(key, &value, {}, 0.0);
+      result.valid = result.valid && read.valid;
+      result.value.back().push_back(read);
+    }
+  }
+  return result;
+}
+
 // --- text and words --------------------------------------------------------------------------
 
 Value<std::string> MapReader::read_text(std::string_view key, YamlNode* node,
@@ -484,6 +508,32 @@ Value<std::string> MapReader::word_of(std::string_view key, const std::vector<st
                                       const char* meaning) {
   const Value<std::size_t> chosen = choose(key, words, Presence::optional, 0, meaning, {});
   return {words[chosen.value], chosen.place, chosen.key, chosen.given, chosen.valid};
+}
+
+Value<std::vector<std::string>> MapReader::maybe_words(std::string_view key,
+                                                       const std::vector<std::string>& words,
+                                                       const char* meaning) {
+  YamlNode* node =
+      find(key, fmt::format("[{}, ...]", list_of(words)), Presence::optional, "", meaning);
+  Value<std::vector<std::string>> result = start(key, node, std::vector<std::string>{});
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
+  result.valid = true;
+  for (const YamlNode& value : node->values) {
+    const bool known = value.kind == YamlNode::Kind::scalar &&
+                       std::find(words.begin(), words.end(), value.text) != words.end();
+    const bool twice =
+        std::find(result.value.begin(), result.value.end(), value.text) != result.value.end();
+    if (!known || twice) {
+      report_->error(value.place, result.key,
+                     known ? fmt::format("has '{}' twice", quotable(value.text))
+                           : fmt::format("must hold {} (got '{}'){}", list_of(words),
+                                         quotable(value.text), suggestion(value.text, words)));
+      result.valid = false;
+      continue;
+    }
+    result.value.push_back(value.text);
+  }
+  return result;
 }
 
 // --- mappings and lists ----------------------------------------------------------------------

@@ -123,7 +123,15 @@ class MapReader {
   Value<std::vector<double>> maybe_numbers(std::string_view key, const char* unit,
                                            const char* meaning);
 
+  // [[a, b, ...], ...]
+  Value<std::vector<std::vector<double>>> maybe_table(std::string_view key, const char* unit,
+                                                      const char* meaning);
+
   // --- text on one line, true or false, one word of several ---
+  // [word, word, ...], each of `words`, none twice
+  Value<std::vector<std::string>> maybe_words(std::string_view key,
+                                              const std::vector<std::string>& words,
+                                              const char* meaning);
   Value<std::string> need_text(std::string_view key, const char* meaning);
   Value<std::string> text(std::string_view key, const char* meaning, std::string fallback);
   Value<bool> flag(std::string_view key, const char* meaning, bool fallback);

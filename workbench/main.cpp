@@ -30,6 +30,7 @@ int run(int argc, char** argv) {
   add_classify(app, exit_code);
   add_replay(app, exit_code);
   add_gap(app, exit_code);
+  add_commission(app, exit_code);
   add_demo(app, exit_code);
   add_effects(app, exit_code);
   add_identify(app, exit_code);

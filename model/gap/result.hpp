@@ -142,6 +142,7 @@ struct Result {
   std::vector<Located> located;
   std::vector<TriedCandidate> candidates;
   plant::LoopModel model, corrected;
+  plant::LoopModel adjusted;    // the model, its process within its uncertainty where it fits best
   double holdout_from_s = 0.0;  // s
   Series series;
 };

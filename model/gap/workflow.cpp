@@ -165,6 +165,7 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   Result result;
   result.model = model;
   result.corrected = model;
+  result.adjusted = model;
   result.check = record.quality;
   if (!record.quality.usable) return result;
 
@@ -181,6 +182,9 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
   const Scale scale{record.quality.noise_rms, model_fit.least_rms};
   const SearchResult search = search_effects(model_fit.fitter, model_fit.searched, scale,
                                              options.search, parallel, progress);
+  result.adjusted = model_fit.run.corrected({}, search.base.point, search.base.solved);
+  result.adjusted.transmitter = model.transmitter;
+  result.adjusted.controller = model.controller;
   const Residuals left = examine(model_fit.fitter, search, record.co, record.quality.noise_rms,
                                  record.record.period_s);
   Decision decision = decide(competition_of(search), left, controller, scale);

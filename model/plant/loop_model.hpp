@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +45,14 @@ struct ProcessUncertainty {  // relative, what a fit may move without calling it
   friend bool operator==(const ProcessUncertainty&, const ProcessUncertainty&) = default;
 };
 
+// How sure a record is of the model's parameters; training alone reads it.
+struct TwinFit {
+  std::vector<std::string> parameters;          // gain, time_constant, dead_time
+  std::vector<std::vector<double>> covariance;  // of their natural logarithms
+
+  friend bool operator==(const TwinFit&, const TwinFit&) = default;
+};
+
 struct Scenario {
   double duration_s = 300.0;                         // s
   std::vector<std::pair<double, double>> set_point;  // (s, PV units), first at 0
@@ -64,6 +73,7 @@ struct LoopModel {
   std::vector<EffectSpec> transmitter_effects;
   std::vector<EffectSpec> disturbances;
   Scenario scenario;
+  std::optional<TwinFit> twin;  // where it was commissioned
 
   friend bool operator==(const LoopModel&, const LoopModel&) = default;
 };

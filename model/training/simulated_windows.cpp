@@ -6,6 +6,9 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string>
+
+#include <Eigen/Eigenvalues>
 
 #include "model/numeric/draw.hpp"
 #include "model/numeric/random.hpp"
@@ -31,14 +34,47 @@ struct Draw {
   Random& random;
   double co_span;   // CO units
   double pv_span;   // PV units
+  double before_s;  // of the run, until the window begins
   double length_s;  // of the whole run
   double window_s;
 };
+
+// Factors of gain, time constant and dead time as the twin's record leaves them open.
+void draw_from_covariance(Draw& d) {
+  const plant::TwinFit& twin = *d.model.twin;
+  const auto n = static_cast<Eigen::Index>(twin.parameters.size());
+  Eigen::MatrixXd covariance(n, n);
+  Eigen::VectorXd normal(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    normal(i) = d.random.normal();
+    for (Eigen::Index j = 0; j < n; ++j) {
+      covariance(i, j) = twin.covariance[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
+  const Eigen::VectorXd moved =
+      axes.eigenvectors() *
+      axes.eigenvalues().cwiseMax(0.0).cwiseSqrt().cwiseProduct(normal).eval();
+  plant::ProcessParameters& p = d.model.process;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::string& name = twin.parameters[static_cast<std::size_t>(i)];
+    const double factor = std::exp(std::clamp(moved(i), -0.5, 0.5));
+    if (name == "gain") p.gain *= factor;
+    if (name == "time_constant") p.time_constant_s *= factor;
+    if (name == "dead_time") p.dead_time_s *= factor;
+  }
+}
+
+bool has(const std::vector<EffectSpec>& effects, std::string_view name) {
+  return std::any_of(effects.begin(), effects.end(),
+                     [&](const EffectSpec& spec) { return spec.name == name; });
+}
 
 void vary_loop(Draw& d, const WindowRequest& request) {
   plant::LoopModel& m = d.model;
   Random& r = d.random;
   const plant::ProcessUncertainty& u = m.uncertainty;
+  if (m.twin) draw_from_covariance(d);
   const double actuator_s = r.uniform(0.05, 0.3);
   const double second_s = r.uniform(0.0, 0.05) * m.process.time_constant_s;
   m.process.gain *= 1.0 + 2.0 * u.gain * r.uniform(-1.0, 1.0);
@@ -51,13 +87,19 @@ void vary_loop(Draw& d, const WindowRequest& request) {
   m.process_effects.push_back({"extra_lag", {{"time_constant", second_s}}});
 
   control::PidGains& gains = m.controller.pid.gains;
-  gains.kp *= std::exp(r.uniform(-0.7, 0.2));
-  gains.ki *= std::exp(r.uniform(-0.7, 0.2));
+  const double slowest = m.twin ? -0.2 : -0.7;
+  gains.kp *= std::exp(r.uniform(slowest, 0.2));
+  gains.ki *= std::exp(r.uniform(slowest, 0.2));
 
-  const double noise =
-      request.noise_percent >= 0.0 ? request.noise_percent : log_uniform(r, 0.03, 0.4);
-  m.transmitter.noise = 0.01 * noise * d.pv_span;
+  if (m.twin && request.noise_percent < 0.0) {
+    m.transmitter.noise *= log_uniform(r, 0.8, 1.25);
+  } else {
+    const double noise =
+        request.noise_percent >= 0.0 ? request.noise_percent : log_uniform(r, 0.03, 0.4);
+    m.transmitter.noise = 0.01 * noise * d.pv_span;
+  }
   if (m.transmitter.resolution == 0.0) m.transmitter.resolution = d.pv_span / 4096.0;
+  if (m.twin) return;  // its load is among its disturbances
   if (chance(r, 0.25)) {
     m.disturbances.push_back(
         {"random_load", {{"intensity", 0.001 * d.pv_span * r.uniform(0.3, 1.2)}}});
@@ -72,9 +114,40 @@ double rest_point(const Draw& d, double co_share) {
   return std::clamp(pv, d.model.transmitter.low + margin, d.model.transmitter.high - margin);
 }
 
+// The scenario's moves over and over, one of them somewhere in the first half of the window.
+void draw_own_moves(Draw& d) {
+  const plant::Scenario own = d.model.scenario;
+  auto& profile = d.model.scenario.set_point;
+  profile.clear();
+  const std::size_t move = 1 + choice(d.random, own.set_point.size() - 1);
+  const double in_window_s = d.random.uniform(0.05, 0.5) * d.window_s;
+  const double at_window_s = own.set_point[move].first - in_window_s;
+  // Of the scenario's time, going round, at the start of the run.
+  double start_s = std::fmod(at_window_s - d.before_s, own.duration_s);
+  if (start_s < 0.0) start_s += own.duration_s;
+  double standing = own.set_point.back().second;
+  for (const auto& [t, v] : own.set_point) {
+    if (t <= start_s) standing = v;
+  }
+  profile.emplace_back(0.0, standing);
+  for (double begin_s = -start_s; begin_s < d.length_s; begin_s += own.duration_s) {
+    for (const auto& [t, v] : own.set_point) {
+      const double at_s = begin_s + t;
+      if (at_s > profile.back().first && at_s < d.length_s) profile.emplace_back(at_s, v);
+    }
+  }
+}
+
 void draw_set_points(Draw& d, const WindowRequest& request) {
   Random& r = d.random;
   auto& profile = d.model.scenario.set_point;
+  const bool moves = profile.size() > 1 && d.model.scenario.duration_s > 0.0;
+  const bool own = request.moves == SetPointMoves::own ||
+                   (d.model.twin && request.moves == SetPointMoves::any && chance(r, 2.0 / 3.0));
+  if (moves && own) {
+    draw_own_moves(d);
+    return;
+  }
   profile.clear();
   const double per_output = std::abs(d.model.process.gain) * d.co_span;
   const double base = r.uniform(0.25, 0.7);
@@ -139,7 +212,9 @@ double add_condition(Draw& d, const WindowRequest& request) {
   Random& r = d.random;
   plant::LoopModel& m = d.model;
   const double co_percent = 0.01 * d.co_span;
-  if (request.condition != Condition::stiction && chance(r, 0.7)) {
+  const bool rubs =
+      m.twin && (has(m.valve_effects, "stiction") || has(m.valve_effects, "backlash"));
+  if (request.condition != Condition::stiction && !rubs && chance(r, 0.7)) {
     // Packing rubs in a healthy valve too.
     const double s = r.uniform(0.06, 0.3) * co_percent;
     m.valve_effects.push_back({"stiction", {{"s", s}, {"j", 0.3 * s}}, {{"law", "he"}}});
@@ -310,6 +385,7 @@ SimulatedWindow simulate_run(const plant::LoopModel& believed, const WindowReque
             random,
             pid.output_high - pid.output_low,
             believed.transmitter.high - believed.transmitter.low,
+            before_s,
             before_s + believed.sample_time_s * static_cast<double>(samples),
             window_s};
   model.scenario.faults.clear();

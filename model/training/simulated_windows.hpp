@@ -12,6 +12,10 @@
 //   set point   steps 60 %, square wave 15 %, ramps and waves 13 %, constant 12 % of the windows
 //   other       one of other_names(), with the sizes that simulated_windows.cpp gives each
 //
+// Of a twin (plant::TwinFit) what was measured takes the place of these ranges: the process is drawn from its
+// covariance beside its uncertainty, noise within a quarter of the twin's, its own load, tuning within a fifth, its own
+// friction where it has any, and two in three windows have the set-point moves of its scenario.
+//
 // Errors: std::invalid_argument for a name that is none of other_names(); effects::EffectError for a model that
 // can't be simulated.
 // What it can't do: two faults at once, a fault that comes or goes within the window, a valve of another make than
@@ -29,7 +33,8 @@
 
 namespace loopwarden::specialist {
 
-enum class SetPointMoves : std::uint8_t { any, steps };
+// own: those of the model's scenario over and over, with one of them in the first half of the window.
+enum class SetPointMoves : std::uint8_t { any, steps, own };
 
 struct WindowRequest {
   Condition condition = Condition::no_fault;

@@ -102,7 +102,7 @@ void print_result(const gap::Result& r, const std::string& out) {
 // What --without takes.
 std::vector<std::string> words_without() {
   std::vector<std::string> words{"several", "load", "allowances"};
-  for (const effects::Descriptor& info : effects::effect_catalogue()) {
+  for (const effects::Descriptor& info : effects::vocabulary()) {
     if (!info.is_noise) words.emplace_back(info.name);
   }
   return words;

@@ -27,7 +27,7 @@ namespace {
 using monitor::AlarmState;
 using monitor::MonitorStep;
 
-constexpr double kPeriodTolerance = 0.01;  // relative
+constexpr double kSamePeriod = 0.01;  // relative
 
 struct ReplayOptions {
   std::string record;
@@ -196,7 +196,7 @@ int run_replay(const ReplayOptions& options) {
     if (folder) {
       const double sample_s = folder->team->facts.period_s;
       const double cycles = std::max(1.0, std::round(sample_s / record.period_s));
-      if (std::abs(cycles * record.period_s - sample_s) > kPeriodTolerance * sample_s) {
+      if (std::abs(cycles * record.period_s - sample_s) > kSamePeriod * sample_s) {
         fmt::print(stderr,
                    "{}: its period is {:g} s, of which no whole number makes the {:g} s that the "
                    "specialists know\n",

@@ -1,0 +1,445 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/commission/commission.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "model/analysis/identification.hpp"
+#include "model/commission/twin_fit.hpp"
+#include "model/commission/usable.hpp"
+#include "model/effects/catalogue.hpp"
+#include "model/gap/check.hpp"
+#include "model/gap/constants.hpp"
+#include "model/gap/model_run.hpp"
+#include "model/gap/prove.hpp"
+#include "model/gap/text.hpp"
+
+namespace loopwarden::commission {
+namespace {
+
+using gap::FoundEffect;
+using gap::text;
+using plant::Block;
+using plant::LoopModel;
+
+// What the loop's own process does: moved, not named.
+const std::vector<std::string> kOfTheProcess{"gain_change", "extra_dead_time"};
+constexpr double kLoadTime_s = 300.0;  // a load that wanders is forgotten in this time
+constexpr double kLeastSpMove = 0.002;  // of the PV span: what is a move of SP in the twin's scenario
+constexpr std::size_t kMostSpMoves = 400;
+// A gap that nothing explains is none of the twin's where it leaves less than so many floors.
+constexpr double kFewFloors = 2.0;
+
+bool of_the_day(const FoundEffect& effect) {
+  return effect.block == Block::disturbance || effect.spec.name == "drift";
+}
+
+double span_of_co(const LoopModel& model) {
+  return model.controller.pid.output_high - model.controller.pid.output_low;
+}
+
+Spans spans_of(const LoopModel& model) {
+  return {model.controller.pid.output_low, model.controller.pid.output_high, model.transmitter.low,
+          model.transmitter.high};
+}
+
+Spans measured_spans(const gap::Record& record) {
+  const auto range = [](const std::vector<double>& column) {
+    std::pair<double, double> out{0.0, 0.0};
+    bool any = false;
+    for (const double v : column) {
+      if (!std::isfinite(v)) continue;
+      if (!any) out = {v, v};
+      any = true;
+      out = {std::min(out.first, v), std::max(out.second, v)};
+    }
+    return out;
+  };
+  const auto [co_low, co_high] = range(record.co);
+  const auto [pv_low, pv_high] = range(record.pv);
+  return {co_low, co_high, pv_low, pv_high};
+}
+
+// The free run of a model under the record's CO, and how far it is from it.
+class Runs {
+ public:
+  Runs(const gap::Record& record, const LoopModel& model) : checked_(gap::check(record, model)) {}
+
+  Stage stage(std::string name, const LoopModel& model) const {
+    LoopModel quiet = model;
+    quiet.sample_time_s = checked_.model.sample_time_s;
+    quiet.transmitter.noise = 0.0;
+    quiet.transmitter.resolution = 0.0;
+    std::erase_if(quiet.disturbances, [](const plant::EffectSpec& spec) {
+      const effects::Descriptor* info = effects::find_effect(spec.name);
+      return info != nullptr && info->is_noise;
+    });
+    Stage out{.name = std::move(name), .pv = {}};
+    out.pv = checked_.closed_loop
+                 ? gap::closed_loop(quiet, checked_.sp, checked_.pv.front())
+                 : gap::free_run(quiet, checked_.co, checked_.pv, checked_.measured);
+    const gap::Misfit misfit = gap::misfit_of(checked_.pv, out.pv, checked_.used, 0.0);
+    out.rmse = misfit.training_rmse;
+    out.holdout_rmse = misfit.holdout_rmse;
+    return out;
+  }
+  gap::Misfit misfit(const Stage& stage, double floor) const {
+    return gap::misfit_of(checked_.pv, stage.pv, checked_.used, floor);
+  }
+  const gap::CheckedRecord& checked() const noexcept { return checked_; }
+
+ private:
+  gap::CheckedRecord checked_;
+};
+
+// The moves of SP as they were, for `simulate` and for training.
+plant::Scenario scenario_of(const gap::Record& record, const LoopModel& model) {
+  plant::Scenario scenario;
+  scenario.seed = 1;
+  scenario.duration_s = static_cast<double>(record.size()) * record.period_s;
+  double least = kLeastSpMove * (model.transmitter.high - model.transmitter.low);
+  do {
+    scenario.set_point.clear();
+    for (std::size_t k = 0; record.has_sp() && k < record.size(); ++k) {
+      const double sp = record.sp[k];
+      if (!std::isfinite(sp)) continue;
+      const double inside = std::clamp(sp, model.transmitter.low, model.transmitter.high);
+      if (scenario.set_point.empty()) {
+        scenario.set_point.emplace_back(0.0, inside);
+      } else if (std::abs(inside - scenario.set_point.back().second) >= least && k > 0) {
+        scenario.set_point.emplace_back(record.time_s(k), inside);
+      }
+    }
+    least *= 2.0;
+  } while (scenario.set_point.size() > kMostSpMoves);
+  return scenario;
+}
+
+std::string words(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+// Why the valve is not healthy; empty where the effect may be the twin's.
+std::string why_not_healthy(const FoundEffect& effect, const LoopModel& model, double limit) {
+  if (effect.block != Block::valve) return "";
+  const std::string& name = effect.spec.name;
+  if (name == "low_air_supply" || name == "cam_obstruction" || name == "intermittent_stiction") {
+    return text("The valve is not healthy: %s. %s", words(name).c_str(),
+                effects::find_effect(name)->remedy);
+  }
+  const double size = size_percent(effect.spec, span_of_co(model));
+  if (!(size > limit)) return "";
+  return text("The valve is not healthy: %s of %.1f %% of span, and %.1f %% is allowed. %s",
+              words(name).c_str(), size, limit, effects::find_effect(name)->remedy);
+}
+
+class Commissioner {
+ public:
+  Commissioner(const Request& request, const gap::ParallelFor& parallel,
+               const std::function<void(double)>& progress)
+      : request_(request),
+        first_(request.records.front()),
+        record_(first_.columns),
+        parallel_(parallel),
+        progress_(progress) {}
+
+  Commissioning run() {
+    if (!usable() || !find_start()) return std::move(out_);
+    build();
+    return std::move(out_);
+  }
+
+ private:
+  bool refuse(Verdict verdict, std::string why) {
+    out_.verdict = verdict;
+    out_.why = std::move(why);
+    return false;
+  }
+  bool passes(Verdict verdict, std::string why) {
+    return why.empty() || refuse(verdict, std::move(why));
+  }
+
+  bool usable() {
+    if (!record_.has_co()) {
+      if (!request_.accept_short || !request_.model) {
+        return refuse(Verdict::not_usable,
+                      "The record has no CO: what the valve does can't be told from the controller. "
+                      "(With a model, --accept-short takes it.)");
+      }
+      out_.accepted.emplace_back("no_co");
+    }
+    if (!passes(Verdict::not_usable, why_compressed(record_)) ||
+        !passes(Verdict::not_usable, why_by_hand(first_.automatic)) ||
+        !passes(Verdict::not_usable,
+                why_clamped(record_, request_.model ? spans_of(*request_.model)
+                                                    : measured_spans(record_)))) {
+      return false;
+    }
+    if (const std::string why = why_short(record_); !why.empty()) {
+      if (!request_.accept_short) return refuse(Verdict::not_enough_movement, why);
+      out_.accepted.emplace_back("short");
+    }
+    // Without CO the model's own scenario says what moved.
+    if (!record_.has_co() && !record_.has_sp()) return true;
+    const Spans spans = request_.model ? spans_of(*request_.model) : measured_spans(record_);
+    return passes(Verdict::not_enough_movement, why_still(record_, spans));
+  }
+
+  // The model to start from, and how far its process may be off.
+  bool find_start() {
+    analysis::AssumedModel assumed;
+    if (record_.has_co()) {
+      try {
+        assumed = analysis::assumed_model({.co = record_.co,
+                                           .pv = record_.pv,
+                                           .sp = record_.sp,
+                                           .mode = first_.automatic,
+                                           .sample_time_s = record_.period_s});
+      } catch (const analysis::IdentificationError& e) {
+        assumed.identification.reason = e.what();
+      }
+    }
+    if (!request_.model) {
+      if (!assumed.model) {
+        return refuse(Verdict::not_enough_movement,
+                      assumed.identification.reason + " " + assumed.identification.settle);
+      }
+      out_.identified = true;
+      out_.notes = assumed.assumptions;
+      out_.given = *assumed.model;
+      model_ = out_.given;
+      model_.uncertainty = kIdentified;
+      return true;
+    }
+    out_.given = *request_.model;
+    model_ = out_.given;
+    model_.uncertainty = kRoughBelief;
+    if (!assumed.model || assumed.model->process.integrating() != model_.process.integrating()) {
+      return true;
+    }
+    LoopModel other = out_.given;
+    other.process = assumed.model->process;
+    const Runs runs(record_, out_.given);
+    if (!runs.checked().quality.usable) return true;  // find_gap says why
+    if (runs.stage("", other).rmse < runs.stage("", model_).rmse) {
+      other.uncertainty = kIdentified;
+      model_ = std::move(other);
+    }
+    return true;
+  }
+
+  void build() {
+    const Runs runs(record_, out_.given);
+    if (!runs.checked().quality.usable) {
+      refuse(Verdict::not_usable, runs.checked().quality.refusal);
+      return;
+    }
+    out_.stages.push_back(runs.stage("as given", out_.given));
+    gap::Options options;
+    options.search.without = kOfTheProcess;
+    // A healthy valve's friction and the actuator's lag are what the twin is to have, not to be excused.
+    options.search.allowances = false;
+    const double share = 1.0 / static_cast<double>(kMostRounds + request_.records.size() - 1);
+    gap::Result last;
+    for (int round = 0; round < kMostRounds; ++round) {
+      last = gap::find_gap(record_, model_, options, parallel_, [&](double done) {
+        progress_(share * (static_cast<double>(round) + done));
+      });
+      if (!last.check.usable) {
+        refuse(Verdict::not_usable, last.check.refusal);
+        return;
+      }
+      if (round == 0) out_.stages.push_back(runs.stage("process", last.adjusted));
+      load_ = last.load_intensity;
+      if (last.verdict != gap::Verdict::missing_effect) {
+        if (round == 0) model_ = last.adjusted;
+        break;
+      }
+      const double limit = request_.healthy_limit_percent;
+      for (const FoundEffect& effect : last.effects) {
+        if (const std::string why = why_not_healthy(effect, out_.given, limit); !why.empty()) {
+          out_.effects = last.effects;
+          finish(runs, last);
+          refuse(Verdict::not_healthy, why);
+          return;
+        }
+      }
+      take_in(last);
+      out_.stages.push_back(runs.stage(names_of(last.effects), model_));
+    }
+    judge(runs, last);
+    if (out_.verdict == Verdict::commissioned) prove_on_others(options, share);
+    progress_(1.0);
+  }
+
+  static std::string names_of(const std::vector<FoundEffect>& effects) {
+    std::string names;
+    for (const FoundEffect& effect : effects) {
+      names += (names.empty() ? "" : " and ") + words(effect.spec.name);
+    }
+    return names;
+  }
+
+  void take_in(const gap::Result& result) {
+    model_ = result.corrected;
+    // What is found from here on is beside this.
+    model_.uncertainty = plant::ProcessUncertainty{.gain = 0.1, .time_constant = 0.1, .dead_time = 0.1};
+    for (const FoundEffect& effect : result.effects) {
+      if (!of_the_day(effect)) {
+        out_.effects.push_back(effect);
+        continue;
+      }
+      out_.notes.push_back(words(effect.spec.name) +
+                           ": of that day, not of the loop; left out of the twin");
+      day_.push_back(effect.spec);
+    }
+  }
+
+  // The twin from the model that all the rounds made, and what is left of the gap.
+  void finish(const Runs& runs, const gap::Result& last) {
+    const Stage end = runs.stage("twin", model_);
+    gap::Result result = last;
+    result.model = out_.given;
+    result.effects = out_.effects;
+    result.before = runs.misfit(out_.stages.front(), last.noise_floor_rmse);
+    result.after = runs.misfit(end, last.noise_floor_rmse);
+    result.series.pv_before = out_.stages.front().pv;
+    result.series.pv_after = end.pv;
+    out_.closed = gap::gap_closed(result.before.holdout_rmse, result.after.holdout_rmse,
+                                  result.noise_floor_rmse);
+    out_.stages.push_back(end);
+
+    LoopModel twin = model_;
+    twin.uncertainty = out_.given.uncertainty;
+    if (out_.identified) twin.uncertainty = {};
+    const auto is_of_the_day = [&](const plant::EffectSpec& spec) {
+      return std::find(day_.begin(), day_.end(), spec) != day_.end();
+    };
+    std::erase_if(twin.disturbances, is_of_the_day);
+    std::erase_if(twin.transmitter_effects, is_of_the_day);
+    std::erase_if(twin.disturbances, [](const plant::EffectSpec& spec) {
+      return spec.name == "random_load";
+    });
+    if (load_ > 0.0) {
+      twin.disturbances.push_back(
+          {"random_load", {{"intensity", load_}, {"time_constant", kLoadTime_s}}});
+    }
+    const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
+    twin.transmitter.noise = std::sqrt(
+        std::max(0.0, last.check.noise_rms * last.check.noise_rms - rounding * rounding));
+    if (record_.has_sp()) twin.scenario = scenario_of(record_, twin);
+    twin.twin = twin_fit(model_, record_);
+    result.corrected = twin;
+    out_.twin = std::move(twin);
+    out_.gap = std::move(result);
+  }
+
+  void judge(const Runs& runs, const gap::Result& last) {
+    finish(runs, last);
+    const double left = out_.gap->after.holdout_rmse;
+    const double floor = out_.gap->noise_floor_rmse;
+    if (std::isfinite(out_.closed) && out_.closed < kLeastClosed) {
+      refuse(Verdict::not_explained,
+             text("Only %.0f %% of the gap between model and record is explained; %.0f %% are asked "
+                  "for.",
+                  100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
+      return;
+    }
+    if (last.verdict == gap::Verdict::unexplained && left > kFewFloors * floor) {
+      refuse(Verdict::not_explained,
+             text("What is left of PV is %.1f times the noise floor, and no effect explains it: it "
+                  "looks like %s.",
+                  left / floor,
+                  last.remainder ? gap::to_text(last.remainder->looks_like) : "nothing known"));
+      return;
+    }
+    out_.verdict = Verdict::commissioned;
+    out_.why = text("The twin leaves %.2f %% of span of PV, %.2f times the noise floor.",
+                    100.0 * left / (out_.twin.transmitter.high - out_.twin.transmitter.low),
+                    left / floor);
+  }
+
+  void prove_on_others(const gap::Options& options, double share) {
+    for (std::size_t i = 1; i < request_.records.size(); ++i) {
+      const gap::Record& record = request_.records[i].columns;
+      const double begun = share * static_cast<double>(kMostRounds + static_cast<int>(i) - 1);
+      const gap::Result result =
+          gap::find_gap(record, out_.twin, options, parallel_,
+                        [&](double done) { progress_(begun + share * done); });
+      const auto number = static_cast<int>(i + 1);
+      if (!result.check.usable) {
+        refuse(Verdict::not_usable, text("Record %d: %s", number, result.check.refusal.c_str()));
+        return;
+      }
+      for (const FoundEffect& effect : result.effects) {
+        const std::string why =
+            why_not_healthy(effect, out_.twin, request_.healthy_limit_percent);
+        if (why.empty()) continue;
+        refuse(Verdict::not_healthy, text("Record %d: %s", number, why.c_str()));
+        return;
+      }
+      const bool differs =
+          result.verdict == gap::Verdict::unexplained &&
+          result.before.holdout_rmse > kFewFloors * result.noise_floor_rmse;
+      if (differs) {
+        refuse(Verdict::not_explained,
+               text("Record %d does not agree with the twin that the first one gives, and nothing "
+                    "explains why.",
+                    number));
+        return;
+      }
+      out_.notes.push_back(text("record %d: rmse %.4g PV units, noise floor %.4g", number,
+                                result.before.rmse, result.noise_floor_rmse));
+    }
+  }
+
+  const Request& request_;
+  const HealthyRecord& first_;
+  const gap::Record& record_;
+  const gap::ParallelFor& parallel_;
+  const std::function<void(double)>& progress_;
+  Commissioning out_;
+  LoopModel model_;
+  std::vector<plant::EffectSpec> day_;
+  double load_ = 0.0;
+};
+
+}  // namespace
+
+const char* to_text(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::commissioned: return "commissioned";
+    case Verdict::not_enough_movement: return "not_enough_movement";
+    case Verdict::not_healthy: return "not_healthy";
+    case Verdict::not_explained: return "not_explained";
+    case Verdict::not_usable: break;
+  }
+  return "not_usable";
+}
+
+double size_percent(const plant::EffectSpec& spec, double co_span) {
+  double most = std::numeric_limits<double>::quiet_NaN();
+  const auto form = spec.options.find("form");
+  if (spec.name == "learned" && form != spec.options.end() && form->second == "hysteretic") {
+    double lost = 0.0;  // on a long reversal: each play loses twice its threshold
+    for (const auto& [threshold, weight] : spec.table) lost += 2.0 * threshold * std::abs(weight);
+    return 100.0 * lost / co_span;
+  }
+  for (const char* name : {"s", "s_closing", "deadband", "width", "offset", "step"}) {
+    const auto found = spec.parameters.find(name);
+    if (found == spec.parameters.end()) continue;
+    const double size = 100.0 * std::abs(found->second) / co_span;
+    if (!(most >= size)) most = size;
+  }
+  return most;
+}
+
+Commissioning commission(const Request& request, const gap::ParallelFor& parallel,
+                         const std::function<void(double)>& progress) {
+  return Commissioner(request, parallel, progress).run();
+}
+
+}  // namespace loopwarden::commission

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden commission: from records of a loop that works to its twin, its specialists, and what they can see.
+#include "model/commission/commission.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "config/loop_model_writer.hpp"
+#include "config/specialists/specialist_folder.hpp"
+#include "hal/os/parallel.hpp"
+#include "model/commission/sight.hpp"
+#include "record/record_csv.hpp"
+#include "workbench/command_line/progress.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/files/model_file.hpp"
+#include "workbench/files/output_files.hpp"
+#include "workbench/report/commission_page.hpp"
+#include "workbench/text/commission_json.hpp"
+#include "workbench/training/specialist_training.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+namespace fs = std::filesystem;
+using commission::Verdict;
+
+struct CommissionOptions {
+  std::vector<std::string> records;
+  std::string model;
+  std::string out;
+  std::string plant = "twin";
+  double healthy_limit_percent = 1.0;
+  bool accept_short = false;
+  std::uint64_t seed = 1;
+  std::size_t windows = 12000;
+  unsigned jobs = 0;
+  bool json = false;
+};
+
+commission::HealthyRecord healthy_record(const std::string& path) {
+  const record::Record file = record::read_record(path);
+  commission::HealthyRecord out;
+  out.columns = {file.period_s, file.pv, file.has_sp ? file.sp : std::vector<double>(),
+                 file.has_co ? file.co : std::vector<double>(),
+                 file.has_stem ? file.stem : std::vector<double>()};
+  if (file.has_mode) out.automatic = file.automatic;
+  return out;
+}
+
+const char* advice(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::commissioned: return "";
+    case Verdict::not_enough_movement:
+      return "Nothing was written for the loop; record it again while the set point moves.";
+    case Verdict::not_healthy:
+      return "A fault is never learned as normal: repair the valve, then record it again, or raise "
+             "--healthy-limit if this is how it has to be.";
+    case Verdict::not_explained:
+      return "report.html shows what is left; `loopwarden gap` over shorter stretches (--from, "
+             "--to) says where it comes from.";
+    case Verdict::not_usable: break;
+  }
+  return "Nothing was written for the loop.";
+}
+
+void print_result(const commission::Commissioning& c, const commission::Sight* sight,
+                  const std::string& out) {
+  fmt::print("{}: {}\n", commission::to_text(c.verdict), c.why);
+  for (const std::string& note : c.notes) fmt::print("  {}\n", note);
+  if (!c.stages.empty()) {
+    fmt::print("\n{:<36}{:>12}{:>12}\n", "rmse of PV, PV units", "fitted", "held back");
+    for (const commission::Stage& stage : c.stages) {
+      fmt::print("{:<36}{:>12.4g}{:>12.4g}\n", stage.name, stage.rmse, stage.holdout_rmse);
+    }
+  }
+  if (c.gap && std::isfinite(c.gap->noise_floor_rmse)) {
+    fmt::print("{:<36}{:>24.4g}\n", "noise floor", c.gap->noise_floor_rmse);
+  }
+  if (sight != nullptr) {
+    fmt::print("\nWhat can be seen on this loop, in 95 % of the windows with a move of SP as recorded\n");
+    for (const commission::Seen& seen : sight->seen) {
+      fmt::print("  {:<16} {}\n", specialist::to_text(seen.condition), seen_text(seen));
+    }
+    fmt::print(
+        "False alarms: {} in {:.0f} simulated healthy hours, at most {:.0f} a year (95 %)\n",
+        sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
+    fmt::print("\nFor the loop's file:\nmonitor:\n  specialists: {}\n", (fs::path(out) / "specialists").string());
+  } else {
+    fmt::print("{}\n", advice(c.verdict));
+  }
+  fmt::print("{0}/commission.json, {0}/report.html\n", out);
+}
+
+int run_commission(const CommissionOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  commission::Request request{.records = {},
+                              .model = std::nullopt,
+                              .healthy_limit_percent = options.healthy_limit_percent,
+                              .accept_short = options.accept_short};
+  if (!options.model.empty()) {
+    request.model = load_model(options.model);
+    if (!request.model) return kExitConfiguration;
+  }
+  std::vector<std::string> inputs = options.records;
+  if (!options.model.empty()) inputs.push_back(options.model);
+  OutputFiles files(inputs);
+  const fs::path out(options.out);
+  files.make_folder(out);
+  for (const char* name : {"commission.json", "report.html"}) files.stage(out / name);
+  const unsigned jobs =
+      options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+  const auto parallel = [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
+    hal::os::parallel_for(count, jobs, body);
+  };
+  try {
+    for (const std::string& path : options.records) {
+      request.records.push_back(healthy_record(path));
+      say_if_long(path, request.records.back().columns.size());
+    }
+    std::optional<Progress> progress(std::in_place, "twin", 100);
+    const commission::Commissioning made =
+        commission::commission(request, parallel, [&](double share) {
+          progress->update(static_cast<std::uint64_t>(100.0 * share));
+        });
+    progress.reset();
+    std::optional<commission::Sight> sight;
+    if (made.verdict == Verdict::commissioned && !made.twin.process.integrating()) {
+      TrainingJob job;
+      job.plant = options.plant;
+      job.source = "twin of " + fs::path(options.records.front()).filename().string();
+      job.model = made.twin;
+      job.signature = false;
+      job.team.seed = options.seed;
+      job.team.windows = options.windows;
+      job.threads = jobs;
+      progress.emplace("specialists", 3);
+      const TrainingResult trained = train_specialists(job, {});
+      progress->update(3);
+      files.make_folder(out / "specialists");
+      config::write_specialists(trained.folder,
+                                [&](const std::string& name, const std::string& text) {
+                                  files.add(out / "specialists" / name, text);
+                                });
+      progress.emplace("what can be seen", 100);
+      sight = commission::look(
+          made.twin, *trained.folder.team, {.seed = options.seed}, parallel, [&](double share) {
+            progress->update(static_cast<std::uint64_t>(100.0 * share));
+          });
+      progress.reset();
+    }
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (made.verdict == Verdict::commissioned) {
+      files.add(out / "twin.yaml",
+                config::write_model(made.twin, "twin, made by loopwarden commission from " +
+                                                   options.records.front() + "\n" + made.why));
+    }
+    const nlohmann::json answer = commission_json(made, sight ? &*sight : nullptr);
+    files.add(out / "commission.json", answer.dump(2) + "\n");
+    files.add(out / "report.html", commission_page(made, sight ? &*sight : nullptr,
+                                                   request.records.front().columns, seconds));
+    files.commit();
+    if (options.json) {
+      fmt::print("{}\n", answer.dump(2));
+    } else {
+      print_result(made, sight ? &*sight : nullptr, options.out);
+    }
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
+  } catch (const effects::EffectError& e) {
+    fmt::print(stderr, "{}: {}\n", options.model, e.what());
+    return kExitConfiguration;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_commission(CLI::App& app, int& exit_code) {
+  const auto o = std::make_shared<CommissionOptions>();
+  CLI::App* sub = app.add_subcommand(
+      "commission", "from a healthy record the loop's twin, its specialists, and what they can see");
+  sub->add_option("records", o->records,
+                  "records of the loop while it works, CSV: time, sp, pv, co, and where known mode, "
+                  "stem; 20 to 60 minutes with a few set-point moves. The first makes the twin, the "
+                  "others must agree with it")
+      ->required();
+  sub->add_option("--model", o->model,
+                  "loop model to start from, YAML, however rough; without it one is identified");
+  sub->add_option("--out", o->out,
+                  "folder for twin.yaml, specialists, commission.json, report.html")
+      ->required();
+  sub->add_option("--healthy-limit", o->healthy_limit_percent,
+                  "friction or play of a healthy valve, % of the CO span; above it the verdict is "
+                  "not_healthy")
+      ->check(CLI::Range(0.0, 20.0))
+      ->capture_default_str();
+  sub->add_flag("--accept-short", o->accept_short,
+                "take less than 20 minutes too, and with --model a record without CO");
+  sub->add_option("--plant", o->plant, "what the specialists' names begin with")
+      ->capture_default_str();
+  sub->add_option("--seed", o->seed, "of all random numbers")->capture_default_str();
+  sub->add_option("--windows", o->windows, "simulated windows that the specialists learn from")
+      ->check(CLI::Range(700, 1000000))
+      ->capture_default_str();
+  sub->add_option("--jobs", o->jobs, "threads; 0: one a core. The result does not depend on it")
+      ->capture_default_str();
+  sub->add_flag("--json", o->json, "print commission.json");
+  sub->footer(
+      "A verdict is a result: exit code 0. Twin and specialists are written only when it is "
+      "`commissioned`.\n"
+      "Example: loopwarden commission healthy.csv --model rough.yaml --out commissioned");
+  sub->callback([o, &exit_code] { exit_code = run_commission(*o); });
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "model/commission/commission.hpp"
+#include "model/commission/sight.hpp"
+
+namespace loopwarden::workbench {
+
+// A self-contained page: measured PV against the model after each step, and what can be seen on the loop.
+std::string commission_page(const commission::Commissioning& made, const commission::Sight* sight,
+                            const gap::Record& record, double seconds);
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/text/commission_json.hpp"
+
+#include <fmt/format.h>
+
+#include "workbench/text/gap_json.hpp"
+#include "workbench/text/json_number.hpp"
+
+namespace loopwarden::workbench {
+
+using nlohmann::json;
+
+json commission_json(const commission::Commissioning& made, const commission::Sight* sight) {
+  json effects = json::array();
+  json gap = nullptr;
+  if (made.gap) {
+    const json whole = gap_json(*made.gap);
+    effects = whole.at("effects");
+    gap = whole.at("gap");
+    gap["closed"] = finite_or_null(made.closed);
+    gap["steps"] = json::array();
+    for (const commission::Stage& stage : made.stages) {
+      gap["steps"].push_back({{"added", stage.name},
+                              {"rmse", finite_or_null(stage.rmse)},
+                              {"holdout_rmse", finite_or_null(stage.holdout_rmse)}});
+    }
+  }
+  json detectable = nullptr;
+  if (sight != nullptr) {
+    detectable = json::object();
+    for (const commission::Seen& seen : sight->seen) {
+      detectable[specialist::to_text(seen.condition)] = {
+          {"percent_of_span", seen.percent_of_span ? json(*seen.percent_of_span) : json()},
+          {"hours_to_alarm", seen.hours_to_alarm ? json(*seen.hours_to_alarm) : json()}};
+    }
+  }
+  const bool good = made.verdict == commission::Verdict::commissioned;
+  return {{"verdict", commission::to_text(made.verdict)},
+          {"why", made.why},
+          {"twin", good ? json("twin.yaml") : json()},
+          {"specialists", sight != nullptr ? json("specialists") : json()},
+          {"effects", std::move(effects)},
+          {"gap", std::move(gap)},
+          {"detectable", std::move(detectable)},
+          {"false_alarms", sight != nullptr ? json(sight->false_alarms) : json()},
+          {"false_alarms_per_year",
+           sight != nullptr ? json(sight->false_alarms_per_year) : json()},
+          {"simulated_years", sight != nullptr ? json(sight->simulated_years) : json()},
+          {"accepted", made.accepted},
+          {"notes", made.notes}};
+}
+
+std::string seen_text(const commission::Seen& seen) {
+  if (!seen.percent_of_span) {
+    return fmt::format("can't be relied on: at best {:.0f} % of the windows show it; more and larger "
+                       "moves of SP would help",
+                       100.0 * seen.found_at_most);
+  }
+  return fmt::format("from {:.2g} % of span on, {}", *seen.percent_of_span,
+                     seen.hours_to_alarm
+                         ? fmt::format("alarm after {:.0f} min", 60.0 * *seen.hours_to_alarm)
+                         : std::string("no alarm within two hours"));
+}
+
+}  // namespace loopwarden::workbench
