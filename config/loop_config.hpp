@@ -43,6 +43,7 @@ struct WindowCut {
   // Cycles averaged into one sample; nothing: as many as fit into 0.1 s, so that a window is 96 s.
   std::optional<std::size_t> decimation;
   std::string specialists;  // their folder; empty: only the classical measures
+  std::string twin;         // file of the loop's twin; empty: no model_gap
   bool routine = true;      // routine evidence raises alarms, too
   monitor::CorrectiveSettings corrective;
 

@@ -62,7 +62,8 @@ class ModelReader {
       read_scenario(*scenario);
     }
     if (std::optional<MapReader> twin = root_.maybe_section(
-            "twin", "how sure the record is that it was commissioned from; for training only")) {
+            "twin",
+            "how sure the record is that it was commissioned from: for training and model_gap")) {
       read_twin(*twin);
     }
     return std::move(model_);
@@ -173,6 +174,13 @@ class ModelReader {
         in.maybe_words("parameters", kNames, "what the rows of covariance are of");
     const Value<std::vector<std::vector<double>>> covariance =
         in.maybe_table("covariance", "", "of the parameters' natural logarithms");
+    plant::TwinFit twin;
+    if (std::optional<MapReader> watch = in.maybe_section(
+            "watch", "largest statistics of the healthy record's residual: limits of model_gap")) {
+      const NumberRule rule{"", at_least(0.0), "0: not known"};
+      twin.largest_size = watch->number("size", rule, 0.0);
+      twin.largest_colour = watch->number("colour", rule, 0.0);
+    }
     if (in.describing() || (parameters.given && !parameters.valid) ||
         (covariance.given && !covariance.valid)) {
       return;
@@ -194,7 +202,9 @@ class ModelReader {
                            size, size == 1 ? "" : "s"));
       return;
     }
-    model_.twin = plant::TwinFit{parameters.value, covariance.value};
+    twin.parameters = parameters.value;
+    twin.covariance = covariance.value;
+    model_.twin = std::move(twin);
   }
 
   void read_scenario(MapReader& in) {

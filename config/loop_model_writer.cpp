@@ -246,6 +246,10 @@ class ModelWriter {
     for (const std::vector<double>& row : twin.covariance) {
       text_ += fmt::format("    - [{}]\n", fmt::join(row, ", "));
     }
+    line(2, "watch",
+         fmt::format("{{size: {}, colour: {}}}", number(twin.largest_size),
+                     number(twin.largest_colour)),
+         "of the healthy record's residual");
   }
 
   void write_scenario(const plant::Scenario& scenario) {

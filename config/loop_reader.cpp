@@ -379,6 +379,12 @@ class LoopReader {
     if (specialists.given && specialists.valid) {
       monitor.specialists = resolve(config().file, specialists.value);
     }
+    const Value<std::string> twin =
+        in.text("twin",
+                "file twin.yaml that `loopwarden commission` made: the alarm model_gap comes when "
+                "the loop no longer behaves so",
+                "");
+    if (twin.given && twin.valid) monitor.twin = resolve(config().file, twin.value);
     if (std::optional<MapReader> action = in.maybe_section(
             "corrective_action",
             "the jacket goes from shadow to acting when the valve is known to stick, and back if "

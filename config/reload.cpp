@@ -131,6 +131,7 @@ void compare(const LoopConfig& running, const LoopConfig& wanted, List& list) {
   list.add_if(running.monitor.decimation != wanted.monitor.decimation, "monitor.decimation");
   list.add_if(running.monitor.routine != wanted.monitor.routine, "monitor.routine");
   list.add_if(running.monitor.specialists != wanted.monitor.specialists, "monitor.specialists");
+  list.add_if(running.monitor.twin != wanted.monitor.twin, "monitor.twin");
   list.add_if(running.monitor.corrective != wanted.monitor.corrective, "monitor.corrective_action");
   compare_io(running, wanted, list);
 }

@@ -254,6 +254,9 @@ constexpr std::array kRegisters{
         Field::orders_refused, Area::third, 8, u16, "orders_refused", "",
         "orders that were let in, by whomever, and could not act any more when the loop took them; "
         "65535: at least"),
+    holding(Field::alarm_state, Area::third, 10, u16, "alarm_model_gap", "", kState, 1.0, 5),
+    holding(Field::shelve_minutes, Area::third, 13, u16, "shelve_model_gap", "min", kShelve, 1.0,
+            5),
 
     box_bit(Field::running, 0, "running", "the loops run"),
     box_bit(Field::any_alarm_active, 1, "any_alarm_active", "the condition of an alarm is on"),
@@ -307,14 +310,15 @@ constexpr std::array kRegisters{
               "write 1: the jacket goes back to shadow and stays there, 0: it may act again; reads "
               "what is set",
               0),
+    bit(Field::acknowledge, Table::coil, Area::third, 0, "acknowledge_model_gap", kAcknowledge, 5),
+    bit(Field::reset, Table::coil, Area::third, 1, "reset_model_gap", kReset, 5),
+    bit(Field::unshelve, Table::coil, Area::third, 2, "unshelve_model_gap", kUnshelve, 5),
 };
 
 constexpr std::array kReserved{
-    Reserved{Table::holding_register, 10, 1, "alarm_model_gap (u16): state of the alarm"},
     Reserved{Table::holding_register, 11, 1,
              "severity_model_gap (u16): its size, 0.01 % of the CO span"},
     Reserved{Table::holding_register, 12, 1, "p_model_gap (u16): its probability, 0.01 %"},
-    Reserved{Table::holding_register, 13, 1, "shelve_model_gap (u16): minutes, to be written"},
     Reserved{Table::holding_register, 16, 1,
              "explanation_effect (u16): number of the effect that explains the alarm"},
     Reserved{Table::holding_register, 17, 1,
@@ -324,9 +328,6 @@ constexpr std::array kReserved{
     Reserved{Table::holding_register, 22, 2, "explanation_high (f32)"},
     Reserved{Table::holding_register, 24, 1, "explanation_gap_closed (i16): 0.01 %"},
     Reserved{Table::holding_register, 26, 2, "explanation_age (u32): s"},
-    Reserved{Table::coil, 0, 1, "acknowledge_model_gap"},
-    Reserved{Table::coil, 1, 1, "reset_model_gap"},
-    Reserved{Table::coil, 2, 1, "unshelve_model_gap"},
 };
 
 constexpr std::uint16_t width_of(RegisterType type) {

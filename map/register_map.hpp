@@ -20,7 +20,7 @@
 namespace loopwarden::register_map {
 
 inline constexpr std::uint16_t kMagic = 0x4C50;
-inline constexpr std::uint16_t kVersion = 0x0103;  // major, minor
+inline constexpr std::uint16_t kVersion = 0x0104;  // major, minor
 inline constexpr float kFloatTest = 123456.0F;     // 0x47F1 0x2000 in order abcd
 inline constexpr std::uint32_t kIntegerTest = 0x01020304;
 inline constexpr std::int16_t kScaledInvalid = -32768;  // a scaled copy of what is not there
@@ -196,7 +196,9 @@ std::uint16_t width(const Register& reg) noexcept;
 
 // Whether masters on the list may write it at all.
 constexpr bool writable(const Register& reg) noexcept {
-  if (reg.area == Area::third) return reg.table == Table::coil;
+  if (reg.area == Area::third) {
+    return reg.table == Table::coil || reg.field == Field::shelve_minutes;
+  }
   return reg.table == Table::holding_register || reg.table == Table::coil;
 }
 

@@ -235,9 +235,11 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
   for (LoopRuntime& loop : loops_) {
     // One judge serves all loops of its folder: there is one monitor thread.
     const auto judge = judges_.find(loop.config.monitor.specialists);
+    const auto twin = specialists.twins.find(loop.config.monitor.twin);
     watched.push_back({.cycles = &loop.channels->watched,
                        .window = window_of(loop.config),
                        .judge = judge == judges_.end() ? nullptr : judge->second.get(),
+                       .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
                        .rule = loopwarden::monitor::kAlarmRule,
                        .corrective = loop.config.monitor.corrective,
                        .orders = &monitor_desks_.emplace_back(

@@ -11,6 +11,7 @@
 #include <span>
 #include <utility>
 
+#include "config/loop_model_reader.hpp"
 #include "record/segment_format.hpp"
 
 namespace loopwarden::daemon {
@@ -24,12 +25,59 @@ std::uint32_t hash_of_manifest(const std::string& folder, std::uint32_t start) {
   return record::crc32(std::span(text.data(), text.size()), start);
 }
 
-config::Diagnostic error_in(const config::LoopConfig& loop, std::string message) {
+config::Diagnostic error_in(const config::LoopConfig& loop, std::string message,
+                            const char* key = "monitor.specialists") {
   return {.level = config::Diagnostic::Level::error,
           .file = loop.file,
           .place = {},
-          .key = "monitor.specialists",
+          .key = key,
           .message = std::move(message)};
+}
+
+// Why a twin is none of this loop; empty where it is.
+std::string mismatch(const config::LoopConfig& loop, const plant::LoopModel& twin) {
+  const auto apart = [](double a, double b, double span) {
+    return std::abs(a - b) > kPeriodTolerance * std::abs(span);
+  };
+  const control::PidSettings& pid = loop.controller.pid;
+  const control::PidSettings& of_twin = twin.controller.pid;
+  const double pv_span = loop.pv.high - loop.pv.low;
+  const double co_span = pid.output_high - pid.output_low;
+  if (apart(loop.sample_time_s, twin.sample_time_s, loop.sample_time_s)) {
+    return fmt::format("has sample_time {:g} s, this loop {:g} s", twin.sample_time_s,
+                       loop.sample_time_s);
+  }
+  if (apart(loop.pv.low, twin.transmitter.low, pv_span) ||
+      apart(loop.pv.high, twin.transmitter.high, pv_span)) {
+    return fmt::format("has transmitter.range [{:g}, {:g}], this loop's PV [{:g}, {:g}]",
+                       twin.transmitter.low, twin.transmitter.high, loop.pv.low, loop.pv.high);
+  }
+  if (apart(pid.output_low, of_twin.output_low, co_span) ||
+      apart(pid.output_high, of_twin.output_high, co_span)) {
+    return fmt::format("has controller.output [{:g}, {:g}], this loop's [{:g}, {:g}]",
+                       of_twin.output_low, of_twin.output_high, pid.output_low, pid.output_high);
+  }
+  return "";
+}
+
+void load_twin(const config::LoopConfig& loop, Specialists& specialists,
+               std::vector<config::Diagnostic>& diagnostics) {
+  const std::string& file = loop.monitor.twin;
+  if (file.empty()) return;
+  auto known = specialists.twins.find(file);
+  if (known == specialists.twins.end()) {
+    auto loaded = config::read_model_file(file);
+    std::move(loaded.diagnostics.begin(), loaded.diagnostics.end(),
+              std::back_inserter(diagnostics));
+    if (!loaded) {
+      diagnostics.push_back(error_in(loop, fmt::format("{}: no twin", file), "monitor.twin"));
+      return;
+    }
+    known = specialists.twins.emplace(file, std::move(*loaded.value)).first;
+  }
+  if (const std::string why = mismatch(loop, known->second); !why.empty()) {
+    diagnostics.push_back(error_in(loop, fmt::format("{} {}", file, why), "monitor.twin"));
+  }
 }
 
 }  // namespace
@@ -52,6 +100,7 @@ config::Loaded<Specialists> load_specialists(const config::Configuration& config
   config::Loaded<Specialists> result;
   Specialists specialists;
   for (const config::LoopConfig& loop : configuration.loops) {
+    load_twin(loop, specialists, result.diagnostics);
     const std::string& folder = loop.monitor.specialists;
     if (folder.empty()) continue;
     if (!specialists.folders.contains(folder)) {

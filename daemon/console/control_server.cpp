@@ -95,7 +95,8 @@ model::AlarmKind wanted_alarm(const json& request) {
     if (name == model::to_text(kind)) return kind;
   }
   throw RequestError("no alarm '" + name +
-                     "'; alarms are stiction, backlash, hysteresis, low_air_supply, unknown");
+                     "'; alarms are stiction, backlash, hysteresis, low_air_supply, unknown, "
+                     "model_gap");
 }
 
 model::AlarmAction wanted_action(const json& request) {
@@ -152,7 +153,7 @@ json watch_json(const monitor::LoopWatch& watch) {
   const bool no_size = watch.judgement.result == model::WindowJudgement::Result::fault &&
                        !model::has_size(watch.judgement.fault);
   json probability = json::object();
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
+  for (const model::AlarmKind kind : model::kWindowAlarms) {
     probability[model::to_text(kind)] = watch.judgement.probability[model::index_of(kind)];
   }
   return {{"window_state", model::to_text(watch.window_state)},

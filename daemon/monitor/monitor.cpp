@@ -94,6 +94,7 @@ bool Monitor::take_turn(std::size_t index) {
                         (row.flags & (record::kLateCycle | record::kOutputLost)) != 0);
     const model::MonitorStep step = track.monitor.add(cycle);
     window = pass_on(index, step);
+    if (step.twin) board_.twin_judged(index, step.conditions);
     if (step.routine) {
       for (const model::AlarmKind alarm :
            board_.routine_judged(index, *step.routine, step.conditions)) {

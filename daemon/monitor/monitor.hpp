@@ -30,6 +30,8 @@ struct WatchedLoop {
   hal::os::SpscRing<record::RecordRow>* cycles = nullptr;
   loopwarden::monitor::WindowSettings window;
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
+  const loopwarden::plant::LoopModel* twin =
+      nullptr;  // null: no model_gap; read while this is made
   loopwarden::monitor::VerdictRuleSettings rule;
   loopwarden::monitor::CorrectiveSettings corrective{};
   // Where orders for the jacket go, used by the monitor's thread alone. Null: no corrective action.
@@ -78,7 +80,7 @@ class Monitor {
           orders(watched.orders),
           settings_taken(watched.settings_taken),
           settings_seen(settings_taken != nullptr ? settings_taken->load() : 0),
-          monitor(watched.window, watched.rule, watched.judge),
+          monitor(watched.window, watched.rule, watched.judge, watched.twin),
           corrective(watched.orders != nullptr ? watched.corrective
                                                : loopwarden::monitor::CorrectiveSettings{}),
           condition(watched.window),

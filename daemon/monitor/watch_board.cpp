@@ -93,6 +93,14 @@ std::vector<AlarmKind> WatchBoard::routine_judged(std::size_t loop,
   return raised_since(loop, before);
 }
 
+void WatchBoard::twin_judged(std::size_t loop, const model::AlarmConditions& conditions) {
+  const std::lock_guard lock(mutex_);
+  const Memories before = memories(loop);
+  write_down(loop, before,
+             watches_[loop].alarms.judged(utc_ms_(), conditions, model::AlarmReason::twin),
+             "twin: what it predicts of PV no longer comes");
+}
+
 void WatchBoard::window_not_fit(std::size_t loop, const model::WindowMeasures& measures,
                                 WindowState why) {
   const std::lock_guard lock(mutex_);

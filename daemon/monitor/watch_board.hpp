@@ -83,6 +83,8 @@ class WatchBoard {
       std::size_t loop, const loopwarden::monitor::RoutineWatch::Judgement& judgement,
       const loopwarden::monitor::AlarmConditions& conditions);
   // A window that is full but can't be judged.
+  // The twin's watch changed its mind.
+  void twin_judged(std::size_t loop, const loopwarden::monitor::AlarmConditions& conditions);
   void window_not_fit(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
                       loopwarden::monitor::WindowState why);
   // No window can be had at present.

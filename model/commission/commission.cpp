@@ -15,6 +15,7 @@
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
 #include "model/gap/text.hpp"
+#include "model/monitor/twin_watch.hpp"
 
 namespace loopwarden::commission {
 namespace {
@@ -27,8 +28,10 @@ using plant::LoopModel;
 // What the loop's own process does: moved, not named.
 const std::vector<std::string> kOfTheProcess{"gain_change", "extra_dead_time"};
 constexpr double kLoadTime_s = 300.0;  // a load that wanders is forgotten in this time
-constexpr double kLeastSpMove = 0.002;  // of the PV span: what is a move of SP in the twin's scenario
+constexpr double kLeastSpMove =
+    0.002;  // of the PV span: what is a move of SP in the twin's scenario
 constexpr std::size_t kMostSpMoves = 400;
+constexpr double kClearlyBest = 100.0;  // nats over the model alone
 // A gap that nothing explains is none of the twin's where it leaves less than so many floors.
 constexpr double kFewFloors = 2.0;
 
@@ -165,9 +168,10 @@ class Commissioner {
   bool usable() {
     if (!record_.has_co()) {
       if (!request_.accept_short || !request_.model) {
-        return refuse(Verdict::not_usable,
-                      "The record has no CO: what the valve does can't be told from the controller. "
-                      "(With a model, --accept-short takes it.)");
+        return refuse(
+            Verdict::not_usable,
+            "The record has no CO: what the valve does can't be told from the controller. "
+            "(With a model, --accept-short takes it.)");
       }
       out_.accepted.emplace_back("no_co");
     }
@@ -240,11 +244,13 @@ class Commissioner {
     out_.stages.push_back(runs.stage("as given", out_.given));
     gap::Options options;
     options.search.without = kOfTheProcess;
-    // A healthy valve's friction and the actuator's lag are what the twin is to have, not to be excused.
-    options.search.allowances = false;
     const double share = 1.0 / static_cast<double>(kMostRounds + request_.records.size() - 1);
     gap::Result last;
+    bool adjusted = false;
     for (int round = 0; round < kMostRounds; ++round) {
+      // First as any gap: faults are named best so. Then a healthy valve's friction and the actuator's lag are what the
+      // twin is to have, not to be excused.
+      options.search.allowances = round == 0;
       last = gap::find_gap(record_, model_, options, parallel_, [&](double done) {
         progress_(share * (static_cast<double>(round) + done));
       });
@@ -252,27 +258,50 @@ class Commissioner {
         refuse(Verdict::not_usable, last.check.refusal);
         return;
       }
-      if (round == 0) out_.stages.push_back(runs.stage("process", last.adjusted));
       load_ = last.load_intensity;
-      if (last.verdict != gap::Verdict::missing_effect) {
-        if (round == 0) model_ = last.adjusted;
+      if (is_faulty(last)) {
+        out_.effects = last.effects;
+        finish(runs, last);
+        out_.verdict = Verdict::not_healthy;
+        return;
+      }
+      if (last.verdict == gap::Verdict::missing_effect) {
+        take_in(last);
+        out_.stages.push_back(runs.stage(names_of(last.effects), model_));
+        adjusted = true;
+      } else if (round > 0) {
+        if (!adjusted) {
+          model_ = last.adjusted;
+          out_.stages.push_back(runs.stage("process", model_));
+        }
         break;
       }
-      const double limit = request_.healthy_limit_percent;
-      for (const FoundEffect& effect : last.effects) {
-        if (const std::string why = why_not_healthy(effect, out_.given, limit); !why.empty()) {
-          out_.effects = last.effects;
-          finish(runs, last);
-          refuse(Verdict::not_healthy, why);
-          return;
-        }
-      }
-      take_in(last);
-      out_.stages.push_back(runs.stage(names_of(last.effects), model_));
     }
     judge(runs, last);
     if (out_.verdict == Verdict::commissioned) prove_on_others(options, share);
     progress_(1.0);
+  }
+
+  // Says why.
+  bool is_faulty(const gap::Result& result) {
+    const double limit = request_.healthy_limit_percent;
+    for (const FoundEffect& effect : result.effects) {
+      out_.why = why_not_healthy(effect, out_.given, limit);
+      if (!out_.why.empty()) return true;
+    }
+    if (result.verdict != gap::Verdict::unexplained) return false;
+    // Nothing is believed, but what comes nearest is a fault of the valve.
+    const auto best =
+        std::max_element(result.candidates.begin(), result.candidates.end(),
+                         [](const auto& a, const auto& b) { return !(a.score >= b.score); });
+    if (best == result.candidates.end() || !(best->score >= kClearlyBest)) return false;
+    FoundEffect nearest;
+    nearest.spec = best->spec;
+    nearest.block = best->block;
+    const std::string why = why_not_healthy(nearest, out_.given, limit);
+    if (why.empty()) return false;
+    out_.why = why + " (Nothing explains all of the record; this comes nearest.)";
+    return true;
   }
 
   static std::string names_of(const std::vector<FoundEffect>& effects) {
@@ -286,7 +315,8 @@ class Commissioner {
   void take_in(const gap::Result& result) {
     model_ = result.corrected;
     // What is found from here on is beside this.
-    model_.uncertainty = plant::ProcessUncertainty{.gain = 0.1, .time_constant = 0.1, .dead_time = 0.1};
+    model_.uncertainty =
+        plant::ProcessUncertainty{.gain = 0.1, .time_constant = 0.1, .dead_time = 0.1};
     for (const FoundEffect& effect : result.effects) {
       if (!of_the_day(effect)) {
         out_.effects.push_back(effect);
@@ -320,21 +350,41 @@ class Commissioner {
     };
     std::erase_if(twin.disturbances, is_of_the_day);
     std::erase_if(twin.transmitter_effects, is_of_the_day);
-    std::erase_if(twin.disturbances, [](const plant::EffectSpec& spec) {
-      return spec.name == "random_load";
-    });
+    std::erase_if(twin.disturbances,
+                  [](const plant::EffectSpec& spec) { return spec.name == "random_load"; });
     if (load_ > 0.0) {
       twin.disturbances.push_back(
           {"random_load", {{"intensity", load_}, {"time_constant", kLoadTime_s}}});
     }
     const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
-    twin.transmitter.noise = std::sqrt(
-        std::max(0.0, last.check.noise_rms * last.check.noise_rms - rounding * rounding));
+    twin.transmitter.noise =
+        std::sqrt(std::max(0.0, last.check.noise_rms * last.check.noise_rms - rounding * rounding));
     if (record_.has_sp()) twin.scenario = scenario_of(record_, twin);
     twin.twin = twin_fit(model_, record_);
+    if (record_.has_co()) watch_healthy(twin);
     result.corrected = twin;
     out_.twin = std::move(twin);
     out_.gap = std::move(result);
+  }
+
+  // The limits of the twin's watch: what the healthy record itself reaches, but for its rarest blocks.
+  void watch_healthy(LoopModel& twin) const {
+    constexpr double kShare = 0.98;
+    monitor::TwinWatch watch(twin);
+    std::vector<double> size;
+    std::vector<double> colour;
+    for (std::size_t k = 0; k < record_.size(); ++k) {
+      if (!watch.add(record_.pv[k], record_.co[k])) continue;
+      size.push_back(watch.size());
+      colour.push_back(watch.colour());
+    }
+    if (size.empty()) return;
+    const auto most = [](std::vector<double>& values) {
+      std::sort(values.begin(), values.end());
+      return values[static_cast<std::size_t>(kShare * static_cast<double>(values.size() - 1))];
+    };
+    twin.twin->largest_size = most(size);
+    twin.twin->largest_colour = most(colour);
   }
 
   void judge(const Runs& runs, const gap::Result& last) {
@@ -342,10 +392,11 @@ class Commissioner {
     const double left = out_.gap->after.holdout_rmse;
     const double floor = out_.gap->noise_floor_rmse;
     if (std::isfinite(out_.closed) && out_.closed < kLeastClosed) {
-      refuse(Verdict::not_explained,
-             text("Only %.0f %% of the gap between model and record is explained; %.0f %% are asked "
-                  "for.",
-                  100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
+      refuse(
+          Verdict::not_explained,
+          text("Only %.0f %% of the gap between model and record is explained; %.0f %% are asked "
+               "for.",
+               100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
       return;
     }
     if (last.verdict == gap::Verdict::unexplained && left > kFewFloors * floor) {
@@ -357,9 +408,9 @@ class Commissioner {
       return;
     }
     out_.verdict = Verdict::commissioned;
-    out_.why = text("The twin leaves %.2f %% of span of PV, %.2f times the noise floor.",
-                    100.0 * left / (out_.twin.transmitter.high - out_.twin.transmitter.low),
-                    left / floor);
+    out_.why =
+        text("The twin leaves %.2f %% of span of PV, %.2f times the noise floor.",
+             100.0 * left / (out_.twin.transmitter.high - out_.twin.transmitter.low), left / floor);
   }
 
   void prove_on_others(const gap::Options& options, double share) {
@@ -375,15 +426,13 @@ class Commissioner {
         return;
       }
       for (const FoundEffect& effect : result.effects) {
-        const std::string why =
-            why_not_healthy(effect, out_.twin, request_.healthy_limit_percent);
+        const std::string why = why_not_healthy(effect, out_.twin, request_.healthy_limit_percent);
         if (why.empty()) continue;
         refuse(Verdict::not_healthy, text("Record %d: %s", number, why.c_str()));
         return;
       }
-      const bool differs =
-          result.verdict == gap::Verdict::unexplained &&
-          result.before.holdout_rmse > kFewFloors * result.noise_floor_rmse;
+      const bool differs = result.verdict == gap::Verdict::unexplained &&
+                           result.before.holdout_rmse > kFewFloors * result.noise_floor_rmse;
       if (differs) {
         refuse(Verdict::not_explained,
                text("Record %d does not agree with the twin that the first one gives, and nothing "

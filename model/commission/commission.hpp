@@ -46,7 +46,7 @@ inline constexpr plant::ProcessUncertainty kRoughBelief{
     .gain = 0.5, .time_constant = 0.6, .dead_time = 0.8};
 inline constexpr plant::ProcessUncertainty kIdentified{
     .gain = 0.3, .time_constant = 0.3, .dead_time = 0.3};
-inline constexpr int kMostRounds = 3;
+inline constexpr int kMostRounds = 4;
 
 struct HealthyRecord {
   gap::Record columns;
@@ -62,7 +62,7 @@ struct Request {
 
 // The model after a step on the way to the twin.
 struct Stage {
-  std::string name;  // "as given", "process", an effect, ...
+  std::string name;                  // "as given", "process", an effect, ...
   double rmse = gap::kNone;          // PV units, first two thirds
   double holdout_rmse = gap::kNone;  // PV units, last third
   std::vector<double> pv;            // PV units, free run

@@ -19,7 +19,7 @@ using specialist::SimulatedWindow;
 using specialist::WindowRequest;
 
 constexpr std::array kSizes{0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0};  // %
-constexpr std::array kRates{5.0, 4.0, 3.0, 2.5, 2.0, 1.6, 1.3, 1.0, 0.8, 0.65, 0.5};     // %/s
+constexpr std::array kRates{5.0, 4.0, 3.0, 2.5, 2.0, 1.6, 1.3, 1.0, 0.8, 0.65, 0.5};    // %/s
 static_assert(kSizes.size() == kRates.size());
 constexpr double kRun_s = 7200.0;
 constexpr double kYear_s = 365.25 * 86400.0;
@@ -109,7 +109,6 @@ double most_expected(std::size_t count) {
   return high;
 }
 
-
 // One window of a condition at a grade: found, and its size, % of span.
 struct Tried {
   bool found = false;
@@ -147,7 +146,8 @@ class Looker {
   std::optional<std::size_t> least_size(Seen& seen) const {
     for (std::size_t grade = 0; grade < kSizes.size(); ++grade) {
       const std::vector<Tried> tried = windows(seen.condition, grade);
-      const auto found = std::count_if(tried.begin(), tried.end(), [](const Tried& t) { return t.found; });
+      const auto found =
+          std::count_if(tried.begin(), tried.end(), [](const Tried& t) { return t.found; });
       const double share = static_cast<double>(found) / static_cast<double>(tried.size());
       seen.found_at_most = std::max(seen.found_at_most, share);
       if (share < kFound) continue;
@@ -190,11 +190,10 @@ class Looker {
   std::optional<double> hours_to_alarm(Condition condition, std::size_t grade) const {
     std::vector<double> first_s(settings_.alarm_runs);
     parallel_(settings_.alarm_runs, [&](std::size_t k) {
-      const std::uint64_t place =
-          static_cast<std::uint64_t>(condition) * settings_.alarm_runs + k;
-      first_s[k] = watch(twin_, team_, condition, grade,
-                         specialist::stream_seed(settings_.seed + 1, place))
-                       .first_s;
+      const std::uint64_t place = static_cast<std::uint64_t>(condition) * settings_.alarm_runs + k;
+      first_s[k] =
+          watch(twin_, team_, condition, grade, specialist::stream_seed(settings_.seed + 1, place))
+              .first_s;
     });
     std::sort(first_s.begin(), first_s.end());
     const double median_s = first_s[first_s.size() / 2];
@@ -222,9 +221,9 @@ Sight look(const plant::LoopModel& twin, const specialist::Team& team,
   }
   std::vector<std::size_t> alarms(settings.healthy_runs);
   parallel(settings.healthy_runs, [&](std::size_t k) {
-    alarms[k] = watch(twin, team, Condition::no_fault, 0,
-                      specialist::stream_seed(settings.seed + 2, k))
-                    .alarms;
+    alarms[k] =
+        watch(twin, team, Condition::no_fault, 0, specialist::stream_seed(settings.seed + 2, k))
+            .alarms;
   });
   for (const std::size_t n : alarms) out.false_alarms += n;
   out.simulated_years = static_cast<double>(settings.healthy_runs) * kRun_s / kYear_s;

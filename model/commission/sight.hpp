@@ -34,16 +34,16 @@ inline constexpr std::array kWatched{
 
 struct SightSettings {
   std::uint64_t seed = 1;
-  std::size_t windows = 60;        // of each size
-  std::size_t alarm_runs = 5;      // of two hours each
-  std::size_t healthy_runs = 24;   // of two hours each
+  std::size_t windows = 60;       // of each size
+  std::size_t alarm_runs = 5;     // of two hours each
+  std::size_t healthy_runs = 24;  // of two hours each
 };
 
 struct Seen {
   specialist::Condition condition = specialist::Condition::stiction;
   std::optional<double> percent_of_span;  // none: no size of the grid
   std::optional<double> hours_to_alarm;   // none: no alarm in most of the runs
-  double found_at_most = 0.0;  // share of the windows that show it, at the best size
+  double found_at_most = 0.0;             // share of the windows that show it, at the best size
 };
 
 struct Sight {

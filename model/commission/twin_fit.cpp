@@ -18,7 +18,7 @@ constexpr double kStep = 0.02;  // of ln parameter
 
 struct Parameter {
   const char* name;
-  double plant::ProcessParameters::* value;
+  double plant::ProcessParameters::*value;
 };
 
 std::vector<Parameter> parameters_of(const plant::ProcessParameters& process) {

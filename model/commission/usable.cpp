@@ -134,7 +134,8 @@ std::string why_still(const gap::Record& record, const Spans& spans) {
   if (moves >= kFewestMoves) return "";
   return text(
       "%s moves %s by %.0f %% of its span or more: what CO does to PV can't be told from the load. "
-      "Step the set point by 3 to 5 %% of its span twice in each direction, each step held until PV "
+      "Step the set point by 3 to 5 %% of its span twice in each direction, each step held until "
+      "PV "
       "has settled.",
       by_sp ? "SP" : "CO", moves == 0 ? "never" : "once only", 100.0 * kLeastMove);
 }

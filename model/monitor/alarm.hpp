@@ -95,6 +95,11 @@ class Alarm {
   void condition_off(std::int64_t now_ms) noexcept;
   void window_not_valid() noexcept { window_valid_ = false; }
   void explain(bool by_another) noexcept { explained_ = by_another; }
+  // It was another alarm's: normal, whatever the operator has done with it.
+  void take_back(std::int64_t now_ms) noexcept {
+    memory_.shelved_until_ms = 0;
+    change(AlarmState::normal, now_ms);
+  }
 
   // --- what the operator does ---
   bool acknowledge(std::int64_t now_ms) noexcept;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The alarms that a loop has: one for each valve fault that can be named, and one for a valve that is
-// not as it should be in a way that no specialist knows.
+// The alarms that a loop has: one for each valve fault that can be named, one for a valve that is not as it should be in
+// a way that no specialist knows, and one for a loop that no longer behaves as its twin.
 #pragma once
 
 #include <array>
@@ -10,11 +10,22 @@
 namespace loopwarden::monitor {
 
 // The order is that of the register map and never changes.
-enum class AlarmKind : std::uint8_t { stiction, backlash, hysteresis, low_air_supply, unknown };
+enum class AlarmKind : std::uint8_t {
+  stiction,
+  backlash,
+  hysteresis,
+  low_air_supply,
+  unknown,
+  model_gap
+};
 
-inline constexpr std::array kAlarmKinds{AlarmKind::stiction, AlarmKind::backlash,
+inline constexpr std::array kAlarmKinds{AlarmKind::stiction,   AlarmKind::backlash,
                                         AlarmKind::hysteresis, AlarmKind::low_air_supply,
-                                        AlarmKind::unknown};
+                                        AlarmKind::unknown,    AlarmKind::model_gap};
+// What a window can show.
+inline constexpr std::array kWindowAlarms{AlarmKind::stiction, AlarmKind::backlash,
+                                          AlarmKind::hysteresis, AlarmKind::low_air_supply,
+                                          AlarmKind::unknown};
 inline constexpr std::size_t kAlarmKindCount = kAlarmKinds.size();
 
 constexpr std::size_t index_of(AlarmKind kind) noexcept { return static_cast<std::size_t>(kind); }
@@ -25,13 +36,16 @@ constexpr const char* to_text(AlarmKind kind) noexcept {
     case AlarmKind::backlash: return "backlash";
     case AlarmKind::hysteresis: return "hysteresis";
     case AlarmKind::low_air_supply: return "low_air_supply";
-    case AlarmKind::unknown: break;
+    case AlarmKind::unknown: return "unknown";
+    case AlarmKind::model_gap: break;
   }
-  return "unknown";
+  return "model_gap";
 }
 
 // What no specialist explains has no size either: it is shown as not known, never as 0.
-constexpr bool has_size(AlarmKind kind) noexcept { return kind != AlarmKind::unknown; }
+constexpr bool has_size(AlarmKind kind) noexcept {
+  return kind != AlarmKind::unknown && kind != AlarmKind::model_gap;
+}
 
 // What an operator is told with the alarm: an alarm without an action is none.
 struct AlarmGuide {
@@ -59,11 +73,16 @@ constexpr AlarmGuide guide_of(AlarmKind kind) noexcept {
       return {"the actuator gets too little air: regulator, filter, leak, compressor",
               "the valve moves slowly and does not reach its full travel",
               "check the supply pressure at the valve now; other alarms of this valve wait for it"};
-    case AlarmKind::unknown: break;
+    case AlarmKind::unknown:
+      return {"the valve does not answer as a healthy one, nor as any fault that is known here",
+              "the loop's quality is not assured",
+              "look at the trend; compare with `loopwarden gap` or `loopwarden diagnose`"};
+    case AlarmKind::model_gap: break;
   }
-  return {"the valve does not answer as a healthy one, nor as any fault that is known here",
-          "the loop's quality is not assured",
-          "look at the trend; compare with `loopwarden gap` or `loopwarden diagnose`"};
+  return {
+      "the loop no longer behaves as when it was commissioned: valve, process, transmitter or load",
+      "its tuning may not fit any more, and the specialists know another loop",
+      "run `loopwarden gap` with the twin over the newest record: it names what has changed"};
 }
 
 }  // namespace loopwarden::monitor

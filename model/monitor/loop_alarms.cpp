@@ -5,7 +5,10 @@
 
 namespace loopwarden::monitor {
 
-LoopAlarms::LoopAlarms(const AlarmSettings& settings) noexcept { alarms_.fill(Alarm(settings)); }
+LoopAlarms::LoopAlarms(const AlarmSettings& settings) noexcept {
+  alarms_.fill(Alarm(settings));
+  for (const AlarmKind kind : kAlarmKinds) counts_for_[index_of(kind)].kind = kind;
+}
 
 void LoopAlarms::restore(AlarmKind kind, const AlarmMemory& memory) noexcept {
   Alarm& alarm = alarms_[index_of(kind)];
@@ -24,13 +27,35 @@ AlarmTransitions LoopAlarms::after(AlarmReason reason, Change change) noexcept {
 AlarmTransitions LoopAlarms::judged(std::int64_t now_ms, const AlarmConditions& conditions,
                                     AlarmReason by) noexcept {
   return after(by, [&] {
+    AlarmConditions counted{};
+    for (const AlarmKind kind : kAlarmKinds) {
+      const AlarmCondition& condition = conditions[index_of(kind)];
+      CountsFor& as = counts_for_[index_of(kind)];
+      if (!condition.on) {
+        as.kind = kind;
+        continue;
+      }
+      AlarmCondition& one = counted[index_of(as.kind)];
+      const double severity = as.kind == kind ? condition.severity_percent : as.severity_percent;
+      one = {true, std::max(one.severity_percent, severity)};
+    }
     for (std::size_t i = 0; i < kAlarmKindCount; ++i) {
-      if (conditions[i].on) {
-        alarms_[i].condition_on(now_ms, conditions[i].severity_percent);
+      if (counted[i].on) {
+        alarms_[i].condition_on(now_ms, counted[i].severity_percent);
       } else {
         alarms_[i].condition_off(now_ms);
       }
     }
+  });
+}
+
+AlarmTransitions LoopAlarms::explained(std::int64_t now_ms, AlarmKind kind, AlarmKind as,
+                                       double severity_percent) noexcept {
+  return after(AlarmReason::explained, [&] {
+    if (kind == as || !alarms_[index_of(kind)].active()) return;
+    alarms_[index_of(kind)].take_back(now_ms);
+    counts_for_[index_of(kind)] = {as, severity_percent};
+    alarms_[index_of(as)].condition_on(now_ms, severity_percent);
   });
 }
 

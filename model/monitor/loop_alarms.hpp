@@ -5,6 +5,8 @@
 // stiction, backlash and hysteresis as well. While low air is raised, the valve's other alarms are
 // suppressed as its consequence; when it is gone they show what their own conditions say.
 //
+// A condition that an explanation gave to another alarm counts for that one until it goes (explained()).
+//
 // Each call returns what changed for the operator, as transitions between the states that he sees.
 //
 // Errors: an action that does not fit the state changes nothing and is refused.
@@ -29,11 +31,13 @@ struct AlarmCondition {
 using AlarmConditions = std::array<AlarmCondition, kAlarmKindCount>;
 
 // Why an alarm changed.
-enum class AlarmReason : std::uint8_t { windows, routine, by_operator };
+enum class AlarmReason : std::uint8_t { windows, routine, by_operator, twin, explained };
 constexpr const char* to_text(AlarmReason reason) noexcept {
   switch (reason) {
     case AlarmReason::windows: return "windows";
     case AlarmReason::routine: return "routine";
+    case AlarmReason::twin: return "twin";
+    case AlarmReason::explained: return "explained";
     case AlarmReason::by_operator: break;
   }
   return "operator";
@@ -74,6 +78,10 @@ class LoopAlarms {
   AlarmTransitions window_judged(std::int64_t now_ms, const AlarmConditions& conditions) noexcept {
     return judged(now_ms, conditions, AlarmReason::windows);
   }
+  // The condition of `kind` is explained as that of `as`: `kind` to normal, `as` unacknowledged unless it is raised already.
+  // From then on, until that condition goes, it counts for `as`. Acknowledgement and shelving don't carry over.
+  AlarmTransitions explained(std::int64_t now_ms, AlarmKind kind, AlarmKind as,
+                             double severity_percent) noexcept;
   AlarmTransitions window_not_valid() noexcept;
   AlarmTransitions pass_time(std::int64_t now_ms) noexcept;
 
@@ -99,6 +107,12 @@ class LoopAlarms {
   AlarmTransitions after(AlarmReason reason, Change change) noexcept;
 
   std::array<Alarm, kAlarmKindCount> alarms_;
+  // What a condition that is on counts for; itself unless it was explained.
+  struct CountsFor {
+    AlarmKind kind = AlarmKind::stiction;
+    double severity_percent = 0.0;
+  };
+  std::array<CountsFor, kAlarmKindCount> counts_for_{};
 };
 
 }  // namespace loopwarden::monitor

@@ -2,10 +2,15 @@
 #include "model/monitor/loop_monitor.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace loopwarden::monitor {
 
 void LoopMonitor::restore(AlarmKind kind, bool on, double severity_percent) noexcept {
+  if (kind == AlarmKind::model_gap) {
+    if (twin_) twin_->restore(on);
+    return;
+  }
   // Without specialists nothing but routine evidence will ever speak against it.
   if (judge_ == nullptr && routine_) {
     routine_->restore(kind, on, severity_percent);
@@ -17,8 +22,9 @@ void LoopMonitor::restore(AlarmKind kind, bool on, double severity_percent) noex
 AlarmConditions LoopMonitor::conditions() const noexcept {
   AlarmConditions all = rule_.conditions();
   const bool named = std::any_of(all.begin(), all.end(), [](const auto& c) { return c.on; });
-  if (!routine_ || named) return all;
-  return routine_->conditions();
+  if (routine_ && !named) all = routine_->conditions();
+  if (twin_) all[index_of(AlarmKind::model_gap)].on = twin_->on();
+  return all;
 }
 
 MonitorStep LoopMonitor::add(const Cycle& cycle) {
@@ -27,8 +33,23 @@ MonitorStep LoopMonitor::add(const Cycle& cycle) {
     if (step.kind == MonitorStep::Kind::judged) routine_->specialists(step.judgement);
     if (routine_->add(cycle)) step.routine = routine_->judgement();
   }
-  if (step.kind == MonitorStep::Kind::judged || step.routine) step.conditions = conditions();
+  if (twin_) step.twin = watch_twin(cycle);
+  if (step.kind == MonitorStep::Kind::judged || step.routine || step.twin) {
+    step.conditions = conditions();
+  }
   return step;
+}
+
+// In manual the plant may be worked on, and after a gap nobody knows what CO did.
+bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
+  const bool was = twin_->on();
+  const bool follows = cycle.period_index == next_period_;
+  next_period_ = cycle.period_index + 1;
+  if (!cycle.automatic || !follows) twin_->restart();
+  if (cycle.automatic) {
+    twin_->add(cycle.pv_good ? cycle.pv : std::numeric_limits<double>::quiet_NaN(), cycle.co);
+  }
+  return twin_->on() != was;
 }
 
 MonitorStep LoopMonitor::judge_windows(const Cycle& cycle) {

@@ -4,6 +4,7 @@
 //
 //   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule -> conditions
 //         -> RoutineWatch -----------------------------------------------------------------^
+//         -> TwinWatch (where there is a twin): model_gap -----------------------------------^
 //
 // Where the specialists' windows name a fault, it is that one: they tell valve effects apart better. Where they name none,
 // routine evidence may; their opinion has its weight in it (routine_watch.hpp), and without specialists it stands alone.
@@ -21,6 +22,7 @@
 
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/routine_watch.hpp"
+#include "model/monitor/twin_watch.hpp"
 #include "model/monitor/verdict_rule.hpp"
 #include "model/monitor/window_builder.hpp"
 #include "model/monitor/window_judge.hpp"
@@ -44,14 +46,20 @@ struct MonitorStep {
   AlarmConditions conditions{};
   // Minutes or hours were judged as well: this step's conditions hold, whatever `kind` is.
   std::optional<RoutineWatch::Judgement> routine;
+  // The twin's watch changed its mind: this step's conditions hold, whatever `kind` is.
+  bool twin = false;
 };
 
 class LoopMonitor {
  public:
   // `judge` may be null, then there are only the classical measures; it outlives this.
-  LoopMonitor(const WindowSettings& window, const VerdictRuleSettings& rule, WindowJudge* judge)
+  // `twin`, at the cycles' period, may be null: then there is no model_gap. Throws effects::EffectError for one that can't
+  // be stepped.
+  LoopMonitor(const WindowSettings& window, const VerdictRuleSettings& rule, WindowJudge* judge,
+              const plant::LoopModel* twin = nullptr)
       : builder_(window), rule_(rule), judge_(judge) {
     if (window.routine) routine_.emplace(window);
+    if (twin != nullptr) twin_.emplace(*twin);
   }
 
   // No allocation but what the measures and the routine evidence need for a full window.
@@ -71,10 +79,13 @@ class LoopMonitor {
  private:
   MonitorStep judge_windows(const Cycle& cycle);
   AlarmConditions conditions() const noexcept;
+  bool watch_twin(const Cycle& cycle) noexcept;
 
   WindowBuilder builder_;
   VerdictRule rule_;
   std::optional<RoutineWatch> routine_;
+  std::optional<TwinWatch> twin_;
+  std::uint64_t next_period_ = 0;
   WindowJudge* judge_;
 };
 

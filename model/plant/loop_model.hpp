@@ -45,10 +45,13 @@ struct ProcessUncertainty {  // relative, what a fit may move without calling it
   friend bool operator==(const ProcessUncertainty&, const ProcessUncertainty&) = default;
 };
 
-// How sure a record is of the model's parameters; training alone reads it.
+// How sure a record is of the model's parameters: for training, and for what watches the loop.
 struct TwinFit {
   std::vector<std::string> parameters;          // gain, time_constant, dead_time
   std::vector<std::vector<double>> covariance;  // of their natural logarithms
+  // Largest statistics of the twin's residual in the healthy record (monitor/twin_watch.hpp); 0: not known.
+  double largest_size = 0.0;
+  double largest_colour = 0.0;
 
   friend bool operator==(const TwinFit&, const TwinFit&) = default;
 };

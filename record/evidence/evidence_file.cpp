@@ -54,7 +54,7 @@ Value named(const std::array<Value, n>& values, const std::string& name) {
 
 json to_json(const monitor::WindowJudgement& j) {
   json probability = json::object();
-  for (const AlarmKind kind : monitor::kAlarmKinds) {
+  for (const AlarmKind kind : monitor::kWindowAlarms) {
     probability[monitor::to_text(kind)] = j.probability[monitor::index_of(kind)];
   }
   json errors = json::object();
@@ -132,7 +132,7 @@ json to_json(const Evidence& e) {
 monitor::WindowJudgement judgement_of(const json& j) {
   monitor::WindowJudgement judgement;
   judgement.result = named(kResults, j.at("result").get<std::string>());
-  for (const AlarmKind kind : monitor::kAlarmKinds) {
+  for (const AlarmKind kind : monitor::kWindowAlarms) {
     judgement.probability[monitor::index_of(kind)] =
         j.at("probability").at(monitor::to_text(kind)).get<double>();
     if (j.at("fault") == monitor::to_text(kind)) judgement.fault = kind;

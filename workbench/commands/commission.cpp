@@ -87,14 +87,15 @@ void print_result(const commission::Commissioning& c, const commission::Sight* s
     fmt::print("{:<36}{:>24.4g}\n", "noise floor", c.gap->noise_floor_rmse);
   }
   if (sight != nullptr) {
-    fmt::print("\nWhat can be seen on this loop, in 95 % of the windows with a move of SP as recorded\n");
+    fmt::print(
+        "\nWhat can be seen on this loop, in 95 % of the windows with a move of SP as recorded\n");
     for (const commission::Seen& seen : sight->seen) {
       fmt::print("  {:<16} {}\n", specialist::to_text(seen.condition), seen_text(seen));
     }
-    fmt::print(
-        "False alarms: {} in {:.0f} simulated healthy hours, at most {:.0f} a year (95 %)\n",
-        sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
-    fmt::print("\nFor the loop's file:\nmonitor:\n  specialists: {}\n", (fs::path(out) / "specialists").string());
+    fmt::print("False alarms: {} in {:.0f} simulated healthy hours, at most {:.0f} a year (95 %)\n",
+               sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
+    fmt::print("\nFor the loop's file:\nmonitor:\n  specialists: {}\n",
+               (fs::path(out) / "specialists").string());
   } else {
     fmt::print("{}\n", advice(c.verdict));
   }
@@ -128,10 +129,9 @@ int run_commission(const CommissionOptions& options) {
       say_if_long(path, request.records.back().columns.size());
     }
     std::optional<Progress> progress(std::in_place, "twin", 100);
-    const commission::Commissioning made =
-        commission::commission(request, parallel, [&](double share) {
-          progress->update(static_cast<std::uint64_t>(100.0 * share));
-        });
+    const commission::Commissioning made = commission::commission(
+        request, parallel,
+        [&](double share) { progress->update(static_cast<std::uint64_t>(100.0 * share)); });
     progress.reset();
     std::optional<commission::Sight> sight;
     if (made.verdict == Verdict::commissioned && !made.twin.process.integrating()) {
@@ -153,9 +153,8 @@ int run_commission(const CommissionOptions& options) {
                                 });
       progress.emplace("what can be seen", 100);
       sight = commission::look(
-          made.twin, *trained.folder.team, {.seed = options.seed}, parallel, [&](double share) {
-            progress->update(static_cast<std::uint64_t>(100.0 * share));
-          });
+          made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
+          [&](double share) { progress->update(static_cast<std::uint64_t>(100.0 * share)); });
       progress.reset();
     }
     const double seconds =
@@ -190,11 +189,13 @@ int run_commission(const CommissionOptions& options) {
 void add_commission(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<CommissionOptions>();
   CLI::App* sub = app.add_subcommand(
-      "commission", "from a healthy record the loop's twin, its specialists, and what they can see");
-  sub->add_option("records", o->records,
-                  "records of the loop while it works, CSV: time, sp, pv, co, and where known mode, "
-                  "stem; 20 to 60 minutes with a few set-point moves. The first makes the twin, the "
-                  "others must agree with it")
+      "commission",
+      "from a healthy record the loop's twin, its specialists, and what they can see");
+  sub->add_option(
+         "records", o->records,
+         "records of the loop while it works, CSV: time, sp, pv, co, and where known mode, "
+         "stem; 20 to 60 minutes with a few set-point moves. The first makes the twin, the "
+         "others must agree with it")
       ->required();
   sub->add_option("--model", o->model,
                   "loop model to start from, YAML, however rough; without it one is identified");

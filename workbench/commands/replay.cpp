@@ -10,16 +10,22 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
+#include "hal/os/parallel.hpp"
+#include "model/commission/explain.hpp"
 #include "record/record_csv.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "workbench/commands/replay_evidence.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/files/model_file.hpp"
+#include "workbench/text/gap_json.hpp"
+#include "workbench/text/json_number.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -32,6 +38,9 @@ constexpr double kSamePeriod = 0.01;  // relative
 struct ReplayOptions {
   std::string record;
   std::string specialists;
+  std::string twin;
+  bool explain = true;
+  unsigned jobs = 0;
   double overlap = 0.5;
   std::vector<double> pv_range{0.0, 100.0};  // PV units, without specialists
   std::vector<double> co_range{0.0, 100.0};  // CO units, without specialists
@@ -41,6 +50,8 @@ struct ReplayOptions {
 struct TimedTransition {
   double time_s = 0.0;
   monitor::AlarmTransition transition;
+  std::optional<nlohmann::json> explanation{};     // where the alarm was raised, with a twin
+  std::optional<monitor::AlarmKind> first_name{};  // where the explanation changed it
 };
 
 struct Replay {
@@ -79,65 +90,160 @@ monitor::WindowSettings settings_of(const record::Record& record, const ReplayOp
   return settings;
 }
 
-// `team` may be null: routine evidence alone.
-Replay replay(const record::Record& record, const specialist::Team* team,
-              const ReplayOptions& options) {
-  std::optional<monitor::SpecialistJudge> judge;
-  if (team != nullptr) judge.emplace(*team);
-  monitor::LoopMonitor loop(settings_of(record, options, team), monitor::kAlarmRule,
-                            judge ? &*judge : nullptr);
-  monitor::LoopAlarms alarms{monitor::AlarmSettings{}};
-  Replay result;
-  for (std::size_t k = 0; k < record.size(); ++k) {
-    // A cycle that left nothing behind is missing, as in the daemon.
-    if (!std::isfinite(record.pv[k]) && !std::isfinite(record.co[k])) continue;
-    const MonitorStep step = loop.add({.period_index = k,
-                                       .sp = record.has_sp ? record.sp[k] : record.pv[k],
-                                       .pv = record.pv[k],
-                                       .co = record.co[k],
-                                       .stem = record.has_stem ? record.stem[k] : std::nan(""),
-                                       .automatic = true,
-                                       .pv_good = std::isfinite(record.pv[k])});
-    const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record.time_s[k]));
-    const auto keep = [&](const monitor::AlarmTransitions& changed) {
-      for (const monitor::AlarmTransition& t : changed.view()) {
-        if (worth_a_line(t)) result.transitions.push_back({record.time_s[k], t});
-      }
-    };
-    monitor::AlarmTransitions changed;
+// Explains alarms as they are raised; what explained one alarm explains the next of the same stretch.
+class Explainer {
+ public:
+  Explainer(const record::Record& record, const plant::LoopModel& twin, unsigned jobs)
+      : record_{record.period_s, record.pv, record.has_sp ? record.sp : std::vector<double>(),
+                record.co},
+        first_s_(record.time_s.front()),
+        twin_(twin),
+        jobs_(jobs > 0 ? jobs : std::max(1U, std::thread::hardware_concurrency())) {}
+
+  const commission::Explanation& at(std::size_t sample) {
+    if (!newest_ || sample >= newest_->stretch.end) {
+      newest_ = commission::explain(
+          record_, twin_, sample,
+          [this](std::size_t count, const std::function<void(std::size_t)>& body) {
+            hal::os::parallel_for(count, jobs_, body);
+          });
+    }
+    return *newest_;
+  }
+
+  nlohmann::json json(const commission::Explanation& e, monitor::AlarmKind alarm) const {
+    const double begin_s = first_s_ + record_.time_s(e.stretch.begin);
+    const double end_s = first_s_ + record_.time_s(e.stretch.end - 1);
+    if (!e.explained()) {
+      return {{"verdict", "not_explained"},
+              {"effects", nlohmann::json::array()},
+              {"gap_closed", nullptr},
+              {"agrees", false},
+              {"why", e.result.check.refusal},
+              {"from_s", begin_s},
+              {"to_s", end_s}};
+    }
+    nlohmann::json whole = gap_json(e.result);
+    return {{"verdict", whole.at("verdict")},
+            {"effects", whole.at("effects")},
+            {"gap_closed", finite_or_null(e.closed)},
+            {"agrees", commission::agrees(e, alarm)},
+            {"sentence", e.result.sentence},
+            {"from_s", begin_s},
+            {"to_s", end_s}};
+  }
+
+ private:
+  gap::Record record_;
+  double first_s_;
+  const plant::LoopModel& twin_;
+  unsigned jobs_;
+  std::optional<commission::Explanation> newest_;
+};
+
+// The monitor and the alarms over a record. `team` may be null: routine evidence alone; so may `twin`.
+class Replayer {
+ public:
+  Replayer(const record::Record& record, const specialist::Team* team, const plant::LoopModel* twin,
+           const ReplayOptions& options)
+      : record_(record),
+        judge_(team != nullptr ? std::optional<monitor::SpecialistJudge>(std::in_place, *team)
+                               : std::nullopt),
+        loop_(settings_of(record, options, team), monitor::kAlarmRule, judge_ ? &*judge_ : nullptr,
+              twin) {
+    if (twin != nullptr && options.explain) explainer_.emplace(record, *twin, options.jobs);
+  }
+
+  Replay run() {
+    for (std::size_t k = 0; k < record_.size(); ++k) {
+      // A cycle that left nothing behind is missing, as in the daemon.
+      if (std::isfinite(record_.pv[k]) || std::isfinite(record_.co[k])) cycle(k);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void cycle(std::size_t k) {
+    const MonitorStep step = loop_.add({.period_index = k,
+                                        .sp = record_.has_sp ? record_.sp[k] : record_.pv[k],
+                                        .pv = record_.pv[k],
+                                        .co = record_.co[k],
+                                        .stem = record_.has_stem ? record_.stem[k] : std::nan(""),
+                                        .automatic = true,
+                                        .pv_good = std::isfinite(record_.pv[k])});
+    const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record_.time_s[k]));
     switch (step.kind) {
       case MonitorStep::Kind::nothing: break;
-      case MonitorStep::Kind::interrupted: changed = alarms.window_not_valid(); break;
+      case MonitorStep::Kind::interrupted: keep(k, alarms_.window_not_valid()); break;
       case MonitorStep::Kind::not_fit:
-        ++result.windows;
-        ++result.suppressed;
-        changed = alarms.window_not_valid();
+        ++result_.windows;
+        ++result_.suppressed;
+        keep(k, alarms_.window_not_valid());
         break;
       case MonitorStep::Kind::judged:
-        ++result.windows;
-        changed = alarms.window_judged(now_ms, step.conditions);
+        ++result_.windows;
+        keep(k, alarms_.window_judged(now_ms, step.conditions));
         break;
     }
-    keep(changed);
     if (step.routine) {
-      ++result.routine_windows;
-      keep(alarms.judged(now_ms, step.conditions, monitor::AlarmReason::routine));
+      ++result_.routine_windows;
+      keep(k, alarms_.judged(now_ms, step.conditions, monitor::AlarmReason::routine));
+    }
+    if (step.twin) keep(k, alarms_.judged(now_ms, step.conditions, monitor::AlarmReason::twin));
+  }
+
+  void keep(std::size_t k, const monitor::AlarmTransitions& changed) {
+    for (const monitor::AlarmTransition& t : changed.view()) {
+      if (!worth_a_line(t)) continue;
+      TimedTransition line{record_.time_s[k], t};
+      if (!explainer_ || t.to != AlarmState::unacknowledged) {
+        result_.transitions.push_back(std::move(line));
+        continue;
+      }
+      const commission::Explanation& e = explainer_->at(k);
+      const std::optional<monitor::AlarmKind> name = commission::final_name(e, t.kind);
+      line.explanation = explainer_->json(e, name.value_or(t.kind));
+      if (!name) {
+        result_.transitions.push_back(std::move(line));
+        continue;
+      }
+      // Under its final name only, and only where that alarm was not there already.
+      const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record_.time_s[k]));
+      const double size = commission::size_percent(e);
+      for (const monitor::AlarmTransition& then :
+           alarms_.explained(now_ms, t.kind, *name, size).view()) {
+        if (then.kind != *name || !worth_a_line(then)) continue;
+        TimedTransition final_line = line;
+        final_line.transition = then;
+        final_line.first_name = t.kind;
+        result_.transitions.push_back(std::move(final_line));
+      }
     }
   }
-  return result;
-}
 
-void print_json(const Replay& result) {
+  const record::Record& record_;
+  std::optional<monitor::SpecialistJudge> judge_;
+  monitor::LoopMonitor loop_;
+  monitor::LoopAlarms alarms_{monitor::AlarmSettings{}};
+  std::optional<Explainer> explainer_;
+  Replay result_;
+};
+
+void print_json(const Replay& result, bool with_twin) {
   nlohmann::json transitions = nlohmann::json::array();
-  for (const auto& [time_s, t] : result.transitions) {
-    transitions.push_back(
-        {{"time_s", time_s},
-         {"alarm", to_text(t.kind)},
-         {"from", to_text(t.from)},
-         {"to", to_text(t.to)},
-         {"severity_percent",
-          monitor::has_size(t.kind) ? nlohmann::json(t.severity_percent) : nlohmann::json(nullptr)},
-         {"reason", to_text(t.reason)}});
+  for (const TimedTransition& line : result.transitions) {
+    const monitor::AlarmTransition& t = line.transition;
+    nlohmann::json one = {
+        {"time_s", line.time_s},
+        {"alarm", to_text(t.kind)},
+        {"from", to_text(t.from)},
+        {"to", to_text(t.to)},
+        {"severity_percent",
+         monitor::has_size(t.kind) ? nlohmann::json(t.severity_percent) : nlohmann::json(nullptr)},
+        {"reason", to_text(t.reason)}};
+    if (with_twin) one["explanation"] = line.explanation ? *line.explanation : nlohmann::json();
+    if (line.first_name) one["first_name"] = to_text(*line.first_name);
+    transitions.push_back(std::move(one));
   }
   fmt::print("{}\n", nlohmann::json{{"transitions", std::move(transitions)},
                                     {"windows", result.windows},
@@ -151,11 +257,20 @@ void print_text(const Replay& result) {
     fmt::print("{:>10}  {:<15} {:<24} {:<24} {:>8}  {}\n", "time s", "alarm", "from", "to",
                "severity", "by");
   }
-  for (const auto& [time_s, t] : result.transitions) {
-    fmt::print("{:10.1f}  {:<15} {:<24} {:<24} {:>8}  {}\n", time_s, to_text(t.kind),
+  for (const TimedTransition& line : result.transitions) {
+    const monitor::AlarmTransition& t = line.transition;
+    fmt::print("{:10.1f}  {:<15} {:<24} {:<24} {:>8}  {}\n", line.time_s, to_text(t.kind),
                to_text(t.from), to_text(t.to),
                monitor::has_size(t.kind) ? fmt::format("{:.1f} %", t.severity_percent) : "-",
                to_text(t.reason));
+    if (line.first_name) fmt::print("{:12}first named {}\n", "", to_text(*line.first_name));
+    if (line.explanation) {
+      const nlohmann::json& e = *line.explanation;
+      fmt::print("{:12}{} to {} s against the twin: {}\n", "", e.at("from_s").dump(),
+                 e.at("to_s").dump(),
+                 e.contains("sentence") ? e.at("sentence").get<std::string>()
+                                        : e.at("why").get<std::string>());
+    }
   }
   fmt::print(
       "{} alarm transition{} in {} window{}, {} of them suppressed: not fit to be judged; routine "
@@ -174,6 +289,11 @@ int run_replay(const ReplayOptions& options) {
       fmt::print(stderr, "a range needs a lower and an upper end, as 0 100\n");
       return kExitUsage;
     }
+  }
+  std::optional<plant::LoopModel> twin;
+  if (!options.twin.empty()) {
+    twin = load_model(options.twin);
+    if (!twin) return kExitConfiguration;
   }
   std::optional<config::SpecialistFolder> folder;
   if (!options.specialists.empty()) {
@@ -204,11 +324,20 @@ int run_replay(const ReplayOptions& options) {
         return kExitData;
       }
     }
-    const Replay result = replay(record, folder ? &*folder->team : nullptr, options);
-    options.json ? print_json(result) : print_text(result);
+    if (twin && std::abs(twin->sample_time_s - record.period_s) > kSamePeriod * record.period_s) {
+      fmt::print(stderr, "{}: its period is {:g} s, the twin's sample_time {:g} s\n",
+                 options.record, record.period_s, twin->sample_time_s);
+      return kExitData;
+    }
+    const Replay result =
+        Replayer(record, folder ? &*folder->team : nullptr, twin ? &*twin : nullptr, options).run();
+    options.json ? print_json(result, twin.has_value()) : print_text(result);
   } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  } catch (const effects::EffectError& e) {
+    fmt::print(stderr, "{}: {}\n", options.twin, e.what());
+    return kExitConfiguration;
   }
   return kExitOk;
 }
@@ -226,6 +355,12 @@ void add_replay(CLI::App& app, int& exit_code) {
   sub->add_option("--specialists", options->specialists,
                   "folder with manifest.yaml; evidence has its own. Without it only routine "
                   "evidence is weighed");
+  sub->add_option("--twin", options->twin,
+                  "twin.yaml of `loopwarden commission`: the alarm model_gap is watched for, and "
+                  "every alarm is explained");
+  sub->add_flag("!--no-explain", options->explain, "leave the explanations out");
+  sub->add_option("--jobs", options->jobs, "threads of the explanations; 0: one a core")
+      ->capture_default_str();
   sub->add_option("--pv-range", options->pv_range, "PV units, without specialists")->expected(2);
   sub->add_option("--co-range", options->co_range, "CO units, without specialists")->expected(2);
   sub->add_option("--overlap", options->overlap, "share of a window that the next has in common")

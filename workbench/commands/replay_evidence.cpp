@@ -79,7 +79,7 @@ void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasu
   table.row("", "then", "now");
   table.row("verdict on the window", name_of(e.judgement), name_of(now));
   table.row("severity, % of CO span", severity_of(e.judgement), severity_of(now));
-  for (const monitor::AlarmKind kind : monitor::kAlarmKinds) {
+  for (const monitor::AlarmKind kind : monitor::kWindowAlarms) {
     const std::size_t k = monitor::index_of(kind);
     table.row(fmt::format("probability of {}", to_text(kind)), e.judgement.probability[k],
               now.probability[k]);

@@ -44,12 +44,12 @@ std::string pictures(const commission::Commissioning& made, const gap::Record& r
   for (std::size_t i = 0; i < made.stages.size(); ++i) {
     const commission::Stage& stage = made.stages[i];
     if (stage.pv.size() != record.size()) continue;
-    Chart chart{.title = fmt::format("{}: {} PV units", stage.name,
-                                     plain_number(stage.holdout_rmse)),
-                .x_label = "s",
-                .y_label = "PV units",
-                .width = 900.0,
-                .height = 200.0};
+    Chart chart{
+        .title = fmt::format("{}: {} PV units", stage.name, plain_number(stage.holdout_rmse)),
+        .x_label = "s",
+        .y_label = "PV units",
+        .width = 900.0,
+        .height = 200.0};
     chart.lines.push_back({.name = "measured", .colour = palette::kGrey, .x = time, .y = measured});
     chart.lines.push_back({.name = "model under the measured CO",
                            .colour = chart_colour(i == 0 ? 1 : 0),
@@ -79,12 +79,14 @@ std::string effects_list(const commission::Commissioning& made) {
 
 std::string commission_page(const commission::Commissioning& made, const commission::Sight* sight,
                             const gap::Record& record, double seconds) {
-  std::string body = fmt::format("<p><b>{}</b>: {}</p>\n", commission::to_text(made.verdict),
-                                 escaped(made.why));
+  std::string body =
+      fmt::format("<p><b>{}</b>: {}</p>\n", commission::to_text(made.verdict), escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));
   if (sight != nullptr) {
-    body += "<h2>What can be seen on this loop</h2>\n<p>Found in 95 % of the simulated windows that hold a "
-            "set-point move of this loop's size, with its noise and load.</p>\n<table><tbody>";
+    body +=
+        "<h2>What can be seen on this loop</h2>\n<p>Found in 95 % of the simulated windows that "
+        "hold a "
+        "set-point move of this loop's size, with its noise and load.</p>\n<table><tbody>";
     for (const commission::Seen& seen : sight->seen) {
       body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", specialist::to_text(seen.condition),
                           escaped(seen_text(seen)));
@@ -97,12 +99,11 @@ std::string commission_page(const commission::Commissioning& made, const commiss
   if (!made.stages.empty()) {
     body += "<h2>Measured against the model, step by step</h2>\n" + stages_table(made);
     if (made.gap) {
-      body += fmt::format("<p>Noise floor: {} PV units.{}</p>\n",
-                          plain_number(made.gap->noise_floor_rmse),
-                          std::isfinite(made.closed)
-                              ? fmt::format(" Gap closed on the held-back part: {:.1f} %.",
-                                            100.0 * made.closed)
-                              : "");
+      body += fmt::format(
+          "<p>Noise floor: {} PV units.{}</p>\n", plain_number(made.gap->noise_floor_rmse),
+          std::isfinite(made.closed)
+              ? fmt::format(" Gap closed on the held-back part: {:.1f} %.", 100.0 * made.closed)
+              : "");
     }
     body += pictures(made, record);
   }

@@ -43,8 +43,7 @@ json commission_json(const commission::Commissioning& made, const commission::Si
           {"gap", std::move(gap)},
           {"detectable", std::move(detectable)},
           {"false_alarms", sight != nullptr ? json(sight->false_alarms) : json()},
-          {"false_alarms_per_year",
-           sight != nullptr ? json(sight->false_alarms_per_year) : json()},
+          {"false_alarms_per_year", sight != nullptr ? json(sight->false_alarms_per_year) : json()},
           {"simulated_years", sight != nullptr ? json(sight->simulated_years) : json()},
           {"accepted", made.accepted},
           {"notes", made.notes}};
@@ -52,9 +51,10 @@ json commission_json(const commission::Commissioning& made, const commission::Si
 
 std::string seen_text(const commission::Seen& seen) {
   if (!seen.percent_of_span) {
-    return fmt::format("can't be relied on: at best {:.0f} % of the windows show it; more and larger "
-                       "moves of SP would help",
-                       100.0 * seen.found_at_most);
+    return fmt::format(
+        "can't be relied on: at best {:.0f} % of the windows show it; more and larger "
+        "moves of SP would help",
+        100.0 * seen.found_at_most);
   }
   return fmt::format("from {:.2g} % of span on, {}", *seen.percent_of_span,
                      seen.hours_to_alarm

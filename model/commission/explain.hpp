@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Why an alarm came: the newest record against the twin, by the gap workflow.
+//
+//   stretch     at most kLongest_s before the alarm; of it, what lies behind the moment from which the twin's
+//               residual is larger, where there is such a moment; up to kEnough_s of it, as far as the record goes
+//   agreement   an effect agrees with an alarm of its own name, and with others as its descriptor says; every effect
+//               agrees with model_gap
+//   final name  where no effect agrees, one has the confidence kSure and kClosed of the gap is closed on data that
+//               were not fitted (where that can't be said, confidence alone decides): of a valve effect its own alarm,
+//               else model_gap
+//
+// Errors: none: a stretch that can't be used is not explained.
+// What it can't do: two changes at different times within the stretch.
+//
+// Source of the moment: Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2 (two variances).
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "model/gap/workflow.hpp"
+#include "model/monitor/alarm_kind.hpp"
+
+namespace loopwarden::commission {
+
+inline constexpr double kLongest_s = 1800.0;
+inline constexpr double kEnough_s = 600.0;
+inline constexpr double kSure = 0.9;
+inline constexpr double kClosed = 0.8;
+
+struct Stretch {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+// Of the record, for an alarm at sample `alarm`.
+Stretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
+                        std::size_t alarm);
+
+struct Explanation {
+  Stretch stretch;
+  gap::Result result;
+  double closed = gap::kNone;  // share of the gap; NaN: too near to the noise floor to say
+  bool explained() const noexcept { return result.check.usable; }
+};
+Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm,
+                    const gap::ParallelFor& parallel);
+
+bool agrees(const Explanation& explanation, monitor::AlarmKind alarm);
+// Nothing: the alarm keeps its name.
+std::optional<monitor::AlarmKind> final_name(const Explanation& explanation,
+                                             monitor::AlarmKind alarm);
+// Of the effect that gives the final name, % of the CO span; 0 where it has no size.
+double size_percent(const Explanation& explanation);
+
+}  // namespace loopwarden::commission
