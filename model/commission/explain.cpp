@@ -18,7 +18,7 @@ using monitor::AlarmKind;
 // Blocks of the twin's residual, newest last.
 struct ResidualBlock {
   std::size_t end = 0;  // sample behind it
-  double size = 1.0;
+  double size = 1.0;    // mean of the watch's two statistics
 };
 
 // The block from which on the residual is larger; 0: from the start, or nowhere.
@@ -67,10 +67,19 @@ Stretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
   if (!record.has_co()) return stretch;
   monitor::TwinWatch watch(twin);
   std::vector<ResidualBlock> blocks;
+  std::size_t quiet_until = stretch.begin;
+  std::size_t began = 0;  // where the sums began to rise that reached the alarm; 0: they did not
   for (std::size_t k = stretch.begin; k < stretch.end; ++k) {
-    if (watch.add(record.pv[k], record.co[k])) blocks.push_back({k + 1, watch.size()});
+    if (!watch.add(record.pv[k], record.co[k])) continue;
+    blocks.push_back({k + 1, 0.5 * (watch.size() + watch.colour())});
+    if (watch.quiet()) quiet_until = k + 1;
+    if (began == 0 && watch.on()) began = quiet_until;
   }
-  if (const std::size_t at = where_it_grows(blocks); at > 0) stretch.begin = blocks[at - 1].end;
+  if (began > 0) {
+    stretch.begin = began;
+  } else if (const std::size_t at = where_it_grows(blocks); at > 0) {
+    stretch.begin = blocks[at - 1].end;
+  }
   // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
   stretch.end = std::min(record.size(), std::max(stretch.end, stretch.begin + samples(kEnough_s)));
   return stretch;
@@ -81,10 +90,10 @@ Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std
   Explanation out;
   out.stretch = telling_stretch(record, twin, alarm);
   const auto part = [&](const std::vector<double>& column) {
-    return column.empty()
-               ? column
-               : std::vector<double>(column.begin() + static_cast<std::ptrdiff_t>(out.stretch.begin),
-                                     column.begin() + static_cast<std::ptrdiff_t>(out.stretch.end));
+    return column.empty() ? column
+                          : std::vector<double>(
+                                column.begin() + static_cast<std::ptrdiff_t>(out.stretch.begin),
+                                column.begin() + static_cast<std::ptrdiff_t>(out.stretch.end));
   };
   const gap::Record newest{record.period_s, part(record.pv), part(record.sp), part(record.co)};
   out.result = gap::find_gap(newest, twin, {}, parallel, [](double) {});
@@ -111,7 +120,8 @@ std::optional<AlarmKind> final_name(const Explanation& e, AlarmKind alarm) {
   if (effect->block != plant::Block::valve) return AlarmKind::model_gap;
   const effects::Descriptor* info = effects::find_word(effect->spec.name);
   for (const AlarmKind kind : monitor::kWindowAlarms) {
-    if (info != nullptr && !info->alarms.empty() && info->alarms.front() == monitor::to_text(kind)) {
+    if (info != nullptr && !info->alarms.empty() &&
+        info->alarms.front() == monitor::to_text(kind)) {
       return kind;
     }
   }

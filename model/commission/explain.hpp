@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Why an alarm came: the newest record against the twin, by the gap workflow.
 //
-//   stretch     at most kLongest_s before the alarm; of it, what lies behind the moment from which the twin's
-//               residual is larger, where there is such a moment; up to kEnough_s of it, as far as the record goes
+//   stretch     at most kLongest_s before the alarm; of it, what lies behind the moment from which the watch's sums
+//               rose to the alarm, else from which the twin's residual is larger, where there is such a moment; and
+//               what comes after the alarm, as far as the record goes, until there are kEnough_s
 //   agreement   an effect agrees with an alarm of its own name, and with others as its descriptor says; every effect
 //               agrees with model_gap
 //   final name  where no effect agrees, one has the confidence kSure and kClosed of the gap is closed on data that
@@ -12,7 +13,7 @@
 // Errors: none: a stretch that can't be used is not explained.
 // What it can't do: two changes at different times within the stretch.
 //
-// Source of the moment: Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2 (two variances).
+// Sources of the moment: Page, Biometrika 41 (1954) 100-115 (the sum's last 0); Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2 (two variances).
 #pragma once
 
 #include <optional>
@@ -33,8 +34,7 @@ struct Stretch {
   std::size_t end = 0;
 };
 // Of the record, for an alarm at sample `alarm`.
-Stretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
-                        std::size_t alarm);
+Stretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm);
 
 struct Explanation {
   Stretch stretch;

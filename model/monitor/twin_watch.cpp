@@ -13,7 +13,7 @@ namespace {
 constexpr double kForgets_s = 900.0;  // an offset that nobody modelled
 constexpr std::size_t kFewestInBlock = 10;
 
-plant::LoopModel quiet(plant::LoopModel model) {
+plant::LoopModel noiseless(plant::LoopModel model) {
   model.transmitter.noise = 0.0;
   model.transmitter.resolution = 0.0;
   model.scenario.faults.clear();
@@ -50,7 +50,7 @@ double answer_of(const plant::ProcessParameters& p) {
 }  // namespace
 
 TwinWatch::TwinWatch(const plant::LoopModel& twin) {
-  const plant::LoopModel model = quiet(twin);
+  const plant::LoopModel model = noiseless(twin);
   plants_.emplace_back(model, 1);
   const plant::ProcessUncertainty& u = twin.uncertainty;
   plant::LoopModel other = model;
@@ -63,9 +63,9 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin) {
   plants_.emplace_back(other, 1);
   other = model;
   // Sampling alone hides a part of a period.
-  other.process.dead_time_s = std::max(
-      other.process.dead_time_s * (1.0 + allowance(twin, "dead_time", u.dead_time)),
-      other.process.dead_time_s + twin.sample_time_s);
+  other.process.dead_time_s =
+      std::max(other.process.dead_time_s * (1.0 + allowance(twin, "dead_time", u.dead_time)),
+               other.process.dead_time_s + twin.sample_time_s);
   plants_.emplace_back(other, 1);
 
   const double h = twin.sample_time_s;
@@ -80,12 +80,12 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin) {
   const double ahead2 = 0.5 * (drive2 + std::sqrt(drive2 * drive2 + 4.0 * drive2 * noise2));
   gain_ = std::max(ahead2 / (ahead2 + noise2), 1.0 - std::exp(-h / kForgets_s));
   const control::PidSettings& pid = twin.controller.pid;
-  const double moved =
-      twin.process.integrating() ? twin.process.gain * h : twin.process.gain;
-  const double friction = 0.5 * kFriction * (pid.output_high - pid.output_low) * moved;
-  variance_ = noise2 + ahead2 + friction * friction;
+  const double moved = twin.process.integrating() ? twin.process.gain * h : twin.process.gain;
+  friction_ = 0.5 * kFriction * (pid.output_high - pid.output_low) * moved;
+  noise2_ = noise2 + ahead2;
   const double answer_s = answer_of(twin.process);
   block_ = std::max(kFewestInBlock, static_cast<std::size_t>(std::lround(0.5 * answer_s / h)));
+  most_quiet_ = static_cast<std::size_t>(kQuiet_s / (h * static_cast<double>(block_))) + 1;
   warm_up_ = static_cast<std::size_t>(std::lround(5.0 * answer_s / h)) + 10 * block_;
   const auto limit = [](double healthy, double least_limit) {
     return std::max(least_limit, kSlack * healthy);
@@ -103,7 +103,8 @@ void TwinWatch::start(double pv, double co) noexcept {
   started_ = true;
   since_start_ = 0;
   in_block_ = 0;
-  sum_size_ = sum_innovation_ = sum_variance_ = 0.0;
+  sum_size_ = sum_innovation_ = 0.0;
+  sum_off_.fill(0.0);
 }
 
 bool TwinWatch::add(double pv, double co) noexcept {
@@ -119,16 +120,17 @@ bool TwinWatch::add(double pv, double co) noexcept {
   if (std::isfinite(pv)) {
     innovation_ = pv - predicted_[0] - load_[0];
     load_[0] += gain_ * innovation_;
-    double allowed = variance_;
+    double allowed = noise2_ + friction_ * friction_;
+    const bool counts = ++since_start_ > warm_up_;
     for (std::size_t i = 1; i < plants_.size(); ++i) {
       const double off = predicted_[i] - predicted_[0] - load_[i];
       load_[i] += gain_ * off;
       allowed += off * off;
+      if (counts) sum_off_[i] += off;
     }
-    if (++since_start_ > warm_up_) {
+    if (counts) {
       sum_size_ += innovation_ * innovation_ / allowed;
       sum_innovation_ += innovation_;
-      sum_variance_ += allowed;
       if (++in_block_ == block_) {
         end_block();
         ended = true;
@@ -141,16 +143,22 @@ bool TwinWatch::add(double pv, double co) noexcept {
 
 void TwinWatch::end_block() noexcept {
   size_ = sum_size_ / static_cast<double>(block_);
-  colour_ = sum_innovation_ * sum_innovation_ / sum_variance_;
+  const auto samples = static_cast<double>(block_);
+  double sum2 = samples * noise2_ + samples * samples * friction_ * friction_;
+  for (const double off : sum_off_) sum2 += off * off;
+  colour_ = sum_innovation_ * sum_innovation_ / sum2;
   const auto sum = [](double before, double statistic, double limit) {
     return std::clamp(before + std::min(statistic - limit, kMostInBlock), 0.0, 2.0 * kAlarm);
   };
   size_sum_ = sum(size_sum_, size_, size_limit_);
   colour_sum_ = sum(colour_sum_, colour_, colour_limit_);
   if (size_sum_ >= kAlarm || colour_sum_ >= kAlarm) on_ = true;
-  if (size_sum_ == 0.0 && colour_sum_ == 0.0) on_ = false;
+  const bool low = std::max(size_sum_, colour_sum_) < 0.25 * kAlarm;
+  quiet_blocks_ = low ? quiet_blocks_ + 1 : 0;
+  if (quiet_blocks_ >= most_quiet_) on_ = false;
   in_block_ = 0;
-  sum_size_ = sum_innovation_ = sum_variance_ = 0.0;
+  sum_size_ = sum_innovation_ = 0.0;
+  sum_off_.fill(0.0);
 }
 
 }  // namespace loopwarden::monitor

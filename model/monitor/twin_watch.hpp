@@ -10,10 +10,12 @@
 // deviation of n by noise, rounding and load, f what a healthy valve's friction may leave. A plant that has moved within
 // its uncertainty is thus no gap. Over each block of about half the loop's answer
 //
-//   size   = mean of n^2/v            colour = (sum of n)^2/sum of v, 1 for white n
+//   size   = mean of n^2/v
+//   colour = (sum of n)^2/(B N^2 + (B f)^2 + sum over the parameters of (sum of y_i - y - d_i)^2),   B samples
 //
-// and S <- clamp(S + min(statistic - limit, kMostInBlock), 0, 2 kAlarm) for each: one block alone is no alarm. On where one of them reaches kAlarm, off where both are
-// back at 0. Limits: kSlack times the largest of the healthy record, at least kLeastLimit.
+// and S <- clamp(S + min(statistic - limit, kMostInBlock), 0, 2 kAlarm) for each: one block alone is no alarm. On where
+// one of them reaches kAlarm, off where both have been below a quarter of it for kQuiet_s. Limits: kSlack times the largest of the healthy
+// record, at least kLeastLimitSize and kLeastLimitColour.
 //
 //   PV, y, d, n  PV units     CO  CO units     S, size, colour  1
 //
@@ -41,6 +43,7 @@ class TwinWatch {
   static constexpr double kAlarm = 20.0;
   static constexpr double kMostInBlock = 5.0;
   static constexpr double kFriction = 0.003;  // of the CO span
+  static constexpr double kQuiet_s = 900.0;
 
   explicit TwinWatch(const plant::LoopModel& twin);
 
@@ -56,6 +59,8 @@ class TwinWatch {
   }
 
   bool on() const noexcept { return on_; }
+  // Neither sum holds anything against the twin.
+  bool quiet() const noexcept { return size_sum_ == 0.0 && colour_sum_ == 0.0; }
   double innovation() const noexcept { return innovation_; }  // PV units
   // Of the newest block.
   double size() const noexcept { return size_; }
@@ -69,7 +74,8 @@ class TwinWatch {
   std::array<double, 4> load_{};      // d, d_i
   std::array<double, 4> predicted_{};
   double gain_;          // K
-  double variance_;      // N^2 + f^2, PV units squared
+  double noise2_;        // N^2, PV units squared
+  double friction_;      // f, PV units
   std::size_t block_;    // samples
   std::size_t warm_up_;  // samples from a start until blocks count
   double size_limit_;
@@ -80,13 +86,15 @@ class TwinWatch {
   std::size_t in_block_ = 0;
   double sum_size_ = 0.0;
   double sum_innovation_ = 0.0;
-  double sum_variance_ = 0.0;
+  std::array<double, 4> sum_off_{};  // of y_i - y - d_i
   double innovation_ = 0.0;
   double size_ = 1.0;
   double colour_ = 1.0;
   double size_sum_ = 0.0;    // S
   double colour_sum_ = 0.0;  // S
   bool on_ = false;
+  std::size_t quiet_blocks_ = 0;
+  std::size_t most_quiet_;  // blocks
 };
 
 }  // namespace loopwarden::monitor

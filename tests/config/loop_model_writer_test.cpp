@@ -57,4 +57,24 @@ TEST_CASE("A heading becomes comments", "[config][model]") {
   CHECK(*again == *model);
 }
 
+TEST_CASE("A twin's covariance is written and read back, and one that is none is refused",
+          "[config][model]") {
+  auto model = read_model_text("m.yaml", test::kModel);
+  REQUIRE(model);
+  model->twin = plant::TwinFit{{"gain", "dead_time"}, {{1e-4, -3e-5}, {-3e-5, 2e-3}}, 1.25, 3.5};
+  const std::string text = write_model(*model);
+  const auto again = read_model_text("again.yaml", text);
+  INFO(text << to_text(again.diagnostics));
+  REQUIRE(again);
+  CHECK(*again == *model);
+  for (const char* bad :
+       {"{parameters: [gain], covariance: [[1, 2]]}", "{parameters: [gain], covariance: [[-1]]}",
+        "{parameters: [gain, dead_time], covariance: [[1, 0.5], [0.4, 1]]}",
+        "{parameters: [gain, gain], covariance: [[1, 0], [0, 1]]}",
+        "{parameters: [gian], covariance: [[1]]}", "{parameters: [gain], covariance: [1]}"}) {
+    INFO(bad);
+    CHECK_FALSE(read_model_text("bad.yaml", std::string(test::kModel) + "twin: " + bad + "\n"));
+  }
+}
+
 }  // namespace loop_model_writer_test

@@ -94,8 +94,9 @@ void print_result(const commission::Commissioning& c, const commission::Sight* s
     }
     fmt::print("False alarms: {} in {:.0f} simulated healthy hours, at most {:.0f} a year (95 %)\n",
                sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
-    fmt::print("\nFor the loop's file:\nmonitor:\n  specialists: {}\n",
-               (fs::path(out) / "specialists").string());
+    const fs::path folder = fs::absolute(out).lexically_normal();
+    fmt::print("\nFor the loop's file:\nmonitor:\n  specialists: {}\n  twin: {}\n",
+               (folder / "specialists").string(), (folder / "twin.yaml").string());
   } else {
     fmt::print("{}\n", advice(c.verdict));
   }

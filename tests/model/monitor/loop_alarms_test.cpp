@@ -35,7 +35,7 @@ TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
 
   const AlarmTransitions root =
       alarms.window_judged(3, with({{K::stiction, 6.0}, {K::low_air_supply, 20.0}}));
-  REQUIRE(root.view().size() == 5);  // the root, the raised one, three that are off
+  REQUIRE(root.view().size() == 6);  // the root, the raised one, four that are off
   CHECK(alarms.alarm(K::low_air_supply).state() == S::unacknowledged);
   for (const K kind : {K::stiction, K::backlash, K::hysteresis, K::unknown}) {
     CHECK(alarms.alarm(kind).state() == S::suppressed);
@@ -66,12 +66,12 @@ TEST_CASE("a window that can't be judged suppresses what is off and keeps what i
   LoopAlarms alarms = healthy();
   alarms.window_judged(1, with({{K::hysteresis, 5.0}}));
   const AlarmTransitions changed = alarms.window_not_valid();
-  CHECK(changed.view().size() == 4);
+  CHECK(changed.view().size() == 5);
   CHECK(alarms.alarm(K::hysteresis).state() == S::unacknowledged);
   CHECK(alarms.alarm(K::stiction).state() == S::suppressed);
   CHECK(alarms.window_not_valid().empty());  // said once
   const AlarmTransitions back = alarms.window_judged(2, with({{K::hysteresis, 5.0}}));
-  CHECK(back.view().size() == 4);
+  CHECK(back.view().size() == 5);
   for (const AlarmTransition& t : back.view()) {
     CHECK(t.from == S::suppressed);
     CHECK(t.to == S::normal);
@@ -132,6 +132,39 @@ TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
   CHECK(condensed({}, alarms, kSevere) == Ne107::out_of_specification);
 
   CHECK(gravest(Ne107::function_check, Ne107::out_of_specification) == Ne107::function_check);
+}
+
+TEST_CASE("a condition that is explained counts for the other alarm until it goes",
+          "[monitor][alarm]") {
+  LoopAlarms alarms = healthy();
+  alarms.window_judged(1, with({{K::stiction, 5.0}}));
+  REQUIRE(alarms.act(K::stiction, AlarmAction::acknowledge, 2).accepted);
+  const AlarmTransitions explained = alarms.explained(3, K::stiction, K::backlash, 4.0);
+  REQUIRE(explained.view().size() == 2);
+  for (const AlarmTransition& t : explained.view()) CHECK(t.reason == AlarmReason::explained);
+  CHECK(alarms.alarm(K::stiction).state() == S::normal);
+  CHECK(alarms.alarm(K::backlash).state() == S::unacknowledged);
+  CHECK(alarms.alarm(K::backlash).memory().severity_percent == 4.0);
+
+  // The windows go on to say stiction: that is the backlash.
+  CHECK(alarms.window_judged(4, with({{K::stiction, 6.0}})).empty());
+  CHECK(alarms.alarm(K::backlash).memory().severity_percent == 4.0);
+  alarms.window_judged(5, {});
+  CHECK(alarms.alarm(K::backlash).state() == S::returned_unacknowledged);
+  // It is over; the next stiction is one.
+  alarms.window_judged(6, with({{K::stiction, 6.0}}));
+  CHECK(alarms.alarm(K::stiction).state() == S::unacknowledged);
+}
+
+TEST_CASE("what is not raised is not explained, and a shelved alarm is none afterwards",
+          "[monitor][alarm]") {
+  LoopAlarms alarms = healthy();
+  CHECK(alarms.explained(1, K::stiction, K::model_gap, 0.0).empty());
+  alarms.window_judged(2, with({{K::stiction, 5.0}}));
+  REQUIRE(alarms.act(K::stiction, AlarmAction::shelve, 3, 60000).accepted);
+  alarms.explained(4, K::stiction, K::model_gap, 0.0);
+  CHECK(alarms.alarm(K::stiction).state() == S::normal);
+  CHECK(alarms.alarm(K::model_gap).state() == S::unacknowledged);
 }
 
 }  // namespace loop_alarms_test

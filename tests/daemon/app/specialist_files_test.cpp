@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Twins that loops' files name: those of another loop are refused before anything runs.
+#include "daemon/app/specialist_files.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "tests/support/shell.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests::specialist_files_test {
+namespace {
+
+std::string twin_text(const std::string& sample_time, const std::string& pv_range,
+                      const std::string& co_range) {
+  return "sample_time: " + sample_time + "\ncontroller: {kp: 0.4, ki: 0.15, output: " + co_range +
+         "}\nprocess: {gain: 1.0, time_constant: 1.5, dead_time: 0.6}\n"
+         "transmitter: {range: " +
+         pv_range + "}\n";
+}
+
+config::Configuration loop_with(const std::string& twin) {
+  config::Configuration configuration;
+  config::LoopConfig& loop = configuration.loops.emplace_back();
+  loop.name = "FIC-101";
+  loop.file = "loops/fic-101.yaml";
+  loop.sample_time_s = 0.1;
+  loop.pv.low = 0.0;
+  loop.pv.high = 10.0;
+  loop.controller.pid.output_low = 0.0;
+  loop.controller.pid.output_high = 100.0;
+  loop.monitor.twin = twin;
+  return configuration;
+}
+
+}  // namespace
+
+TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[daemon][twin]") {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "twin.yaml").string();
+  const auto loaded = [&](const std::string& text) {
+    write_file(file, text);
+    return daemon::load_specialists(loop_with(file));
+  };
+  const auto good = loaded(twin_text("0.1", "[0, 10]", "[0, 100]"));
+  REQUIRE(good);
+  CHECK(good->twins.at(file).process.gain == 1.0);
+  for (const auto& [text, said] :
+       {std::pair{twin_text("0.2", "[0, 10]", "[0, 100]"), "sample_time"},
+        std::pair{twin_text("0.1", "[0, 12]", "[0, 100]"), "transmitter.range"},
+        std::pair{twin_text("0.1", "[0, 10]", "[0, 10]"), "controller.output"},
+        std::pair{std::string("process: {}"), "no twin"}}) {
+    const auto refused = loaded(text);
+    CHECK_FALSE(refused);
+    const std::string words = config::to_text(refused.diagnostics);
+    INFO(words);
+    CHECK(words.find("monitor.twin") != std::string::npos);
+    CHECK(words.find(said) != std::string::npos);
+  }
+  CHECK_FALSE(daemon::load_specialists(loop_with("/nowhere/twin.yaml")));
+}
+
+}  // namespace loopwarden::tests::specialist_files_test

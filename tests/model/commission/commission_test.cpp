@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// From records to twins, and what is refused.
+#include "model/commission/commission.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+
+#include "model/commission/explain.hpp"
+#include "model/commission/sight.hpp"
+#include "model/monitor/twin_watch.hpp"
+#include "model/training/simulated_windows.hpp"
+#include "tests/model/gap/gap_support.hpp"
+
+namespace commission_test {
+
+using namespace loopwarden;
+using commission::Verdict;
+
+commission::Request request_of(const plant::LoopModel& truth) {
+  return {.records = {{.columns = test::record_of(truth, 260.0)}},
+          .model = std::nullopt,
+          .accept_short = true};
+}
+
+commission::Commissioning commissioned(const commission::Request& request) {
+  return commission::commission(request, test::serial, [](double) {});
+}
+
+plant::LoopModel rough_model() {
+  plant::LoopModel rough = test::believed_model();
+  rough.process.gain *= 1.3;
+  rough.process.time_constant_s *= 0.7;
+  rough.process.dead_time_s *= 1.4;
+  return rough;
+}
+
+TEST_CASE("a rough model becomes a twin that the record can't tell from the plant",
+          "[commission][long]") {
+  const plant::LoopModel truth = test::believed_model();
+  commission::Request request = request_of(truth);
+  request.model = rough_model();
+  const commission::Commissioning made = commissioned(request);
+  INFO(made.why);
+  REQUIRE(made.verdict == Verdict::commissioned);
+  CHECK(made.accepted == std::vector<std::string>{"short"});
+  CHECK(made.effects.empty());
+  CHECK(made.closed > 0.99);
+  CHECK(made.twin.process.gain == Approx(truth.process.gain).epsilon(0.01));
+  CHECK(made.twin.process.dead_time_s + made.twin.process.second_time_constant_s ==
+        Approx(truth.process.dead_time_s).margin(0.1));
+  CHECK(made.twin.transmitter.noise == Approx(0.015).epsilon(0.15));
+  CHECK(made.twin.uncertainty == rough_model().uncertainty);
+  REQUIRE(made.twin.scenario.set_point.size() == 6);
+  CHECK(made.twin.scenario.set_point[1].first == Approx(10.0).margin(0.2));
+  REQUIRE(made.twin.twin);
+  REQUIRE(made.twin.twin->parameters.size() == 3);
+  CHECK(made.twin.twin->covariance[0][0] < 1e-4);
+  CHECK(made.twin.twin->largest_size > 0.5);
+  CHECK(made.stages.front().holdout_rmse > 10.0 * made.stages.back().holdout_rmse);
+}
+
+TEST_CASE("without a model one is identified", "[commission][long]") {
+  const commission::Commissioning made = commissioned(request_of(test::believed_model()));
+  REQUIRE(made.verdict == Verdict::commissioned);
+  CHECK(made.identified);
+  CHECK(made.twin.process.gain == Approx(1.1).epsilon(0.02));
+  CHECK(made.twin.controller.pid.gains.kp == Approx(0.4).epsilon(0.1));
+}
+
+TEST_CASE("a valve fault is refused by name, and up to the limit it is the twin's",
+          "[commission][long]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"backlash", {{"deadband", 0.3}}}};  // 3 % of span
+  commission::Request request = request_of(truth);
+  request.model = rough_model();
+  const commission::Commissioning refused = commissioned(request);
+  CHECK(refused.verdict == Verdict::not_healthy);
+  INFO(refused.why);
+  REQUIRE(!refused.effects.empty());
+  CHECK(commission::size_percent(refused.effects[0].spec, 10.0) == Approx(3.0).margin(0.5));
+  request.healthy_limit_percent = 5.0;
+  const commission::Commissioning taken = commissioned(request);
+  INFO(taken.why);
+  REQUIRE(taken.verdict == Verdict::commissioned);
+  REQUIRE(!taken.twin.valve_effects.empty());
+  CHECK(commission::size_percent(taken.twin.valve_effects[0], 10.0) == Approx(3.0).margin(0.6));
+}
+
+TEST_CASE("records that can't make a twin say why, and nothing is searched", "[commission]") {
+  commission::Request request = request_of(test::believed_model());
+  request.accept_short = false;
+  CHECK(commissioned(request).verdict == Verdict::not_enough_movement);
+  request.records[0].columns.co.clear();
+  CHECK(commissioned(request).verdict == Verdict::not_usable);
+  request = request_of(test::believed_model());
+  auto& sp = request.records[0].columns.sp;
+  sp.assign(sp.size(), 4.0);
+  CHECK(commissioned(request).verdict == Verdict::not_enough_movement);
+  request = request_of(test::believed_model());
+  request.records[0].automatic.assign(sp.size(), 0.0);
+  CHECK(commissioned(request).verdict == Verdict::not_usable);
+}
+
+// ---- beside the loop ---------------------------------------------------------------------------
+
+plant::LoopModel twin_model() {
+  plant::LoopModel twin = test::believed_model();
+  twin.transmitter.noise = 0.015;
+  return twin;
+}
+
+// The healthy loop, and behind `fault` seconds the other one.
+gap::Record changed_at(const plant::ScheduledFault& fault, double seconds,
+                       double gain_factor = 1.0) {
+  plant::LoopModel truth = test::believed_model();
+  truth.process.gain *= gain_factor;
+  truth.scenario.faults = {fault};
+  gap::Record record{.period_s = 0.1, .pv = {}, .sp = {}, .co = {}};
+  truth.transmitter.noise = 0.015;
+  truth.scenario.set_point = {{0.0, 4.0}};
+  for (double t = 20.0; t < seconds; t += 40.0) {
+    truth.scenario.set_point.emplace_back(t, std::fmod(t, 80.0) < 40.0 ? 5.5 : 4.0);
+  }
+  plant::SimulatedLoop loop(truth, 10.0 / 4096.0);
+  for (double t = 0.0; t < seconds; t += 0.1) {
+    const plant::LoopSample s = loop.step();
+    record.pv.push_back(s.pv);
+    record.sp.push_back(s.sp);
+    record.co.push_back(s.co);
+  }
+  return record;
+}
+
+// s, when the watch comes on; 0: never.
+double comes_on_s(const gap::Record& record) {
+  monitor::TwinWatch watch(twin_model());
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    watch.add(record.pv[k], record.co[k]);
+    if (watch.on()) return record.time_s(k);
+  }
+  return 0.0;
+}
+
+plant::ScheduledFault gain_change(double factor) {
+  return {.effect = {"gain_change", {{"factor", factor}}},
+          .block = plant::Block::process,
+          .schedule = {.from_s = 300.0}};
+}
+
+TEST_CASE("the twin's watch is silent while the plant stays within its uncertainty, and on when it leaves",
+          "[commission][twin]") {
+  CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0)) == 0.0);
+  CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0, 1.02)) == 0.0);
+  const double at_s = comes_on_s(changed_at(gain_change(1.4), 600.0));
+  CHECK(at_s > 300.0);
+  CHECK(at_s < 450.0);
+}
+
+TEST_CASE("an outlier is no gap, a missing PV is none, and a gap in CO starts anew",
+          "[commission][twin]") {
+  gap::Record record = changed_at(gain_change(1.0), 300.0);
+  record.pv[1500] = 9.0;
+  for (std::size_t k = 2000; k < 2100; ++k) record.pv[k] = std::nan("");
+  CHECK(comes_on_s(record) == 0.0);
+  monitor::TwinWatch watch(twin_model());
+  for (std::size_t k = 0; k < 1000; ++k) watch.add(record.pv[k], record.co[k]);
+  watch.restart();
+  bool on = false;
+  for (std::size_t k = 0; k < 1000; ++k) {  // another operating point at once
+    watch.add(record.pv[k] + 1.0, record.co[k]);
+    on = on || watch.on();
+  }
+  CHECK(!on);
+}
+
+TEST_CASE("what was raised before a restart goes when the loop is as commissioned",
+          "[commission][twin]") {
+  const gap::Record record = changed_at(gain_change(1.0), 1100.0);
+  monitor::TwinWatch watch(twin_model());
+  watch.restore(true);
+  watch.add(record.pv[0], record.co[0]);
+  CHECK(watch.on());
+  for (std::size_t k = 1; k < record.size(); ++k) watch.add(record.pv[k], record.co[k]);
+  CHECK(!watch.on());
+}
+
+TEST_CASE("an explanation looks at what lies behind the change, names it, and gives the alarm its name",
+          "[commission][explain][long]") {
+  const gap::Record record = changed_at(gain_change(1.4), 900.0);
+  const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
+  const commission::Stretch stretch = commission::telling_stretch(record, twin_model(), alarm);
+  CHECK(record.time_s(stretch.begin) == Approx(300.0).margin(45.0));
+  CHECK(stretch.end > alarm);
+  const commission::Explanation e =
+      commission::explain(record, twin_model(), alarm, test::serial);
+  REQUIRE(e.explained());
+  REQUIRE(e.result.effects.size() == 1);
+  CHECK(e.result.effects[0].spec.name == "gain_change");
+  using monitor::AlarmKind;
+  CHECK(commission::agrees(e, AlarmKind::model_gap));
+  CHECK(!commission::agrees(e, AlarmKind::stiction));
+  CHECK(!commission::final_name(e, AlarmKind::model_gap));
+
+  commission::Explanation other = e;
+  other.closed = 0.99;
+  other.result.effects[0].confidence = 0.95;
+  const commission::Explanation sure = other;
+  CHECK(commission::final_name(sure, AlarmKind::stiction) == AlarmKind::model_gap);
+  other.closed = 0.7;
+  CHECK(!commission::final_name(other, AlarmKind::stiction));
+  other = sure;
+  other.result.effects[0].confidence = 0.85;
+  CHECK(!commission::final_name(other, AlarmKind::stiction));
+  other = sure;
+  other.result.effects[0].spec = {"backlash", {{"deadband", 0.4}}};
+  other.result.effects[0].block = plant::Block::valve;
+  CHECK(commission::final_name(other, AlarmKind::stiction) == AlarmKind::backlash);
+  CHECK(commission::size_percent(other) == Approx(4.0));
+  CHECK(!commission::final_name(other, AlarmKind::hysteresis));
+  other.result.effects[0].spec = {"leakage", {{"flow", 0.4}}};
+  CHECK(commission::final_name(other, AlarmKind::stiction) == AlarmKind::unknown);
+}
+
+TEST_CASE("windows of a twin have its noise and the set-point moves of its scenario",
+          "[commission][training]") {
+  plant::LoopModel twin = twin_model();
+  twin.scenario.set_point = {{0.0, 4.0}, {100.0, 4.5}, {300.0, 4.2}};
+  twin.scenario.duration_s = 500.0;
+  twin.twin = plant::TwinFit{{"gain"}, {{1e-4}}};
+  for (std::uint64_t seed = 1; seed < 12; ++seed) {
+    const specialist::SimulatedWindow window = specialist::simulate_window(
+        twin,
+        {.condition = specialist::Condition::no_fault, .moves = specialist::SetPointMoves::own},
+        seed);
+    const auto moved = std::adjacent_find(window.sp.begin(), window.sp.end(), std::not_equal_to<>());
+    REQUIRE(moved != window.sp.end());
+    for (const double sp : window.sp) CHECK((sp == 4.0 || sp == 4.5 || sp == 4.2));
+  }
+}
+
+}  // namespace commission_test

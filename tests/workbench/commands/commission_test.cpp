@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loopwarden commission`, and what is made of its twin, as users call them.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/shell.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests::commission_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+ShellOutcome loopwarden(const std::string& arguments) {
+  return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
+}
+
+std::string model_text(double gain, const std::string& scenario) {
+  return "sample_time: 0.1\n"
+         "controller: {kp: 0.4, ki: 0.15, output: [0, 10]}\n"
+         "process: {gain: " +
+         std::to_string(gain) +
+         ", time_constant: 1.5, dead_time: 0.6}\n"
+         "transmitter: {range: [0, 10], resolution: 0.0025, noise: 0.015}\n"
+         "scenario: {" +
+         scenario + "}\n";
+}
+
+struct Bench {
+  explicit Bench(const std::string& scenario, double believed_gain = 1.35) {
+    write_file(folder / "truth.yaml", model_text(1.0, scenario));
+    write_file(folder / "rough.yaml", model_text(believed_gain, scenario));
+    const ShellOutcome simulated =
+        loopwarden("simulate " + path("truth.yaml") + " --out " + path("record.csv"));
+    INFO(simulated.text);
+    REQUIRE(simulated.exit_code == 0);
+  }
+  std::string path(const std::string& name) const { return (folder / name).string(); }
+  json commissioned(const std::string& options) const {
+    const ShellOutcome out = loopwarden("commission " + path("record.csv") + " --out " +
+                                        path("out") + " " + options);
+    INFO(out.text);
+    REQUIRE(out.exit_code == 0);
+    return json::parse(read_file(folder / "out" / "commission.json"));
+  }
+  TemporaryFolder folder;
+};
+
+}  // namespace
+
+TEST_CASE("a short record is commissioned when it is accepted, and check and replay take the twin",
+          "[commission][long]") {
+  const Bench bench(
+      "duration: 300, set_point: [[0, 3], [20, 5], [60, 6.5], [100, 4], [140, 5.5], [200, 3.5]]");
+  const json refused = bench.commissioned("--model " + bench.path("rough.yaml"));
+  CHECK(refused.at("verdict") == "not_enough_movement");
+  CHECK(refused.at("twin").is_null());
+  CHECK(!fs::exists(bench.folder / "out" / "twin.yaml"));
+  CHECK(fs::exists(bench.folder / "out" / "report.html"));
+
+  const json made = bench.commissioned("--accept-short --windows 700 --model " +
+                                       bench.path("rough.yaml"));
+  INFO(made.dump(1));
+  CHECK(made.at("verdict") == "commissioned");
+  CHECK(made.at("accepted") == json::array({"short"}));
+  CHECK(made.at("gap").at("closed").get<double>() > 0.98);
+  CHECK(made.at("detectable").size() == 4);
+  CHECK(made.at("simulated_years").get<double>() > 0.0);
+  const ShellOutcome checked = loopwarden("check " + bench.path("out/twin.yaml") + " " +
+                                          bench.path("out/specialists"));
+  INFO(checked.text);
+  CHECK(checked.exit_code == 0);
+  const ShellOutcome replayed =
+      loopwarden("replay " + bench.path("record.csv") + " --specialists " +
+                 bench.path("out/specialists") + " --twin " + bench.path("out/twin.yaml") +
+                 " --json");
+  INFO(replayed.text);
+  REQUIRE(replayed.exit_code == 0);
+  CHECK(json::parse(replayed.text).at("transitions").empty());
+}
+
+TEST_CASE("a loop that changes raises model_gap, with its explanation", "[commission][replay]") {
+  const std::string moves =
+      "set_point: [[0, 4], [20, 5.5], [60, 4], [100, 5.5], [140, 4], [180, 5.5], [220, 4], "
+      "[260, 5.5], [300, 4], [340, 5.5], [380, 4], [420, 5.5]]";
+  const Bench bench("duration: 460, " + moves +
+                        ", faults: [{effect: gain_change, factor: 1.5, block: process, from: 150}]",
+                    1.0);
+  write_file(bench.folder / "twin.yaml", model_text(1.0, "duration: 460, " + moves));
+  const std::string replay =
+      "replay " + bench.path("record.csv") + " --twin " + bench.path("twin.yaml") +
+      " --pv-range 0 10 --co-range 0 10 --json";
+  const ShellOutcome out = loopwarden(replay);
+  INFO(out.text);
+  REQUIRE(out.exit_code == 0);
+  const json transitions = json::parse(out.text).at("transitions");
+  REQUIRE(!transitions.empty());
+  CHECK(transitions[0].at("alarm") == "model_gap");
+  CHECK(transitions[0].at("reason") == "twin");
+  CHECK(transitions[0].at("time_s").get<double>() > 150.0);
+  const json& explanation = transitions[0].at("explanation");
+  REQUIRE(!explanation.at("effects").empty());
+  CHECK(explanation.at("effects")[0].at("name") == "gain_change");
+  CHECK(explanation.at("agrees") == true);
+  CHECK(explanation.at("from_s").get<double>() == Approx(150.0).margin(40.0));
+
+  const ShellOutcome plain = loopwarden(replay + " --no-explain");
+  CHECK(json::parse(plain.text).at("transitions")[0].at("explanation").is_null());
+}
+
+TEST_CASE("what can't be commissioned says so with its exit code", "[commission]") {
+  const TemporaryFolder folder;
+  write_file(folder / "bad.csv", "time,pv\n0,1\n0.1,x\n");
+  CHECK(loopwarden("commission " + (folder / "bad.csv").string() + " --out " +
+                   (folder / "out").string())
+            .exit_code == 65);
+  CHECK(loopwarden("commission " + (folder / "none.csv").string() + " --out " +
+                   (folder / "out").string())
+            .exit_code == 74);
+  CHECK(loopwarden("commission").exit_code == 64);
+  CHECK(!fs::exists(folder / "out"));
+}
+
+}  // namespace loopwarden::tests::commission_test
