@@ -148,8 +148,10 @@ plant::ScheduledFault gain_change(double factor) {
           .schedule = {.from_s = 300.0}};
 }
 
-TEST_CASE("the twin's watch is silent while the plant stays within its uncertainty, and on when it leaves",
-          "[commission][twin]") {
+TEST_CASE(
+    "the twin's watch is silent while the plant stays within its uncertainty, and on when it "
+    "leaves",
+    "[commission][twin]") {
   CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0)) == 0.0);
   CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0, 1.02)) == 0.0);
   const double at_s = comes_on_s(changed_at(gain_change(1.4), 600.0));
@@ -185,15 +187,15 @@ TEST_CASE("what was raised before a restart goes when the loop is as commissione
   CHECK(!watch.on());
 }
 
-TEST_CASE("an explanation looks at what lies behind the change, names it, and gives the alarm its name",
-          "[commission][explain][long]") {
+TEST_CASE(
+    "an explanation looks at what lies behind the change, names it, and gives the alarm its name",
+    "[commission][explain][long]") {
   const gap::Record record = changed_at(gain_change(1.4), 900.0);
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
   const commission::Stretch stretch = commission::telling_stretch(record, twin_model(), alarm);
   CHECK(record.time_s(stretch.begin) == Approx(300.0).margin(45.0));
   CHECK(stretch.end > alarm);
-  const commission::Explanation e =
-      commission::explain(record, twin_model(), alarm, test::serial);
+  const commission::Explanation e = commission::explain(record, twin_model(), alarm, test::serial);
   REQUIRE(e.explained());
   REQUIRE(e.result.effects.size() == 1);
   CHECK(e.result.effects[0].spec.name == "gain_change");
@@ -233,7 +235,8 @@ TEST_CASE("windows of a twin have its noise and the set-point moves of its scena
         twin,
         {.condition = specialist::Condition::no_fault, .moves = specialist::SetPointMoves::own},
         seed);
-    const auto moved = std::adjacent_find(window.sp.begin(), window.sp.end(), std::not_equal_to<>());
+    const auto moved =
+        std::adjacent_find(window.sp.begin(), window.sp.end(), std::not_equal_to<>());
     REQUIRE(moved != window.sp.end());
     for (const double sp : window.sp) CHECK((sp == 4.0 || sp == 4.5 || sp == 4.2));
   }

@@ -23,7 +23,8 @@ TEST_CASE("a raw record passes every gate", "[commission]") {
   CHECK(commission::why_short(record).empty());
 }
 
-TEST_CASE("a swinging door and an exception band are compression, rounding is none", "[commission]") {
+TEST_CASE("a swinging door and an exception band are compression, rounding is none",
+          "[commission]") {
   gap::Record lines = noisy();
   gap::Record holds = noisy();
   gap::Record rounded = noisy();
@@ -41,7 +42,8 @@ TEST_CASE("a swinging door and an exception band are compression, rounding is no
   CHECK(commission::why_compressed(rounded).empty());
 }
 
-TEST_CASE("manual, a clamped output, an SP at rest and a short record are refused", "[commission]") {
+TEST_CASE("manual, a clamped output, an SP at rest and a short record are refused",
+          "[commission]") {
   gap::Record record = noisy();
   std::vector<double> automatic(record.size(), 1.0);
   CHECK(commission::why_by_hand(automatic).empty());

@@ -40,8 +40,8 @@ struct Bench {
   }
   std::string path(const std::string& name) const { return (folder / name).string(); }
   json commissioned(const std::string& options) const {
-    const ShellOutcome out = loopwarden("commission " + path("record.csv") + " --out " +
-                                        path("out") + " " + options);
+    const ShellOutcome out =
+        loopwarden("commission " + path("record.csv") + " --out " + path("out") + " " + options);
     INFO(out.text);
     REQUIRE(out.exit_code == 0);
     return json::parse(read_file(folder / "out" / "commission.json"));
@@ -61,22 +61,21 @@ TEST_CASE("a short record is commissioned when it is accepted, and check and rep
   CHECK(!fs::exists(bench.folder / "out" / "twin.yaml"));
   CHECK(fs::exists(bench.folder / "out" / "report.html"));
 
-  const json made = bench.commissioned("--accept-short --windows 700 --model " +
-                                       bench.path("rough.yaml"));
+  const json made =
+      bench.commissioned("--accept-short --windows 700 --model " + bench.path("rough.yaml"));
   INFO(made.dump(1));
   CHECK(made.at("verdict") == "commissioned");
   CHECK(made.at("accepted") == json::array({"short"}));
   CHECK(made.at("gap").at("closed").get<double>() > 0.98);
   CHECK(made.at("detectable").size() == 4);
   CHECK(made.at("simulated_years").get<double>() > 0.0);
-  const ShellOutcome checked = loopwarden("check " + bench.path("out/twin.yaml") + " " +
-                                          bench.path("out/specialists"));
+  const ShellOutcome checked =
+      loopwarden("check " + bench.path("out/twin.yaml") + " " + bench.path("out/specialists"));
   INFO(checked.text);
   CHECK(checked.exit_code == 0);
-  const ShellOutcome replayed =
-      loopwarden("replay " + bench.path("record.csv") + " --specialists " +
-                 bench.path("out/specialists") + " --twin " + bench.path("out/twin.yaml") +
-                 " --json");
+  const ShellOutcome replayed = loopwarden("replay " + bench.path("record.csv") +
+                                           " --specialists " + bench.path("out/specialists") +
+                                           " --twin " + bench.path("out/twin.yaml") + " --json");
   INFO(replayed.text);
   REQUIRE(replayed.exit_code == 0);
   CHECK(json::parse(replayed.text).at("transitions").empty());
@@ -90,9 +89,8 @@ TEST_CASE("a loop that changes raises model_gap, with its explanation", "[commis
                         ", faults: [{effect: gain_change, factor: 1.5, block: process, from: 150}]",
                     1.0);
   write_file(bench.folder / "twin.yaml", model_text(1.0, "duration: 460, " + moves));
-  const std::string replay =
-      "replay " + bench.path("record.csv") + " --twin " + bench.path("twin.yaml") +
-      " --pv-range 0 10 --co-range 0 10 --json";
+  const std::string replay = "replay " + bench.path("record.csv") + " --twin " +
+                             bench.path("twin.yaml") + " --pv-range 0 10 --co-range 0 10 --json";
   const ShellOutcome out = loopwarden(replay);
   INFO(out.text);
   REQUIRE(out.exit_code == 0);
