@@ -340,7 +340,7 @@ class Commissioner {
     result.series.pv_after = end.pv;
     out_.closed = gap::gap_closed(result.before.holdout_rmse, result.after.holdout_rmse,
                                   result.noise_floor_rmse);
-    out_.stages.push_back(end);
+    if (out_.stages.back().pv != end.pv) out_.stages.push_back(end);
 
     LoopModel twin = model_;
     twin.uncertainty = out_.given.uncertainty;

@@ -94,11 +94,18 @@ void print_result(const commission::Commissioning& c, const commission::Sight* s
     }
     fmt::print("False alarms: {} in {:.0f} simulated healthy hours, at most {:.0f} a year (95 %)\n",
                sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
-    const fs::path folder = fs::absolute(out).lexically_normal();
-    fmt::print("\nFor the loop's file:\nmonitor:\n  specialists: {}\n  twin: {}\n",
-               (folder / "specialists").string(), (folder / "twin.yaml").string());
+  }
+  const fs::path folder = fs::absolute(out).lexically_normal();
+  if (c.verdict == Verdict::commissioned) {
+    if (sight == nullptr) fmt::print("\nNo specialists: they know no integrating process.\n");
+    fmt::print("\nFor the loop's file:\nmonitor:\n");
+    if (sight != nullptr) fmt::print("  specialists: {}\n", (folder / "specialists").string());
+    fmt::print("  twin: {}\n", (folder / "twin.yaml").string());
   } else {
     fmt::print("{}\n", advice(c.verdict));
+    if (fs::exists(folder / "twin.yaml")) {
+      fmt::print("{}: of an earlier run, left as it was\n", (folder / "twin.yaml").string());
+    }
   }
   fmt::print("{0}/commission.json, {0}/report.html\n", out);
 }
