@@ -94,11 +94,11 @@ TEST_CASE("records that can't make a twin say why, and nothing is searched", "[c
   request.records[0].columns.co.clear();
   CHECK(commissioned(request).verdict == Verdict::not_usable);
   request = request_of(test::believed_model());
-  auto& sp = request.records[0].columns.sp;
-  sp.assign(sp.size(), 4.0);
+  const std::size_t samples = request.records[0].columns.size();
+  request.records[0].columns.sp.assign(samples, 4.0);
   CHECK(commissioned(request).verdict == Verdict::not_enough_movement);
   request = request_of(test::believed_model());
-  request.records[0].automatic.assign(sp.size(), 0.0);
+  request.records[0].automatic.assign(samples, 0.0);
   CHECK(commissioned(request).verdict == Verdict::not_usable);
 }
 
