@@ -29,6 +29,9 @@ struct Plant {
 
 Plant draw_plant(Random& random);
 
+// As draw_plant(), with the friction of any healthy packing: 0.05 to 0.4 % of span.
+Plant draw_common_plant(Random& random);
+
 // What the effects leave behind: where the truth differs from the healthy plant, and what the
 // tuning and the set points must then keep to.
 struct Draft {
@@ -39,8 +42,10 @@ struct Draft {
   Chain before_stem;
   std::unique_ptr<Element> stem;
   Chain after_stem;
-  // When before_stem, stem and after_stem take the place of the healthy stem, s; 0: from the start.
-  double valve_from_s = 0.0;
+  // From when on there is what differs from the healthy plant, s; 0: from the start.
+  double from_s = 0.0;
+  // A healthy valve's own, behind what is faulty in it.
+  Chain characteristic;
   // Process; an empty core is the healthy lag.
   std::function<double(double)> gain_factor;
   double gain_factor_at_rest = 1.0;
@@ -78,5 +83,7 @@ void apply_effect(std::string_view name, Draft& draft, Random& random);
 
 Tuning draw_tuning(const Draft& draft, Random& random);
 SetPointProfile draw_profile(const Draft& draft, Random& random);
+// Moves as operators make them: four or more in the first 20 minutes, then one each minute to each seven.
+SetPointProfile draw_operated_profile(const Draft& draft, Random& random);
 
 }  // namespace loopwarden::hidden_cases

@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::size_t kFewestSamples = 600;
 constexpr int kMostAttempts = 30;
+// Of a loop to commission, the healthy record comes first.
+constexpr double kCommissioned_s = 1200.0;
 
 const std::vector<std::string> kSingles{"stiction",
                                         "backlash",
@@ -36,6 +38,15 @@ const std::vector<std::string> kSingles{"stiction",
 
 const std::vector<std::string> kOnsets{"onset:stiction", "onset:backlash", "onset:hysteresis",
                                        "onset:low_air_supply", "onset:none"};
+
+const std::vector<std::string> kLaters{
+    "later:stiction",          "later:backlash",         "later:hysteresis",
+    "later:low_air_supply",    "later:gain_change",      "later:extra_lag",
+    "later:extra_dead_time",   "later:drift",            "later:step_disturbance",
+    "later:output_bias",       "later:controller_mismatch", "later:positioner_overshoot",
+    "later:oscillating_disturbance"};
+
+const std::vector<std::string> kHealthy{"later:none"};
 
 const std::vector<std::string> kControllers{"controller_mismatch"};
 
@@ -93,13 +104,15 @@ const std::vector<std::string> kFurthers{
     "oscillatory_process", "varying_gain",     "intermittent_stiction",   "clipped_measurement",
     "held_measurement",    "stiction:closing", "flow_dependent_dead_time"};
 
+bool is_later(Kind kind) { return kind == Kind::kLater || kind == Kind::kHealthy; }
+
 // "onset:stiction" -> "stiction"
 std::string onset_effect(const CaseRequest& request) {
   return request.effect.substr(request.effect.find(':') + 1);
 }
 
 std::vector<std::string> parts_of(const CaseRequest& request) {
-  if (request.kind == Kind::kOnset) return {onset_effect(request)};
+  if (request.kind == Kind::kOnset || is_later(request.kind)) return {onset_effect(request)};
   const std::size_t plus = request.effect.find('+');
   if (plus == std::string::npos) return {request.effect};
   return {request.effect.substr(0, plus), request.effect.substr(plus + 1)};
@@ -126,7 +139,7 @@ std::vector<std::string> accepted_names(const CaseRequest& request) {
   if (request.kind == Kind::kNone) return {"none"};
   if (request.kind == Kind::kOutside) return names_outside(request.effect);
   // Distributed play and one play can't always be told apart.
-  if (request.effect == "hysteresis" || request.effect == "onset:hysteresis") {
+  if (parts_of(request) == std::vector<std::string>{"hysteresis"}) {
     return {"hysteresis", "backlash"};
   }
   if (request.effect == "stiction:closing") return {"stiction"};
@@ -137,22 +150,36 @@ void append(Chain& chain, Chain more) {
   std::move(more.begin(), more.end(), std::back_inserter(chain));
 }
 
+// What comes only at `from_s`.
+void append_from(Chain& path, Chain more, double from_s) {
+  if (from_s <= 0.0) return append(path, std::move(more));
+  if (!more.empty()) path.push_back(make_onset({}, std::move(more), from_s));
+}
+
 void append_process(Chain& path, Draft& draft) {
   const Plant plant = draft.plant;
   if (draft.transport) {
     path.push_back(std::move(draft.transport));
   } else {
-    path.push_back(make_dead_time(plant.dead_time_s + draft.extra_dead_time_s));
+    const bool later = draft.from_s > 0.0 && draft.extra_dead_time_s > 0.0;
+    path.push_back(make_dead_time(plant.dead_time_s + (later ? 0.0 : draft.extra_dead_time_s)));
+    if (later) {
+      Chain extra;
+      extra.push_back(make_dead_time(draft.extra_dead_time_s));
+      append_from(path, std::move(extra), draft.from_s);
+    }
   }
   if (draft.gain_factor) {
     path.push_back(make_gain(
-        [gain = plant.gain, factor = draft.gain_factor](double t) { return gain * factor(t); }));
+        [gain = plant.gain, factor = draft.gain_factor, from_s = draft.from_s](double t) {
+          return from_s > 0.0 && t < from_s ? gain : gain * factor(t);
+        }));
   } else {
     path.push_back(make_gain([gain = plant.gain](double) { return gain; }));
   }
   path.push_back(draft.core ? std::move(draft.core) : make_lag(plant.time_constant_s));
   if (plant.second_lag_s > 0.0) path.push_back(make_lag(plant.second_lag_s));
-  append(path, std::move(draft.after_process));
+  append_from(path, std::move(draft.after_process), draft.from_s);
 }
 
 TruthLoop build(Draft draft, Tuning believed, const SetPointProfile& profile) {
@@ -162,17 +189,29 @@ TruthLoop build(Draft draft, Tuning believed, const SetPointProfile& profile) {
   append(valve, std::move(draft.before_stem));
   valve.push_back(draft.stem ? std::move(draft.stem) : make_karnopp_stem(draft.plant.stem));
   append(valve, std::move(draft.after_stem));
-  if (draft.valve_from_s > 0.0) {
+  if (draft.from_s > 0.0) {
     Chain healthy;
     healthy.push_back(make_karnopp_stem(draft.plant.stem));
-    loop.path.push_back(make_onset(std::move(healthy), std::move(valve), draft.valve_from_s));
+    loop.path.push_back(make_onset(std::move(healthy), std::move(valve), draft.from_s));
   } else {
     append(loop.path, std::move(valve));
   }
+  append(loop.path, std::move(draft.characteristic));
   append_process(loop.path, draft);
-  loop.added = std::move(draft.added);
+  for (auto& signal : draft.added) {
+    loop.added.emplace_back([signal = std::move(signal), from_s = draft.from_s](double t) {
+      if (from_s <= 0.0) return signal(t);
+      return t < from_s ? 0.0 : signal(t - from_s);
+    });
+  }
   loop.reading_stands = draft.reading_stands;
-  loop.tuning = {believed.kp * draft.kp_factor, believed.ki_per_s * draft.ki_factor};
+  const Tuning real{believed.kp * draft.kp_factor, believed.ki_per_s * draft.ki_factor};
+  if (draft.from_s > 0.0) {
+    loop.tuning = believed;
+    loop.retuned = {draft.from_s, real};
+  } else {
+    loop.tuning = real;
+  }
   if (draft.transmitter_short_of_top > 0.0) {
     const auto top = std::max_element(profile.begin(), profile.end(),
                                       [](auto& a, auto& b) { return a.second < b.second; });
@@ -198,6 +237,13 @@ bool is_plausible(const LoopRecord& record, double most_time_at_stops, double mo
   return share <= most_time_at_stops && rms <= most_tail_error;
 }
 
+// What somebody remembers of a loop that was never identified.
+BelievedLoop rough_belief(const Plant& plant, Tuning tuning, Random& random) {
+  return {tuning, plant.gain * random.uniform(0.7, 1.3),
+          plant.time_constant_s * random.uniform(0.7, 1.3),
+          plant.dead_time_s * random.uniform(0.6, 1.4)};
+}
+
 BelievedLoop believed_loop(const Plant& plant, Tuning tuning, Random& random) {
   const double seen_as_dead_time_s =
       plant.dead_time_s + plant.second_lag_s + plant.actuator_lag_s + plant.stem.damping_s;
@@ -216,25 +262,38 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   HiddenCase one;
   one.id = request.id;
   one.effect = request.kind == Kind::kNone ? "none" : request.effect;
-  if (request.kind == Kind::kOnset) one.effect = onset_effect(request);
+  const bool later = is_later(request.kind);
+  if (request.kind == Kind::kOnset || later) one.effect = onset_effect(request);
   one.accept = accepted_names(request);
 
   const std::size_t samples = samples_of(request, random);
   Draft draft;
-  draft.plant = draw_plant(random);
+  draft.plant = later ? draw_common_plant(random) : draw_plant(random);
   draft.duration_s = kPeriod_s * static_cast<double>(samples);
-  for (const std::string& part : parts_of(request)) apply_effect(part, draft, random);
-  if (request.kind == Kind::kOnset) {
-    draft.valve_from_s = one.from_s = draft.duration_s * random.uniform(0.4, 0.6);
+  if (later && random.chance(1.0 / 3.0)) {
+    apply_effect("valve_characteristic", draft, random);
+    draft.characteristic = std::exchange(draft.after_stem, {});
   }
+  for (const std::string& part : parts_of(request)) apply_effect(part, draft, random);
+  if (request.kind == Kind::kOnset) one.from_s = draft.duration_s * random.uniform(0.4, 0.6);
+  if (request.kind == Kind::kLater) {
+    one.from_s = kCommissioned_s + 0.5 * (draft.duration_s - kCommissioned_s);
+    // From the moment itself: what was drawn lies at another one.
+    if (one.effect == "step_disturbance") {
+      draft.added = {[size = draft.parameters.at("size")](double) { return size; }};
+    }
+  }
+  draft.from_s = one.from_s;
   const Tuning tuning = draw_tuning(draft, random);
-  const SetPointProfile profile = draw_profile(draft, random);
-  one.believed = believed_loop(draft.plant, tuning, random);
+  const SetPointProfile profile =
+      later ? draw_operated_profile(draft, random) : draw_profile(draft, random);
+  one.believed = later ? rough_belief(draft.plant, tuning, random)
+                       : believed_loop(draft.plant, tuning, random);
   one.parameters = draft.parameters;
   one.note = draft.note;
   const double most_time_at_stops = draft.most_time_at_stops;
   const double most_tail_error = draft.most_tail_error;
-  if (request.effect == "controller_mismatch") {
+  if (one.effect == "controller_mismatch") {
     one.parameters = {{"kp", tuning.kp * draft.kp_factor},
                       {"ki", tuning.ki_per_s * draft.ki_factor}};
   }
@@ -258,7 +317,9 @@ std::size_t share_of(Kind kind) {
     case Kind::kOutside: return 6;
     case Kind::kOnset: return 30;
     case Kind::kController: return 6;
-    case Kind::kFurther: return 30;
+    case Kind::kFurther:
+    case Kind::kLater:
+    case Kind::kHealthy: return 30;
   }
   return 0;
 }
@@ -307,6 +368,8 @@ const std::vector<std::string>& effect_names(Kind kind) {
     case Kind::kOnset: return kOnsets;
     case Kind::kController: return kControllers;
     case Kind::kFurther: return kFurthers;
+    case Kind::kLater: return kLaters;
+    case Kind::kHealthy: return kHealthy;
   }
   throw std::invalid_argument("no such kind of hidden case");
 }

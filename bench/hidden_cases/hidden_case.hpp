@@ -15,7 +15,9 @@ namespace loopwarden::hidden_cases {
 // kOnset: a valve that is healthy until some moment about the middle of the record, for what watches
 // loops. kController: controller mismatches alone, of which kSingle holds one in fourteen.
 // kFurther: one effect as in kSingle, of those that came to the catalogue later.
-enum class Kind { kSingle, kNone, kPair, kOutside, kOnset, kController, kFurther };
+// kLater: a loop to commission: believed roughly, valves with the friction and the characteristics that healthy ones have,
+// and a fault of any block from about the middle of the record on. kHealthy: the same without a fault.
+enum class Kind { kSingle, kNone, kPair, kOutside, kOnset, kController, kFurther, kLater, kHealthy };
 
 // What one case is made of. The same request gives the same bits.
 struct CaseRequest {
@@ -60,8 +62,8 @@ const std::vector<std::string>& effect_names(Kind kind);
 // than 600 samples.
 HiddenCase make_case(const CaseRequest& request);
 
-// Requests for `count` cases: kinds in the ratio 30 : 4 : 6 : 6 : 30 : 6 : 30 of single, none, pair, outside,
-// onset, controller, further as far as they are wanted, every effect of a kind as often as the others (of the pairs every other
+// Requests for `count` cases: kinds in the ratio 30 : 4 : 6 : 6 : 30 : 6 : 30 : 30 : 30 of single, none, pair, outside,
+// onset, controller, further, later, healthy as far as they are wanted, every effect of a kind as often as the others (of the pairs every other
 // one is stiction+gain_change or backlash+oscillating_disturbance). Case k has the seed seed + k.
 std::vector<CaseRequest> plan_cases(std::size_t count, std::uint64_t seed,
                                     const std::vector<Kind>& kinds, bool load, std::size_t samples);

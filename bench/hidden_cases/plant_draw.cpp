@@ -51,6 +51,13 @@ SetPointProfile random_profile(double duration_s, Random& random) {
 
 }  // namespace
 
+Plant draw_common_plant(Random& random) {
+  Plant plant = draw_plant(random);
+  plant.stem.static_friction = random.uniform(0.0025, 0.02);
+  plant.stem.dynamic_friction = plant.stem.static_friction * random.uniform(0.7, 1.0);
+  return plant;
+}
+
 Plant draw_plant(Random& random) {
   const Process process = draw_process(random);
   Plant plant{};
@@ -103,6 +110,25 @@ SetPointProfile draw_profile(const Draft& draft, Random& random) {
   for (auto& [from_s, level] : profile) {
     from_s = std::round(from_s * squeeze / kPeriod_s) * kPeriod_s;
     level = std::round(level * scale * 100.0) / 100.0;
+  }
+  return profile;
+}
+
+SetPointProfile draw_operated_profile(const Draft& draft, Random& random) {
+  constexpr double kFirst_s = 1200.0;
+  const double highest =
+      std::min(7.5, draft.highest_travel * draft.plant.gain * std::min(draft.gain_factor_at_rest, 1.0));
+  const double middle = random.uniform(0.4, 0.75) * highest;
+  SetPointProfile profile{{0.0, std::round(10.0 * middle) / 10.0}};
+  double time_s = random.uniform(30.0, 120.0);
+  while (time_s < draft.duration_s - 30.0) {
+    const double last = profile.back().second;
+    double level = last;
+    while (std::abs(level - last) < 0.3) {
+      level = std::clamp(middle + random.uniform(-0.3, 0.3) * highest, 1.5, highest);
+    }
+    profile.emplace_back(std::round(time_s / kPeriod_s) * kPeriod_s, std::round(10.0 * level) / 10.0);
+    time_s += random.log_uniform(60.0, time_s < kFirst_s ? 250.0 : 420.0);
   }
   return profile;
 }

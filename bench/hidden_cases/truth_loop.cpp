@@ -82,6 +82,7 @@ LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samp
     const double pv =
         is_new || k == 0 ? rounded(std::clamp(seen + noise, 0.0, 10.0)) : record.pv.back();
     const double sp = set_point_at(profile, time_s);
+    if (loop.retuned && time_s >= loop.retuned->first) controller.retune(loop.retuned->second);
     const double co = controller.step(sp, pv);
     record.time_s.push_back(time_s);
     record.sp.push_back(sp);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct Tuning {
 class SampledPi {
  public:
   SampledPi(Tuning tuning, double integral) : tuning_(tuning), integral_(integral) {}
+  void retune(Tuning tuning) { tuning_ = tuning; }
   double step(double set_point, double pv);
 
  private:
@@ -48,6 +50,8 @@ struct TruthLoop {
   // Samples for which a reading stands; 1: each is new.
   std::size_t reading_stands = 1;
   Tuning tuning{};
+  // What the controller has from a time on, s.
+  std::optional<std::pair<double, Tuning>> retuned{};
   double noise_rms = 0.0;
   // Unmeasured load on PV: Ornstein-Uhlenbeck, PV units per root second, forgotten in 300 s.
   double load_per_root_s = 0.0;
