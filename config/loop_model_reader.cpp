@@ -180,6 +180,9 @@ class ModelReader {
       const NumberRule rule{"", at_least(0.0), "0: not known"};
       twin.largest_size = watch->number("size", rule, 0.0);
       twin.largest_colour = watch->number("colour", rule, 0.0);
+      const NumberRule any{"PV units", {}, "of the healthy record's PV"};
+      twin.seen_low = watch->number("pv_low", any, twin.seen_low);
+      twin.seen_high = watch->number("pv_high", any, twin.seen_high);
     }
     if (in.describing() || (parameters.given && !parameters.valid) ||
         (covariance.given && !covariance.valid)) {

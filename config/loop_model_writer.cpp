@@ -239,6 +239,11 @@ class ModelWriter {
     if (!model.process_effects.empty()) effects(2, "effects", model.process_effects);
   }
 
+  static std::string seen(const plant::TwinFit& twin) {
+    if (!std::isfinite(twin.seen_low) || !std::isfinite(twin.seen_high)) return "";
+    return fmt::format(", pv_low: {}, pv_high: {}", number(twin.seen_low), number(twin.seen_high));
+  }
+
   void write_twin(const plant::TwinFit& twin) {
     line(0, "twin");
     line(2, "parameters", fmt::format("[{}]", fmt::join(twin.parameters, ", ")));
@@ -247,9 +252,9 @@ class ModelWriter {
       text_ += fmt::format("    - [{}]\n", fmt::join(row, ", "));
     }
     line(2, "watch",
-         fmt::format("{{size: {}, colour: {}}}", number(twin.largest_size),
-                     number(twin.largest_colour)),
-         "of the healthy record's residual");
+         fmt::format("{{size: {}, colour: {}{}}}", number(twin.largest_size),
+                     number(twin.largest_colour), seen(twin)),
+         "of the healthy record's residual, and its PV");
   }
 
   void write_scenario(const plant::Scenario& scenario) {

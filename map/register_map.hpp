@@ -20,7 +20,7 @@
 namespace loopwarden::register_map {
 
 inline constexpr std::uint16_t kMagic = 0x4C50;
-inline constexpr std::uint16_t kVersion = 0x0104;  // major, minor
+inline constexpr std::uint16_t kVersion = 0x0105;  // major, minor
 inline constexpr float kFloatTest = 123456.0F;     // 0x47F1 0x2000 in order abcd
 inline constexpr std::uint32_t kIntegerTest = 0x01020304;
 inline constexpr std::int16_t kScaledInvalid = -32768;  // a scaled copy of what is not there
@@ -163,6 +163,14 @@ enum class Field : std::uint8_t {
   wanted_sp_scaled,
   wanted_output_scaled,
   shelve_minutes,
+  explanation_effect,
+  explanation_agrees,
+  explanation_size,
+  explanation_low,
+  explanation_high,
+  explanation_gap_closed,
+  explanation_alarm,
+  explanation_age,
   jacket_rate_shadow,
   compensator,
   compensator_shadow,

@@ -29,6 +29,7 @@ int run(int argc, char** argv) {
   add_train(app, exit_code);
   add_classify(app, exit_code);
   add_replay(app, exit_code);
+  add_explain(app, exit_code);
   add_gap(app, exit_code);
   add_commission(app, exit_code);
   add_demo(app, exit_code);

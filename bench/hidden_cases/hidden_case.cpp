@@ -39,12 +39,19 @@ const std::vector<std::string> kSingles{"stiction",
 const std::vector<std::string> kOnsets{"onset:stiction", "onset:backlash", "onset:hysteresis",
                                        "onset:low_air_supply", "onset:none"};
 
-const std::vector<std::string> kLaters{
-    "later:stiction",          "later:backlash",         "later:hysteresis",
-    "later:low_air_supply",    "later:gain_change",      "later:extra_lag",
-    "later:extra_dead_time",   "later:drift",            "later:step_disturbance",
-    "later:output_bias",       "later:controller_mismatch", "later:positioner_overshoot",
-    "later:oscillating_disturbance"};
+const std::vector<std::string> kLaters{"later:stiction",
+                                       "later:backlash",
+                                       "later:hysteresis",
+                                       "later:low_air_supply",
+                                       "later:gain_change",
+                                       "later:extra_lag",
+                                       "later:extra_dead_time",
+                                       "later:drift",
+                                       "later:step_disturbance",
+                                       "later:output_bias",
+                                       "later:controller_mismatch",
+                                       "later:positioner_overshoot",
+                                       "later:oscillating_disturbance"};
 
 const std::vector<std::string> kHealthy{"later:none"};
 
@@ -170,8 +177,8 @@ void append_process(Chain& path, Draft& draft) {
     }
   }
   if (draft.gain_factor) {
-    path.push_back(make_gain(
-        [gain = plant.gain, factor = draft.gain_factor, from_s = draft.from_s](double t) {
+    path.push_back(
+        make_gain([gain = plant.gain, factor = draft.gain_factor, from_s = draft.from_s](double t) {
           return from_s > 0.0 && t < from_s ? gain : gain * factor(t);
         }));
   } else {

@@ -17,7 +17,17 @@ namespace loopwarden::hidden_cases {
 // kFurther: one effect as in kSingle, of those that came to the catalogue later.
 // kLater: a loop to commission: believed roughly, valves with the friction and the characteristics that healthy ones have,
 // and a fault of any block from about the middle of the record on. kHealthy: the same without a fault.
-enum class Kind { kSingle, kNone, kPair, kOutside, kOnset, kController, kFurther, kLater, kHealthy };
+enum class Kind {
+  kSingle,
+  kNone,
+  kPair,
+  kOutside,
+  kOnset,
+  kController,
+  kFurther,
+  kLater,
+  kHealthy
+};
 
 // What one case is made of. The same request gives the same bits.
 struct CaseRequest {

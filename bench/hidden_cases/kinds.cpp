@@ -18,8 +18,10 @@ Kind parse_kind(std::string_view word) {
   if (word == "further") return Kind::kFurther;
   if (word == "later") return Kind::kLater;
   if (word == "healthy") return Kind::kHealthy;
-  throw std::invalid_argument(fmt::format(
-      "'{}' is no kind of case: single, none, pair, outside, onset, controller, further, later, healthy", word));
+  throw std::invalid_argument(
+      fmt::format("'{}' is no kind of case: single, none, pair, outside, onset, controller, "
+                  "further, later, healthy",
+                  word));
 }
 
 }  // namespace

@@ -116,8 +116,8 @@ SetPointProfile draw_profile(const Draft& draft, Random& random) {
 
 SetPointProfile draw_operated_profile(const Draft& draft, Random& random) {
   constexpr double kFirst_s = 1200.0;
-  const double highest =
-      std::min(7.5, draft.highest_travel * draft.plant.gain * std::min(draft.gain_factor_at_rest, 1.0));
+  const double highest = std::min(
+      7.5, draft.highest_travel * draft.plant.gain * std::min(draft.gain_factor_at_rest, 1.0));
   const double middle = random.uniform(0.4, 0.75) * highest;
   SetPointProfile profile{{0.0, std::round(10.0 * middle) / 10.0}};
   double time_s = random.uniform(30.0, 120.0);
@@ -127,7 +127,8 @@ SetPointProfile draw_operated_profile(const Draft& draft, Random& random) {
     while (std::abs(level - last) < 0.3) {
       level = std::clamp(middle + random.uniform(-0.3, 0.3) * highest, 1.5, highest);
     }
-    profile.emplace_back(std::round(time_s / kPeriod_s) * kPeriod_s, std::round(10.0 * level) / 10.0);
+    profile.emplace_back(std::round(time_s / kPeriod_s) * kPeriod_s,
+                         std::round(10.0 * level) / 10.0);
     time_s += random.log_uniform(60.0, time_s < kFirst_s ? 250.0 : 420.0);
   }
   return profile;

@@ -19,12 +19,15 @@
 #include <utility>
 
 #include "config/config_reader.hpp"
+#include "config/loop_model_writer.hpp"
+#include "daemon/explain/explanation_file.hpp"
 #include "daemon/loops/event_text.hpp"
 #include "daemon/loops/loop_health.hpp"
 #include "daemon/loops/loop_orders.hpp"
 #include "hal/os/exit_code.hpp"
 #include "hal/os/real_time.hpp"
 #include "record/segment_format.hpp"
+#include "model/commission/explain.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "model/effects/catalogue.hpp"
 
@@ -194,6 +197,12 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
           contents_of(specialists),
           [this](const evidence::Evidence& e, const std::filesystem::path& folder,
                  const std::string& why) { report_evidence(e, folder, why); }),
+      explainer_(
+          {.program = workbench_program()},
+          [this](std::size_t loop) { return monitor_->history(loop)->minutes(); },
+          [this](const ExplainJob& job, const Explanation* explanation, const std::string& why) {
+            report_explanation(job, explanation, why);
+          }),
       start_hash_(hash_of(configuration_.text)),
       config_hash_(start_hash_),
       control_(socket_in(configuration_.daemon.runtime_directory), loops_, historian_, board_,
@@ -232,6 +241,9 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
     specialist_hashes_[name] = folder.hash;
   }
   std::vector<monitor::WatchedLoop> watched;
+  for (const auto& [name, twin] : specialists.twins) {
+    twins_[name] = config::write_model(twin, name);
+  }
   for (LoopRuntime& loop : loops_) {
     // One judge serves all loops of its folder: there is one monitor thread.
     const auto judge = judges_.find(loop.config.monitor.specialists);
@@ -240,6 +252,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
                        .window = window_of(loop.config),
                        .judge = judge == judges_.end() ? nullptr : judge->second.get(),
                        .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
+                       .history_s = commission::kLongest_s + commission::kEnough_s,
                        .rule = loopwarden::monitor::kAlarmRule,
                        .corrective = loop.config.monitor.corrective,
                        .orders = &monitor_desks_.emplace_back(
@@ -254,6 +267,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
              loopwarden::monitor::AlarmReason reason) {
         keep_evidence(loop, alarm, loop_monitor, step, reason);
       });
+  remember_explanations();
   if (configuration_.daemon.modbus_server) make_gateway();
 }
 
@@ -280,7 +294,7 @@ void App::make_gateway() {
 }
 
 void App::keep_evidence(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-                        const loopwarden::monitor::LoopMonitor& monitor,
+                        const loopwarden::monitor::LoopMonitor& loop_monitor,
                         const loopwarden::monitor::MonitorStep& step,
                         loopwarden::monitor::AlarmReason reason) {
   const config::LoopConfig& config = loops_[loop].config;
@@ -288,11 +302,21 @@ void App::keep_evidence(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
   evidence.loop = config.name;
   evidence.alarm = alarm;
   evidence.raised_ms = board_.watch(loop).alarms.alarm(alarm).memory().raised_ms;
-  evidence.take(monitor, step, reason);
+  if (reason == loopwarden::monitor::AlarmReason::twin) {
+    monitor::History::Minutes minutes = monitor_->history(loop)->minutes();
+    evidence.take(loop_monitor, std::move(minutes.sp), std::move(minutes.pv),
+                  std::move(minutes.co));
+  } else {
+    evidence.take(loop_monitor, step, reason);
+  }
   evidence.version = LOOPWARDEN_VERSION;
   evidence.config_hash = config_hash_;
   evidence.loop_file = config.file;
-  if (!evidence.routine) {
+  if (const monitor::History* history = monitor_->history(loop)) {
+    evidence.raised_at = history->newest();
+    evidence.twin = twins_.at(config.monitor.twin);
+  }
+  if (evidence.by_specialists()) {
     evidence.specialists_folder = config.monitor.specialists;
     evidence.specialists_hash = specialist_hashes_[config.monitor.specialists];
   }
@@ -310,6 +334,53 @@ void App::report_evidence(const evidence::Evidence& evidence, const std::filesys
   entry.new_value = folder.string();
   entry.result = why.empty() ? "done" : "not written: " + why;
   journal_.post(std::move(entry));
+  if (why.empty() && !evidence.twin.empty()) have_explained(evidence, folder);
+}
+
+void App::have_explained(const evidence::Evidence& evidence, const std::filesystem::path& folder) {
+  const auto loop = std::find_if(loops_.begin(), loops_.end(), [&](const LoopRuntime& l) {
+    return l.config.name == evidence.loop;
+  });
+  const auto index = static_cast<std::size_t>(loop - loops_.begin());
+  const monitor::History& history = *monitor_->history(index);
+  // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
+  const double unquiet_s = history.unquiet_s();
+  const double wait_s = unquiet_s > 0.0 ? std::max(0.0, commission::kEnough_s - unquiet_s) : 0.0;
+  explainer_.post({.loop = index,
+                   .alarm = evidence.alarm,
+                   .raised_at = evidence.raised_at,
+                   .folder = folder,
+                   .wait = std::chrono::milliseconds(
+                       std::llround(1000.0 * wait_s / configuration_.daemon.accelerate))});
+}
+
+void App::report_explanation(const ExplainJob& job, const Explanation* explanation,
+                             const std::string& why) {
+  if (explanation != nullptr) {
+    board_.explained(job.loop, *explanation);
+    return;
+  }
+  journal::JournalEntry entry;
+  entry.kind = journal::JournalEntry::Kind::system;
+  entry.utc_ms = utc_ms();
+  entry.loop = board_.name(job.loop);
+  entry.alarm = loopwarden::monitor::to_text(job.alarm);
+  entry.what = "explanation";
+  entry.new_value = job.folder.string();
+  entry.result = "not there: " + why;
+  journal_.post(std::move(entry));
+}
+
+// Of alarms that were on before the start.
+void App::remember_explanations() {
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
+      if (!board_.watch(i).alarms.alarm(kind).active()) continue;
+      const auto folder = evidence_.newest(board_.name(i), kind);
+      if (!folder || !std::filesystem::exists(*folder / "explanation.json")) continue;
+      attempt("explanation", [&] { board_.restore(i, read_explanation(*folder)); });
+    }
+  }
 }
 
 App::~App() {
@@ -320,6 +391,7 @@ App::~App() {
   control_.stop();
   monitor_->stop();
   evidence_.stop();
+  explainer_.stop();
   historian_.stop();
   journal_.stop();
   for (LoopRuntime& loop : loops_) loop.io->close();
@@ -338,6 +410,7 @@ void App::start() {
   reader_.start();
   journal_.start();
   evidence_.start();
+  explainer_.start();
   historian_.start();
   monitor_->start();
   control_.keep_metrics(std::filesystem::path(configuration_.daemon.runtime_directory) /
@@ -571,6 +644,7 @@ void App::end_threads() {
   end("control socket", control_);
   end("recorder", historian_);
   end("evidence", evidence_);
+  end("explanations", explainer_);
   end("journal", journal_);  // the last: evidence has a line for it
   ended_ = hung.empty();
   if (ended_) return;
@@ -635,6 +709,7 @@ nlohmann::json App::status() const {
   const journal::JournalStatus lines = journal_.status();
   const monitor::MonitorStatus watched = monitor_->status();
   const EvidenceStatus kept = evidence_.status();
+  const ExplainerStatus explained = explainer_.status();
   nlohmann::json server = nullptr;
   if (gateway_) {
     const gateway::TcpServerCounters c = gateway_->counters();
@@ -665,6 +740,10 @@ nlohmann::json App::status() const {
             {"waiting", kept.waiting},
             {"lost", kept.lost},
             {"error", kept.error}}},
+          {"explanations",
+           {{"explained", explained.explained},
+            {"failed", explained.failed},
+            {"waiting", explained.waiting}}},
           {"monitor",
            {{"windows", watched.windows},
             {"cycles", watched.cycles},

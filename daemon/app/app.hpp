@@ -22,6 +22,7 @@
 #include "daemon/console/control_server.hpp"
 #include "daemon/recorder/disk_errand.hpp"
 #include "daemon/evidence/evidence_store.hpp"
+#include "daemon/explain/explainer.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/app/gateway_loops.hpp"
 #include "daemon/app/watchdog.hpp"
@@ -85,6 +86,10 @@ class App {
                      const loopwarden::monitor::LoopMonitor& monitor,
                      const loopwarden::monitor::MonitorStep& step,
                      loopwarden::monitor::AlarmReason reason);
+  void have_explained(const evidence::Evidence& evidence, const std::filesystem::path& folder);
+  void report_explanation(const ExplainJob& job, const Explanation* explanation,
+                          const std::string& why);
+  void remember_explanations();
   void report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
                        const std::string& why);
   nlohmann::json status() const;
@@ -106,9 +111,11 @@ class App {
   std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges_;  // by folder
   std::uint32_t model_hash_;                                // of the specialists; 0: none
   std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
+  std::map<std::string, std::string> twins_;                // files as text, by name
   EvidenceStore evidence_;
   std::deque<orders::OrderDesk> monitor_desks_;  // one for each loop
   std::unique_ptr<monitor::Monitor> monitor_;
+  Explainer explainer_;
   std::uint32_t start_hash_;                // of the files as they were at the start
   std::atomic<std::uint32_t> config_hash_;  // of the configuration in force
   ControlServer control_;

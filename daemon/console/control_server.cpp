@@ -148,6 +148,33 @@ json condition_json(const analysis::ConditionIndices& condition) {
           {"environment", number(condition.environment)}};
 }
 
+json explanation_json(const Explanation& e) {
+  return {{"alarm", model::to_text(e.alarm)},
+          {"final_name", e.final_name ? json(model::to_text(*e.final_name)) : json(nullptr)},
+          {"raised_ms", e.raised_ms},
+          {"ended_ms", e.ended_ms},
+          {"verdict", e.verdict},
+          {"effect", e.effect},
+          {"size_percent", number(e.size_percent)},
+          {"low_percent", number(e.low_percent)},
+          {"high_percent", number(e.high_percent)},
+          {"confidence", number(e.confidence)},
+          {"alternatives", e.alternatives},
+          {"gap_closed", number(e.gap_closed)},
+          {"agrees", e.agrees},
+          {"since_s", number(e.since_s)},
+          {"sentence", e.sentence},
+          {"remedy", e.remedy},
+          {"folder", e.folder.string()}};
+}
+
+// Of this alarm, under its first or its final name.
+json explanation_of(const monitor::LoopWatch& watch, model::AlarmKind kind) {
+  const auto& e = watch.explanation;
+  if (!e || (e->alarm != kind && e->final_name != kind)) return nullptr;
+  return explanation_json(*e);
+}
+
 json watch_json(const monitor::LoopWatch& watch) {
   const model::WindowMeasures& m = watch.measures;
   const bool no_size = watch.judgement.result == model::WindowJudgement::Result::fault &&
@@ -617,6 +644,7 @@ json ControlServer::explain(const json& request) {
           {"cause", guide.cause},
           {"consequence", guide.consequence},
           {"action", guide.action},
+          {"explanation", explanation_of(watch, kind)},
           {"monitor", watch_json(watch)},
           {"disk_answers", disk.has_value()},
           {"evidence", folder ? json(folder->string()) : json(nullptr)},

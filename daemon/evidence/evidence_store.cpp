@@ -137,11 +137,12 @@ void EvidenceStore::write_first() {
   try {
     const hal::os::DiskWait::Section waiting(wait_);
     const auto specialists = specialists_.find(first->specialists_folder);
-    if (!first->routine && specialists == specialists_.end())
+    if (first->by_specialists() && specialists == specialists_.end())
       throw evidence::EvidenceError("its specialists are not there");
     fs::create_directories(settings_.folder);
     if (!fs::exists(folder)) {
-      evidence::write_evidence(*first, first->routine ? nullptr : &specialists->second, folder);
+      evidence::write_evidence(*first, first->by_specialists() ? &specialists->second : nullptr,
+                               folder);
     }
     remove_old();
   } catch (const std::exception& e) {

@@ -92,6 +92,23 @@ double minutes_on_shelf(const model::Alarm& alarm, std::int64_t now_ms) {
   return static_cast<double>(std::max<std::int64_t>((left_ms + kMinute - 1) / kMinute, 1));
 }
 
+double of_explanation(Field field, const std::optional<Explanation>& e, std::int64_t now_ms) {
+  if (!e) return field == Field::explanation_gap_closed ? kNotThere : 0.0;
+  switch (field) {
+    case Field::explanation_effect: return e->effect_number;
+    case Field::explanation_agrees: return e->agrees ? 1.0 : 2.0;
+    case Field::explanation_size: return e->size_percent;
+    case Field::explanation_low: return e->low_percent;
+    case Field::explanation_high: return e->high_percent;
+    case Field::explanation_gap_closed:
+      return std::isfinite(e->gap_closed) ? 100.0 * e->gap_closed : kNotThere;
+    case Field::explanation_alarm:
+      return 1.0 + number(model::index_of(e->final_name.value_or(e->alarm)));
+    default: break;
+  }
+  return static_cast<double>(std::max<std::int64_t>(now_ms - e->ended_ms, 0)) / 1000.0;
+}
+
 }  // namespace
 
 // What the box's block needs of all loops.
@@ -281,6 +298,15 @@ double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
     case Field::ki: return pid().gains.ki;
     case Field::kd: return pid().gains.kd;
     case Field::shelve_minutes: return minutes_on_shelf(alarm(), box().utc_ms);
+    case Field::explanation_effect:
+    case Field::explanation_agrees:
+    case Field::explanation_size:
+    case Field::explanation_low:
+    case Field::explanation_high:
+    case Field::explanation_gap_closed:
+    case Field::explanation_alarm:
+    case Field::explanation_age:
+      return of_explanation(reg.field, of().watch.explanation, box().utc_ms);
     // A momentary coil rests at 0.
     case Field::acknowledge_all:
     case Field::acknowledge:

@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <thread>
@@ -93,13 +94,17 @@ bool Monitor::take_turn(std::size_t index) {
     track.condition.add(cycle, static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
                         (row.flags & (record::kLateCycle | record::kOutputLost)) != 0);
     const model::MonitorStep step = track.monitor.add(cycle);
+    if (track.history) {
+      track.history->add(cycle);
+      if (track.monitor.twin()->quiet()) track.history->quiet();
+    }
     window = pass_on(index, step);
-    if (step.twin) board_.twin_judged(index, step.conditions);
+    if (step.twin) {
+      raised(index, board_.twin_judged(index, step.conditions), step, model::AlarmReason::twin);
+    }
     if (step.routine) {
-      for (const model::AlarmKind alarm :
-           board_.routine_judged(index, *step.routine, step.conditions)) {
-        if (raised_) raised_(index, alarm, track.monitor, step, model::AlarmReason::routine);
-      }
+      raised(index, board_.routine_judged(index, *step.routine, step.conditions), step,
+             model::AlarmReason::routine);
       window = true;  // it took as long as one
     }
   }
@@ -123,21 +128,25 @@ bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
       correct(index, step, false);
       break;
     case Kind::judged: {
-      bool came = false;
       tracks_[index].condition.window(step.measures, &step.conditions);
-      for (const model::AlarmKind alarm :
-           board_.window_judged(index, step.measures, step.judgement, step.conditions)) {
-        came = came || alarm == model::AlarmKind::stiction;
-        if (raised_) {
-          raised_(index, alarm, tracks_[index].monitor, step, model::AlarmReason::windows);
-        }
-      }
-      correct(index, step, came);
+      const std::vector<model::AlarmKind> alarms =
+          board_.window_judged(index, step.measures, step.judgement, step.conditions);
+      raised(index, alarms, step, model::AlarmReason::windows);
+      correct(index, step,
+              std::find(alarms.begin(), alarms.end(), model::AlarmKind::stiction) != alarms.end());
       break;
     }
   }
   windows_.fetch_add(1, std::memory_order_relaxed);
   return true;
+}
+
+void Monitor::raised(std::size_t index, const std::vector<model::AlarmKind>& alarms,
+                     const model::MonitorStep& step, model::AlarmReason reason) {
+  if (!raised_) return;
+  for (const model::AlarmKind alarm : alarms) {
+    raised_(index, alarm, tracks_[index].monitor, step, reason);
+  }
 }
 
 void Monitor::attend(std::size_t index) {

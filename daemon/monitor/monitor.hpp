@@ -14,6 +14,7 @@
 #include <memory>
 #include <vector>
 
+#include "daemon/monitor/history.hpp"
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/orders/order_desk.hpp"
 #include "hal/os/spsc_ring.hpp"
@@ -31,7 +32,8 @@ struct WatchedLoop {
   loopwarden::monitor::WindowSettings window;
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
   const loopwarden::plant::LoopModel* twin =
-      nullptr;  // null: no model_gap; read while this is made
+      nullptr;             // null: no model_gap; read while this is made
+  double history_s = 0.0;  // of a loop with a twin
   loopwarden::monitor::VerdictRuleSettings rule;
   loopwarden::monitor::CorrectiveSettings corrective{};
   // Where orders for the jacket go, used by the monitor's thread alone. Null: no corrective action.
@@ -50,8 +52,8 @@ class Monitor {
  public:
   static constexpr std::size_t kCyclesATurn = 256;
 
-  // Called by the monitor's thread as an alarm is raised, by the window or by the routine judgement (`reason`) of the
-  // step that `monitor` just made; both are valid meanwhile.
+  // Called by the monitor's thread as an alarm is raised, by the window, the routine judgement or the twin (`reason`) of
+  // the step that `monitor` just made; both are valid meanwhile.
   using Raised = std::function<void(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
                                     const loopwarden::monitor::LoopMonitor& monitor,
                                     const loopwarden::monitor::MonitorStep& step,
@@ -71,6 +73,8 @@ class Monitor {
   void round();
 
   MonitorStatus status() const noexcept;  // any thread
+  // Of a loop with a twin; null: it has none. Any thread.
+  const History* history(std::size_t loop) const noexcept { return tracks_[loop].history.get(); }
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:
@@ -81,6 +85,9 @@ class Monitor {
           settings_taken(watched.settings_taken),
           settings_seen(settings_taken != nullptr ? settings_taken->load() : 0),
           monitor(watched.window, watched.rule, watched.judge, watched.twin),
+          history(watched.twin == nullptr
+                      ? nullptr
+                      : std::make_unique<History>(watched.history_s, watched.twin->sample_time_s)),
           corrective(watched.orders != nullptr ? watched.corrective
                                                : loopwarden::monitor::CorrectiveSettings{}),
           condition(watched.window),
@@ -92,6 +99,7 @@ class Monitor {
     std::uint64_t order = 0;  // newest that is not answered yet; 0: none
     bool came = false;        // the alarm came, and corrective action has not heard of it yet
     loopwarden::monitor::LoopMonitor monitor;
+    std::unique_ptr<History> history;  // where there is a twin
     loopwarden::monitor::CorrectiveAction corrective;
     loopwarden::monitor::ConditionWatch condition;
     loopwarden::monitor::ModeTimes times;
@@ -100,6 +108,9 @@ class Monitor {
   bool take_turn(std::size_t index);
   // True if it was a window.
   bool pass_on(std::size_t index, const loopwarden::monitor::MonitorStep& step);
+  void raised(std::size_t index, const std::vector<loopwarden::monitor::AlarmKind>& alarms,
+              const loopwarden::monitor::MonitorStep& step,
+              loopwarden::monitor::AlarmReason reason);
   // What the loop made of the last order, and what the operator wants.
   void attend(std::size_t index);
   void correct(std::size_t index, const loopwarden::monitor::MonitorStep& step, bool came);

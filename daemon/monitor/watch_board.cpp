@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
 
 namespace loopwarden::daemon::monitor {
@@ -93,12 +94,48 @@ std::vector<AlarmKind> WatchBoard::routine_judged(std::size_t loop,
   return raised_since(loop, before);
 }
 
-void WatchBoard::twin_judged(std::size_t loop, const model::AlarmConditions& conditions) {
+std::vector<AlarmKind> WatchBoard::twin_judged(std::size_t loop,
+                                               const model::AlarmConditions& conditions) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories(loop);
   write_down(loop, before,
              watches_[loop].alarms.judged(utc_ms_(), conditions, model::AlarmReason::twin),
              "twin: what it predicts of PV no longer comes");
+  return raised_since(loop, before);
+}
+
+void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
+  const std::lock_guard lock(mutex_);
+  LoopWatch& watch = watches_[loop];
+  watch.explanation = explanation;
+  JournalEntry line;
+  line.kind = JournalEntry::Kind::system;
+  line.utc_ms = utc_ms_();
+  line.loop = names_[loop];
+  line.alarm = model::to_text(explanation.alarm);
+  line.what = "explanation";
+  line.new_value = explanation.effect.empty() ? explanation.verdict : explanation.effect;
+  if (std::isfinite(explanation.size_percent)) {
+    line.new_value += fmt::format(" {:.1f} % of span", explanation.size_percent);
+  }
+  line.reason = explanation.sentence;
+  if (std::isfinite(explanation.gap_closed)) {
+    line.reason += fmt::format(" {:.0f} % of the gap closed.", 100.0 * explanation.gap_closed);
+  }
+  line.result = explanation.agrees ? "agrees" : "does not agree";
+  journal_.post(std::move(line));
+  if (!explanation.final_name) return;
+  const Memories before = memories(loop);
+  write_down(loop, before,
+             watch.alarms.explained(
+                 utc_ms_(), explanation.alarm, *explanation.final_name,
+                 std::isfinite(explanation.size_percent) ? explanation.size_percent : 0.0),
+             fmt::format("explained: {}", explanation.sentence));
+}
+
+void WatchBoard::restore(std::size_t loop, const Explanation& explanation) {
+  const std::lock_guard lock(mutex_);
+  watches_[loop].explanation = explanation;
 }
 
 void WatchBoard::window_not_fit(std::size_t loop, const model::WindowMeasures& measures,

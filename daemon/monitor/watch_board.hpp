@@ -11,10 +11,12 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "daemon/journal/journal.hpp"
+#include "daemon/monitor/explanation.hpp"
 #include "model/analysis/condition_index.hpp"
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_alarms.hpp"
@@ -40,6 +42,7 @@ struct LoopWatch {
   loopwarden::analysis::ConditionIndices condition;
   loopwarden::monitor::CorrectiveState corrective = loopwarden::monitor::CorrectiveState::off;
   loopwarden::monitor::Veto veto = loopwarden::monitor::Veto::none;  // the operator's
+  std::optional<Explanation> explanation;                            // the newest
 };
 
 // What an operator wants.
@@ -71,6 +74,7 @@ class WatchBoard {
 
   // Before the threads start.
   void restore(const journal::AlarmStates& states);
+  void restore(std::size_t loop, const Explanation& explanation);
 
   // --- the monitor ---
   // Returns the alarms whose condition came with this window.
@@ -82,9 +86,12 @@ class WatchBoard {
   std::vector<loopwarden::monitor::AlarmKind> routine_judged(
       std::size_t loop, const loopwarden::monitor::RoutineWatch::Judgement& judgement,
       const loopwarden::monitor::AlarmConditions& conditions);
+  // The twin's watch changed its mind. Returns the alarms whose condition came with it.
+  std::vector<loopwarden::monitor::AlarmKind> twin_judged(
+      std::size_t loop, const loopwarden::monitor::AlarmConditions& conditions);
+  // The gap workflow has said why an alarm came: it stands with the alarm, and may give it another name.
+  void explained(std::size_t loop, const Explanation& explanation);
   // A window that is full but can't be judged.
-  // The twin's watch changed its mind.
-  void twin_judged(std::size_t loop, const loopwarden::monitor::AlarmConditions& conditions);
   void window_not_fit(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
                       loopwarden::monitor::WindowState why);
   // No window can be had at present.

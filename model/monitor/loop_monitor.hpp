@@ -75,6 +75,8 @@ class LoopMonitor {
     return routine_ ? routine_->samples() : RoutineWatch::Samples{};
   }
   const WindowSettings& settings() const noexcept { return builder_.settings(); }
+  // Null: there is no twin.
+  const TwinWatch* twin() const noexcept { return twin_ ? &*twin_ : nullptr; }
 
  private:
   MonitorStep judge_windows(const Cycle& cycle);

@@ -92,6 +92,10 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin) {
   };
   size_limit_ = limit(twin.twin ? twin.twin->largest_size : 0.0, kLeastLimitSize);
   colour_limit_ = limit(twin.twin ? twin.twin->largest_colour : 0.0, kLeastLimitColour);
+  const plant::TwinFit seen = twin.twin.value_or(plant::TwinFit{});
+  const double margin = kOutside * (seen.seen_high - seen.seen_low);
+  seen_low_ = seen.seen_low - margin;
+  seen_high_ = seen.seen_high + margin;
 }
 
 void TwinWatch::start(double pv, double co) noexcept {
@@ -102,8 +106,12 @@ void TwinWatch::start(double pv, double co) noexcept {
   }
   started_ = true;
   since_start_ = 0;
+  begin_block();
+}
+
+void TwinWatch::begin_block() noexcept {
   in_block_ = 0;
-  sum_size_ = sum_innovation_ = 0.0;
+  sum_size_ = sum_innovation_ = sum_pv_ = 0.0;
   sum_off_.fill(0.0);
 }
 
@@ -131,9 +139,16 @@ bool TwinWatch::add(double pv, double co) noexcept {
     if (counts) {
       sum_size_ += innovation_ * innovation_ / allowed;
       sum_innovation_ += innovation_;
+      sum_pv_ += pv;
       if (++in_block_ == block_) {
-        end_block();
-        ended = true;
+        const double mean_pv = sum_pv_ / static_cast<double>(block_);
+        ended = mean_pv >= seen_low_ && mean_pv <= seen_high_;
+        if (ended) {
+          end_block();
+        } else {
+          since_start_ = 0;
+          begin_block();
+        }
       }
     }
   }
@@ -156,9 +171,7 @@ void TwinWatch::end_block() noexcept {
   const bool low = std::max(size_sum_, colour_sum_) < 0.25 * kAlarm;
   quiet_blocks_ = low ? quiet_blocks_ + 1 : 0;
   if (quiet_blocks_ >= most_quiet_) on_ = false;
-  in_block_ = 0;
-  sum_size_ = sum_innovation_ = 0.0;
-  sum_off_.fill(0.0);
+  begin_block();
 }
 
 }  // namespace loopwarden::monitor

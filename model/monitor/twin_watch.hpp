@@ -15,7 +15,8 @@
 //
 // and S <- clamp(S + min(statistic - limit, kMostInBlock), 0, 2 kAlarm) for each: one block alone is no alarm. On where
 // one of them reaches kAlarm, off where both have been below a quarter of it for kQuiet_s. Limits: kSlack times the largest of the healthy
-// record, at least kLeastLimitSize and kLeastLimitColour.
+// record, at least kLeastLimitSize and kLeastLimitColour. A block whose mean PV lies outside what that record showed, by
+// kOutside of it, says nothing: the twin is extrapolated there; counting begins anew when PV is back.
 //
 //   PV, y, d, n  PV units     CO  CO units     S, size, colour  1
 //
@@ -44,6 +45,7 @@ class TwinWatch {
   static constexpr double kMostInBlock = 5.0;
   static constexpr double kFriction = 0.003;  // of the CO span
   static constexpr double kQuiet_s = 900.0;
+  static constexpr double kOutside = 0.05;
 
   explicit TwinWatch(const plant::LoopModel& twin);
 
@@ -68,6 +70,7 @@ class TwinWatch {
 
  private:
   void start(double pv, double co) noexcept;
+  void begin_block() noexcept;
   void end_block() noexcept;
 
   std::vector<plant::Plant> plants_;  // as commissioned, then each parameter off by its allowance
@@ -80,12 +83,15 @@ class TwinWatch {
   std::size_t warm_up_;  // samples from a start until blocks count
   double size_limit_;
   double colour_limit_;
+  double seen_low_;   // PV units
+  double seen_high_;  // PV units
 
   bool started_ = false;
   std::size_t since_start_ = 0;
   std::size_t in_block_ = 0;
   double sum_size_ = 0.0;
   double sum_innovation_ = 0.0;
+  double sum_pv_ = 0.0;
   std::array<double, 4> sum_off_{};  // of y_i - y - d_i
   double innovation_ = 0.0;
   double size_ = 1.0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -52,6 +53,9 @@ struct TwinFit {
   // Largest statistics of the twin's residual in the healthy record (monitor/twin_watch.hpp); 0: not known.
   double largest_size = 0.0;
   double largest_colour = 0.0;
+  // Where the healthy record's PV was, PV units: elsewhere the twin is extrapolated.
+  double seen_low = -std::numeric_limits<double>::infinity();
+  double seen_high = std::numeric_limits<double>::infinity();
 
   friend bool operator==(const TwinFit&, const TwinFit&) = default;
 };

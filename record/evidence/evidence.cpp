@@ -2,10 +2,27 @@
 #include "record/evidence/evidence.hpp"
 
 #include <limits>
+#include <utility>
 
 namespace loopwarden::evidence {
 
 using monitor::AlarmReason;
+
+void Evidence::take(const monitor::LoopMonitor& monitor, std::vector<double> minutes_sp,
+                    std::vector<double> minutes_pv, std::vector<double> minutes_co) {
+  const monitor::WindowSettings& settings = monitor.settings();
+  pv_low = settings.pv_low;
+  pv_high = settings.pv_high;
+  co_low = settings.co_low;
+  co_high = settings.co_high;
+  sp = std::move(minutes_sp);
+  pv = std::move(minutes_pv);
+  co = std::move(minutes_co);
+  stem.assign(pv.size(), std::numeric_limits<double>::quiet_NaN());
+  sample_time_s = settings.sample_time_s;
+  routine.reset();
+  by_twin = {monitor.twin()->size(), monitor.twin()->colour()};
+}
 
 void Evidence::take(const monitor::LoopMonitor& monitor, const monitor::MonitorStep& step,
                     AlarmReason reason) {
@@ -24,12 +41,14 @@ void Evidence::take(const monitor::LoopMonitor& monitor, const monitor::MonitorS
     columns(monitor.routine_samples());
     stem.assign(pv.size(), std::numeric_limits<double>::quiet_NaN());
     routine = step.routine;
+    by_twin.reset();
     return;
   }
   const monitor::Window window = monitor.window();
   columns(window);
   stem.assign(window.stem.begin(), window.stem.end());
   routine.reset();
+  by_twin.reset();
   measures = step.measures;
   judgement = step.judgement;
 }

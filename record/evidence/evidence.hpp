@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Why an alarm was raised: the samples that raised it, and all that was found in them. They are a window that
-// specialists judged, or the minutes or hours of a routine judgement.
+// specialists judged, the minutes or hours of a routine judgement, or the newest minutes beside the loop's twin.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,18 @@
 
 namespace loopwarden::evidence {
 
+// What the watch over a twin's residual held in the end (monitor/twin_watch.hpp).
+struct TwinFinding {
+  double size = 0.0;
+  double colour = 0.0;
+};
+
 struct Evidence {
   // --- the alarm ---
   std::string loop;
   loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;
-  std::int64_t raised_ms = 0;  // UTC, ms since 1970
+  std::int64_t raised_ms = 0;   // UTC, ms since 1970
+  std::uint64_t raised_at = 0;  // the loop's cycle; not in the file
   // --- the samples, as they were judged: decimated, missing cycles stood in for ---
   std::vector<double> sp;
   std::vector<double> pv;
@@ -31,21 +38,27 @@ struct Evidence {
   double pv_high = 100.0;
   double co_low = 0.0;
   double co_high = 100.0;
-  // --- what was found: by routine evidence, or by specialists ---
+  // --- what was found: by routine evidence, by the twin, or by specialists ---
   std::optional<loopwarden::monitor::RoutineWatch::Judgement> routine;
-  loopwarden::monitor::WindowMeasures measures;  // with `judgement`, where there is no `routine`
+  std::optional<TwinFinding> by_twin;
+  loopwarden::monitor::WindowMeasures measures;  // with `judgement`, where specialists found it
   loopwarden::monitor::WindowJudgement judgement;
   // --- by whom ---
   std::string version;             // of the program
   std::uint32_t config_hash = 0;   // CRC-32 of the configuration files, as in the status
   std::string loop_file;           // as it was read
-  std::string specialists_folder;  // as it was read; empty for routine evidence, as is the next
+  std::string twin;                // the loop's, as a file; empty: it has none
+  std::string specialists_folder;  // as it was read; empty where none found it, as is the next
   std::uint32_t specialists_hash =
       0;  // CRC-32 of its manifest, which has the digests of all weights
 
   // Samples and findings of the step that `monitor` just made: of its window, or of its routine judgement.
   void take(const loopwarden::monitor::LoopMonitor& monitor,
             const loopwarden::monitor::MonitorStep& step, loopwarden::monitor::AlarmReason reason);
+  // What the twin found in the newest minutes.
+  void take(const loopwarden::monitor::LoopMonitor& monitor, std::vector<double> minutes_sp,
+            std::vector<double> minutes_pv, std::vector<double> minutes_co);
+  bool by_specialists() const noexcept { return !routine && !by_twin; }
   // Valid as long as this is.
   loopwarden::monitor::Window window() const {
     return {.sp = sp,

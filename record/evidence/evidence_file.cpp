@@ -31,9 +31,9 @@ using specialist::Condition;
 using Result = monitor::WindowJudgement::Result;
 
 constexpr const char* kFormat = "loopwarden-evidence";
-// 1 had windows of specialists only, and no kind.
-constexpr int kVersion = 2;
-constexpr std::array kKinds{"window", "routine"};
+// 1 had windows of specialists only, and no kind; 2 no twins.
+constexpr int kVersion = 3;
+constexpr std::array kKinds{"window", "routine", "twin"};
 
 constexpr std::array kStickSources{"none", "read-back", "PV and CO"};
 constexpr std::array kResults{Result::no_fault, Result::fault, Result::not_enough_movement};
@@ -95,10 +95,20 @@ json to_json(const monitor::RoutineWatch::Judgement& j) {
            {{"before", j.sum_before}, {"from_specialists", j.from_specialists}, {"after", j.sum}}}};
 }
 
+json to_json(const TwinFinding& t) {
+  return {
+      {"result", monitor::to_text(AlarmKind::model_gap)}, {"size", t.size}, {"colour", t.colour}};
+}
+
+const char* kind_of(const Evidence& e) {
+  if (e.routine) return kKinds[1];
+  return e.by_twin ? kKinds[2] : kKinds[0];
+}
+
 json about_alarm(const Evidence& e) {
   return {{"format", kFormat},
           {"format_version", kVersion},
-          {"kind", kKinds[e.routine ? 1 : 0]},
+          {"kind", kind_of(e)},
           {"loop", e.loop},
           {"alarm", monitor::to_text(e.alarm)},
           {"raised_ms", e.raised_ms},
@@ -121,6 +131,10 @@ json to_json(const Evidence& e) {
   json about = about_alarm(e);
   if (e.routine) {
     about["verdict"] = to_json(*e.routine);
+    return about;
+  }
+  if (e.by_twin) {
+    about["verdict"] = to_json(*e.by_twin);
     return about;
   }
   about["verdict"] = to_json(e.judgement);
@@ -190,7 +204,9 @@ Evidence evidence_of(const json& j) {
     throw EvidenceError(fmt::format("it is no {} of version 1 to {}", kFormat, kVersion));
   }
   const std::string kind = version == 1 ? kKinds[0] : j.at("kind").get<std::string>();
-  if (kind != kKinds[0] && kind != kKinds[1]) throw EvidenceError("kind: unknown '" + kind + "'");
+  if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) {
+    throw EvidenceError("kind: unknown '" + kind + "'");
+  }
   Evidence e;
   e.loop = j.at("loop").get<std::string>();
   const auto alarm = j.at("alarm").get<std::string>();
@@ -200,6 +216,9 @@ Evidence evidence_of(const json& j) {
   e.raised_ms = j.at("raised_ms").get<std::int64_t>();
   if (kind == kKinds[1]) {
     e.routine = routine_of(j.at("verdict"));
+  } else if (kind == kKinds[2]) {
+    const json& found = j.at("verdict");
+    e.by_twin = {found.at("size").get<double>(), found.at("colour").get<double>()};
   } else {
     e.judgement = judgement_of(j.at("verdict"));
     e.measures = measures_of(j.at("measures"));
@@ -260,6 +279,7 @@ std::uint32_t crc_of(const fs::path& path) {
 // What the verdict depends on; the manifest has the digests of the weights.
 std::vector<const char*> files_of(const Evidence& evidence) {
   if (evidence.routine) return {"record.csv"};
+  if (evidence.by_twin) return {"record.csv", "twin.yaml"};
   return {"record.csv", "specialists/manifest.yaml"};
 }
 
@@ -277,6 +297,7 @@ void write_into(const Evidence& evidence, const config::SpecialistFolder* specia
                 const fs::path& folder) {
   fs::create_directory(folder);
   write_record(evidence, folder / "record.csv");
+  if (!evidence.twin.empty()) write_text(evidence.twin, folder / "twin.yaml");
   if (specialists != nullptr) put_specialists(*specialists, specialists_of(folder));
   json about = to_json(evidence);
   for (const char* file : files_of(evidence)) about["files"][file] = crc_of(folder / file);
@@ -326,7 +347,7 @@ Evidence read_evidence(const fs::path& folder) {
     record::Record record = record::read_record(folder / "record.csv");
     const std::size_t samples =
         evidence.routine ? monitor::RoutineWatch::kSamples : monitor::kWindowSamples;
-    if (record.size() != samples || !record.has_sp || !record.has_co) {
+    if ((!evidence.by_twin && record.size() != samples) || !record.has_sp || !record.has_co) {
       throw EvidenceError(fmt::format("{}: it is no window of {} samples with sp, pv and co",
                                       (folder / "record.csv").string(), samples));
     }

@@ -2,9 +2,10 @@
 // Evidence as a folder that says all by itself, for ever:
 //
 //   evidence.json  alarm, verdict, hashes; of a window every specialist's error and the classical measures, of routine
-//                  evidence the numbers that diagnose() weighs, and the sum of nats before and after
+//                  evidence the numbers that diagnose() weighs, and the sum of nats before and after; of a twin its residual
 //   record.csv     the samples, a record like any other (loopwarden gap, diagnose, classify)
-//   specialists/   those that judged it; not with routine evidence, which needs none
+//   specialists/   those that judged it, where specialists did
+//   twin.yaml      the loop's twin, where it has one: `loopwarden explain` holds the newest minutes against it
 //
 // The folder gets its name when all of it is on the disk: what has a name is whole.
 #pragma once
@@ -24,7 +25,7 @@ class EvidenceError : public std::runtime_error {
 };
 
 // Throws EvidenceError with the reason; nothing of it is left then. `folder` must not exist; the one that
-// it is in must. `specialists`: null for routine evidence.
+// it is in must. `specialists`: null where none found it.
 void write_evidence(const Evidence& evidence, const config::SpecialistFolder* specialists,
                     const std::filesystem::path& folder);
 

@@ -153,6 +153,39 @@ std::string journal_line(const json& line) {
   return text;
 }
 
+void print_explanation(const json& e) {
+  fmt::print("why ({} UTC, the newest minutes against the twin): {}\n",
+             utc(e.at("ended_ms").get<std::int64_t>()), e.at("sentence").get<std::string>());
+  if (!e.at("final_name").is_null()) {
+    fmt::print("  first named {}, explained as {}\n", e.at("alarm").get<std::string>(),
+               e.at("final_name").get<std::string>());
+  } else if (!e.at("effect").get<std::string>().empty() && !e.at("agrees").get<bool>()) {
+    fmt::print("  this does not agree with the alarm, and is not sure enough to take its name\n");
+  }
+  const auto size = [&](const char* key) { return size_text(e.at(key), "-"); };
+  if (e.at("size_percent").is_number()) {
+    fmt::print("  size {} of the CO span ({} to {})\n", size("size_percent"), size("low_percent"),
+               size("high_percent"));
+  }
+  if (e.at("gap_closed").is_number()) {
+    fmt::print("  closes {:.0f} % of the gap on minutes that it was not fitted to\n",
+               100.0 * e.at("gap_closed").get<double>());
+  }
+  if (e.at("since_s").is_number() && e.at("since_s").get<double>() > 0.0) {
+    fmt::print("  since {:.0f} min before the alarm, or earlier\n",
+               e.at("since_s").get<double>() / 60.0);
+  }
+  std::string others;
+  for (const json& name : e.at("alternatives")) {
+    others += (others.empty() ? "" : ", ") + name.get<std::string>();
+  }
+  if (!others.empty()) fmt::print("  as right: {}\n", others);
+  if (!e.at("remedy").get<std::string>().empty()) {
+    fmt::print("  what to do: {}\n", e.at("remedy").get<std::string>());
+  }
+  fmt::print("  {}/report.html\n\n", e.at("folder").get<std::string>());
+}
+
 int run_explain(const Options& options) {
   DaemonClient daemon(options.socket);
   loop_index(daemon.status(), options.loop);
@@ -175,6 +208,7 @@ int run_explain(const Options& options) {
   fmt::print("\nwhat it is:     {}\nwhat it leads to: {}\nwhat to do:     {}\n\n",
              answer.at("cause").get<std::string>(), answer.at("consequence").get<std::string>(),
              answer.at("action").get<std::string>());
+  if (!answer.at("explanation").is_null()) print_explanation(answer.at("explanation"));
   fmt::print("newest window ({}): ", m.at("window_state").get<std::string>());
   std::string separator;
   for (const auto& [name, p] : m.at("probability").items()) {
@@ -233,7 +267,7 @@ void add_alarms(CLI::App& app, int& exit_code) {
   sub->add_flag("--all", options->all, "list those that are off, too");
   sub->fallthrough();
   sub->footer(
-      "Alarms: stiction, backlash, hysteresis, low_air_supply, unknown.\n"
+      "Alarms: stiction, backlash, hysteresis, low_air_supply, unknown, model_gap.\n"
       "Example: loopwarden alarms shelve FIC-101 stiction --minutes 120 --reason \"packing "
       "ordered\"");
 

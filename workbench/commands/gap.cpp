@@ -8,11 +8,9 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <thread>
 
@@ -46,13 +44,6 @@ struct GapOptions {
   bool json = false;
   bool controller_known = true;  // false: SP says nothing about CO
 };
-
-std::string text_of(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 void print_result(const gap::Result& r, const std::string& out) {
   fmt::print("{}\n", r.sentence);

@@ -24,8 +24,7 @@
 #include "workbench/commands/replay_evidence.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
-#include "workbench/text/gap_json.hpp"
-#include "workbench/text/json_number.hpp"
+#include "workbench/text/explanation_json.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -112,25 +111,7 @@ class Explainer {
   }
 
   nlohmann::json json(const commission::Explanation& e, monitor::AlarmKind alarm) const {
-    const double begin_s = first_s_ + record_.time_s(e.stretch.begin);
-    const double end_s = first_s_ + record_.time_s(e.stretch.end - 1);
-    if (!e.explained()) {
-      return {{"verdict", "not_explained"},
-              {"effects", nlohmann::json::array()},
-              {"gap_closed", nullptr},
-              {"agrees", false},
-              {"why", e.result.check.refusal},
-              {"from_s", begin_s},
-              {"to_s", end_s}};
-    }
-    nlohmann::json whole = gap_json(e.result);
-    return {{"verdict", whole.at("verdict")},
-            {"effects", whole.at("effects")},
-            {"gap_closed", finite_or_null(e.closed)},
-            {"agrees", commission::agrees(e, alarm)},
-            {"sentence", e.result.sentence},
-            {"from_s", begin_s},
-            {"to_s", end_s}};
+    return explanation_json(e, alarm, first_s_, record_.period_s);
   }
 
  private:
@@ -267,9 +248,7 @@ void print_text(const Replay& result) {
     if (line.explanation) {
       const nlohmann::json& e = *line.explanation;
       fmt::print("{:12}{} to {} s against the twin: {}\n", "", e.at("from_s").dump(),
-                 e.at("to_s").dump(),
-                 e.contains("sentence") ? e.at("sentence").get<std::string>()
-                                        : e.at("why").get<std::string>());
+                 e.at("to_s").dump(), e.at("sentence").get<std::string>());
     }
   }
   fmt::print(

@@ -12,8 +12,10 @@
 
 #include "config/specialists/specialist_folder.hpp"
 #include "model/monitor/specialist_judge.hpp"
+#include "model/monitor/twin_watch.hpp"
 #include "record/evidence/evidence_file.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/files/model_file.hpp"
 #include "workbench/text/json_number.hpp"
 
 namespace loopwarden::workbench {
@@ -129,11 +131,16 @@ bool same(const Judgement& a, const Judgement& b) {
           same(a.severity_percent, b.severity_percent));
 }
 
+const char* kind_of(const Evidence& e) {
+  if (e.routine) return "routine";
+  return e.by_twin ? "twin" : "window";
+}
+
 void print_json(const Evidence& e, const std::string& then, const std::string& now,
                 double severity_percent, bool agree) {
   fmt::print("{}\n", json{{"loop", e.loop},
                           {"alarm", to_text(e.alarm)},
-                          {"kind", e.routine ? "routine" : "window"},
+                          {"kind", kind_of(e)},
                           {"verdict_then", then},
                           {"verdict_now", now},
                           {"severity_percent", finite_or_null(severity_percent)},
@@ -162,6 +169,29 @@ int replay_routine(const Evidence& e, bool as_json) {
   return conclude(agree, as_json);
 }
 
+// The watch over the same minutes. It began earlier in the daemon: what it holds in the end may differ a little.
+int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_json) {
+  const auto twin = load_model((folder / "twin.yaml").string());
+  if (!twin) return kExitConfiguration;
+  monitor::TwinWatch watch(*twin);
+  for (std::size_t k = 0; k < e.pv.size(); ++k) watch.add(e.pv[k], e.co[k]);
+  const char* now = watch.on() ? to_text(e.alarm) : "no gap";
+  if (as_json) {
+    print_json(e, to_text(e.alarm), now, std::nan(""), watch.on());
+  } else {
+    print_alarm(e);
+    fmt::print("the twin beside the {:.0f} min before it; configuration {:08x} ({})\n\n",
+               static_cast<double>(e.pv.size()) * e.sample_time_s / 60.0, e.config_hash,
+               e.loop_file);
+    const Table table;
+    table.row("", "then", "now");
+    table.row("verdict", to_text(e.alarm), now);
+    table.row("residual, over what is healthy", e.by_twin->size, watch.size());
+    table.row("colour, over what is healthy", e.by_twin->colour, watch.colour());
+  }
+  return conclude(watch.on(), as_json);
+}
+
 }  // namespace
 
 int replay_evidence(const std::filesystem::path& folder, bool as_json) {
@@ -173,6 +203,7 @@ int replay_evidence(const std::filesystem::path& folder, bool as_json) {
     return kExitData;
   }
   if (evidence.routine) return replay_routine(evidence, as_json);
+  if (evidence.by_twin) return replay_twin(evidence, folder, as_json);
   const auto loaded = config::read_specialists(evidence::specialists_of(folder));
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
   if (!loaded || !loaded->team) return kExitConfiguration;

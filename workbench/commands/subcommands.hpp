@@ -24,6 +24,7 @@ void add_demo(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);
 void add_classify(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
+void add_explain(CLI::App& app, int& exit_code);
 void add_effects(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);

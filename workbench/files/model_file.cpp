@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <fstream>
+#include <sstream>
 
 #include "config/loop_model_reader.hpp"
 
@@ -13,6 +15,13 @@ std::optional<plant::LoopModel> load_model(const std::string& path) {
   auto model = config::read_model_file(path);
   fmt::print(stderr, "{}", config::to_text(model.diagnostics));
   return std::move(model.value);
+}
+
+std::string text_of(const std::string& path) {
+  std::ifstream in(path);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
 }
 
 std::string process_text(const plant::ProcessParameters& process) {

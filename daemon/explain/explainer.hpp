@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Has alarms explained: one at a time, by a child process of idle priority (`loopwarden explain --background`), in the
+// folder of the alarm's evidence.
+//
+// An explanation waits until its minutes are there (`wait`), then writes them to minutes.csv and starts the child; the
+// child bounds its own memory and processor time, and is killed after `most_time`. Whoever posts never waits. A queue
+// that is full drops the newest that came, and says so: the alarm stands without an explanation.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <list>
+#include <mutex>
+#include <string>
+
+#include "daemon/monitor/explanation.hpp"
+#include "daemon/monitor/history.hpp"
+#include "hal/os/thread.hpp"
+
+namespace loopwarden::daemon {
+
+struct ExplainJob {
+  std::size_t loop = 0;
+  loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;
+  std::uint64_t raised_at = 0;   // the loop's cycle
+  std::filesystem::path folder;  // of the evidence
+  std::chrono::milliseconds wait{0};
+};
+
+struct ExplainerSettings {
+  std::filesystem::path program;  // loopwarden; empty: there is none, nothing is explained
+  std::size_t most_waiting = 16;
+  std::chrono::seconds most_time{3600};  // of one, on a box without a moment to spare
+};
+
+struct ExplainerStatus {
+  std::uint64_t explained = 0;  // since the start
+  std::uint64_t failed = 0;
+  std::uint64_t waiting = 0;  // the one at work included
+};
+
+class Explainer {
+ public:
+  using Minutes = std::function<monitor::History::Minutes(std::size_t loop)>;
+  // By the explainer's thread, when an explanation is there, or why it is not (`explanation` is null then).
+  using Report = std::function<void(const ExplainJob& job, const Explanation* explanation,
+                                    const std::string& why)>;
+  Explainer(ExplainerSettings settings, Minutes minutes, Report report);
+  Explainer(const Explainer&) = delete;
+  Explainer& operator=(const Explainer&) = delete;
+  ~Explainer() { stop(); }
+
+  void start();
+  // Kills the child; what waits is dropped.
+  void stop();
+  // As stop(), for at most `patience`; false if the disk hangs.
+  bool stop_for(std::chrono::milliseconds patience);
+
+  // Any thread but the real-time one.
+  void post(ExplainJob job);
+  ExplainerStatus status() const;
+
+ private:
+  struct Waiting {
+    ExplainJob job;
+    std::chrono::steady_clock::time_point due;
+  };
+  void ask_to_end();
+  void run();
+  void explain(const ExplainJob& job);
+  // Why it did not end as it should; empty: it did.
+  std::string run_child(const ExplainJob& job);
+
+  ExplainerSettings settings_;
+  Minutes minutes_;
+  Report report_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::list<Waiting> queue_;
+  ExplainerStatus status_;
+  bool quit_ = false;
+  hal::os::Thread thread_;
+};
+
+// Where `loopwarden` is beside this program, or in ../bin; empty: nowhere.
+std::filesystem::path workbench_program();
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/explain/explanation_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace loopwarden::daemon {
+namespace {
+
+using loopwarden::monitor::AlarmKind;
+using nlohmann::json;
+
+AlarmKind kind_of(const json& name) {
+  const auto found =
+      std::find_if(loopwarden::monitor::kAlarmKinds.begin(), loopwarden::monitor::kAlarmKinds.end(),
+                   [&](AlarmKind kind) { return name == loopwarden::monitor::to_text(kind); });
+  if (found == loopwarden::monitor::kAlarmKinds.end()) throw std::runtime_error("unknown alarm");
+  return *found;
+}
+
+double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
+
+}  // namespace
+
+Explanation read_explanation(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "explanation.json";
+  try {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw std::runtime_error("not there, or not to be read");
+    const json j = json::parse(stream);
+    Explanation e;
+    e.alarm = kind_of(j.at("alarm"));
+    if (!j.at("final_name").is_null()) e.final_name = kind_of(j.at("final_name"));
+    e.raised_ms = j.at("raised_ms").get<std::int64_t>();
+    e.ended_ms = j.at("ended_ms").get<std::int64_t>();
+    e.verdict = j.at("verdict").get<std::string>();
+    e.gap_closed = number_of(j.at("gap_closed"));
+    e.agrees = j.at("agrees").get<bool>();
+    e.since_s = -number_of(j.at("from_s"));
+    e.sentence = j.at("sentence").get<std::string>();
+    if (const json& first = j.at("first"); !first.is_null()) {
+      e.effect = first.at("name").get<std::string>();
+      e.effect_number = first.at("number").get<std::uint16_t>();
+      e.size_percent = number_of(first.at("size_percent"));
+      e.low_percent = number_of(first.at("low_percent"));
+      e.high_percent = number_of(first.at("high_percent"));
+      e.confidence = first.at("confidence").get<double>();
+      e.alternatives = first.at("alternatives").get<std::vector<std::string>>();
+      e.remedy = first.at("remedy").get<std::string>();
+    }
+    e.folder = folder;
+    return e;
+  } catch (const std::exception& e) {
+    throw std::runtime_error(fmt::format("{}: {}", file.string(), e.what()));
+  }
+}
+
+}  // namespace loopwarden::daemon

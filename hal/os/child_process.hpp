@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// A program of one's own as a child: for work that must not share memory or fate with a daemon.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace loopwarden::hal::os {
+
+// The child has no input, its output goes to the caller's standard error; it inherits no other file and no blocked
+// signal, and runs only while nothing else wants the processor (SCHED_IDLE).
+class ChildProcess {
+ public:
+  // `arguments` without the program's name. Throws std::system_error where it can't be started.
+  ChildProcess(const std::string& program, const std::vector<std::string>& arguments);
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+  // Kills it where it still runs.
+  ~ChildProcess();
+
+  // Its exit code, 128 + signal where a signal ended it; nothing while it runs.
+  std::optional<int> ended();
+  pid_t pid() const noexcept { return pid_; }
+
+ private:
+  pid_t pid_ = -1;
+  std::optional<int> code_;
+};
+
+// For such a child itself: idle priority, bounded memory and processor time, gone with its parent. What the system
+// refuses of it is left.
+void work_in_background(std::size_t most_memory_bytes, std::chrono::seconds most_processor_time);
+
+}  // namespace loopwarden::hal::os

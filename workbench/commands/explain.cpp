@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden explain: an alarm's newest minutes against the loop's twin, in the folder of its evidence. The daemon runs
+// it in the background for every alarm of a loop with a twin.
+#include "model/commission/explain.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "config/loop_model_writer.hpp"
+#include "hal/os/child_process.hpp"
+#include "hal/os/parallel.hpp"
+#include "record/record_csv.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/files/model_file.hpp"
+#include "workbench/files/output_files.hpp"
+#include "workbench/report/gap_report.hpp"
+#include "workbench/text/explanation_json.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+namespace fs = std::filesystem;
+using monitor::AlarmKind;
+using nlohmann::json;
+
+constexpr std::size_t kMostMemory = 1UL << 30U;          // bytes, in the background
+constexpr std::chrono::seconds kMostProcessorTime{900};  // in the background
+
+struct ExplainOptions {
+  std::string folder;
+  unsigned jobs = 0;
+  bool background = false;
+  bool json = false;
+};
+
+struct Raised {
+  AlarmKind alarm = AlarmKind::model_gap;
+  std::int64_t raised_ms = 0;
+  std::string loop;
+};
+
+// Throws std::runtime_error for what is no evidence.
+Raised read_raised(const fs::path& folder) {
+  const fs::path file = folder / "evidence.json";
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw std::runtime_error(file.string() + ": not there, or not to be read");
+  try {
+    const json about = json::parse(stream);
+    const auto found =
+        std::find_if(monitor::kAlarmKinds.begin(), monitor::kAlarmKinds.end(),
+                     [&](AlarmKind kind) { return about.at("alarm") == monitor::to_text(kind); });
+    if (found == monitor::kAlarmKinds.end()) throw std::runtime_error("its alarm is not known");
+    return {*found, about.at("raised_ms").get<std::int64_t>(), about.at("loop").get<std::string>()};
+  } catch (const std::exception& e) {
+    throw std::runtime_error(fmt::format("{}: {}", file.string(), e.what()));
+  }
+}
+
+void print_result(const json& e, const std::string& folder) {
+  fmt::print("{}\n", e.at("sentence").get<std::string>());
+  if (const json& first = e.at("first"); !first.is_null()) {
+    fmt::print("what to do: {}\n", first.at("remedy").get<std::string>());
+  }
+  if (!e.at("final_name").is_null()) {
+    fmt::print("{} is {}\n", e.at("alarm").get<std::string>(),
+               e.at("final_name").get<std::string>());
+  } else {
+    fmt::print("{} {}\n",
+               e.at("agrees").get<bool>() ? "agrees with" : "does not agree with, but leaves,",
+               e.at("alarm").get<std::string>());
+  }
+  fmt::print("{0}/explanation.json, {0}/report.html\n", folder);
+}
+
+int run_explain(const ExplainOptions& options) {
+  if (options.background) hal::os::work_in_background(kMostMemory, kMostProcessorTime);
+  const auto begin = std::chrono::steady_clock::now();
+  const fs::path folder(options.folder);
+  const fs::path minutes = folder / "minutes.csv";
+  const fs::path twin_file = folder / "twin.yaml";
+  if (!fs::exists(twin_file)) {
+    fmt::print(stderr, "{}: no twin.yaml: alarms of loops with a twin have one\n", options.folder);
+    return kExitData;
+  }
+  const auto twin = load_model(twin_file.string());
+  if (!twin) return kExitConfiguration;
+  OutputFiles files({minutes.string(), twin_file.string()});
+  try {
+    const Raised raised = read_raised(folder);
+    const fs::path record_file = fs::exists(minutes) ? minutes : folder / "record.csv";
+    const record::Record record = record::read_record(record_file);
+    if (!record.has_co) {
+      fmt::print(stderr, "{}: no column 'co'\n", record_file.string());
+      return kExitData;
+    }
+    // minutes.csv counts its time from the alarm; a record alone ends with it.
+    const double half_s = 0.5 * record.period_s;
+    const auto at = std::lower_bound(record.time_s.begin(), record.time_s.end(), -half_s);
+    const bool from_alarm = record_file == minutes && at != record.time_s.end();
+    const std::size_t alarm =
+        from_alarm ? static_cast<std::size_t>(at - record.time_s.begin()) : record.size() - 1;
+    const unsigned jobs = options.background ? 1
+                          : options.jobs > 0 ? options.jobs
+                                             : std::max(1U, std::thread::hardware_concurrency());
+    const commission::Explanation explanation = commission::explain(
+        {record.period_s, record.pv, record.has_sp ? record.sp : std::vector<double>(), record.co},
+        *twin, alarm, [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
+          hal::os::parallel_for(count, jobs, body);
+        });
+    const std::optional<AlarmKind> name = commission::final_name(explanation, raised.alarm);
+    const double first_s = record.time_s.front() - record.time_s[alarm];
+    json out = explanation_json(explanation, name.value_or(raised.alarm), first_s, record.period_s);
+    out["loop"] = raised.loop;
+    out["alarm"] = monitor::to_text(raised.alarm);
+    out["final_name"] = name ? json(monitor::to_text(*name)) : json();
+    out["raised_ms"] = raised.raised_ms;
+    out["ended_ms"] = std::chrono::duration_cast<std::chrono::milliseconds>(
+                          std::chrono::system_clock::now().time_since_epoch())
+                          .count();
+    out["first"] = first_effect_json(explanation);
+    out["version"] = LOOPWARDEN_VERSION;
+    files.add(folder / "explanation.json", out.dump(2) + "\n");
+    GapReportContext context{
+        .record = record_file.string(),
+        .model = twin_file.string(),
+        .model_text = text_of(twin_file.string()),
+        .corrected_text =
+            explanation.explained()
+                ? config::write_model(explanation.result.corrected, explanation.result.sentence)
+                : std::string(),
+        .out = options.folder,
+        .seconds_of_work =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+        .version = LOOPWARDEN_VERSION};
+    files.add(folder / "report.html", gap_report_html(explanation.result, context));
+    files.commit();
+    if (options.json) {
+      fmt::print("{}\n", out.dump(2));
+    } else if (!options.background) {
+      print_result(out, options.folder);
+    }
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  } catch (const effects::EffectError& e) {
+    fmt::print(stderr, "{}: {}\n", twin_file.string(), e.what());
+    return kExitConfiguration;
+  } catch (const OutputError&) {
+    throw;
+  } catch (const std::runtime_error& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return kExitData;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_explain(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<ExplainOptions>();
+  CLI::App* sub = app.add_subcommand(
+      "explain", "why an alarm came: its newest minutes against the loop's twin");
+  sub->add_option("evidence", options->folder, "folder of the alarm's evidence")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  sub->add_option("--jobs", options->jobs, "threads; 0: one a core")->capture_default_str();
+  sub->add_flag("--background", options->background,
+                "as the daemon runs it: one thread of idle priority, at most 1 GB of memory and 15 "
+                "min of processor time, nothing printed");
+  sub->add_flag("--json", options->json, "print the explanation as JSON");
+  sub->footer(
+      "Reads minutes.csv and twin.yaml, writes explanation.json and report.html there.\n"
+      "Example: loopwarden explain "
+      "/var/lib/loopwardend/evidence/20261121T233348123Z-FIC-101-model_gap");
+  sub->callback([options, &exit_code] { exit_code = run_explain(*options); });
+}
+
+}  // namespace loopwarden::workbench

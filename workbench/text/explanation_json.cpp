@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/text/explanation_json.hpp"
+
+#include "model/commission/commission.hpp"
+#include "model/effects/catalogue.hpp"
+#include "workbench/text/gap_json.hpp"
+#include "workbench/text/json_number.hpp"
+
+namespace loopwarden::workbench {
+
+using nlohmann::json;
+
+json explanation_json(const commission::Explanation& e, monitor::AlarmKind alarm, double first_s,
+                      double period_s) {
+  json out = {{"from_s", first_s + period_s * static_cast<double>(e.stretch.begin)},
+              {"to_s", first_s + period_s * static_cast<double>(e.stretch.end - 1)}};
+  if (!e.explained()) {
+    out["verdict"] = "not_explained";
+    out["effects"] = json::array();
+    out["gap_closed"] = nullptr;
+    out["agrees"] = false;
+    out["sentence"] = e.result.check.refusal;
+    return out;
+  }
+  const json whole = gap_json(e.result);
+  out["verdict"] = whole.at("verdict");
+  out["effects"] = whole.at("effects");
+  out["gap_closed"] = finite_or_null(e.closed);
+  out["agrees"] = commission::agrees(e, alarm);
+  out["sentence"] = e.result.sentence;
+  return out;
+}
+
+json first_effect_json(const commission::Explanation& e) {
+  if (!e.explained() || e.result.effects.empty()) return nullptr;
+  const gap::FoundEffect& effect = e.result.effects.front();
+  const control::PidSettings& pid = e.result.model.controller.pid;
+  const double span = pid.output_high - pid.output_low;
+  const effects::Descriptor* info = effects::find_word(effect.spec.name);
+  // The size with each parameter at one end of its interval.
+  const auto at_end = [&](std::size_t end) {
+    plant::EffectSpec spec = effect.spec;
+    for (const auto& [name, interval] : effect.interval) {
+      if (const auto found = spec.parameters.find(name); found != spec.parameters.end()) {
+        found->second = interval[end];
+      }
+    }
+    return commission::size_percent(spec, span);
+  };
+  return {{"name", effect.spec.name},
+          {"number", info != nullptr ? info->number : 0},
+          {"block", plant::to_text(effect.block)},
+          {"size_percent", finite_or_null(commission::size_percent(effect.spec, span))},
+          {"low_percent", finite_or_null(at_end(0))},
+          {"high_percent", finite_or_null(at_end(1))},
+          {"confidence", effect.confidence},
+          {"alternatives", effect.alternatives},
+          {"evidence", effect.evidence},
+          {"remedy", info != nullptr ? std::string(info->remedy) : std::string()}};
+}
+
+}  // namespace loopwarden::workbench
