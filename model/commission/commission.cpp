@@ -396,7 +396,8 @@ class Commissioner {
                                   result.noise_floor_rmse);
     if (out_.stages.back().pv != end.pv) out_.stages.push_back(end);
 
-    LoopModel twin = model_;
+    const LoopModel whole = refitted(model_, record_);
+    LoopModel twin = whole;
     twin.uncertainty = out_.given.uncertainty;
     if (out_.identified) twin.uncertainty = {};
     const auto is_of_the_day = [&](const plant::EffectSpec& spec) {
@@ -414,7 +415,7 @@ class Commissioner {
     twin.transmitter.noise =
         std::sqrt(std::max(0.0, last.check.noise_rms * last.check.noise_rms - rounding * rounding));
     if (record_.has_sp()) twin.scenario = scenario_of(record_, twin);
-    twin.twin = twin_fit(model_, record_);
+    twin.twin = twin_fit(whole, record_);
     if (record_.has_co()) watch_healthy(twin);
     result.corrected = twin;
     out_.twin = std::move(twin);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/effects/catalogue.hpp"
 #include "model/gap/check.hpp"
 #include "model/gap/free_run.hpp"
 #include "model/numeric/subplex.hpp"
@@ -24,7 +25,7 @@ using plant::LoopModel;
 
 constexpr std::array kGains{0.0, 0.0003, 0.001, 0.003, 0.01, 0.03};
 constexpr double kSlip = 0.15;  // slip jump over s: friction falls by a quarter as the stem moves
-constexpr double kLeastGain = 0.004;    // of sum e^2
+constexpr double kLeastGain = 0.002;    // of sum e^2
 constexpr double kWidest = 1.0;         // of x
 constexpr double kFactor = 2.0;         // by which a number may be off, at x = 1
 constexpr double kFirstStep = 0.1;      // of x
@@ -58,6 +59,24 @@ double monotone_cubic(const std::vector<std::pair<double, double>>& points, doub
   return points[i].second * (1.0 + 2.0 * t) * (1.0 - t) * (1.0 - t) +
          tangent(i) * h * t * (1.0 - t) * (1.0 - t) +
          points[i + 1].second * t * t * (3.0 - 2.0 * t) - tangent(i + 1) * h * t * t * (1.0 - t);
+}
+
+// A named curve as a table, which can be bent to what the valve and its line have made of it.
+void tabulate(LoopModel& model) {
+  constexpr int kPoints = 13;
+  const control::PidSettings& pid = model.controller.pid;
+  for (EffectSpec& spec : model.valve_effects) {
+    if (spec.name != "valve_characteristic" || !spec.table.empty()) continue;
+    plant::Effect curve = effects::make_effect(spec, {.sample_time_s = model.sample_time_s,
+                                                      .output_low = pid.output_low,
+                                                      .output_high = pid.output_high});
+    EffectSpec table{"valve_characteristic", {}, {{"curve", "table"}}};
+    for (int i = 0; i < kPoints; ++i) {
+      const double at = pid.output_low + (pid.output_high - pid.output_low) * i / (kPoints - 1);
+      table.table.emplace_back(at, curve.reset(at));
+    }
+    spec = std::move(table);
+  }
 }
 
 // A table's few points go where the loop was, between the 1st and the 99th hundredth of CO: between points far apart a
@@ -170,7 +189,9 @@ struct Left {
 
 class Errors {
  public:
-  explicit Errors(const gap::CheckedRecord& checked) : checked_(checked) {}
+  // Fitted to the first `fitted` samples.
+  Errors(const gap::CheckedRecord& checked, std::size_t fitted)
+      : checked_(checked), fitted_(fitted) {}
 
   // `start`: where the stem rests at first, CO units below CO.
   Left of(LoopModel model, double start) const {
@@ -200,10 +221,9 @@ class Errors {
     const std::vector<double>& pv = checked_.pv;
     const double memory_s =
         point.dead_time_s + 6.0 * (point.time_constant_s + model.process.second_time_constant_s);
-    const std::size_t fitted = gap::training_samples(pv.size());
     const std::size_t head =
         model.process.integrating()
-            ? fitted
+            ? fitted_
             : std::min(pv.size(), static_cast<std::size_t>(memory_s / model.sample_time_s) + 2);
     Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
@@ -223,7 +243,6 @@ class Errors {
   }
 
   Left filtered(const std::vector<double>& r, double gain) const {
-    const std::size_t fitted = gap::training_samples(r.size());
     Left out{.fitted = 0.0, .held = 0.0, .gain = gain};
     double d = 0.0;
     double seen = 1.0;
@@ -232,13 +251,14 @@ class Errors {
       const double e = r[k] - d;
       seen += 1.0;
       if (gain > 0.0) d += std::max(gain, 1.0 / seen) * e;
-      (k < fitted ? out.fitted : out.held) += e * e;
-      if (k >= fitted) ++out.samples_held;
+      (k < fitted_ ? out.fitted : out.held) += e * e;
+      if (k >= fitted_) ++out.samples_held;
     }
     return out;
   }
 
   const gap::CheckedRecord& checked_;
+  std::size_t fitted_;
 };
 
 struct Attempt {
@@ -270,7 +290,7 @@ Polished polish(const LoopModel& model, const gap::Record& record, double most_f
   if (!record.has_co()) return out;
   const gap::CheckedRecord checked = gap::check(record, model);
   if (!checked.quality.usable || checked.closed_loop) return out;
-  const Errors errors(checked);
+  const Errors errors(checked, gap::training_samples(checked.pv.size()));
   Attempt best{model, errors.of(model, 0.0)};
   const auto offer = [&](const Attempt& attempt) {
     if (!better(attempt.left, best.left)) return false;
@@ -278,9 +298,11 @@ Polished polish(const LoopModel& model, const gap::Record& record, double most_f
     out.changed = true;
     return true;
   };
-  LoopModel start = model;
-  move_points(start, checked.co);
-  offer(search(Numbers(start), errors, most_friction));
+  offer(search(Numbers(model), errors, most_friction));
+  LoopModel bent = best.model;
+  tabulate(bent);
+  move_points(bent, checked.co);
+  if (!(bent == best.model)) offer(search(Numbers(bent), errors, most_friction));
   const bool has_friction =
       std::any_of(model.valve_effects.begin(), model.valve_effects.end(), is_friction);
   if (!has_friction && most_friction > 0.0) {
@@ -303,6 +325,15 @@ Polished polish(const LoopModel& model, const gap::Record& record, double most_f
   const double k = best.left.gain;
   out.load_intensity = out.rms_error * k / std::sqrt((1.0 - k) * model.sample_time_s);
   return out;
+}
+
+LoopModel refitted(const LoopModel& model, const gap::Record& record) {
+  if (!record.has_co()) return model;
+  const gap::CheckedRecord checked = gap::check(record, model);
+  if (!checked.quality.usable || checked.closed_loop) return model;
+  const Errors errors(checked, checked.pv.size());
+  const Attempt whole = search(Numbers(model), errors, 0.0);
+  return whole.left.fitted < errors.of(model, 0.0).fitted ? whole.model : model;
 }
 
 }  // namespace loopwarden::commission

@@ -163,7 +163,7 @@ TEST_CASE("evidence of version 1, which had no kind, is read", "[evidence]") {
   write_evidence(example(), &judges, folder / "one");
   std::string about = tests::read_file(folder / "one/evidence.json");
   for (const auto& [now, then] :
-       {std::pair<std::string, std::string>{"\"format_version\": 2", "\"format_version\": 1"},
+       {std::pair<std::string, std::string>{"\"format_version\": 3", "\"format_version\": 1"},
         {"\"kind\": \"window\",", ""}}) {
     REQUIRE(about.find(now) != std::string::npos);
     about.replace(about.find(now), now.size(), then);
@@ -196,7 +196,7 @@ TEST_CASE("evidence that was touched is refused with a reason", "[evidence]") {
   SECTION("of another version") {
     tests::write_file(folder / "one/evidence.json",
                       R"({"format": "loopwarden-evidence", "format_version": 99})");
-    what = "version 1 to 2";
+    what = "version 1 to 3";
   }
   CHECK_THROWS_WITH(read_evidence(folder / "one"), Catch::Contains(what));
   CHECK_THROWS_AS(read_evidence(folder / "nowhere"), EvidenceError);
@@ -291,6 +291,30 @@ TEST_CASE("evidence that nobody wants is not written", "[evidence]") {
   store.post(example());
   store.stop();
   CHECK_FALSE(fs::exists(folder / "evidence"));
+}
+
+TEST_CASE("evidence of a twin comes back bit for bit, whatever its length", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  Evidence e = example();
+  e.alarm = AlarmKind::model_gap;
+  e.by_twin = loopwarden::evidence::TwinFinding{1.0 / 3.0, 7.5};
+  e.specialists_folder.clear();
+  e.twin = "sample_time: 0.1\n";
+  for (std::vector<double>* column : {&e.sp, &e.pv, &e.co, &e.stem}) column->resize(333);
+  e.pv[5] = std::nan("");
+  write_evidence(e, nullptr, folder / "one");
+  CHECK_FALSE(fs::exists(specialists_of(folder / "one")));
+  const Evidence back = read_evidence(folder / "one");
+  REQUIRE(back.by_twin);
+  CHECK_FALSE(back.by_specialists());
+  CHECK(back.by_twin->size == e.by_twin->size);
+  CHECK(back.by_twin->colour == e.by_twin->colour);
+  CHECK(back.alarm == AlarmKind::model_gap);
+  CHECK(back.co == e.co);
+  CHECK(std::isnan(back.pv[5]));
+  CHECK(tests::read_file(folder / "one/twin.yaml") == e.twin);
+  tests::write_file(folder / "one/twin.yaml", "sample_time: 0.2\n");
+  CHECK_THROWS_WITH(read_evidence(folder / "one"), Catch::Contains("twin.yaml is not what it was"));
 }
 
 }  // namespace loopwarden::evidence_test

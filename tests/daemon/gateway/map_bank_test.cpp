@@ -189,7 +189,7 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   CHECK(bench.word("alarm_unknown") == 1);
   CHECK(bench.word("severity_unknown") == 0);
   alarms.act(model_kind::backlash, loopwarden::monitor::AlarmAction::shelve,
-             bench.plant.box_reading.utc_ms, bench.plant.box_reading.utc_ms + 90'000);
+             bench.plant.box().utc_ms, bench.plant.box_reading.utc_ms + 90'000);
   CHECK(bench.word("alarm_backlash") == 6);
   CHECK(bench.word("shelve_backlash", 0, Table::holding_register) == 2);  // 1.5 min, rounded up
   CHECK(bench.word("any_shelved", 0, Table::discrete_input) == 1);
@@ -371,7 +371,8 @@ TEST_CASE(
   CHECK(value(6) == 2.0F);
   CHECK(block[8] == 7);
   Words rest(23, 0);
-  rest[1] = 7;  // alarm_model_gap: suppressed, nothing has been judged
+  rest[1] = 7;        // alarm_model_gap: suppressed, nothing has been judged
+  rest[15] = 0x8000;  // explanation_gap_closed: there is none
   CHECK(Words(block.begin() + 9, block.end()) == rest);
   // The old register is the jacket's alone.
   CHECK(bench.number("jacket_rate", 1) == -0.25F);
@@ -385,6 +386,35 @@ TEST_CASE(
   Words beyond(1);
   CHECK(bench.bank.read(Table::holding_register, 32768 + 64, beyond) == Exception::illegal_address);
   CHECK(bench.bank.read(Table::coil, 32768 + 8, beyond) == Exception::illegal_address);
+}
+
+TEST_CASE("the newest explanation of a loop's alarm can be read", "[gateway][map]") {
+  Bench bench;
+  Explanation e;
+  e.alarm = loopwarden::monitor::AlarmKind::stiction;
+  e.final_name = loopwarden::monitor::AlarmKind::backlash;
+  e.effect_number = 3;
+  e.agrees = true;
+  e.size_percent = 6.5;
+  e.low_percent = 6.0;
+  e.high_percent = 7.25;
+  e.gap_closed = 0.9712;
+  e.ended_ms = bench.plant.box().utc_ms - 70'000'000;
+  bench.plant.readings[1].watch.explanation = e;
+  const Words block = bench.read(Table::holding_register, 32768 + 32, 32);
+  const auto value = [&](std::size_t at) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(block[at]) << 16 | block[at + 1]);
+  };
+  CHECK(block[16] == 3);
+  CHECK(block[17] == 1);
+  CHECK(value(18) == 6.5F);
+  CHECK(value(20) == 6.0F);
+  CHECK(value(22) == 7.25F);
+  CHECK(block[24] == 9712);
+  CHECK(block[25] == 2);
+  CHECK((static_cast<std::uint32_t>(block[26]) << 16 | block[27]) == 70'000);
+  bench.plant.readings[1].watch.explanation->agrees = false;
+  CHECK(bench.read(Table::holding_register, 32768 + 32 + 17, 1) == Words{2});
 }
 
 TEST_CASE("what is out of its limits, half, or no number is refused and changes nothing",

@@ -437,4 +437,40 @@ TEST_CASE("500 loops on one thread", "[monitor]") {
   CHECK(bench.monitor->status().windows == 500);
 }
 
+TEST_CASE("an explanation stands with the alarm, and gives it another name where it is sure",
+          "[monitor][explain]") {
+  Bench bench;
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(2 * kWindow);
+  REQUIRE(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+  Explanation e;
+  e.alarm = AlarmKind::stiction;
+  e.verdict = "missing_effect";
+  e.effect = "backlash";
+  e.agrees = false;
+  e.sentence = "The record fits a play.";
+  bench.board->explained(0, e);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+  REQUIRE(bench.board->watch(0).explanation);
+  CHECK(bench.board->watch(0).explanation->effect == "backlash");
+
+  e.effect = "gain_change";
+  e.final_name = AlarmKind::model_gap;
+  e.agrees = true;
+  bench.board->explained(0, e);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
+  CHECK(bench.state(AlarmKind::model_gap) == AlarmState::unacknowledged);
+  // The same condition goes on: it is the other alarm's now.
+  bench.run(kWindow);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
+  CHECK(bench.state(AlarmKind::model_gap) == AlarmState::unacknowledged);
+  CHECK(bench.lines(AlarmKind::stiction) ==
+        std::vector<std::string>{"normal > unacknowledged", "unacknowledged > normal"});
+  std::vector<std::string> said;
+  for (const journal::JournalRow& row : bench.journal.newest(200)) {
+    if (row.entry.what == "explanation") said.push_back(row.entry.new_value + row.entry.result);
+  }
+  CHECK(said == std::vector<std::string>{"gain_changeagrees", "backlashdoes not agree"});
+}
+
 }  // namespace loopwarden::daemon::monitor::monitor_test

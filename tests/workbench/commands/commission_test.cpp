@@ -109,6 +109,55 @@ TEST_CASE("a loop that changes raises model_gap, with its explanation", "[commis
   CHECK(json::parse(plain.text).at("transitions")[0].at("explanation").is_null());
 }
 
+TEST_CASE("an alarm's evidence is explained in its folder", "[commission][explain]") {
+  const std::string moves =
+      "set_point: [[0, 4], [20, 5.5], [60, 4], [100, 5.5], [140, 4], [180, 5.5], [220, 4], "
+      "[260, 5.5], [300, 4], [340, 5.5], [380, 4], [420, 5.5]]";
+  const Bench bench("duration: 460, " + moves +
+                        ", faults: [{effect: gain_change, factor: 1.5, block: process, from: 150}]",
+                    1.0);
+  fs::create_directory(bench.folder / "e");
+  const ShellOutcome none = loopwarden("explain " + bench.path("e"));
+  CHECK(none.exit_code == 65);
+  CHECK(none.text.find("no twin.yaml") != std::string::npos);
+  write_file(bench.folder / "e/twin.yaml", model_text(1.0, "duration: 460, " + moves));
+  const ShellOutcome lone = loopwarden("explain " + bench.path("e"));
+  CHECK(lone.exit_code == 65);
+  CHECK(lone.text.find("evidence.json: not there") != std::string::npos);
+  write_file(bench.folder / "e/evidence.json",
+             R"({"alarm": "stiction", "raised_ms": 1800000000000, "loop": "FIC-101"})");
+  // As the daemon writes it, with time from the alarm at 200 s on.
+  std::string csv = read_file(bench.folder / "record.csv");
+  std::string minutes;
+  std::size_t begin = 0;
+  while (begin < csv.size()) {
+    const std::size_t end = csv.find('\n', begin);
+    const std::string line = csv.substr(begin, end - begin);
+    const std::size_t comma = line.find(',');
+    minutes += begin == 0 ? line : std::to_string(std::stod(line) - 200.0) + line.substr(comma);
+    minutes += "\n";
+    begin = end + 1;
+  }
+  write_file(bench.folder / "e/minutes.csv", minutes);
+  const ShellOutcome out = loopwarden("explain --json " + bench.path("e"));
+  INFO(out.text);
+  REQUIRE(out.exit_code == 0);
+  const json said = json::parse(read_file(bench.folder / "e/explanation.json"));
+  CHECK(said == json::parse(out.text));
+  CHECK(said.at("alarm") == "stiction");
+  CHECK(said.at("raised_ms") == 1800000000000);
+  REQUIRE(!said.at("first").is_null());
+  CHECK(said.at("first").at("name") == "gain_change");
+  CHECK(said.at("first").at("number").get<int>() > 0);
+  CHECK(!said.at("first").at("remedy").get<std::string>().empty());
+  CHECK(said.at("from_s").get<double>() == Approx(-50.0).margin(40.0));
+  // Outside the valve: model_gap where it is sure, else stiction stays and it does not agree.
+  const bool sure = said.at("first").at("confidence").get<double>() >= 0.9;
+  CHECK(said.at("final_name") == (sure ? json("model_gap") : json()));
+  CHECK(said.at("agrees") == sure);
+  CHECK(fs::exists(bench.folder / "e/report.html"));
+}
+
 TEST_CASE("what can't be commissioned says so with its exit code", "[commission]") {
   const TemporaryFolder folder;
   write_file(folder / "bad.csv", "time,pv\n0,1\n0.1,x\n");

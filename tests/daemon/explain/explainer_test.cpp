@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stands for `loopwarden` here is a script: what it is given, how it ends, how long it takes.
+#include "daemon/explain/explainer.hpp"
+
+#include <catch2/catch.hpp>
+#include <condition_variable>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/explain/explanation_file.hpp"
+#include "record/record_csv.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::daemon::explainer_test {
+namespace {
+
+namespace fs = std::filesystem;
+using loopwarden::monitor::AlarmKind;
+
+constexpr const char* kExplanation = R"({"alarm": "stiction", "final_name": "model_gap",
+  "raised_ms": 1, "ended_ms": 2, "verdict": "missing_effect", "gap_closed": 0.97, "agrees": true,
+  "from_s": -120.0, "to_s": 300.0, "sentence": "The gain has changed.",
+  "first": {"name": "gain_change", "number": 7, "size_percent": null, "low_percent": null,
+            "high_percent": null, "confidence": 0.94, "alternatives": ["leakage"],
+            "remedy": "Find out why."}})";
+
+// As a copy of minutes.csv would be: three samples, the alarm at the second.
+monitor::History::Minutes minutes() {
+  return {.period_s = 0.5, .end = 42, .sp = {1, 1, 1}, .pv = {2, 3, 4}, .co = {5, 6, 7}};
+}
+
+struct Bench {
+  explicit Bench(const std::string& script) {
+    program = folder / "fake";
+    std::ofstream(program) << "#!/bin/sh\n" << script << "\n";
+    fs::permissions(program, fs::perms::owner_all);
+    fs::create_directory(folder / "evidence");
+  }
+  Explainer make(ExplainerSettings settings = {}) {
+    settings.program = program;
+    return {settings, [](std::size_t) { return minutes(); },
+            [this](const ExplainJob& job, const Explanation* e, const std::string& why) {
+              const std::lock_guard lock(mutex);
+              reports.push_back({job, e != nullptr ? *e : Explanation{}, why});
+              changed.notify_all();
+            }};
+  }
+  ExplainJob job(std::size_t loop = 3) const {
+    return {
+        .loop = loop, .alarm = AlarmKind::stiction, .raised_at = 40, .folder = folder / "evidence"};
+  }
+  bool wait(std::size_t count) {
+    std::unique_lock lock(mutex);
+    return changed.wait_for(lock, std::chrono::seconds(60),
+                            [&] { return reports.size() >= count; });
+  }
+  struct Report {
+    ExplainJob job;
+    Explanation explanation;
+    std::string why;
+  };
+  tests::TemporaryFolder folder;
+  fs::path program;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<Report> reports;
+};
+
+}  // namespace
+
+TEST_CASE("an alarm's minutes are written with time from the alarm, and the answer is read",
+          "[explain]") {
+  Bench bench(
+      "[ \"$1 $2\" = 'explain --background' ] || exit 3\ncat > \"$3/explanation.json\" <<'J'\n" +
+      std::string(kExplanation) + "\nJ");
+  Explainer explainer = bench.make();
+  explainer.start();
+  explainer.post(bench.job());
+  REQUIRE(bench.wait(1));
+  const Bench::Report& report = bench.reports.front();
+  CHECK(report.why.empty());
+  CHECK(report.job.loop == 3);
+  CHECK(report.explanation.alarm == AlarmKind::stiction);
+  CHECK(report.explanation.final_name == AlarmKind::model_gap);
+  CHECK(report.explanation.effect == "gain_change");
+  CHECK(report.explanation.effect_number == 7);
+  CHECK(report.explanation.gap_closed == 0.97);
+  CHECK(report.explanation.since_s == 120.0);
+  CHECK(std::isnan(report.explanation.size_percent));
+  CHECK(report.explanation.alternatives == std::vector<std::string>{"leakage"});
+  const record::Record record = record::read_record(bench.folder / "evidence/minutes.csv");
+  CHECK(record.time_s == std::vector<double>{-0.5, 0.0, 0.5});
+  CHECK(record.pv == std::vector<double>{2, 3, 4});
+  CHECK(record.sp == std::vector<double>{1, 1, 1});
+  CHECK(record.co == std::vector<double>{5, 6, 7});
+  CHECK(explainer.status().explained == 1);
+}
+
+TEST_CASE("a child that fails, dies or answers nonsense leaves a reason", "[explain]") {
+  const auto [script, why] = GENERATE(table<std::string, std::string>(
+      {{"exit 65", "ended with 65"},
+       {"kill -9 $$", "ended with 137"},
+       {"exit 0", "not there"},
+       {"echo '{\"alarm\": 3}' > \"$3/explanation.json\"", "unknown alarm"},
+       {"sleep 60", "not there after 1 s"}}));
+  Bench bench(script);
+  Explainer explainer = bench.make({.program = {}, .most_time = std::chrono::seconds(1)});
+  explainer.start();
+  explainer.post(bench.job());
+  REQUIRE(bench.wait(1));
+  CHECK_THAT(bench.reports.front().why, Catch::Contains(why));
+  CHECK(explainer.status().failed == 1);
+  CHECK(explainer.status().explained == 0);
+}
+
+TEST_CASE("one at a time, each when its minutes are there; a full queue says so", "[explain]") {
+  Bench bench("echo start >> \"$3/../log\"; sleep 0.3; echo end >> \"$3/../log\"; exit 1");
+  Explainer explainer = bench.make({.program = {}, .most_waiting = 2});
+  ExplainJob late = bench.job(0);
+  late.wait = std::chrono::milliseconds(1500);
+  explainer.post(late);
+  explainer.post(bench.job(1));
+  explainer.post(bench.job(2));  // no room
+  REQUIRE(bench.reports.size() == 1);
+  CHECK(bench.reports[0].job.loop == 2);
+  CHECK_THAT(bench.reports[0].why, Catch::Contains("2 explanations wait"));
+  explainer.start();
+  REQUIRE(bench.wait(3));
+  CHECK(bench.reports[1].job.loop == 1);
+  CHECK(bench.reports[2].job.loop == 0);
+  CHECK(tests::read_file(bench.folder / "log") == "start\nend\nstart\nend\n");
+}
+
+TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {
+  Bench bench("exec sleep 600");
+  Explainer explainer = bench.make();
+  explainer.start();
+  explainer.post(bench.job());
+  explainer.post(bench.job());
+  while (explainer.status().waiting < 2) {
+  }
+  CHECK(explainer.stop_for(std::chrono::seconds(20)));
+  CHECK(bench.reports.empty());
+}
+
+TEST_CASE("without the workbench nothing is explained", "[explain]") {
+  Bench bench("exit 0");
+  bench.program.clear();
+  Explainer explainer = bench.make();
+  explainer.start();
+  explainer.post(bench.job());
+  CHECK(explainer.status().waiting == 0);
+}
+
+}  // namespace loopwarden::daemon::explainer_test
