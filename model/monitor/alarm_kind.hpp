@@ -82,7 +82,8 @@ constexpr AlarmGuide guide_of(AlarmKind kind) noexcept {
   return {
       "the loop no longer behaves as when it was commissioned: valve, process, transmitter or load",
       "its tuning may not fit any more, and the specialists know another loop",
-      "run `loopwarden gap` with the twin over the newest record: it names what has changed"};
+      "read its explanation (`loopwarden alarms explain`): it names what has changed, and what to "
+      "do"};
 }
 
 }  // namespace loopwarden::monitor

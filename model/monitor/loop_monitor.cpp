@@ -40,12 +40,18 @@ MonitorStep LoopMonitor::add(const Cycle& cycle) {
   return step;
 }
 
-// In manual the plant may be worked on, and after a gap nobody knows what CO did.
+// In manual the plant may be worked on, and after a longer gap nobody knows what CO did.
 bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
   const bool was = twin_->on();
-  const bool follows = cycle.period_index == next_period_;
+  const bool near =
+      cycle.period_index >= next_period_ && cycle.period_index - next_period_ <= kMostBridged;
+  if (!cycle.automatic || !near) twin_->restart();
+  // CO of a missing cycle is the last one: nothing else was written.
+  for (; cycle.automatic && near && next_period_ < cycle.period_index; ++next_period_) {
+    twin_->add(std::numeric_limits<double>::quiet_NaN(), last_co_);
+  }
   next_period_ = cycle.period_index + 1;
-  if (!cycle.automatic || !follows) twin_->restart();
+  last_co_ = cycle.co;
   if (cycle.automatic) {
     twin_->add(cycle.pv_good ? cycle.pv : std::numeric_limits<double>::quiet_NaN(), cycle.co);
   }

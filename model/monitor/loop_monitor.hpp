@@ -18,6 +18,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "model/monitor/loop_alarms.hpp"
@@ -87,7 +88,9 @@ class LoopMonitor {
   VerdictRule rule_;
   std::optional<RoutineWatch> routine_;
   std::optional<TwinWatch> twin_;
+  static constexpr std::uint64_t kMostBridged = 100;  // cycles
   std::uint64_t next_period_ = 0;
+  double last_co_ = std::numeric_limits<double>::quiet_NaN();  // CO units
   WindowJudge* judge_;
 };
 

@@ -127,12 +127,16 @@ bool TwinWatch::add(double pv, double co) noexcept {
   bool ended = false;
   if (std::isfinite(pv)) {
     innovation_ = pv - predicted_[0] - load_[0];
-    load_[0] += gain_ * innovation_;
-    double allowed = noise2_ + friction_ * friction_;
     const bool counts = ++since_start_ > warm_up_;
+    // What began in the middle of a move takes the move's end for a load: until blocks count, d follows the newest answer.
+    const double gain =
+        counts ? gain_
+               : std::max(gain_, 1.0 / static_cast<double>(std::min(since_start_, 2 * block_)));
+    load_[0] += gain * innovation_;
+    double allowed = noise2_ + friction_ * friction_;
     for (std::size_t i = 1; i < plants_.size(); ++i) {
       const double off = predicted_[i] - predicted_[0] - load_[i];
-      load_[i] += gain_ * off;
+      load_[i] += gain * off;
       allowed += off * off;
       if (counts) sum_off_[i] += off;
     }

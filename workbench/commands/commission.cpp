@@ -18,6 +18,7 @@
 #include "config/loop_model_writer.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "hal/os/parallel.hpp"
+#include "model/commission/changes.hpp"
 #include "model/commission/sight.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/command_line/progress.hpp"
@@ -37,6 +38,7 @@ using commission::Verdict;
 struct CommissionOptions {
   std::vector<std::string> records;
   std::string model;
+  std::string again;  // an earlier twin
   std::string out;
   std::string plant = "twin";
   double healthy_limit_percent = 1.0;
@@ -110,18 +112,42 @@ void print_result(const commission::Commissioning& c, const commission::Sight* s
   fmt::print("{0}/commission.json, {0}/report.html\n", out);
 }
 
+nlohmann::json changes_json(const std::vector<commission::Change>& changes) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const commission::Change& change : changes) {
+    out.push_back({{"what", change.what}, {"before", change.before}, {"now", change.now}});
+  }
+  return out;
+}
+
+void print_changes(const std::vector<commission::Change>& changes) {
+  if (changes.empty()) return;
+  fmt::print("{:<40}{:>12}{:>12}{:>10}\n", "Since it was commissioned", "before", "now", "change");
+  for (const commission::Change& change : changes) {
+    const std::string percent =
+        change.before != 0.0
+            ? fmt::format("{:+.1f} %", 100.0 * (change.now - change.before) / change.before)
+            : std::string("-");
+    fmt::print("{:<40}{:>12.4g}{:>12.4g}{:>10}\n", change.what, change.before, change.now, percent);
+  }
+  fmt::print("\n");
+}
+
 int run_commission(const CommissionOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   commission::Request request{.records = {},
                               .model = std::nullopt,
                               .healthy_limit_percent = options.healthy_limit_percent,
                               .accept_short = options.accept_short};
-  if (!options.model.empty()) {
-    request.model = load_model(options.model);
+  const std::string& start = options.again.empty() ? options.model : options.again;
+  if (!start.empty()) {
+    request.model = load_model(start);
     if (!request.model) return kExitConfiguration;
   }
+  const std::optional<plant::LoopModel> before =
+      options.again.empty() ? std::nullopt : request.model;
   std::vector<std::string> inputs = options.records;
-  if (!options.model.empty()) inputs.push_back(options.model);
+  if (!start.empty()) inputs.push_back(start);
   OutputFiles files(inputs);
   const fs::path out(options.out);
   files.make_folder(out);
@@ -172,7 +198,12 @@ int run_commission(const CommissionOptions& options) {
                 config::write_model(made.twin, "twin, made by loopwarden commission from " +
                                                    options.records.front() + "\n" + made.why));
     }
-    const nlohmann::json answer = commission_json(made, sight ? &*sight : nullptr);
+    std::vector<commission::Change> changes;
+    if (before && made.verdict == Verdict::commissioned) {
+      changes = commission::changes(*before, made.twin);
+    }
+    nlohmann::json answer = commission_json(made, sight ? &*sight : nullptr);
+    if (before) answer["changes"] = changes_json(changes);
     files.add(out / "commission.json", answer.dump(2) + "\n");
     files.add(out / "report.html", commission_page(made, sight ? &*sight : nullptr,
                                                    request.records.front().columns, seconds));
@@ -180,13 +211,14 @@ int run_commission(const CommissionOptions& options) {
     if (options.json) {
       fmt::print("{}\n", answer.dump(2));
     } else {
+      print_changes(changes);
       print_result(made, sight ? &*sight : nullptr, options.out);
     }
   } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
   } catch (const effects::EffectError& e) {
-    fmt::print(stderr, "{}: {}\n", options.model, e.what());
+    fmt::print(stderr, "{}: {}\n", start, e.what());
     return kExitConfiguration;
   }
   return kExitOk;
@@ -205,8 +237,13 @@ void add_commission(CLI::App& app, int& exit_code) {
          "stem; 20 to 60 minutes with a few set-point moves. The first makes the twin, the "
          "others must agree with it")
       ->required();
-  sub->add_option("--model", o->model,
-                  "loop model to start from, YAML, however rough; without it one is identified");
+  CLI::Option* model = sub->add_option(
+      "--model", o->model,
+      "loop model to start from, YAML, however rough; without it one is identified");
+  sub->add_option("--again", o->again,
+                  "twin.yaml of an earlier commissioning to start from: what has changed since is "
+                  "shown. It is left as it is")
+      ->excludes(model);
   sub->add_option("--out", o->out,
                   "folder for twin.yaml, specialists, commission.json, report.html")
       ->required();

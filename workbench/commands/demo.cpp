@@ -98,6 +98,22 @@ class Demo {
 
   void leave_screen() { screen_.reset(); }
 
+  // Explanations are made when nothing else wants the computer; the first ones take their time.
+  void wait_for_explanations() {
+    constexpr std::chrono::seconds kPatience{120};
+    const auto begin = std::chrono::steady_clock::now();
+    const auto waiting = [this] {
+      return daemon_.status().at("daemon").at("explanations").at("waiting").get<std::size_t>();
+    };
+    if (waiting() == 0) return;
+    say("Waiting for the explanation of the alarms ...");
+    while (waiting() > 0 && !interrupted() &&
+           std::chrono::steady_clock::now() - begin < kPatience) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    }
+    watch_alarms();
+  }
+
   void print_table() const {
     fmt::print("\n{}\n", coloured("What the record says", Colour::bold));
     fmt::print("{:<18} {:>12} {:>12} {:>12} {:>10} {:>12} {:>12}\n", "", "rms SP-PV", "mean SP-PV",
@@ -141,6 +157,11 @@ class Demo {
       fmt::print("{} is still there, jacket or not: {}.\n{}.\n", name,
                  explained.at("cause").get<std::string>(),
                  explained.at("action").get<std::string>());
+      if (const nlohmann::json& why = explained.at("explanation"); !why.is_null()) {
+        fmt::print(
+            "What the newest minutes against the twin say: {}\nThe picture: {}/report.html\n",
+            why.at("sentence").get<std::string>(), why.at("folder").get<std::string>());
+      }
       if (explained.at("evidence").is_string()) {
         fmt::print("The window that raised it, judged once more: loopwarden replay {}\n",
                    explained.at("evidence").get<std::string>());
@@ -263,6 +284,7 @@ int run_demo(const DemoOptions& options) {
   const bool complete = demo.run();
   if (complete && options.keep) demo.keep_running();
   demo.leave_screen();
+  if (complete) demo.wait_for_explanations();
   if (demo.left_automatic()) {
     fmt::print(stderr,
                "The loop left automatic: this computer is too busy for the demonstration's pace. "

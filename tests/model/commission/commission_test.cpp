@@ -9,6 +9,7 @@
 #include "model/commission/explain.hpp"
 #include "model/commission/polish.hpp"
 #include "model/commission/sight.hpp"
+#include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/twin_watch.hpp"
 #include "model/training/simulated_windows.hpp"
 #include "tests/model/gap/gap_support.hpp"
@@ -322,6 +323,42 @@ TEST_CASE("where the healthy record never was, the twin's watch says nothing",
   CHECK(on());
   twin.twin->seen_low = 6.5;
   CHECK_FALSE(on());
+}
+
+TEST_CASE("a watch that begins in the middle of a move takes it for no change",
+          "[commission][twin]") {
+  const gap::Record record = changed_at(gain_change(1.0), 600.0);
+  const plant::LoopModel twin = twin_model();
+  for (std::size_t begin = 190; begin < 260; begin += 10) {  // SP moves at 20 s
+    monitor::TwinWatch watch(twin);
+    bool on = false;
+    for (std::size_t k = begin; k < record.size(); ++k) {
+      watch.add(record.pv[k], record.co[k]);
+      on = on || watch.on();
+    }
+    INFO("from sample " << begin);
+    CHECK_FALSE(on);
+  }
+}
+
+TEST_CASE("some missing cycles are no new start of the watch", "[commission][twin]") {
+  const gap::Record record = changed_at(gain_change(1.4), 600.0);
+  const plant::LoopModel twin = twin_model();
+  monitor::LoopMonitor watched({.sample_time_s = 0.1, .pv_high = 10.0, .co_high = 10.0}, {},
+                               nullptr, &twin);
+  double at_s = 0.0;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    if (k % 37 == 0) continue;
+    const monitor::MonitorStep step = watched.add({.period_index = k,
+                                                   .sp = record.sp[k],
+                                                   .pv = record.pv[k],
+                                                   .co = record.co[k],
+                                                   .automatic = true,
+                                                   .pv_good = true});
+    if (step.twin && at_s == 0.0) at_s = record.time_s(k);
+  }
+  CHECK(at_s > 300.0);
+  CHECK(at_s < 450.0);
 }
 
 }  // namespace commission_test

@@ -79,6 +79,28 @@ TEST_CASE("a short record is commissioned when it is accepted, and check and rep
   INFO(replayed.text);
   REQUIRE(replayed.exit_code == 0);
   CHECK(json::parse(replayed.text).at("transitions").empty());
+
+  // The same loop later, a fifth less gain: a new twin, the old one left as it was.
+  write_file(bench.folder / "truth.yaml",
+             model_text(0.8,
+                        "duration: 300, seed: 2, set_point: [[0, 3], [20, 5], [60, 6.5], [100, "
+                        "4], [140, 5.5], [200, 3.5]]"));
+  REQUIRE(loopwarden("simulate " + bench.path("truth.yaml") + " --out " + bench.path("later.csv"))
+              .exit_code == 0);
+  const std::string old_twin = read_file(bench.folder / "out/twin.yaml");
+  const ShellOutcome again = loopwarden(
+      "commission " + bench.path("later.csv") + " --accept-short --windows 700 --again " +
+      bench.path("out/twin.yaml") + " --out " + bench.path("again"));
+  INFO(again.text);
+  REQUIRE(again.exit_code == 0);
+  CHECK(again.text.find("Since it was commissioned") != std::string::npos);
+  CHECK(read_file(bench.folder / "out/twin.yaml") == old_twin);
+  const json changes = json::parse(read_file(bench.folder / "again/commission.json")).at("changes");
+  REQUIRE(changes.at(0).at("what").get<std::string>().rfind("gain", 0) == 0);
+  CHECK(changes.at(0).at("before").get<double>() == Approx(1.0).epsilon(0.02));
+  CHECK(changes.at(0).at("now").get<double>() == Approx(0.8).epsilon(0.02));
+  CHECK(changes.at(2).at("now").get<double>() ==
+        Approx(changes.at(2).at("before").get<double>()).margin(0.15));
 }
 
 TEST_CASE("a loop that changes raises model_gap, with its explanation", "[commission][replay]") {
