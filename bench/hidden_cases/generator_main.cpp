@@ -48,10 +48,10 @@ int main(int argc, char** argv) {
       ->required();
   app.add_flag("--load", options.load, "with an unmeasured random load on PV");
   app.add_option("--kinds", options.kinds,
-                 "of single, none, pair, outside, onset, controller, further")
+                 "of single, none, pair, outside, onset, controller, further, later, healthy")
       ->capture_default_str();
   app.add_option("--samples", options.samples, "rows of a record; sticky loops get 10/7 of it")
-      ->check(CLI::Range(600, 100000))
+      ->check(CLI::Range(600, 1000000))
       ->capture_default_str();
   try {
     app.parse(argc, argv);

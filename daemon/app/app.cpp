@@ -371,15 +371,19 @@ void App::report_explanation(const ExplainJob& job, const Explanation* explanati
   journal_.post(std::move(entry));
 }
 
-// Of alarms that were on before the start.
+// Of alarms that were on before the start, the newest last.
 void App::remember_explanations() {
   for (std::size_t i = 0; i < loops_.size(); ++i) {
+    std::vector<Explanation> known;
     for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
       if (!board_.watch(i).alarms.alarm(kind).active()) continue;
       const auto folder = evidence_.newest(board_.name(i), kind);
       if (!folder || !std::filesystem::exists(*folder / "explanation.json")) continue;
-      attempt("explanation", [&] { board_.restore(i, read_explanation(*folder)); });
+      attempt("explanation", [&] { known.push_back(read_explanation(*folder)); });
     }
+    std::sort(known.begin(), known.end(),
+              [](const auto& a, const auto& b) { return a.ended_ms < b.ended_ms; });
+    for (const Explanation& explanation : known) board_.restore(i, explanation);
   }
 }
 

@@ -170,9 +170,9 @@ json explanation_json(const Explanation& e) {
 
 // Of this alarm, under its first or its final name.
 json explanation_of(const monitor::LoopWatch& watch, model::AlarmKind kind) {
-  const auto& e = watch.explanation;
-  if (!e || (e->alarm != kind && e->final_name != kind)) return nullptr;
-  return explanation_json(*e);
+  if (const auto& own = watch.explanations[model::index_of(kind)]) return explanation_json(*own);
+  const auto& newest = watch.explanation;
+  return newest && newest->final_name == kind ? explanation_json(*newest) : json(nullptr);
 }
 
 json watch_json(const monitor::LoopWatch& watch) {

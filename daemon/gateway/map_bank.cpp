@@ -92,8 +92,8 @@ double minutes_on_shelf(const model::Alarm& alarm, std::int64_t now_ms) {
   return static_cast<double>(std::max<std::int64_t>((left_ms + kMinute - 1) / kMinute, 1));
 }
 
-double of_explanation(Field field, const std::optional<Explanation>& e, std::int64_t now_ms) {
-  if (!e) return field == Field::explanation_gap_closed ? kNotThere : 0.0;
+double of_explanation(Field field, const Explanation* e, std::int64_t now_ms) {
+  if (e == nullptr) return field == Field::explanation_gap_closed ? kNotThere : 0.0;
   switch (field) {
     case Field::explanation_effect: return e->effect_number;
     case Field::explanation_agrees: return e->agrees ? 1.0 : 2.0;
@@ -306,7 +306,7 @@ double MapBank::Snapshot::value(const Register& reg, std::size_t index) {
     case Field::explanation_gap_closed:
     case Field::explanation_alarm:
     case Field::explanation_age:
-      return of_explanation(reg.field, of().watch.explanation, box().utc_ms);
+      return of_explanation(reg.field, of().watch.explanation.get(), box().utc_ms);
     // A momentary coil rests at 0.
     case Field::acknowledge_all:
     case Field::acknowledge:

@@ -28,6 +28,11 @@ const char* to_text(AlarmAction action) noexcept {
   return "unshelve";
 }
 
+void keep(LoopWatch& watch, const Explanation& explanation) {
+  watch.explanation = std::make_shared<const Explanation>(explanation);
+  watch.explanations[model::index_of(explanation.alarm)] = watch.explanation;
+}
+
 // Suppressed and normal are one to the journal: a loop in manual would fill it.
 bool worth_a_line(const model::AlarmTransition& t) noexcept {
   const auto quiet = [](AlarmState s) {
@@ -107,7 +112,7 @@ std::vector<AlarmKind> WatchBoard::twin_judged(std::size_t loop,
 void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
-  watch.explanation = explanation;
+  keep(watch, explanation);
   JournalEntry line;
   line.kind = JournalEntry::Kind::system;
   line.utc_ms = utc_ms_();
@@ -135,7 +140,7 @@ void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
 
 void WatchBoard::restore(std::size_t loop, const Explanation& explanation) {
   const std::lock_guard lock(mutex_);
-  watches_[loop].explanation = explanation;
+  keep(watches_[loop], explanation);
 }
 
 void WatchBoard::window_not_fit(std::size_t loop, const model::WindowMeasures& measures,

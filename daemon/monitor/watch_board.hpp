@@ -6,12 +6,13 @@
 // an action is reported as done only once it is on the disk, or with the word that it is not.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,7 +43,9 @@ struct LoopWatch {
   loopwarden::analysis::ConditionIndices condition;
   loopwarden::monitor::CorrectiveState corrective = loopwarden::monitor::CorrectiveState::off;
   loopwarden::monitor::Veto veto = loopwarden::monitor::Veto::none;  // the operator's
-  std::optional<Explanation> explanation;                            // the newest
+  // The newest of each alarm, by its name as it was raised, and of all. Copied with what they stand in: shared.
+  std::array<std::shared_ptr<const Explanation>, loopwarden::monitor::kAlarmKindCount> explanations;
+  std::shared_ptr<const Explanation> explanation;
 };
 
 // What an operator wants.

@@ -400,7 +400,7 @@ TEST_CASE("the newest explanation of a loop's alarm can be read", "[gateway][map
   e.high_percent = 7.25;
   e.gap_closed = 0.9712;
   e.ended_ms = bench.plant.box().utc_ms - 70'000'000;
-  bench.plant.readings[1].watch.explanation = e;
+  bench.plant.readings[1].watch.explanation = std::make_shared<const Explanation>(e);
   const Words block = bench.read(Table::holding_register, 32768 + 32, 32);
   const auto value = [&](std::size_t at) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(block[at]) << 16 | block[at + 1]);
@@ -413,7 +413,8 @@ TEST_CASE("the newest explanation of a loop's alarm can be read", "[gateway][map
   CHECK(block[24] == 9712);
   CHECK(block[25] == 2);
   CHECK((static_cast<std::uint32_t>(block[26]) << 16 | block[27]) == 70'000);
-  bench.plant.readings[1].watch.explanation->agrees = false;
+  e.agrees = false;
+  bench.plant.readings[1].watch.explanation = std::make_shared<const Explanation>(e);
   CHECK(bench.read(Table::holding_register, 32768 + 32 + 17, 1) == Words{2});
 }
 
