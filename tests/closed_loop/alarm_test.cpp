@@ -3,7 +3,10 @@
 // before, since a window of 961 cycles without a missing one can't be had on a busy machine in short
 // time; how windows make alarms is tested in tests/daemon/monitor.
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -132,6 +135,56 @@ TEST_CASE("specialists that can't be used are refused before anything moves", "[
   CHECK(daemon.run({"--config", daemon.config().string(), "--check"}) == 78);
   CHECK(daemon.run({"--config", daemon.config().string()}) == 78);
   CHECK(read_file(daemon.folder() / "output").find("specialists") != std::string::npos);
+}
+
+TEST_CASE("a loop that changes raises model_gap, and its explanation comes by itself",
+          "[alarm][explain]") {
+  // A daemon that a sanitizer watches has no workbench beside it.
+  if (std::getenv("LOOPWARDEN_DAEMON") != nullptr) return;
+  const auto model = [](const std::string& faults) {
+    return "sample_time: 0.1\n"
+           "controller: {kp: 0.35, ki: 0.04, output: [0, 10]}\n"
+           "process: {gain: 1.2264, time_constant: 1.69376, dead_time: 2.6256}\n"
+           "transmitter: {range: [0, 10], resolution: 0.00244140625, noise: 0.01}\n"
+           "scenario: {duration: 4000, set_point: [[0, 5]], faults: [" +
+           faults + "], seed: 1}\n";
+  };
+  DaemonProcess daemon("real_time: {priority: 0, lock_memory: false}\naccelerate: 20\n",
+                       {{"loops.d/1.yaml", loop_file("FIC-101", "../../plant.yaml") +
+                                               "monitor: {twin: ../../twin.yaml}\n"}});
+  write_file(daemon.folder() / "plant.yaml",
+             model("{effect: gain_change, factor: 0.7, block: process, from: 200}"));
+  write_file(daemon.folder() / "twin.yaml", model(""));
+  std::string loop = read_file(daemon.config() / "loops.d/1.yaml");
+  loop.replace(loop.find("recovery:"), 0, "late_cycle_periods: 1000, ");
+  daemon.write_config("loops.d/1.yaml", loop);
+  daemon.start();
+  const std::string socket = " --socket " + (daemon.folder() / "control.sock").string();
+  const auto explained = [&] { return daemon.client().explain("FIC-101", "model_gap"); };
+  INFO(daemon.log());
+  const auto patience = std::chrono::milliseconds(240'000);
+  REQUIRE(test::eventually([&] { return explained().at("explanation").is_object(); }, patience));
+  const json answer = explained();
+  const json& e = answer.at("explanation");
+  INFO(answer.dump(1));
+  CHECK(answer.at("alarm").at("state") == "unacknowledged");
+  CHECK(e.at("alarm") == "model_gap");
+  CHECK(e.at("final_name").is_null());
+  CHECK_FALSE(e.at("sentence").get<std::string>().empty());
+  const std::filesystem::path folder = e.at("folder").get<std::string>();
+  CHECK(folder == answer.at("evidence").get<std::string>());
+  for (const char* file : {"minutes.csv", "twin.yaml", "explanation.json", "report.html"}) {
+    CHECK(std::filesystem::exists(folder / file));
+  }
+  const ShellOutcome text = run(LOOPWARDEN_CLI " alarms explain FIC-101 model_gap" + socket);
+  CHECK(text.text.find("against the twin") != std::string::npos);
+  CHECK(run(LOOPWARDEN_CLI " alarms journal FIC-101" + socket).text.find("explanation") !=
+        std::string::npos);
+  // It is there after a restart, too.
+  daemon.signal(SIGKILL);
+  REQUIRE(daemon.wait_for_end() == -SIGKILL);
+  daemon.start();
+  CHECK(explained().at("explanation").at("sentence") == e.at("sentence"));
 }
 
 }  // namespace loopwarden::tests::alarm_test
