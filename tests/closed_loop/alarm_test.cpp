@@ -5,7 +5,6 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -138,9 +137,7 @@ TEST_CASE("specialists that can't be used are refused before anything moves", "[
 }
 
 TEST_CASE("a loop that changes raises model_gap, and its explanation comes by itself",
-          "[alarm][explain]") {
-  // A daemon that a sanitizer watches has no workbench beside it.
-  if (std::getenv("LOOPWARDEN_DAEMON") != nullptr) return;
+          "[alarm][idle]") {
   const auto model = [](const std::string& faults) {
     return "sample_time: 0.1\n"
            "controller: {kp: 0.35, ki: 0.04, output: [0, 10]}\n"

@@ -339,30 +339,39 @@ TEST_CASE("RTU: a dead unit holds up the others for no more than a probe", "[mod
   REQUIRE(eventually([&] { return alive.good() && dying.good(); }));
   CHECK(dying.sample().value == 2.0);
 
+  struct Watched {
+    int fresh = 0;
+    std::int64_t longest_gap_ns = 0;
+  };
+  const auto watch = [&] {
+    Watched seen;
+    std::int64_t last_ns = alive.sample().time_ns;
+    const auto end = std::chrono::steady_clock::now() + 2s;
+    while (std::chrono::steady_clock::now() < end) {
+      if (alive.fresh()) {
+        ++seen.fresh;
+        seen.longest_gap_ns = std::max(seen.longest_gap_ns, alive.sample().time_ns - last_ns);
+        last_ns = alive.sample().time_ns;
+      }
+      std::this_thread::sleep_for(1ms);
+    }
+    return seen;
+  };
+  const Watched before = watch();  // one unit is absent already; how busy the machine is shows here
+
   rig.proxy.command("mute 2");
-  REQUIRE(eventually([&] { return dying.bad() && events.count(Kind::unit_silent) == 2; }));
+  REQUIRE(eventually([&] { return dying.bad() && events.count(Kind::unit_silent) >= 2; }));
   REQUIRE(eventually([&] { return alive.fresh(); }));
 
   // Two dead units, each asked once a second or so for 150 ms: most periods of 20 ms stay free.
-  std::int64_t longest_gap_ns = 0;
-  int fresh = 0;
-  std::int64_t last_ns = alive.sample().time_ns;
-  const auto end = std::chrono::steady_clock::now() + 2s;
-  while (std::chrono::steady_clock::now() < end) {
-    if (alive.fresh()) {
-      ++fresh;
-      longest_gap_ns = std::max(longest_gap_ns, alive.sample().time_ns - last_ns);
-      last_ns = alive.sample().time_ns;
-    }
-    std::this_thread::sleep_for(1ms);
-  }
-  CHECK(fresh > 15);                      // of 100
-  CHECK(longest_gap_ns < 1'500'000'000);  // two probes and slack
+  const Watched after = watch();
+  CHECK(4 * after.fresh > before.fresh);
+  CHECK(after.longest_gap_ns < before.longest_gap_ns + 1'500'000'000);  // two probes and slack
   CHECK(absent.bad());
 
   rig.proxy.command("mute 0");
   CHECK(eventually([&] { return dying.good(); }));
-  CHECK(events.count(Kind::unit_back) == 1);
+  CHECK(events.count(Kind::unit_back) >= 1);
 }
 
 TEST_CASE("a vanished peer is noticed and found again", "[modbus][link]") {
