@@ -536,6 +536,23 @@ Value<std::vector<std::string>> MapReader::maybe_words(std::string_view key,
   return result;
 }
 
+Value<std::vector<std::string>> MapReader::maybe_texts(std::string_view key, const char* meaning) {
+  YamlNode* node = find(key, "[text, ...]", Presence::optional, "", meaning);
+  Value<std::vector<std::string>> result = start(key, node, std::vector<std::string>{});
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
+  result.valid = true;
+  for (const YamlNode& value : node->values) {
+    if (value.kind == YamlNode::Kind::scalar) {
+      result.value.push_back(value.text);
+      continue;
+    }
+    report_->error(value.place, result.key,
+                   fmt::format("must hold texts (got {})", to_text(value.kind)));
+    result.valid = false;
+  }
+  return result;
+}
+
 // --- mappings and lists ----------------------------------------------------------------------
 
 bool MapReader::is_of_kind(std::string_view key, const YamlNode& node, YamlNode::Kind wanted) {

@@ -132,6 +132,8 @@ class MapReader {
   Value<std::vector<std::string>> maybe_words(std::string_view key,
                                               const std::vector<std::string>& words,
                                               const char* meaning);
+  // [text, text, ...]
+  Value<std::vector<std::string>> maybe_texts(std::string_view key, const char* meaning);
   Value<std::string> need_text(std::string_view key, const char* meaning);
   Value<std::string> text(std::string_view key, const char* meaning, std::string fallback);
   Value<bool> flag(std::string_view key, const char* meaning, bool fallback);

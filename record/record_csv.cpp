@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -15,35 +14,13 @@
 
 #include "hal/os/edit_distance.hpp"
 #include "record/file.hpp"
+#include "record/text.hpp"
 
 namespace loopwarden::record {
 namespace {
 
 constexpr double kLargestStepError = 0.01;  // of the median step
 constexpr std::size_t kBufferBytes = 64UL * 1024UL;
-
-// For messages: short, and without what a terminal would act on.
-std::string in_quotes(std::string_view text) {
-  constexpr std::size_t kMostCharacters = 40;
-  std::string shown;
-  for (const char c : text.substr(0, kMostCharacters)) {
-    const auto byte = static_cast<unsigned char>(c);
-    shown += byte < 0x20 || byte == 0x7F ? '?' : c;
-  }
-  return "'" + shown + (text.size() > kMostCharacters ? "...'" : "'");
-}
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
 
 struct Cell {
   std::string_view text;

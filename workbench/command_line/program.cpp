@@ -11,7 +11,7 @@
 
 #include "hal/os/exit_code.hpp"
 #include "workbench/command_line/command_line.hpp"
-#include "workbench/files/output_files.hpp"
+#include "workbench/files/command_error.hpp"
 #include "workbench/live/daemon_client.hpp"
 
 namespace loopwarden::workbench {
@@ -43,7 +43,7 @@ int run_program(CLI::App& app, const int& exit_code, int argc, char** argv) {
     app.parse(words);
   } catch (const CLI::ParseError& e) {
     return say(app, e);
-  } catch (const OutputError& e) {
+  } catch (const CommandError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return e.exit_code();
   } catch (const DaemonRefused& e) {

@@ -10,6 +10,7 @@
 
 #include "config/specialists/specialist_folder.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/records/record_input.hpp"
 #include "workbench/text/json_number.hpp"
 #include "workbench/commands/subcommands.hpp"
 
@@ -21,6 +22,7 @@ using specialist::kWindowSamples;
 constexpr double kPeriodTolerance = 0.01;  // relative
 
 struct ClassifyOptions {
+  RecordInput input;
   std::string record;
   std::string specialists;
   std::string form = "auto";
@@ -145,7 +147,7 @@ int run_classify(const ClassifyOptions& options) {
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
   if (!loaded) return kExitConfiguration;
   try {
-    const record::Record record = record::read_record(options.record);
+    const record::Record record = options.input.read(options.record).record;
     const bool explaining = options.form == "auto" ? loaded->team.has_value() && record.has_co
                                                    : options.form == "explaining";
     if (explaining ? !loaded->team : loaded->signatures.empty()) {
@@ -198,6 +200,7 @@ void add_classify(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.0, 1e9))
       ->capture_default_str();
   sub->add_flag("--json", o->json, "print the windows as JSON");
+  o->input.add_options(*sub);
   sub->footer("Example: loopwarden classify run.csv --specialists data/specialists/plant1 --json");
   sub->callback([o, &exit_code] { exit_code = run_classify(*o); });
 }

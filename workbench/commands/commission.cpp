@@ -21,6 +21,7 @@
 #include "model/commission/changes.hpp"
 #include "model/commission/sight.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/records/record_input.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
@@ -36,6 +37,7 @@ namespace fs = std::filesystem;
 using commission::Verdict;
 
 struct CommissionOptions {
+  RecordInput input;
   std::vector<std::string> records;
   std::string model;
   std::string again;  // an earlier twin
@@ -49,8 +51,8 @@ struct CommissionOptions {
   bool json = false;
 };
 
-commission::HealthyRecord healthy_record(const std::string& path) {
-  const record::Record file = record::read_record(path);
+commission::HealthyRecord healthy_record(const std::string& path, const RecordInput& input) {
+  const record::Record file = input.read(path).record;
   commission::HealthyRecord out;
   out.columns = {file.period_s, file.pv, file.has_sp ? file.sp : std::vector<double>(),
                  file.has_co ? file.co : std::vector<double>(),
@@ -159,7 +161,7 @@ int run_commission(const CommissionOptions& options) {
   };
   try {
     for (const std::string& path : options.records) {
-      request.records.push_back(healthy_record(path));
+      request.records.push_back(healthy_record(path, options.input));
       say_if_long(path, request.records.back().columns.size());
     }
     std::optional<Progress> progress(std::in_place, "twin", 100);
@@ -263,6 +265,7 @@ void add_commission(CLI::App& app, int& exit_code) {
   sub->add_option("--jobs", o->jobs, "threads; 0: one a core. The result does not depend on it")
       ->capture_default_str();
   sub->add_flag("--json", o->json, "print commission.json");
+  o->input.add_options(*sub);
   sub->footer(
       "A verdict is a result: exit code 0. Twin and specialists are written only when it is "
       "`commissioned`.\n"

@@ -13,6 +13,7 @@
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/scales.hpp"
 #include "workbench/report/diagnosis_page.hpp"
+#include "workbench/records/record_input.hpp"
 #include "workbench/text/diagnose_text.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/command_line/progress.hpp"
@@ -24,6 +25,7 @@ namespace {
 using diagnosis::LoopKind;
 
 struct DiagnoseOptions {
+  RecordInput input;
   std::vector<std::string> records;
   std::vector<double> co_range{0.0, 100.0};
   std::string kind;
@@ -82,7 +84,8 @@ int run_diagnose(const DiagnoseOptions& options) {
   loop.co_range = options.co_range;
   try {
     for (const std::string& path : options.records) {
-      const record::Record r = record::read_record(path);
+      const record::Imported imported = options.input.read(path);
+      const record::Record& r = imported.record;
       if (!r.has_co) {
         fmt::print(stderr,
                    "{}: no column 'co': nothing can be said about a valve without it; signatures "
@@ -135,6 +138,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->expected(2);
   sub->add_option("--report", options->report, "write a page with pictures here, HTML");
   sub->add_flag("--json", options->json, "print the result as JSON");
+  options->input.add_options(*sub);
   sub->footer("Example: loopwarden diagnose data/routine/r22.csv --json");
   sub->callback([options, &exit_code] { exit_code = run_diagnose(*options); });
 }

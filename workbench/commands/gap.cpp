@@ -20,6 +20,7 @@
 #include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
 #include "workbench/files/model_file.hpp"
+#include "workbench/records/record_input.hpp"
 #include "workbench/text/gap_json.hpp"
 #include "workbench/report/gap_report.hpp"
 #include "workbench/files/output_files.hpp"
@@ -33,6 +34,7 @@ namespace {
 constexpr double kLargestLoadPercent = 0.15;  // of PV span per root second
 
 struct GapOptions {
+  RecordInput input;
   std::string record;
   std::string model;
   std::string out;
@@ -175,7 +177,7 @@ int run_gap(const GapOptions& options) {
   gap::Result result;
   try {
     double first_s = 0.0;
-    gap::Record record = stretch_of(record::read_record(options.record), options, first_s);
+    gap::Record record = stretch_of(options.input.read(options.record).record, options, first_s);
     if (!options.controller_known) record.sp.clear();
     say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
@@ -237,7 +239,7 @@ int run_gap_on_assumed_model(GapOptions options) {
     double first_s = 0.0;
     std::vector<double> mode;
     const gap::Record record =
-        stretch_of(record::read_record(options.record), options, first_s, &mode);
+        stretch_of(options.input.read(options.record).record, options, first_s, &mode);
     if (!record.has_co()) {
       fmt::print(stderr, "{}: has no column co; a model can't be identified without it: --model\n",
                  options.record);
@@ -303,6 +305,7 @@ void add_gap(CLI::App& app, int& exit_code) {
                   "threads; 0: one a core. The answer does not depend on it")
       ->capture_default_str();
   sub->add_flag("--json", options->json, "print gap.json");
+  options->input.add_options(*sub);
   sub->footer("Example: loopwarden gap record.csv --model model.yaml --out result");
   sub->callback([options, &exit_code] {
     exit_code = options->model.empty() ? run_gap_on_assumed_model(*options) : run_gap(*options);

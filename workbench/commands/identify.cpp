@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "record/record_csv.hpp"
+#include "workbench/records/record_input.hpp"
 #include "model/analysis/identification.hpp"
 #include "model/analysis/step_metrics.hpp"
 #include "workbench/report/chart.hpp"
@@ -22,6 +23,7 @@ namespace loopwarden::workbench {
 namespace {
 
 struct IdentifyOptions {
+  RecordInput input;
   std::string record;
   std::string out;  // picture
   bool json = false;
@@ -215,7 +217,7 @@ std::string picture(const record::Record& record, const IdentifyFindings& f) {
 
 int run_identify(const IdentifyOptions& options) {
   try {
-    const record::Record record = record::read_record(options.record);
+    const record::Record record = options.input.read(options.record).record;
     if (!record.has_co) {
       fmt::print(stderr, "{}: has no column co; a process can't be identified without it\n",
                  options.record);
@@ -250,6 +252,7 @@ void add_identify(CLI::App& app, int& exit_code) {
       ->required();
   sub->add_option("--out", options->out, "picture to write, SVG");
   sub->add_flag("--json", options->json, "print the result as JSON");
+  options->input.add_options(*sub);
   sub->footer(
       "Where the record can't tell, there is no number but the reason and what would help, and the "
       "exit code is 65.\n"

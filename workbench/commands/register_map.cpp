@@ -14,7 +14,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-struct Options {
+struct RegisterMapOptions {
   std::string format = "markdown";
   std::string config;
   std::string host;
@@ -22,7 +22,7 @@ struct Options {
   bool json = false;
 };
 
-int run(const Options& options) {
+int run(const RegisterMapOptions& options) {
   MapOptions map_options;
   if (!options.config.empty()) {
     const auto configuration = config::read_configuration(options.config);
@@ -60,7 +60,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_register_map(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RegisterMapOptions>();
   CLI::App* sub =
       app.add_subcommand("register-map", "the daemon's Modbus map, for people and for masters");
   sub->add_option("--format", options->format,

@@ -18,6 +18,7 @@
 #include "hal/os/parallel.hpp"
 #include "model/commission/explain.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/records/record_input.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/specialist_judge.hpp"
@@ -35,6 +36,7 @@ using monitor::MonitorStep;
 constexpr double kSamePeriod = 0.01;  // relative
 
 struct ReplayOptions {
+  RecordInput input;
   std::string record;
   std::string specialists;
   std::string twin;
@@ -286,7 +288,7 @@ int run_replay(const ReplayOptions& options) {
     folder = std::move(*loaded);
   }
   try {
-    const record::Record record = record::read_record(options.record);
+    const record::Record record = options.input.read(options.record).record;
     if (!record.has_co) {
       fmt::print(stderr, "{}: no column 'co': without it nothing can be said of the valve\n",
                  options.record);
@@ -346,6 +348,7 @@ void add_replay(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.0, 0.95))
       ->capture_default_str();
   sub->add_flag("--json", options->json, "print the transitions as JSON");
+  options->input.add_options(*sub);
   sub->footer(
       "A row without pv and co is a missing cycle; one without pv alone is a bad PV.\n"
       "Of evidence: exit code 0 if the verdict is the same, 65 if it is not.\n"

@@ -8,22 +8,17 @@
 
 #include <deque>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "hal/os/exit_code.hpp"
+#include "workbench/files/command_error.hpp"
 
 namespace loopwarden::workbench {
 
-class OutputError : public std::runtime_error {
+class OutputError : public CommandError {
  public:
-  OutputError(ExitCode code, const std::string& what) : std::runtime_error(what), code_(code) {}
-  ExitCode exit_code() const noexcept { return code_; }
-
- private:
-  ExitCode code_;
+  using CommandError::CommandError;
 };
 
 class OutputFiles {

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/analysis/archive.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/numeric/statistics.hpp"
+
+namespace loopwarden::analysis {
+namespace {
+
+constexpr std::size_t kLeastStored = 20;
+constexpr double kStoredAll = 0.8;  // share above which nothing worth mention was left out
+constexpr std::size_t kLeastAtOnce = 8;
+constexpr double kAtOnceScale = 1.0 / 0.9;
+constexpr double kAllScale = 0.9;
+constexpr std::size_t kLeastRun = 4;      // samples
+constexpr double kRunsCover = 0.85;       // of the samples of a filled record
+constexpr double kMostDigits = 9;         // decimals that count as how a file was written
+constexpr double kEqualIntervals = 0.05;  // coefficient of variation: a held measurement
+constexpr double kMultiples = 0.9;        // of the steps: a resolution
+
+struct Points {
+  std::vector<double> time_s;
+  std::vector<double> value;
+};
+
+// The step of the last decimal that the values were written with; 0: none to be seen.
+double quantum_of(std::span<const double> values) {
+  double scale = 1.0;
+  for (int digits = 0; digits <= static_cast<int>(kMostDigits); ++digits, scale *= 10.0) {
+    const bool all = std::all_of(values.begin(), values.end(), [scale](double v) {
+      const double scaled = v * scale;
+      return !std::isfinite(v) ||
+             std::abs(scaled - std::nearbyint(scaled)) <= 1e-9 * std::abs(scaled) + 1e-6;
+    });
+    if (all) return 1.0 / scale;
+  }
+  return 0.0;
+}
+
+ArchivedSignal judge(const Points& stored, double tick_s, double share) {
+  ArchivedSignal found{.kind = ArchiveKind::unknown, .deviation = 0.0, .stored_share = share};
+  const std::size_t n = stored.value.size();
+  if (n < kLeastStored) return found;
+  std::vector<double> steps;
+  std::size_t same = 0;
+  double before = 0.0;
+  // The last one is stored because the export ends.
+  for (std::size_t k = 1; k + 1 < n; ++k) {
+    const double step = stored.value[k] - stored.value[k - 1];
+    if (step == 0.0) continue;  // stored for its age
+    if (step * before > 0.0) ++same;
+    steps.push_back(std::abs(step));
+    before = step;
+  }
+  if (steps.size() < kLeastStored / 2) return found;
+  std::sort(steps.begin(), steps.end());
+  const double low = numeric::quantile_in_place(steps, 0.02);
+  const double tenth = numeric::quantile_in_place(steps, 0.1);
+  std::vector<double> sorted = stored.value;
+  std::sort(sorted.begin(), sorted.end());
+  const double range =
+      numeric::quantile_in_place(sorted, 0.98) - numeric::quantile_in_place(sorted, 0.02);
+  // A cycle of which only the corners are stored has steps of one size as well: there and back, never twice the same way.
+  const bool sharp = tenth - low < (0.1 + 0.5 * share) * low;
+  const bool corners = same * 50 < steps.size() && low > 0.3 * range;
+  if (sharp && !corners) {
+    found.kind = ArchiveKind::exception;
+    found.deviation = low;
+    return found;
+  }
+  std::vector<double> at_once;
+  std::vector<double> all;
+  for (std::size_t k = 1; k + 1 < n; ++k) {
+    const double whole_s = stored.time_s[k + 1] - stored.time_s[k - 1];
+    const double chord = stored.value[k - 1] + (stored.value[k + 1] - stored.value[k - 1]) *
+                                                   (stored.time_s[k] - stored.time_s[k - 1]) /
+                                                   whole_s;
+    const double off = std::abs(stored.value[k] - chord);
+    all.push_back(off);
+    if (stored.time_s[k + 1] - stored.time_s[k] <= 1.5 * tick_s) at_once.push_back(off);
+  }
+  found.kind = ArchiveKind::swinging_door;
+  if (at_once.size() >= kLeastAtOnce) {
+    std::sort(at_once.begin(), at_once.end());
+    found.deviation = kAtOnceScale * numeric::quantile_in_place(at_once, 0.05);
+  } else {
+    std::sort(all.begin(), all.end());
+    found.deviation = kAllScale * numeric::quantile_in_place(all, 0.25);
+  }
+  return found;
+}
+
+double variation(const std::vector<double>& lengths) {
+  const double middle = numeric::mean(lengths);
+  double sum = 0.0;
+  for (const double length : lengths) sum += (length - middle) * (length - middle);
+  return std::sqrt(sum / static_cast<double>(lengths.size())) / middle;
+}
+
+// Steps between levels, not those of an archive: all multiples of the smallest, or at equal intervals.
+bool steps_of_the_signal(const Points& levels) {
+  std::vector<double> steps;
+  std::vector<double> lengths;
+  for (std::size_t k = 1; k < levels.value.size(); ++k) {
+    steps.push_back(std::abs(levels.value[k] - levels.value[k - 1]));
+    lengths.push_back(levels.time_s[k] - levels.time_s[k - 1]);
+  }
+  if (steps.size() < 3) return true;
+  const double smallest = *std::min_element(steps.begin(), steps.end());
+  std::size_t multiples = 0;
+  for (const double step : steps) {
+    const double times = step / smallest;
+    if (std::abs(times - std::nearbyint(times)) < 0.02 * std::max(1.0, std::nearbyint(times)))
+      ++multiples;
+  }
+  // By chance one step in about ten is within 2 % of a multiple where they are small.
+  const bool all_multiples =
+      static_cast<double>(multiples) > kMultiples * static_cast<double>(steps.size());
+  return all_multiples || variation(lengths) < kEqualIntervals;
+}
+
+}  // namespace
+
+const char* to_text(ArchiveKind kind) noexcept {
+  switch (kind) {
+    case ArchiveKind::none: return "none";
+    case ArchiveKind::exception: return "exception";
+    case ArchiveKind::swinging_door: return "swinging_door";
+    case ArchiveKind::unknown: return "unknown";
+  }
+  return "";
+}
+
+ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const double> values,
+                                double tick_s) {
+  const std::size_t n = values.size();
+  if (n < 2) return {};
+  const double share =
+      static_cast<double>(n - 1) / std::max(1.0, (time_s.back() - time_s.front()) / tick_s);
+  if (share > kStoredAll) return {ArchiveKind::none, 0.0, std::min(share, 1.0)};
+  return judge({{time_s.begin(), time_s.end()}, {values.begin(), values.end()}}, tick_s, share);
+}
+
+Runs find_runs(std::span<const double> values) {
+  Runs runs;
+  const std::size_t n = values.size();
+  if (n == 0) return runs;
+  const double quantum = quantum_of(values);
+  const auto [lowest, highest] =
+      std::minmax_element(values.begin(), values.end(), [](double a, double b) { return a < b; });
+  const double tolerance = quantum > 0.0 ? 1.05 * quantum : 1e-9 * (*highest - *lowest);
+  std::size_t straight = 0;
+  std::size_t flat = 0;
+  std::size_t from = 0;
+  runs.ends.push_back(0);
+  while (from + 1 < n) {
+    double least = -std::numeric_limits<double>::infinity();
+    double most = std::numeric_limits<double>::infinity();
+    std::size_t to = from;
+    while (to + 1 < n) {
+      const double samples = static_cast<double>(to + 1 - from);
+      const double change = values[to + 1] - values[from];
+      const double slope_low = std::max(least, (change - tolerance) / samples);
+      const double slope_high = std::min(most, (change + tolerance) / samples);
+      if (!(slope_low <= slope_high)) break;
+      least = slope_low;
+      most = slope_high;
+      ++to;
+    }
+    if (to == from) to = from + 1;  // a missing sample
+    const std::size_t length = to - from;
+    const double change = std::abs(values[to] - values[from]);
+    if (change <= 2.0 * tolerance) {
+      if (length >= 2) flat += length;
+    } else if (length >= kLeastRun) {
+      straight += length;
+    }
+    runs.ends.push_back(to);
+    from = to;
+  }
+  runs.straight_share = static_cast<double>(straight) / static_cast<double>(n);
+  runs.flat_share = static_cast<double>(flat) / static_cast<double>(n);
+  return runs;
+}
+
+ArchivedSignal recognise_filled(std::span<const double> values) {
+  const std::size_t n = values.size();
+  std::vector<double> known;
+  std::vector<double> at;
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!std::isfinite(values[k])) continue;
+    known.push_back(values[k]);
+    at.push_back(static_cast<double>(k));
+  }
+  if (known.size() < kLeastStored) return {};
+  // Cells are empty where nothing was stored.
+  const double share = static_cast<double>(known.size()) / static_cast<double>(n);
+  if (share < kStoredAll) {
+    std::vector<double> gaps;
+    for (std::size_t k = 1; k < at.size(); ++k) gaps.push_back(at[k] - at[k - 1]);
+    // One long outage, or every fifth sample written, is no archive.
+    std::size_t steps = 0;
+    for (const double gap : gaps) steps += gap > 1.5 ? 1 : 0;
+    if (steps * 10 < gaps.size() || variation(gaps) < kEqualIntervals) {
+      return {ArchiveKind::none, 0.0, share};
+    }
+    return judge({at, known}, 1.0, share);
+  }
+  const auto [lowest, highest] = std::minmax_element(known.begin(), known.end());
+  if (!(*highest > *lowest)) return {};
+  const Runs runs = find_runs(known);
+  const double stored = static_cast<double>(runs.ends.size()) / static_cast<double>(n);
+  if (runs.straight_share + runs.flat_share > kRunsCover && runs.straight_share > 0.5) {
+    Points points;
+    for (const std::size_t end : runs.ends) {
+      points.time_s.push_back(static_cast<double>(end));
+      points.value.push_back(known[end]);
+    }
+    return judge(points, 1.0, stored);
+  }
+  Points levels{{0.0}, {known.front()}};
+  std::size_t repeats = 0;
+  for (std::size_t k = 1; k < known.size(); ++k) {
+    if (known[k] == known[k - 1]) {
+      ++repeats;
+      continue;
+    }
+    levels.time_s.push_back(static_cast<double>(k));
+    levels.value.push_back(known[k]);
+  }
+  const double repeated = static_cast<double>(repeats) / static_cast<double>(known.size());
+  if (repeated < 0.5 || levels.value.size() < kLeastStored || steps_of_the_signal(levels))
+    return {};
+  ArchivedSignal found = judge(levels, 1.0, 1.0 - repeated);
+  // Straight lines were filled by the last value: what lies between is less well known than it need be.
+  if (found.kind == ArchiveKind::unknown) return {};
+  return found;
+}
+
+}  // namespace loopwarden::analysis

@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/import/constant_period.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "model/numeric/statistics.hpp"
+
+namespace loopwarden::record {
+namespace {
+
+using analysis::ArchivedSignal;
+using analysis::ArchiveKind;
+
+constexpr double kRegular = 0.01;          // of the period
+constexpr double kJitter = 1.0 / 3.0;      // of the period
+constexpr double kMostlyPolled = 0.7;      // of the steps
+constexpr double kMultiples = 0.97;        // of the steps
+constexpr double kLongestRecord = 1e8;     // samples
+constexpr std::size_t kLookedAt = 200000;  // samples, for recognition
+constexpr double kSparse = 0.2;            // of the samples missing
+
+bool known(double v) noexcept { return std::isfinite(v); }
+
+std::vector<double> steps_of(const std::vector<double>& time_s) {
+  std::vector<double> steps;
+  steps.reserve(time_s.size());
+  for (std::size_t k = 1; k < time_s.size(); ++k) {
+    if (time_s[k] > time_s[k - 1]) steps.push_back(time_s[k] - time_s[k - 1]);
+  }
+  return steps;
+}
+
+// The mean is finer than one step of rounded times. 0.1 and not 0.09999999999999999.
+double tidy(double period_s) {
+  const double whole_microseconds = std::nearbyint(period_s * 1e6) / 1e6;
+  return std::abs(whole_microseconds - period_s) <= 1e-6 * period_s ? whole_microseconds : period_s;
+}
+
+double round_number_below(double x) {
+  const double decade = std::pow(10.0, std::floor(std::log10(x)));
+  for (const double step : {5.0, 2.0, 1.0}) {
+    if (step * decade <= x) return step * decade;
+  }
+  return decade;
+}
+
+// Times of the values that are there.
+std::vector<double> times_known(const Signal& signal) {
+  std::vector<double> times;
+  for (std::size_t k = 0; k < signal.value.size(); ++k) {
+    if (!std::isnan(signal.value[k])) times.push_back((*signal.time_s)[k]);
+  }
+  return times;
+}
+
+// The largest step that nearly all times are multiples of; else a round number below most steps.
+double common_step(std::vector<double> steps, bool& found) {
+  std::sort(steps.begin(), steps.end());
+  for (const double place : {0.25, 0.1, 0.05, 0.02, 0.005, 0.0}) {
+    const double candidate = numeric::quantile_in_place(steps, place);
+    std::size_t fit = 0;
+    for (const double step : steps) {
+      const double times = step / candidate;
+      if (times > 0.9 && std::abs(times - std::nearbyint(times)) < 0.1) ++fit;
+    }
+    if (static_cast<double>(fit) < kMultiples * static_cast<double>(steps.size())) continue;
+    found = true;
+    // Finer than one step of rounded times: the mean of those that are one.
+    double sum = 0.0;
+    std::size_t ones = 0;
+    for (const double step : steps) {
+      if (std::abs(step / candidate - 1.0) > 0.1) continue;
+      sum += step;
+      ++ones;
+    }
+    const double mean = sum / static_cast<double>(ones);
+    const double round = std::nearbyint(mean * 1e3) / 1e3;
+    return round > 0.0 && std::abs(round - mean) < 0.01 * mean ? round : mean;
+  }
+  found = false;
+  return round_number_below(numeric::quantile_in_place(steps, 0.05));
+}
+
+struct Grid {
+  double from_s = 0.0;
+  double period_s = 1.0;
+  std::size_t count = 0;
+
+  double time_s(std::size_t k) const { return from_s + static_cast<double>(k) * period_s; }
+};
+
+// The last value at or before each time of the grid; `reach`: how far a value may be late.
+std::vector<double> held(const Signal& signal, const Grid& grid) {
+  std::vector<double> out(grid.count, kEmpty);
+  const std::vector<double>& time_s = *signal.time_s;
+  std::size_t at = 0;
+  double last = kEmpty;
+  for (std::size_t k = 0; k < grid.count; ++k) {
+    const double now = grid.time_s(k) + 0.25 * grid.period_s;
+    for (; at < time_s.size() && time_s[at] <= now; ++at) {
+      if (!std::isnan(signal.value[at])) last = signal.value[at];
+    }
+    out[k] = known(last) ? last : kEmpty;
+  }
+  return out;
+}
+
+// The straight line between neighbours no more than `reach_s` apart; bad ones cut it.
+std::vector<double> linear(const Signal& signal, const Grid& grid, double reach_s) {
+  std::vector<double> out(grid.count, kEmpty);
+  const std::vector<double>& time_s = *signal.time_s;
+  std::size_t before = time_s.size();
+  std::size_t after = 0;
+  const double exact = 1e-6 * grid.period_s;
+  for (std::size_t k = 0; k < grid.count; ++k) {
+    const double now = grid.time_s(k);
+    while (after < time_s.size() &&
+           (std::isnan(signal.value[after]) || time_s[after] < now - exact)) {
+      if (!std::isnan(signal.value[after])) before = after;
+      ++after;
+    }
+    if (after < time_s.size() && std::abs(time_s[after] - now) <= exact) {
+      if (known(signal.value[after])) out[k] = signal.value[after];
+      continue;
+    }
+    if (after == time_s.size() || before == time_s.size()) continue;
+    if (!known(signal.value[before]) || !known(signal.value[after])) continue;
+    const double apart = time_s[after] - time_s[before];
+    if (apart > reach_s) continue;
+    const double share = (now - time_s[before]) / apart;
+    out[k] = signal.value[before] + share * (signal.value[after] - signal.value[before]);
+  }
+  return out;
+}
+
+// The value nearest to each time of the grid, no more than half a period away.
+std::vector<double> nearest(const Signal& signal, const Grid& grid) {
+  std::vector<double> out(grid.count, kEmpty);
+  for (std::size_t k = 0; k < signal.value.size(); ++k) {
+    if (!known(signal.value[k])) continue;
+    const double place = std::nearbyint(((*signal.time_s)[k] - grid.from_s) / grid.period_s);
+    if (place >= 0.0 && place < static_cast<double>(grid.count)) {
+      out[static_cast<std::size_t>(place)] = signal.value[k];
+    }
+  }
+  return out;
+}
+
+double rms_between(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    if (!known(a[k]) || !known(b[k])) continue;
+    sum += (a[k] - b[k]) * (a[k] - b[k]);
+    ++n;
+  }
+  return n == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(n));
+}
+
+std::size_t missing_in(const std::vector<double>& column) {
+  return static_cast<std::size_t>(
+      std::count_if(column.begin(), column.end(), [](double v) { return !known(v); }));
+}
+
+bool all_share_time(const Signals& signals) {
+  const auto& time = signals[index_of(Role::pv)].time_s;
+  return std::all_of(signals.begin(), signals.end(),
+                     [&](const Signal& s) { return s.empty() || s.time_s == time; });
+}
+
+bool is_regular(const std::vector<double>& time_s) {
+  const std::vector<double> steps = steps_of(time_s);
+  if (steps.size() + 1 != time_s.size() || steps.empty()) return false;
+  const double median = numeric::quantile(steps, 0.5);
+  return std::all_of(steps.begin(), steps.end(),
+                     [median](double s) { return std::abs(s - median) <= kRegular * median; });
+}
+
+ArchivedSignal recognise(const Signal& signal, double tick_s) {
+  std::vector<double> times;
+  std::vector<double> values;
+  for (std::size_t k = 0; k < signal.value.size() && times.size() < kLookedAt; ++k) {
+    if (!known(signal.value[k])) continue;
+    times.push_back((*signal.time_s)[k]);
+    values.push_back(signal.value[k]);
+  }
+  return analysis::recognise_stored(times, values, tick_s);
+}
+
+Filling filling_for(ArchiveKind kind, const ImportOptions& options) {
+  if (options.filling != Filling::automatic) return options.filling;
+  return kind == ArchiveKind::exception ? Filling::held : Filling::linear;
+}
+
+void finish(Record& r) {
+  const auto clean = [](std::vector<double>& column) {
+    for (double& v : column) {
+      if (!known(v)) v = kEmpty;
+    }
+  };
+  clean(r.pv);
+  clean(r.sp);
+  clean(r.co);
+  clean(r.stem);
+  clean(r.automatic);
+  r.missing_pv = missing_in(r.pv);
+  r.missing_sp = missing_in(r.sp);
+  r.missing_co = missing_in(r.co);
+  r.missing_stem = missing_in(r.stem);
+}
+
+void count_missing(const Record& r, ImportNotes& notes) {
+  notes.missing = 0;
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    if (!known(r.pv[k]) || (r.has_co && !known(r.co[k]))) ++notes.missing;
+  }
+}
+
+std::vector<double>* column_of(Record& r, Role role) {
+  switch (role) {
+    case Role::pv: return &r.pv;
+    case Role::sp: return &r.sp;
+    case Role::co: return &r.co;
+    case Role::stem: return &r.stem;
+    case Role::mode: return &r.automatic;
+  }
+  return nullptr;
+}
+
+void mark_columns(Record& r, const Signals& signals) {
+  r.has_sp = !signals[index_of(Role::sp)].empty();
+  r.has_co = !signals[index_of(Role::co)].empty();
+  r.has_stem = !signals[index_of(Role::stem)].empty();
+  r.has_mode = !signals[index_of(Role::mode)].empty();
+}
+
+// Cells without a value in a regular file: those of an archive, or samples that are missing.
+ArchivedSignal fill_sparse(std::vector<double>& column, const ImportOptions& options,
+                           std::string& how) {
+  const double share = static_cast<double>(missing_in(column)) /
+                       static_cast<double>(std::max<std::size_t>(1, column.size()));
+  const std::size_t looked = std::min(column.size(), kLookedAt);
+  const ArchivedSignal found = analysis::recognise_filled(std::span(column).first(looked));
+  if (share <= kSparse || found.kind == ArchiveKind::none) return found;
+  Signal stored;
+  stored.time_s = std::make_shared<std::vector<double>>();
+  for (std::size_t k = 0; k < column.size(); ++k) {
+    if (std::isnan(column[k])) continue;
+    stored.time_s->push_back(static_cast<double>(k));
+    stored.value.push_back(column[k]);
+  }
+  const Grid grid{0.0, 1.0, column.size()};
+  const Filling filling = filling_for(found.kind, options);
+  column = filling == Filling::held ? held(stored, grid) : linear(stored, grid, kLongestRecord);
+  how = filling == Filling::held ? "the last value held" : "straight lines between the values";
+  return found;
+}
+
+}  // namespace
+
+void recognise_archive(Record& record, const ImportOptions& options, ImportNotes& notes) {
+  std::string how;
+  notes.pv = fill_sparse(record.pv, options, how);
+  if (record.has_co) notes.co = fill_sparse(record.co, options, how);
+  // What a quiet CO or a loop without noise looks like is no archive's work by itself.
+  if (notes.pv.kind == ArchiveKind::none && how.empty()) notes.co = {};
+  const auto hold = [](std::vector<double>& column) {
+    double last = kEmpty;
+    for (double& v : column) {
+      if (known(v)) last = v;
+      if (std::isnan(v)) v = last;
+    }
+  };
+  // Set points and modes are written when they change.
+  if (record.has_sp && 2 * missing_in(record.sp) > record.size()) hold(record.sp);
+  if (record.has_mode && 2 * missing_in(record.automatic) > record.size()) hold(record.automatic);
+  if (!how.empty()) notes.resampled = "empty cells filled: " + how;
+  finish(record);
+  count_missing(record, notes);
+}
+
+Imported on_constant_period(Signals signals, const ImportOptions& options, ImportNotes notes,
+                            const std::string& place) {
+  const auto fail = [&](const std::string& what) {
+    throw RecordError(RecordError::Kind::data, 0, 0, place + ": " + what);
+  };
+  Signal& pv = signals[index_of(Role::pv)];
+  if (pv.empty()) fail("no values of PV");
+  Imported out{{}, std::move(notes)};
+  Record& r = out.record;
+  mark_columns(r, signals);
+  for (const Signal& s : signals) {
+    out.notes.bad += s.bad;
+    out.notes.questionable += s.questionable;
+  }
+  // One column of times, regular: nothing to do but take it.
+  if (all_share_time(signals) && !options.period_s && is_regular(*pv.time_s)) {
+    r.time_s = std::move(*pv.time_s);
+    r.period_s =
+        tidy((r.time_s.back() - r.time_s.front()) / static_cast<double>(r.time_s.size() - 1));
+    for (std::size_t k = 0; k < kRoles; ++k)
+      *column_of(r, static_cast<Role>(k)) = std::move(signals[k].value);
+    recognise_archive(r, options, out.notes);
+    out.notes.period_s = r.period_s;
+    return out;
+  }
+
+  const Signal& co = signals[index_of(Role::co)];
+  const std::vector<double> pv_times = times_known(pv);
+  if (pv_times.size() < 2) fail("fewer than two values of PV");
+  const std::vector<double> pv_steps = steps_of(pv_times);
+  if (pv_steps.empty()) fail("all values of PV have the same time");
+  out.notes.same_time += pv_times.size() - 1 - pv_steps.size();
+  const double median = numeric::quantile(pv_steps, 0.5);
+  std::size_t near = 0;
+  for (const double step : pv_steps)
+    near += static_cast<std::size_t>(std::abs(step - median) <= kJitter * median);
+  bool polled = static_cast<double>(near) >= kMostlyPolled * static_cast<double>(pv_steps.size());
+  // Nine values in ten may be kept by an archive as well: its times are multiples of something shorter.
+  Grid grid;
+  grid.from_s = pv_times.front();
+  double to_s = pv_times.back();
+  bool has_tick = true;
+  if (polled) {
+    double places = 0.0;
+    for (const double step : pv_steps) places += std::max(1.0, std::nearbyint(step / median));
+    grid.period_s = tidy((to_s - grid.from_s) / places);
+  } else {
+    std::vector<double> times = pv_times;
+    if (!co.empty()) {
+      const std::vector<double> more = times_known(co);
+      times.insert(times.end(), more.begin(), more.end());
+      std::sort(times.begin(), times.end());
+      if (!more.empty()) {
+        grid.from_s = std::min(grid.from_s, more.front());
+        to_s = std::max(to_s, more.back());
+      }
+    }
+    grid.period_s = common_step(steps_of(times), has_tick);
+  }
+  if (options.period_s) grid.period_s = *options.period_s;
+  const double count = std::floor((to_s - grid.from_s) / grid.period_s + 0.5) + 1.0;
+  if (!(count <= kLongestRecord)) {
+    fail(
+        fmt::format("{:.3g} samples of {:g} s; --period gives a longer one", count, grid.period_s));
+  }
+  grid.count = static_cast<std::size_t>(count);
+  if (grid.count < 2) fail(fmt::format("less than two samples of {:g} s", grid.period_s));
+
+  r.period_s = grid.period_s;
+  r.time_s.resize(grid.count);
+  for (std::size_t k = 0; k < grid.count; ++k) r.time_s[k] = grid.time_s(k);
+  for (const Role role : {Role::sp, Role::mode}) {
+    if (!signals[index_of(role)].empty()) *column_of(r, role) = held(signals[index_of(role)], grid);
+  }
+  if (polled && !options.period_s) {
+    double jitter = 0.0;
+    for (const double step : pv_steps) {
+      const double off = std::abs(step / grid.period_s - std::nearbyint(step / grid.period_s));
+      jitter = std::max(jitter, std::min(off, kJitter));
+    }
+    for (const Role role : {Role::pv, Role::co, Role::stem}) {
+      const Signal& s = signals[index_of(role)];
+      if (s.empty()) continue;
+      std::vector<double>& column = *column_of(r, role);
+      if (jitter <= 2.0 * kRegular && s.time_s == pv.time_s) {
+        column = nearest(s, grid);
+        continue;
+      }
+      column = linear(s, grid, 2.0 * grid.period_s);
+      if (role == Role::pv) out.notes.moved_pv = rms_between(column, nearest(s, grid));
+    }
+    if (jitter <= 2.0 * kRegular) {
+      if (grid.count > pv_times.size())
+        out.notes.resampled = "rows that are missing stand as missing samples";
+    } else {
+      out.notes.resampled = fmt::format(
+          "times jitter by up to {:.2g} % of the period: straight lines between neighbours; that "
+          "moves PV by {:.3g} (rms)",
+          100.0 * jitter, out.notes.moved_pv);
+    }
+    recognise_archive(r, options, out.notes);
+  } else {
+    const auto fill = [&](Role role) {
+      const Signal& s = signals[index_of(role)];
+      const ArchivedSignal found = recognise(s, grid.period_s);
+      const Filling filling = filling_for(found.kind, options);
+      *column_of(r, role) =
+          filling == Filling::held ? held(s, grid) : linear(s, grid, kLongestRecord);
+      return found;
+    };
+    out.notes.pv = fill(Role::pv);
+    if (!co.empty()) out.notes.co = fill(Role::co);
+    if (!signals[index_of(Role::stem)].empty()) fill(Role::stem);
+    const auto how = [&](ArchiveKind kind) {
+      return filling_for(kind, options) == Filling::held ? "the last value held" : "straight lines";
+    };
+    std::string rule = fmt::format("PV: {}", how(out.notes.pv.kind));
+    if (!co.empty()) rule += fmt::format(", CO: {}", how(out.notes.co.kind));
+    out.notes.resampled = fmt::format("values at {} times on a period of {:g} s ({}); {}",
+                                      pv_times.size(), grid.period_s,
+                                      options.period_s ? "as told"
+                                      : has_tick       ? "their times are multiples of it"
+                                                       : "their times have no common step",
+                                      rule);
+    // Shorter steps than the archive's own were never looked at.
+    finish(r);
+    count_missing(r, out.notes);
+  }
+  out.notes.period_s = r.period_s;
+  return out;
+}
+
+}  // namespace loopwarden::record

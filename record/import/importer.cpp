@@ -1,0 +1,781 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/import/importer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "hal/os/edit_distance.hpp"
+#include "record/import/number_text.hpp"
+#include "record/text.hpp"
+
+namespace loopwarden::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kHeadLines = 400;
+constexpr std::size_t kProgressRows = 1U << 16U;
+constexpr std::uintmax_t kLargestFixedBytes = 64UL * 1024UL * 1024UL;
+
+// What one file holds of one loop.
+struct Part {
+  Signals signals;
+  std::optional<TimePoint> origin;  // of time 0, where times are absolute
+  std::size_t shifted_hours = 0;    // the end of summer time in local times
+};
+
+// What a control system calls a loop that it moves itself: 1; moved by hand: 0; not known: NaN.
+double automatic(std::string_view text) {
+  constexpr std::array kBySystem{"1",       "auto", "automatic", "aut",    "a",    "cas",
+                                 "cascade", "rcas", "rsp",       "remote", "true", "on"};
+  constexpr std::array kByHand{"0",  "2",        "man",   "manual", "m",   "rout",  "iman",
+                               "lo", "fallback", "false", "off",    "oos", "track", "trk"};
+  const std::string word = lower_case(text);
+  const auto is = [&](const char* known) { return word == known; };
+  if (std::any_of(kBySystem.begin(), kBySystem.end(), is)) return 1.0;
+  if (std::any_of(kByHand.begin(), kByHand.end(), is)) return 0.0;
+  if (const auto number = parse_number(word, '.')) {
+    if (*number == 1.0) return 1.0;
+    if (*number == 0.0 || *number == 2.0) return 0.0;
+  }
+  // B-AUTO, Man (forced)
+  if (word.find("auto") != std::string::npos || word.starts_with("cas")) return 1.0;
+  if (word.find("man") != std::string::npos) return 0.0;
+  return kEmpty;
+}
+
+class FileReader {
+ public:
+  // `slots`: for each name of a column or a tag the signals that it feeds.
+  struct Target {
+    Signal* signal = nullptr;
+    Role role = Role::pv;
+  };
+
+  FileReader(TextSource& source, const Layout& layout, const ImportOptions& options)
+      : source_(source), layout_(layout), options_(options) {}
+
+  std::optional<TimePoint> origin() const { return origin_; }
+  std::size_t shifted_hours() const { return shifted_hours_; }
+
+  // Wide: column -> target.
+  void read_wide(const std::vector<std::pair<std::size_t, Target>>& columns,
+                 const ImportProgress& progress) {
+    times_ = std::make_shared<std::vector<double>>();
+    const std::size_t rows = expected_rows();
+    times_->reserve(rows);
+    for (const auto& [column, target] : columns) {
+      target.signal->time_s = times_;
+      target.signal->value.reserve(rows);
+    }
+    if (!skip_header()) return;
+    while (next_row(progress)) {
+      double time_s = 0.0;
+      if (!row_time(time_s)) continue;
+      if (cells_.cells.size() > layout_.names.size() && !trimmed_to_columns()) {
+        fail_at(cells_.cells[layout_.names.size()],
+                fmt::format("{} cells where the header has {}", cells_.cells.size(),
+                            layout_.names.size()));
+      }
+      // A file that was copied while it was written.
+      if (cells_.cells.size() < layout_.names.size() && at_last_line()) break;
+      times_->push_back(time_s);
+      for (const auto& [column, target] : columns) {
+        const std::string_view text =
+            column < cells_.cells.size() ? cells_.cells[column] : std::string_view();
+        target.signal->value.push_back(
+            value_of(text, target, quality_at(layout_.quality_of[column])));
+      }
+    }
+    turn_if_backwards(columns);
+  }
+
+  // Long: tag -> target.
+  void read_long(const std::unordered_map<std::string, Target>& tags,
+                 const ImportProgress& progress) {
+    for (const auto& [tag, target] : tags)
+      target.signal->time_s = std::make_shared<std::vector<double>>();
+    if (!skip_header()) return;
+    std::string last_name;
+    const Target* last = nullptr;
+    std::string key;
+    const std::size_t needed = std::max({layout_.time, layout_.tag, layout_.value});
+    while (next_row(progress)) {
+      if (cells_.cells.size() <= needed) {
+        if (footer() || at_last_line()) continue;
+        fail_at(line_.substr(line_.size()), fmt::format("{} cells where a row has {}",
+                                                        cells_.cells.size(), layout_.names.size()));
+      }
+      const std::string_view name = cells_.cells[layout_.tag];
+      if (last == nullptr || name != last_name) {
+        last_name = name;
+        key = name;
+        const auto at = tags.find(key);
+        last = at == tags.end() ? nullptr : &at->second;
+      }
+      if (last == nullptr) continue;
+      double time_s = 0.0;
+      if (!row_time(time_s)) continue;
+      const double value =
+          value_of(cells_.cells[layout_.value], *last, quality_at(layout_.quality));
+      last->signal->time_s->push_back(time_s);
+      // Every row says something: one without a value says that there was none.
+      last->signal->value.push_back(std::isnan(value) && last->role != Role::mode ? kBad : value);
+    }
+    for (const auto& [tag, target] : tags) sort_by_time(*target.signal);
+  }
+
+ private:
+  [[noreturn]] void fail_at(std::string_view cell, const std::string& what) const {
+    const char* begin = line_.data();
+    const bool within = cell.data() >= begin && cell.data() <= begin + line_.size();
+    const std::size_t column = within ? static_cast<std::size_t>(cell.data() - begin) + 1 : 1;
+    throw RecordError(
+        RecordError::Kind::data, source_.line_number(), column,
+        fmt::format("{}:{}:{}: {}", source_.name(), source_.line_number(), column, what));
+  }
+
+  std::size_t expected_rows() {
+    const std::string_view head = source_.peek(kHeadLines);
+    const std::size_t lines = static_cast<std::size_t>(std::count(head.begin(), head.end(), '\n'));
+    if (lines < 3 || source_.text_bytes() == 0) return 0;
+    const double encoded = source_.encoding() == Encoding::utf16 ? 2.0 : 1.0;
+    const double row_bytes =
+        encoded * static_cast<double>(head.size()) / static_cast<double>(lines);
+    return static_cast<std::size_t>(1.03 * static_cast<double>(source_.text_bytes()) / row_bytes) +
+           16;
+  }
+
+  bool skip_header() {
+    for (std::size_t k = 0; k < layout_.header_rows; ++k) {
+      if (!source_.next(line_)) return false;
+    }
+    return true;
+  }
+
+  bool next_row(const ImportProgress& progress) {
+    while (source_.next(line_)) {
+      if (progress && source_.line_number() % kProgressRows == 0 && source_.bytes_in_file() > 0) {
+        progress(static_cast<double>(source_.bytes_read()) /
+                 static_cast<double>(source_.bytes_in_file()));
+      }
+      std::size_t open = 0;
+      if (!cells_.split(line_, layout_.delimiter, &open)) {
+        if (at_last_line()) return false;
+        fail_at(line_.substr(open), "no closing quote in this line");
+      }
+      if (cells_.cells.size() > 1 || !cells_.cells.front().empty()) return true;
+    }
+    return false;
+  }
+
+  bool at_last_line() { return source_.peek(1).empty(); }
+
+  // Cells behind the last column are empty: a delimiter at the end of the line.
+  bool trimmed_to_columns() {
+    while (cells_.cells.size() > layout_.names.size() && cells_.cells.back().empty())
+      cells_.cells.pop_back();
+    return cells_.cells.size() <= layout_.names.size();
+  }
+
+  // "(3600 rows affected)", "End of report": at most two words, no time.
+  bool footer() const {
+    const auto filled = std::count_if(cells_.cells.begin(), cells_.cells.end(),
+                                      [](std::string_view c) { return !c.empty(); });
+    return filled <= 2 && !(filled == 2 && layout_.names.size() == 2);
+  }
+
+  bool row_time(double& time_s) {
+    const std::string_view text =
+        layout_.time < cells_.cells.size() ? cells_.cells[layout_.time] : std::string_view();
+    std::optional<TimePoint> point;
+    if (layout_.form == TimeForm::seconds) {
+      const std::optional<double> number = parse_number(text, layout_.decimal);
+      if (number) {
+        time_s = *number;
+        return true;
+      }
+    } else {
+      point = parse_time(text, layout_.form, layout_.decimal);
+    }
+    if (!point) {
+      if (footer() || at_last_line()) return false;
+      if (text.empty()) fail_at(text, "no time");
+      std::string help;
+      if (layout_.form == TimeForm::dmy || layout_.form == TimeForm::mdy) {
+        const DateOrder order = possible_orders(text);
+        if (order.dmy != order.mdy) {
+          help =
+              fmt::format("; it is {}: --time {}", order.dmy ? "day-month-year" : "month-day-year",
+                          order.dmy ? "dmy" : "mdy");
+        }
+      }
+      fail_at(text, fmt::format("{} is no time of the form {}{}", in_quotes(text),
+                                to_text(layout_.form), help));
+    }
+    if (layout_.clock != kNoColumn) {
+      const std::string_view clock =
+          layout_.clock < cells_.cells.size() ? cells_.cells[layout_.clock] : std::string_view();
+      const auto of_day = parse_time(clock, TimeForm::clock);
+      if (!of_day) fail_at(clock, fmt::format("{} is no time of day", in_quotes(clock)));
+      point->whole_s += of_day->whole_s;
+      point->rest_s += of_day->rest_s;
+    }
+    if (options_.zone_s && is_date(layout_.form) && !point->zone_known) {
+      point->whole_s -= *options_.zone_s;
+      point->zone_known = true;
+    }
+    if (!is_absolute(layout_.form)) {
+      time_s = static_cast<double>(point->whole_s) + point->rest_s;
+      return true;
+    }
+    if (!origin_) origin_ = point;
+    time_s = point->since(*origin_);
+    // Local times fall back by an hour once a year; without a zone nothing else tells.
+    if (is_date(layout_.form) && !point->zone_known && !layout_.is_long) {
+      const double shifted = time_s + 3600.0 * static_cast<double>(shifted_hours_);
+      if (last_time_s_ && shifted < *last_time_s_ - 1800.0 && shifted > *last_time_s_ - 3660.0 &&
+          rising_) {
+        ++shifted_hours_;
+      }
+      time_s += 3600.0 * static_cast<double>(shifted_hours_);
+      rising_ = !last_time_s_ || time_s > *last_time_s_;
+      last_time_s_ = time_s;
+    }
+    return true;
+  }
+
+  SampleQuality quality_at(std::size_t column) const {
+    if (column == kNoColumn || column >= cells_.cells.size()) return SampleQuality::good;
+    return parse_quality(cells_.cells[column], layout_.zero_is_good);
+  }
+
+  double value_of(std::string_view text, const Target& target, SampleQuality quality) const {
+    if (target.role == Role::mode) return automatic(text);
+    const CellValue cell = parse_value(text, layout_.decimal, options_.bad_words);
+    if (cell.cell == Cell::number) {
+      if (quality == SampleQuality::good) return cell.value;
+      ++(quality == SampleQuality::bad ? target.signal->bad : target.signal->questionable);
+      return kBad;
+    }
+    switch (cell.cell) {
+      case Cell::empty: return kEmpty;
+      case Cell::bad: ++target.signal->bad; return kBad;
+      case Cell::questionable: ++target.signal->questionable; return kBad;
+      default: break;
+    }
+    fail_at(text, fmt::format("{} is not a number; where it stands for a bad value: --bad-value {}",
+                              in_quotes(text), in_quotes(text)));
+  }
+
+  // Newest first, as some write.
+  void turn_if_backwards(const std::vector<std::pair<std::size_t, Target>>& columns) {
+    std::vector<double>& t = *times_;
+    std::size_t down = 0;
+    std::size_t first_down = 0;
+    for (std::size_t k = 1; k < t.size(); ++k) {
+      if (t[k] >= t[k - 1]) continue;
+      if (down++ == 0) first_down = k;
+    }
+    if (down == 0) return;
+    if (2 * down > t.size()) {
+      std::reverse(t.begin(), t.end());
+      for (const auto& [column, target] : columns)
+        std::reverse(target.signal->value.begin(), target.signal->value.end());
+      for (std::size_t k = 1; k < t.size(); ++k) {
+        if (t[k] < t[k - 1]) fail_order(t.size() - k, t[k - 1], t[k]);
+      }
+      return;
+    }
+    fail_order(first_down, t[first_down], t[first_down - 1]);
+  }
+
+  [[noreturn]] void fail_order(std::size_t row, double time_s, double before_s) const {
+    const std::size_t line = layout_.header_rows + row + 1;
+    throw RecordError(
+        RecordError::Kind::data, line, 0,
+        fmt::format("{}:{}: the time goes back by {:.6g} s; local times at the end of summer time? "
+                    "Sort the rows, or export in UTC",
+                    source_.name(), line, before_s - time_s));
+  }
+
+  static void sort_by_time(Signal& signal) {
+    std::vector<double>& t = *signal.time_s;
+    if (std::is_sorted(t.begin(), t.end())) return;
+    std::vector<std::size_t> order(t.size());
+    for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
+    std::stable_sort(order.begin(), order.end(),
+                     [&t](std::size_t a, std::size_t b) { return t[a] < t[b]; });
+    std::vector<double> time(t.size());
+    std::vector<double> value(t.size());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      time[k] = t[order[k]];
+      value[k] = signal.value[order[k]];
+    }
+    t = std::move(time);
+    signal.value = std::move(value);
+  }
+
+  TextSource& source_;
+  const Layout& layout_;
+  const ImportOptions& options_;
+  std::string_view line_;
+  LineCells cells_;
+  std::shared_ptr<std::vector<double>> times_;
+  std::optional<TimePoint> origin_;
+  std::optional<double> last_time_s_;
+  bool rising_ = true;
+  std::size_t shifted_hours_ = 0;
+};
+
+std::string file_tag(const fs::path& path) {
+  if (path == "-") return "standard input";
+  fs::path stem = path.filename();
+  if (stem.extension() == ".gz") stem = stem.stem();
+  return stem.stem().string();
+}
+
+bool looks_like_export(const fs::path& path) {
+  fs::path name = path.filename();
+  if (name.string().starts_with(".")) return false;
+  if (lower_case(name.extension().string()) == ".gz") name = name.stem();
+  const std::string extension = lower_case(name.extension().string());
+  return extension == ".csv" || extension == ".txt" || extension == ".tsv" || extension == ".dat";
+}
+
+std::string list_of(const std::vector<FoundLoop>& loops) {
+  constexpr std::size_t kMost = 8;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(loops.size(), kMost); ++k)
+    text += (k > 0 ? ", " : "") + loops[k].tag;
+  return loops.size() > kMost ? text + ", ..." : text;
+}
+
+// Puts the signals of several files one behind the other, those that begin first first.
+Signals joined(std::vector<Part>& parts) {
+  if (parts.size() == 1) return std::move(parts.front().signals);
+  std::sort(parts.begin(), parts.end(),
+            [](const Part& a, const Part& b) { return a.origin->since(*b.origin) < 0.0; });
+  Signals all;
+  const TimePoint first = *parts.front().origin;
+  for (std::size_t role = 0; role < kRoles; ++role) {
+    Signal& to = all[role];
+    for (Part& part : parts) {
+      Signal& from = part.signals[role];
+      if (from.empty()) continue;
+      if (!to.time_s) to.time_s = std::make_shared<std::vector<double>>();
+      const double offset = part.origin->since(first);
+      for (std::size_t k = 0; k < from.value.size(); ++k) {
+        const double at = (*from.time_s)[k] + offset;
+        // What two files both have counts once.
+        if (!to.time_s->empty() && at <= to.time_s->back()) continue;
+        to.time_s->push_back(at);
+        to.value.push_back(from.value[k]);
+      }
+      to.bad += from.bad;
+      to.questionable += from.questionable;
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options)
+    : options_(std::move(options)) {
+  for (const fs::path& path : paths) {
+    std::error_code none;
+    if (path != "-" && fs::is_directory(path, none)) {
+      look_at_folder(path);
+    } else {
+      look_at(path, true);
+    }
+  }
+}
+
+void Importer::look_at_folder(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code problem;
+  for (fs::recursive_directory_iterator
+           it(folder, fs::directory_options::skip_permission_denied, problem),
+       end;
+       !problem && it != end; it.increment(problem)) {
+    std::error_code none;
+    if (it->is_regular_file(none) && looks_like_export(it->path())) found.push_back(it->path());
+  }
+  if (problem) {
+    throw RecordError(RecordError::Kind::io, 0, 0,
+                      fmt::format("{}: can't be read: {}", folder.string(), problem.message()));
+  }
+  if (found.empty()) {
+    throw RecordError(
+        RecordError::Kind::data, 0, 0,
+        fmt::format("{}: no file .csv, .txt, .tsv, .dat or .gz of these", folder.string()));
+  }
+  std::sort(found.begin(), found.end());
+  for (const fs::path& path : found) look_at(path, false);
+}
+
+void Importer::look_at(const fs::path& path, bool named) {
+  try {
+    auto text = std::make_unique<TextSource>(path, options_.encoding);
+    const std::string_view head = text->peek(kHeadLines);
+    Source source;
+    source.layout = find_layout(head, text->name(), options_);
+    source.layout_text = describe(source.layout, *text);
+    const auto lines = static_cast<double>(
+        std::max<std::ptrdiff_t>(1, std::count(head.begin(), head.end(), '\n')));
+    source.rows = static_cast<std::uint64_t>(static_cast<double>(text->text_bytes()) /
+                                             (static_cast<double>(head.size()) / lines));
+    const std::size_t file = files_.size();
+    std::vector<std::string> names;
+    if (!source.layout.is_long) {
+      names = source.layout.names;
+      if (source.layout.time < names.size()) names[source.layout.time].clear();
+    }
+    if (path == "-") {
+      if (source.layout.is_long && options_.loops.empty()) {
+        throw RecordError(RecordError::Kind::data, 0, 0,
+                          "standard input: a row a value is read twice; give a file, or name the "
+                          "tags with --map");
+      }
+      stdin_ = std::move(text);
+    } else if (source.layout.is_long) {
+      names = names_in(path, source.layout);
+    }
+    files_.push_back(path);
+    sources_.push_back(std::move(source));
+    add_loops(file, names);
+  } catch (const RecordError& e) {
+    if (named) throw;
+    problems_.push_back({path.string(), e.what()});
+  }
+}
+
+std::vector<std::string> Importer::names_in(const fs::path& path, const Layout& layout) const {
+  TextSource source(path, options_.encoding);
+  std::vector<std::string> names;
+  std::set<std::string, std::less<>> known;
+  std::string_view line;
+  LineCells cells;
+  for (std::size_t k = 0; k < layout.header_rows; ++k) source.next(line);
+  std::string last;
+  while (source.next(line)) {
+    if (!cells.split(line, layout.delimiter) || cells.cells.size() <= layout.tag) continue;
+    const std::string_view name = cells.cells[layout.tag];
+    if (name == last || name.empty()) continue;
+    last = name;
+    if (known.insert(last).second) names.push_back(last);
+  }
+  return names;
+}
+
+void Importer::add_loops(std::size_t file, const std::vector<std::string>& names) {
+  std::vector<LoopSignals> found;
+  if (!options_.loops.empty()) {
+    const auto index = [&](const std::string& wanted) -> std::string {
+      for (const std::string& name : names) {
+        if (name == wanted || lower_case(name) == lower_case(wanted)) return name;
+      }
+      for (const std::string& name : names) {  // without its unit
+        const std::size_t bracket = name.find_last_of("([");
+        if (bracket != std::string::npos && trimmed(name.substr(0, bracket)) == wanted) return name;
+      }
+      if (const auto number = parse_number(wanted, '.');
+          number && *number >= 1.0 && *number <= static_cast<double>(names.size())) {
+        return names[static_cast<std::size_t>(*number) - 1];
+      }
+      if (path_is_stdin_long(file)) return wanted;
+      const std::string* near = nullptr;
+      std::size_t best = wanted.size() / 2 + 1;
+      for (const std::string& name : names) {
+        const std::size_t distance = hal::os::edit_distance(lower_case(name.substr(0, 60)),
+                                                            lower_case(wanted.substr(0, 60)));
+        if (!name.empty() && distance < best) {
+          best = distance;
+          near = &name;
+        }
+      }
+      throw RecordError(
+          RecordError::Kind::data, 0, 0,
+          fmt::format("{}: no column or tag {}{}", files_[file].string(), in_quotes(wanted),
+                      near != nullptr ? "; is it " + in_quotes(*near) + "?" : std::string()));
+    };
+    for (const LoopSignals& asked : options_.loops) {
+      LoopSignals loop = asked;
+      try {
+        for (std::string& name : loop.names) {
+          if (!name.empty()) name = index(name);
+        }
+      } catch (const RecordError&) {
+        // Of several files each has its own loops.
+        if (options_.loops.size() == 1) throw;
+        continue;
+      }
+      found.push_back(std::move(loop));
+    }
+  } else {
+    found = find_loops(names);
+  }
+  std::set<std::string> used;
+  for (LoopSignals& signals : found) {
+    for (std::size_t role = 0; role < kRoles; ++role) {
+      const std::string& name = signals.names[role];
+      used.insert(name);
+      if (name.empty() || !signals.units[role].empty()) continue;
+      const Layout& layout = sources_[file].layout;
+      for (std::size_t c = 0; c < layout.names.size(); ++c) {
+        if (layout.names[c] == name && !layout.is_long) signals.units[role] = layout.units[c];
+      }
+    }
+    const std::string tag = signals.tag.empty() ? file_tag(files_[file]) : signals.tag;
+    // A loop whose times are absolute goes on in the next file.
+    const auto same = std::find_if(loops_.begin(), loops_.end(),
+                                   [&](const FoundLoop& loop) { return loop.tag == tag; });
+    const bool goes_on = same != loops_.end() && !signals.tag.empty() &&
+                         is_absolute(sources_[file].layout.form) &&
+                         is_absolute(sources_[same->files.front()].layout.form);
+    if (!goes_on) {
+      FoundLoop loop{.signals = signals, .tag = tag, .files = {file}};
+      if (same != loops_.end()) loop.tag += " in " + file_tag(files_[file]);
+      loops_.push_back(std::move(loop));
+      continue;
+    }
+    same->files.push_back(file);
+    for (std::size_t role = 0; role < kRoles; ++role) {
+      if (same->signals.names[role].empty()) {
+        same->signals.names[role] = signals.names[role];
+        same->signals.units[role] = signals.units[role];
+      }
+    }
+  }
+  for (const std::string& name : names) {
+    if (!name.empty() && used.count(name) == 0) other_names_.push_back(name);
+  }
+}
+
+bool Importer::path_is_stdin_long(std::size_t file) const {
+  return files_[file] == "-" && sources_[file].layout.is_long;
+}
+
+std::uint64_t Importer::bytes_of(std::size_t loop) const {
+  std::uint64_t bytes = 0;
+  for (const std::size_t file : loops_[loop].files) {
+    std::uint64_t columns = 1;
+    for (const std::string& name : loops_[loop].signals.names)
+      columns += static_cast<std::uint64_t>(!name.empty());
+    bytes += columns * sources_[file].rows * sizeof(double);
+  }
+  return bytes;
+}
+
+void Importer::read(std::span<const std::size_t> which,
+                    const std::function<void(std::size_t, Imported)>& take,
+                    const std::function<void(std::size_t, const RecordError&)>& fail,
+                    const ImportProgress& progress) {
+  std::map<std::size_t, std::vector<Part>> parts;  // by loop
+  std::map<std::size_t, RecordError> broken;
+  std::set<std::size_t> files;
+  for (const std::size_t loop : which) {
+    parts[loop].resize(loops_[loop].files.size());
+    files.insert(loops_[loop].files.begin(), loops_[loop].files.end());
+  }
+  std::size_t done = 0;
+  for (const std::size_t file : files) {
+    const Source& source = sources_[file];
+    std::vector<std::pair<std::size_t, FileReader::Target>> columns;
+    std::unordered_map<std::string, FileReader::Target> tags;
+    std::vector<std::pair<std::size_t, Part*>> fed;
+    // One column or tag may serve several loops; the second one reads a copy.
+    std::vector<std::pair<FileReader::Target, std::string>> copies;
+    for (const std::size_t loop : which) {
+      const auto& of = loops_[loop].files;
+      const auto at = std::find(of.begin(), of.end(), file);
+      if (at == of.end()) continue;
+      Part& part = parts[loop][static_cast<std::size_t>(at - of.begin())];
+      fed.emplace_back(loop, &part);
+      for (std::size_t role = 0; role < kRoles; ++role) {
+        const std::string& name = loops_[loop].signals.names[role];
+        if (name.empty()) continue;
+        const FileReader::Target target{&part.signals[role], static_cast<Role>(role)};
+        if (source.layout.is_long) {
+          if (!tags.try_emplace(name, target).second) copies.emplace_back(target, name);
+          continue;
+        }
+        const auto column = std::find(source.layout.names.begin(), source.layout.names.end(), name);
+        if (column != source.layout.names.end()) {
+          columns.emplace_back(static_cast<std::size_t>(column - source.layout.names.begin()),
+                               target);
+        }
+      }
+    }
+    try {
+      std::unique_ptr<TextSource> text =
+          files_[file] == "-" ? std::move(stdin_)
+                              : std::make_unique<TextSource>(files_[file], options_.encoding);
+      if (!text)
+        throw RecordError(RecordError::Kind::io, 0, 0, "standard input: can be read once only");
+      FileReader reader(*text, source.layout, options_);
+      const ImportProgress of_file = [&](double share) {
+        if (progress)
+          progress((static_cast<double>(done) + share) / static_cast<double>(files.size()));
+      };
+      if (source.layout.is_long) {
+        reader.read_long(tags, of_file);
+        for (const auto& [target, name] : copies) *target.signal = *tags.at(name).signal;
+        for (const auto& [loop, part] : fed) {
+          for (Signal& s : part->signals) {
+            if (s.value.empty()) s = {};
+          }
+        }
+      } else {
+        reader.read_wide(columns, of_file);
+      }
+      for (const auto& [loop, part] : fed) {
+        part->origin = reader.origin();
+        part->shifted_hours = reader.shifted_hours();
+      }
+    } catch (const RecordError& e) {
+      for (const auto& [loop, part] : fed) broken.try_emplace(loop, e);
+    }
+    ++done;
+  }
+  for (const std::size_t loop : which) {
+    if (const auto at = broken.find(loop); at != broken.end()) {
+      fail(loop, at->second);
+      continue;
+    }
+    try {
+      const FoundLoop& of = loops_[loop];
+      std::vector<Part>& pieces = parts[loop];
+      std::erase_if(pieces, [](const Part& part) {
+        return std::all_of(part.signals.begin(), part.signals.end(),
+                           [](const Signal& s) { return s.empty(); });
+      });
+      const std::string place = fmt::format("{}{}", files_[of.files.front()].string(),
+                                            of.signals.tag.empty() ? std::string() : ": " + of.tag);
+      if (pieces.empty()) throw RecordError(RecordError::Kind::data, 0, 0, place + ": no values");
+      ImportNotes notes;
+      notes.tag = of.tag;
+      notes.files = files_[of.files.front()].string();
+      if (of.files.size() > 1) notes.files += fmt::format(" and {} more", of.files.size() - 1);
+      notes.names = of.signals.names;
+      notes.units = of.signals.units;
+      notes.layout = sources_[of.files.front()].layout_text;
+      if (!sources_[of.files.front()].layout.hint.empty())
+        notes.remarks.push_back(sources_[of.files.front()].layout.hint);
+      for (const Part& part : pieces) {
+        if (part.shifted_hours > 0)
+          notes.remarks.emplace_back(
+              "the clock fell back by an hour: taken as the end of summer time");
+      }
+      Signals signals = joined(pieces);  // sorts
+      notes.start = pieces.front().origin;
+      if (of.signals.has(Role::pv) && signals[index_of(Role::pv)].empty()) {
+        throw RecordError(RecordError::Kind::data, 0, 0, place + ": no values of PV");
+      }
+      pieces.clear();
+      pieces.shrink_to_fit();
+      Imported imported = on_constant_period(std::move(signals), options_, std::move(notes), place);
+      // Time 0 is the first sample where the wall clock tells the rest.
+      if (imported.notes.start) {
+        const double begin_s = imported.record.time_s.front();
+        if (begin_s != 0.0) {
+          const double whole = std::floor(imported.notes.start->rest_s + begin_s);
+          imported.notes.start->whole_s += static_cast<std::int64_t>(whole);
+          imported.notes.start->rest_s += begin_s - whole;
+          for (double& t : imported.record.time_s) t -= begin_s;
+        }
+      }
+      take(loop, std::move(imported));
+    } catch (const RecordError& e) {
+      fail(loop, e);
+    }
+  }
+}
+
+Imported Importer::read_one(std::size_t loop, const ImportProgress& progress) {
+  Imported out;
+  const std::array<std::size_t, 1> which{loop};
+  read(
+      which, [&](std::size_t, Imported imported) { out = std::move(imported); },
+      [](std::size_t, const RecordError& e) { throw e; }, progress);
+  return out;
+}
+
+Imported import_record(const fs::path& path, const std::string& loop, const ImportOptions& options,
+                       const ImportProgress& progress) {
+  // In the fixed format with times from anywhere: as it always was, errors included.
+  std::optional<RecordError> fixed_error;
+  std::error_code problem;
+  const std::uintmax_t size = fs::file_size(path, problem);
+  if (path != "-" && loop.empty() && !options.anything_said() && !problem &&
+      size <= kLargestFixedBytes) {
+    try {
+      Imported out{read_record(path), {}};
+      const double first_s = out.record.time_s.front();
+      constexpr double kEpoch = 1e8;
+      if (first_s < kEpoch) {
+        out.notes.tag = file_tag(path);
+        out.notes.files = path.string();
+        out.notes.period_s = out.record.period_s;
+        recognise_archive(out.record, options, out.notes);
+        const std::string hint = other_time_units(out.record.period_s);
+        if (!hint.empty()) out.notes.remarks.push_back(hint);
+        return out;
+      }
+    } catch (const RecordError& e) {
+      if (e.kind() == RecordError::Kind::io) throw;
+      fixed_error = e;
+    }
+  }
+  try {
+    Importer importer({path}, options);
+    std::vector<std::size_t> usable;
+    for (std::size_t k = 0; k < importer.loops().size(); ++k) {
+      if (importer.loops()[k].signals.has(Role::pv)) usable.push_back(k);
+    }
+    const auto fail = [&](const std::string& what) {
+      throw RecordError(RecordError::Kind::data, 0, 0, fmt::format("{}: {}", path.string(), what));
+    };
+    if (!loop.empty()) {
+      for (const std::size_t k : usable) {
+        if (lower_case(importer.loops()[k].tag) == lower_case(loop))
+          return importer.read_one(k, progress);
+      }
+      fail(fmt::format("no loop {}; it has {}", in_quotes(loop), list_of(importer.loops())));
+    }
+    if (usable.empty()) {
+      std::string names;
+      for (std::size_t k = 0; k < std::min<std::size_t>(6, importer.other_names().size()); ++k) {
+        names += (k > 0 ? ", " : "") + in_quotes(importer.other_names()[k]);
+      }
+      fail(fmt::format(
+          "no column or tag that is a PV by its name{}; --map pv=NAME,co=NAME,sp=NAME tells",
+          names.empty() ? std::string() : " among " + names));
+    }
+    // Of several the one that can be judged, where it is one.
+    std::vector<std::size_t> complete;
+    for (const std::size_t k : usable) {
+      if (importer.loops()[k].signals.has(Role::co)) complete.push_back(k);
+    }
+    if (complete.size() == 1) return importer.read_one(complete.front(), progress);
+    if (usable.size() > 1) {
+      fail(fmt::format("{} loops ({}); --loop TAG takes one, 'loopwarden survey' all of them",
+                       usable.size(), list_of(importer.loops())));
+    }
+    return importer.read_one(usable.front(), progress);
+  } catch (const RecordError& e) {
+    // Both have read it; the one that came further knows more.
+    if (fixed_error && e.line() == 0 && fixed_error->line() > 1) throw *fixed_error;
+    throw;
+  }
+}
+
+}  // namespace loopwarden::record

@@ -1,0 +1,609 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/import/layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "record/import/number_text.hpp"
+#include "record/text.hpp"
+
+namespace loopwarden::record {
+namespace {
+
+constexpr std::size_t kMostHeaderRows = 60;
+
+struct Head {
+  std::vector<std::string_view> lines;
+  std::vector<std::vector<std::string>> rows;  // cells of each
+};
+
+bool whole_seconds(double s) {
+  const double whole = std::nearbyint(s);
+  return whole >= 1.0 && std::abs(s - whole) < 2e-3 * whole;
+}
+
+class Finder {
+ public:
+  Finder(std::string_view head, const std::string& name, const ImportOptions& options)
+      : name_(name), options_(options) {
+    while (!head.empty()) {
+      const std::size_t end = std::min(head.find('\n'), head.size());
+      std::string_view line = head.substr(0, end);
+      head.remove_prefix(std::min(end + 1, head.size()));
+      if (line.ends_with('\r')) line.remove_suffix(1);
+      lines_.push_back(line);
+    }
+    while (!lines_.empty() && trimmed(lines_.back()).empty()) lines_.pop_back();
+  }
+
+  Layout find() {
+    if (lines_.empty()) fail(0, 0, "the file is empty");
+    find_delimiter();
+    split();
+    find_decimal();
+    find_time();
+    find_header();
+    find_long();
+    find_clock();
+    find_qualities();
+    settle_form();
+    return std::move(layout_);
+  }
+
+ private:
+  [[noreturn]] void fail(std::size_t line, std::size_t column, const std::string& what) const {
+    std::string place = name_;
+    if (line > 0) place += fmt::format(":{}", line);
+    if (column > 0) place += fmt::format(":{}", column);
+    throw RecordError(RecordError::Kind::data, line, column, place + ": " + what);
+  }
+
+  // Rows of data are the bulk: the second half of what is there.
+  std::size_t bulk() const { return lines_.size() / 2; }
+
+  void find_delimiter() {
+    if (options_.delimiter) {
+      layout_.delimiter = *options_.delimiter;
+      return;
+    }
+    double best = 0.0;
+    for (const char candidate : {'\t', ';', '|', ','}) {
+      std::map<std::size_t, std::size_t> counts;
+      LineCells cells;
+      for (std::size_t k = bulk(); k < lines_.size(); ++k) {
+        if (!cells.split(lines_[k], candidate)) continue;
+        ++counts[cells.cells.size()];
+      }
+      const auto most =
+          std::max_element(counts.begin(), counts.end(),
+                           [](const auto& a, const auto& b) { return a.second < b.second; });
+      if (most == counts.end() || most->first < 2) continue;
+      const double agree =
+          static_cast<double>(most->second) / static_cast<double>(lines_.size() - bulk());
+      // In this order: a comma stands in numbers as well.
+      if (agree > best + 0.05) {
+        best = agree;
+        layout_.delimiter = candidate;
+      }
+    }
+    if (best == 0.0) {
+      fail(1, 1,
+           "one column; a record has times and values, set apart by a comma, semicolon, tab or bar "
+           "(--delimiter for another one)");
+    }
+  }
+
+  void split() {
+    LineCells cells;
+    for (std::size_t k = 0; k < lines_.size(); ++k) {
+      std::size_t open = 0;
+      if (!cells.split(lines_[k], layout_.delimiter, &open)) {
+        fail(k + 1, open + 1, "no closing quote in this line");
+      }
+      rows_.emplace_back(cells.cells.begin(), cells.cells.end());
+    }
+    std::map<std::size_t, std::size_t> counts;
+    for (std::size_t k = bulk(); k < rows_.size(); ++k) ++counts[rows_[k].size()];
+    columns_ = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
+                 return a.second < b.second;
+               })->first;
+  }
+
+  std::string_view cell(std::size_t row, std::size_t column) const {
+    return column < rows_[row].size() ? std::string_view(rows_[row][column]) : std::string_view();
+  }
+
+  void find_decimal() {
+    if (options_.decimal) {
+      layout_.decimal = *options_.decimal;
+      return;
+    }
+    if (layout_.delimiter == ',') {
+      // Quoted: "1,5".
+      std::size_t commas = 0;
+      std::size_t points = 0;
+      count_decimals(commas, points);
+      if (commas > 0 && points == 0) layout_.decimal = ',';
+      return;
+    }
+    std::size_t commas = 0;
+    std::size_t points = 0;
+    count_decimals(commas, points);
+    if (commas > points) layout_.decimal = ',';
+  }
+
+  void count_decimals(std::size_t& commas, std::size_t& points) const {
+    for (std::size_t k = bulk(); k < rows_.size(); ++k) {
+      for (const std::string& text : rows_[k]) {
+        const std::size_t comma = text.find(',');
+        const std::size_t point = text.find('.');
+        if (comma != std::string::npos && point == std::string::npos && parse_number(text, ','))
+          ++commas;
+        if (point != std::string::npos && comma == std::string::npos && parse_number(text, '.'))
+          ++points;
+      }
+    }
+  }
+
+  // Of the rows in the bulk, how many cells of the column are such times.
+  double share_of_times(std::size_t column, TimeForm form) const {
+    std::size_t good = 0;
+    for (std::size_t k = bulk(); k < rows_.size(); ++k) {
+      if (parse_time(cell(k, column), form, layout_.decimal)) ++good;
+    }
+    return static_cast<double>(good) / static_cast<double>(rows_.size() - bulk());
+  }
+
+  bool named_like_time(std::size_t column) const {
+    for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
+      if (parse_number(cell(k, column), layout_.decimal)) return false;
+      const std::string word = lower_case(cell(k, column));
+      for (const char* part :
+           {"time", "date", "zeit", "datum", "stamp", "heure", "fecha", "hora", "epoch"}) {
+        if (word.find(part) != std::string::npos) return true;
+      }
+      if (word == "t" || word == "ts" || word == "t_s" || word == "sec" || word == "seconds")
+        return true;
+    }
+    return false;
+  }
+
+  bool rises(std::size_t column) const {
+    double last = 0.0;
+    std::size_t up = 0;
+    std::size_t down = 0;
+    for (std::size_t k = bulk(); k < rows_.size(); ++k) {
+      const auto value = parse_number(cell(k, column), layout_.decimal);
+      if (!value) return false;
+      if (k > bulk()) ++(*value > last ? up : down);
+      last = *value;
+    }
+    return up > 0 && down == 0;
+  }
+
+  void find_time() {
+    constexpr double kMost = 0.9;
+    if (!options_.time_column.empty()) {
+      layout_.time = column_named(options_.time_column);
+    } else {
+      std::optional<std::size_t> dates;
+      std::optional<std::size_t> named;
+      std::optional<std::size_t> rising;
+      for (std::size_t c = 0; c < columns_; ++c) {
+        const bool date = share_of_times(c, TimeForm::ymd) >= kMost ||
+                          share_of_times(c, TimeForm::dmy) >= kMost ||
+                          share_of_times(c, TimeForm::mdy) >= kMost;
+        // Eight digits are a date to the eye of a machine and may be a count.
+        const bool number = share_of_times(c, TimeForm::seconds) >= kMost;
+        if (date && !dates && (!number || named_like_time(c))) dates = c;
+        if (number && named_like_time(c) && !named) named = c;
+        if (number && !rising && c == 0 && rises(c)) rising = c;
+      }
+      if (dates) {
+        layout_.time = *dates;
+      } else if (named) {
+        layout_.time = *named;
+      } else if (rising) {
+        layout_.time = *rising;
+      } else {
+        fail_no_time();
+      }
+    }
+    if (options_.time != TimeForm::automatic) {
+      layout_.form = options_.time;
+      if (share_of_times(layout_.time, layout_.form) < kMost) {
+        fail(lines_.size(), 0,
+             fmt::format("{} is no time of the form {}",
+                         in_quotes(cell(rows_.size() - 1, layout_.time)), to_text(layout_.form)));
+      }
+      return;
+    }
+    const std::size_t c = layout_.time;
+    if (share_of_times(c, TimeForm::seconds) >= kMost && !compact_date(c)) {
+      layout_.form = TimeForm::seconds;  // settle_form() looks closer
+    } else if (share_of_times(c, TimeForm::ymd) >= kMost) {
+      layout_.form = TimeForm::ymd;
+    } else if (share_of_times(c, TimeForm::dmy) >= kMost ||
+               share_of_times(c, TimeForm::mdy) >= kMost) {
+      settle_order(c);
+    } else {
+      fail(rows_.size(), 0,
+           fmt::format("{} is no time that is known; --time tells its form",
+                       in_quotes(cell(rows_.size() - 1, c))));
+    }
+  }
+
+  // 20260301 or 20260301T100000: a number as well.
+  bool compact_date(std::size_t column) const {
+    const std::string_view text = cell(rows_.size() - 1, column);
+    return text.size() >= 8 && share_of_times(column, TimeForm::ymd) >= 0.9 &&
+           text.find('.') == text.npos && (text.starts_with("19") || text.starts_with("20")) &&
+           text.size() == 8;
+  }
+
+  [[noreturn]] void fail_no_time() const {
+    // A column by that name whose cells can't be read says more than none.
+    for (std::size_t c = 0; c < columns_; ++c) {
+      if (!named_like_time(c)) continue;
+      fail(rows_.size(), 0,
+           fmt::format("{} is no time that is known; --time tells its form",
+                       in_quotes(cell(rows_.size() - 1, c))));
+    }
+    fail(1, 1, "no column of times was found; --time-column NAME says which it is");
+  }
+
+  std::size_t column_named(const std::string& wanted) const {
+    for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
+      for (std::size_t c = 0; c < rows_[k].size(); ++c) {
+        if (rows_[k][c] == wanted || lower_case(rows_[k][c]) == lower_case(wanted)) return c;
+      }
+    }
+    std::size_t number = 0;
+    const auto [end, problem] =
+        std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
+    if (problem == std::errc{} && end == wanted.data() + wanted.size() && number >= 1 &&
+        number <= columns_) {
+      return number - 1;
+    }
+    fail(1, 0, fmt::format("no column {}", in_quotes(wanted)));
+  }
+
+  // Day or month first. A date with dots has the day first everywhere; else numbers above 12 tell, or the change of
+  // the date: time goes on by little.
+  void settle_order(std::size_t column) {
+    bool dmy = true;
+    bool mdy = true;
+    std::optional<TimePoint> last_dmy;
+    std::optional<TimePoint> last_mdy;
+    std::string_view shown;
+    for (std::size_t k = bulk(); k < rows_.size() && dmy != !mdy; ++k) {
+      const std::string_view text = cell(k, column);
+      const DateOrder order = possible_orders(text);
+      if (!order.dmy && !order.mdy) continue;
+      if (text.find('.') < text.find(':') && text.find('/') == text.npos &&
+          text.find('-') == text.npos) {
+        mdy = false;
+        break;
+      }
+      shown = text;
+      dmy = dmy && order.dmy;
+      mdy = mdy && order.mdy;
+    }
+    for (std::size_t k = 0; k < rows_.size() && dmy && mdy; ++k) {
+      const auto as_dmy = parse_time(cell(k, column), TimeForm::dmy);
+      const auto as_mdy = parse_time(cell(k, column), TimeForm::mdy);
+      if (!as_dmy || !as_mdy) {
+        dmy = dmy && (as_dmy || !as_mdy);
+        mdy = mdy && (as_mdy || !as_dmy);
+        continue;
+      }
+      constexpr double kLongStep = 3.0 * 86400.0;
+      if (last_dmy) {
+        const double day_first = std::abs(as_dmy->since(*last_dmy));
+        const double month_first = std::abs(as_mdy->since(*last_mdy));
+        if (day_first > kLongStep && month_first < kLongStep) dmy = false;
+        if (month_first > kLongStep && day_first < kLongStep) mdy = false;
+      }
+      last_dmy = as_dmy;
+      last_mdy = as_mdy;
+    }
+    // The name of a month leaves no choice.
+    if (dmy && mdy &&
+        shown.find_first_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") < 6)
+      mdy = false;
+    if (dmy && mdy) {
+      fail(rows_.size(), 0,
+           fmt::format("{} can be day-month-year and month-day-year: --time dmy or --time mdy",
+                       in_quotes(shown)));
+    }
+    layout_.form = dmy ? TimeForm::dmy : TimeForm::mdy;
+  }
+
+  bool is_data_row(std::size_t row) const {
+    if (!parse_time(cell(row, layout_.time), layout_.form, layout_.decimal)) return false;
+    for (std::size_t c = 0; c < rows_[row].size(); ++c) {
+      if (c == layout_.time) continue;
+      const Cell kind = parse_value(rows_[row][c], layout_.decimal, options_.bad_words).cell;
+      if (kind != Cell::unknown) return true;
+    }
+    return false;
+  }
+
+  void find_header() {
+    if (options_.header_rows) {
+      layout_.header_rows = *options_.header_rows;
+    } else {
+      std::size_t first = 0;
+      while (first < rows_.size() && !is_data_row(first)) ++first;
+      if (first == rows_.size()) fail(rows_.size(), 0, "no row of values with a time was found");
+      layout_.header_rows = first;
+    }
+    const std::size_t header = std::min(layout_.header_rows, rows_.size());
+    // The row with the most names of signals; of several the first. Rows of descriptions and units have fewer.
+    std::size_t best_row = kNoColumn;
+    double best = -1.0;
+    for (std::size_t k = header > kMostHeaderRows ? header - kMostHeaderRows : 0; k < header; ++k) {
+      double score = 0.0;
+      std::set<std::string> distinct;
+      for (const std::string& text : rows_[k]) {
+        if (text.empty()) continue;
+        distinct.insert(text);
+        if (read_tag(text).role) score += 1.0;
+        score -= is_unit(text) ? 0.5 : 0.0;
+      }
+      score += 0.5 * static_cast<double>(std::min(distinct.size(), columns_));
+      if (rows_[k].size() > columns_ || distinct.size() < 2) score = -0.5;
+      if (score > best) {
+        best = score;
+        best_row = k;
+      }
+    }
+    layout_.names.assign(columns_, "");
+    layout_.units.assign(columns_, "");
+    if (best_row == kNoColumn) {
+      for (std::size_t c = 0; c < columns_; ++c) layout_.names[c] = std::to_string(c + 1);
+      return;
+    }
+    name_row_ = best_row;
+    for (std::size_t c = 0; c < columns_; ++c) layout_.names[c] = std::string(cell(best_row, c));
+    for (std::size_t k = 0; k < header; ++k) {
+      if (k == best_row) continue;
+      std::size_t units = 0;
+      std::size_t filled = 0;
+      for (std::size_t c = 0; c < columns_; ++c) {
+        if (c == layout_.time || cell(k, c).empty()) continue;
+        ++filled;
+        std::string_view text = cell(k, c);
+        if (text.size() > 2 && (text.front() == '[' || text.front() == '('))
+          text = text.substr(1, text.size() - 2);
+        if (is_unit(text)) ++units;
+      }
+      if (filled == 0 || 2 * units < filled) continue;
+      for (std::size_t c = 0; c < columns_; ++c) layout_.units[c] = std::string(cell(k, c));
+    }
+  }
+
+  static bool one_of(const std::string& word, std::initializer_list<const char*> words) {
+    return std::any_of(words.begin(), words.end(),
+                       [&](const char* known) { return word == known; });
+  }
+
+  void find_long() {
+    for (std::size_t c = 0; c < columns_; ++c) {
+      if (c == layout_.time) continue;
+      const std::string word = lower_case(layout_.names[c]);
+      if (one_of(word, {"tag",       "tagname",    "tag name",  "tag_name", "name",      "point",
+                        "pointname", "point name", "item",      "itemid",   "item id",   "node",
+                        "nodeid",    "node id",    "signal",    "variable", "parameter", "series",
+                        "metric",    "topic",      "attribute", "channel",  "path"})) {
+        if (layout_.tag == kNoColumn) layout_.tag = c;
+      } else if (one_of(word,
+                        {"value", "val", "reading", "data", "wert", "valeur", "valor", "vvalue"})) {
+        if (layout_.value == kNoColumn) layout_.value = c;
+      } else if (one_of(word, {"quality", "status", "opcquality", "opc quality", "q", "confidence",
+                               "good", "statuscode", "isgood", "questionable_flag"})) {
+        if (layout_.quality == kNoColumn) layout_.quality = c;
+      }
+    }
+    if (layout_.tag == kNoColumn || layout_.value == kNoColumn) guess_long();
+    layout_.is_long = layout_.tag != kNoColumn && layout_.value != kNoColumn;
+    if (!layout_.is_long) layout_.tag = layout_.value = kNoColumn;
+  }
+
+  // Without the names: three or four columns, of which one has words that come again and again, and one numbers.
+  void guess_long() {
+    if (columns_ < 3 || columns_ > 5) return;
+    std::size_t words = kNoColumn;
+    std::size_t numbers = kNoColumn;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      if (c == layout_.time) continue;
+      std::size_t unknown = 0;
+      std::size_t number = 0;
+      std::set<std::string_view> distinct;
+      std::size_t with_role = 0;
+      for (std::size_t k = bulk(); k < rows_.size(); ++k) {
+        const Cell kind = parse_value(cell(k, c), layout_.decimal, options_.bad_words).cell;
+        if (kind == Cell::unknown) {
+          ++unknown;
+          distinct.insert(cell(k, c));
+          if (const TagName tag = read_tag(cell(k, c)); tag.role && !tag.loop.empty()) ++with_role;
+        }
+        if (kind == Cell::number) ++number;
+      }
+      const std::size_t rows = rows_.size() - bulk();
+      if (unknown == rows && 2 * with_role >= rows) words = c;
+      if (2 * number > rows && numbers == kNoColumn) numbers = c;
+    }
+    if (words == kNoColumn || numbers == kNoColumn) return;
+    layout_.tag = words;
+    layout_.value = numbers;
+  }
+
+  // "Date;Time;PV;...": the times of day stand beside the dates.
+  void find_clock() {
+    if (!is_date(layout_.form)) return;
+    bool only_dates = true;
+    for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
+      if (cell(k, layout_.time).find(':') != std::string_view::npos) only_dates = false;
+    }
+    if (!only_dates) return;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      if (c != layout_.time && share_of_times(c, TimeForm::clock) >= 0.9 &&
+          share_of_times(c, TimeForm::seconds) < 0.9) {
+        layout_.clock = c;
+        return;
+      }
+    }
+  }
+
+  void find_qualities() {
+    layout_.quality_of.assign(columns_, kNoColumn);
+    if (layout_.is_long) {
+      if (layout_.quality != kNoColumn) layout_.zero_is_good = zeros_are_good({layout_.quality});
+      return;
+    }
+    layout_.quality = kNoColumn;
+    std::vector<std::size_t> all;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      const std::string& name = layout_.names[c];
+      for (const char* ending :
+           {".quality", "_quality", " quality", ".status", "_status", " status", ".q", "_q"}) {
+        const std::string_view end(ending);
+        if (name.size() <= end.size() || lower_case(name.substr(name.size() - end.size())) != end)
+          continue;
+        const std::string base = name.substr(0, name.size() - end.size());
+        for (std::size_t of = 0; of < columns_; ++of) {
+          if (layout_.names[of] != base) continue;
+          layout_.quality_of[of] = c;
+          all.push_back(c);
+        }
+      }
+      // As many programs write it: the status right behind its value.
+      if (one_of(lower_case(name), {"quality", "status"}) && c > 0 && c - 1 != layout_.time &&
+          read_tag(layout_.names[c - 1]).role) {
+        layout_.quality_of[c - 1] = c;
+        all.push_back(c);
+      }
+    }
+    layout_.zero_is_good = zeros_are_good(all);
+  }
+
+  // OPC UA has 0 for good, OPC DA 192.
+  bool zeros_are_good(const std::vector<std::size_t>& columns) const {
+    bool zero = false;
+    for (const std::size_t c : columns) {
+      for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
+        const std::string_view text = cell(k, c);
+        if (text == "0" || text == "0x00000000") zero = true;
+        if (text == "192" || text == "1" || text == "100") return false;
+      }
+    }
+    return zero;
+  }
+
+  // Numbers: how large they are and how far apart tells what they count, unless the name does.
+  void settle_form() {
+    if (options_.time != TimeForm::automatic || layout_.form != TimeForm::seconds) return;
+    std::vector<double> times;
+    for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
+      if (const auto t = parse_number(cell(k, layout_.time), layout_.decimal)) times.push_back(*t);
+    }
+    if (times.size() < 2) return;
+    std::vector<double> steps;
+    for (std::size_t k = 1; k < times.size(); ++k) {
+      if (times[k] != times[k - 1]) steps.push_back(std::abs(times[k] - times[k - 1]));
+    }
+    if (steps.empty()) return;
+    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
+                     steps.end());
+    const double step = steps[steps.size() / 2];
+    const double at = times.front();
+    std::string name = lower_case(layout_.names[layout_.time]);
+    if (layout_.time < layout_.units.size()) name += " " + lower_case(layout_.units[layout_.time]);
+    const auto says = [&name](const char* part) { return name.find(part) != std::string::npos; };
+    if (at > 1e8 && at < 1e10) {
+      layout_.form = TimeForm::epoch_s;
+    } else if (at > 1e11 && at < 1e13) {
+      layout_.form = TimeForm::epoch_ms;
+    } else if (at > 1e14 && at < 1e16) {
+      layout_.form = TimeForm::epoch_us;
+    } else if (at > 1e17 && at < 1e19) {
+      layout_.form = TimeForm::epoch_ns;
+    } else if (at > 25569.0 && at < 73051.0 && step < 0.5 && whole_seconds(step * 86400.0) &&
+               !whole_seconds(step * 10.0)) {
+      layout_.form = TimeForm::excel;
+    } else if (says("minute") || says("[min]") || says("(min)") || says("_min") || name == "min" ||
+               name.ends_with(" min")) {
+      layout_.form = TimeForm::minutes;
+    } else if (says("hour") || says("[h]") || says("(h)")) {
+      layout_.form = TimeForm::hours;
+    } else if (!says("sec") && !says("(s)") && !says("[s]") && !says("_s")) {
+      layout_.hint = other_time_units(step);
+    }
+  }
+
+  const std::string& name_;
+  const ImportOptions& options_;
+  std::vector<std::string_view> lines_;
+  std::vector<std::vector<std::string>> rows_;
+  std::size_t columns_ = 0;
+  std::size_t name_row_ = kNoColumn;
+  Layout layout_;
+};
+
+}  // namespace
+
+// 1/60 of a minute: whole seconds, and no sample rate that anybody chooses.
+std::string other_time_units(double step_s) {
+  if (step_s >= 0.5 || !whole_seconds(step_s * 60.0) || whole_seconds(step_s * 200.0)) return {};
+  return fmt::format("a step of {:.6g} s looks like {:.4g} s in minutes: --time minutes if it is",
+                     step_s, step_s * 60.0);
+}
+
+const char* to_text(Filling filling) noexcept {
+  switch (filling) {
+    case Filling::automatic: return "auto";
+    case Filling::held: return "held";
+    case Filling::linear: return "linear";
+  }
+  return "";
+}
+
+bool ImportOptions::anything_said() const noexcept {
+  return delimiter || decimal || encoding != Encoding::automatic || header_rows ||
+         time != TimeForm::automatic || !time_column.empty() || zone_s || !loops.empty() ||
+         !bad_words.empty() || period_s || filling != Filling::automatic;
+}
+
+Layout find_layout(std::string_view head, const std::string& name, const ImportOptions& options) {
+  return Finder(head, name, options).find();
+}
+
+std::string describe(const Layout& layout, const TextSource& source) {
+  const auto word = [](char c) -> std::string {
+    switch (c) {
+      case ',': return "comma";
+      case ';': return "semicolon";
+      case '\t': return "tab";
+      case '|': return "bar";
+      default: return in_quotes(std::string(1, c));
+    }
+  };
+  std::string text = fmt::format(
+      "{}{}, decimal {}, {}; times {} in column {}", source.compressed() ? "gzip, " : "",
+      word(layout.delimiter), layout.decimal == ',' ? "comma" : "point", to_text(source.encoding()),
+      to_text(layout.form), in_quotes(layout.names[layout.time]));
+  if (layout.clock != kNoColumn)
+    text += fmt::format(" and {}", in_quotes(layout.names[layout.clock]));
+  text += layout.is_long ? "; a row a value" : "; a column a signal";
+  if (layout.header_rows != 1)
+    text += fmt::format("; {} lines before the data", layout.header_rows);
+  return text;
+}
+
+}  // namespace loopwarden::record

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// How an export is laid out: found out from its first lines, or told by the user.
+//
+//   wide   a column a signal, a row a time:   Timestamp;FIC101.PV;FIC101.OP;...
+//   long   a row a value:                     Tag,Timestamp,Value,Quality
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "record/import/tags.hpp"
+#include "record/import/text_source.hpp"
+#include "record/import/time_text.hpp"
+
+namespace loopwarden::record {
+
+enum class Filling : std::uint8_t { automatic, held, linear };
+const char* to_text(Filling filling) noexcept;
+
+// What the user says of an export; what is left out is found out.
+struct ImportOptions {
+  std::optional<char> delimiter;
+  std::optional<char> decimal;  // '.' or ','
+  Encoding encoding = Encoding::automatic;
+  std::optional<std::size_t> header_rows;
+  TimeForm time = TimeForm::automatic;
+  std::string time_column;             // name, or number from 1
+  std::optional<int> zone_s;           // of local times, s east of UTC
+  std::vector<LoopSignals> loops;      // else by the names' endings
+  std::vector<std::string> bad_words;  // in lower case
+  std::optional<double> period_s;
+  Filling filling = Filling::automatic;
+
+  bool anything_said() const noexcept;
+};
+
+inline constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
+
+struct Layout {
+  char delimiter = ',';
+  char decimal = '.';
+  std::size_t header_rows = 1;  // lines before the first row of data
+  bool is_long = false;
+  TimeForm form = TimeForm::seconds;
+  bool form_guessed = false;      // only the size of the numbers speaks for it
+  std::size_t time = 0;           // column
+  std::size_t clock = kNoColumn;  // of times of day, where `time` has the dates
+  std::size_t tag = kNoColumn;    // long
+  std::size_t value = kNoColumn;
+  std::size_t quality = kNoColumn;
+  bool zero_is_good = false;       // of the qualities
+  std::vector<std::string> names;  // of the columns
+  std::vector<std::string> units;  // of a row of them, or empty
+  std::vector<std::size_t>
+      quality_of;    // wide: for each column the one of its qualities, or kNoColumn
+  std::string hint;  // what else the times may be, in words
+};
+
+// From the first lines (`head`) of the file `name`. Throws RecordError with the option that would help.
+Layout find_layout(std::string_view head, const std::string& name, const ImportOptions& options);
+
+// What times in seconds with this step may be instead, as a sentence; empty: nothing else.
+std::string other_time_units(double step_s);
+
+// One line: "comma, decimal point, UTF-8; times ISO 8601 in column 'Timestamp'; a column a signal"
+std::string describe(const Layout& layout, const TextSource& source);
+
+}  // namespace loopwarden::record

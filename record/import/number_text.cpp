@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/import/number_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include "record/text.hpp"
+
+namespace loopwarden::record {
+namespace {
+
+// In lower case; what a cell begins with. They stand for PI, PHD, Aspen, OPC clients and spreadsheets.
+constexpr std::array<std::string_view, 40> kBadWords{
+    "bad",        "no data",     "nodata",      "i/o timeout",   "io timeout",  "timeout",
+    "nan",        "null",        "n/a",         "#n/a",          "#value",      "#ref",
+    "#div",       "#num",        "none",        "pt created",    "point creat", "shutdown",
+    "comm",       "configure",   "scan off",    "scan time",     "intf shut",   "no sample",
+    "no result",  "not connect", "offline",     "calc",          "error",       "err",
+    "over range", "under range", "out of serv", "invalid",       "no lab",      "digital st",
+    "[-11",       "inp outr",    "arc off",     "not available",
+};
+constexpr std::array<std::string_view, 4> kDoubtWords{"questionable", "uncertain", "doubtful",
+                                                      "substituted"};
+
+bool is_thousands_mark(char c, char decimal) noexcept {
+  return c != decimal && (c == ',' || c == '.' || c == '\'' || c == ' ');
+}
+
+// "1,234,567.8" without its marks; empty where they don't stand in threes.
+std::string without_thousands(std::string_view text, char decimal) {
+  std::string plain;
+  const std::size_t point = std::min(text.find(decimal), text.size());
+  const std::size_t first = text.find_first_of("0123456789");
+  if (first == std::string_view::npos) return {};
+  char mark = '\0';
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    const char c = text[k];
+    if (k >= point || !is_thousands_mark(c, decimal)) {
+      plain += c == decimal ? '.' : c;
+      continue;
+    }
+    if (mark == '\0') mark = c;
+    if (c != mark || k == first || (point - k) % 4 != 0) return {};
+  }
+  if (mark != '\0' && text.find(mark) - first > 3) return {};
+  return mark == '\0' ? std::string() : plain;
+}
+
+std::optional<double> plain_number(std::string_view text) noexcept {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+bool begins_with(std::string_view text, std::string_view lower) noexcept {
+  if (text.size() < lower.size()) return false;
+  for (std::size_t k = 0; k < lower.size(); ++k) {
+    if (std::tolower(static_cast<unsigned char>(text[k])) != lower[k]) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<double> parse_number(std::string_view text, char decimal) {
+  if (text.empty()) return std::nullopt;
+  if (decimal == '.') {
+    if (const auto value = plain_number(text)) return value;
+  } else if (text.size() < 64 && text.find('.') == std::string_view::npos) {
+    std::array<char, 64> copy;
+    std::replace_copy(text.begin(), text.end(), copy.begin(), decimal, '.');
+    if (const auto value = plain_number({copy.data(), text.size()})) return value;
+  }
+  const bool digit =
+      text.front() == '-' || text.front() == '+' || (text.front() >= '0' && text.front() <= '9');
+  if (!digit || text.size() > 40) return std::nullopt;
+  const std::string plain = without_thousands(text, decimal);
+  return plain.empty() ? std::nullopt : plain_number(plain);
+}
+
+CellValue parse_value(std::string_view text, char decimal,
+                      const std::vector<std::string>& bad_words) {
+  if (text.empty()) return {Cell::empty, 0.0};
+  if (const auto value = parse_number(text, decimal)) return {Cell::number, *value};
+  if (text == "-" || text == "--" || text == "?" || text == "*") return {Cell::bad, 0.0};
+  const auto begins = [&](std::string_view word) { return begins_with(text, word); };
+  if (std::any_of(kBadWords.begin(), kBadWords.end(), begins)) return {Cell::bad, 0.0};
+  if (begins_with(text, "inf") || begins_with(text, "-inf")) return {Cell::bad, 0.0};
+  if (std::any_of(kDoubtWords.begin(), kDoubtWords.end(), begins)) return {Cell::questionable, 0.0};
+  // As historians mark a number that they doubt: 12.3?
+  if (text.back() == '?' && parse_number(trimmed(text.substr(0, text.size() - 1)), decimal)) {
+    return {Cell::questionable, 0.0};
+  }
+  const auto is = [&](const std::string& word) {
+    return text.size() == word.size() && begins_with(text, word);
+  };
+  if (std::any_of(bad_words.begin(), bad_words.end(), is)) return {Cell::bad, 0.0};
+  return {Cell::unknown, 0.0};
+}
+
+SampleQuality parse_quality(std::string_view text, bool zero_is_good) {
+  if (text.empty()) return SampleQuality::good;
+  std::uint64_t code = 0;
+  const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
+  const std::string_view digits = hexadecimal ? text.substr(2) : text;
+  const auto [end, problem] =
+      std::from_chars(digits.data(), digits.data() + digits.size(), code, hexadecimal ? 16 : 10);
+  if (problem == std::errc{} && end == digits.data() + digits.size()) {
+    if (code == 0) return zero_is_good ? SampleQuality::good : SampleQuality::bad;
+    if (code == 1 || code == 100) return SampleQuality::good;  // a flag, or a confidence in %
+    if (code >= 0x40000000U) {                                 // OPC UA
+      return code >= 0x80000000U ? SampleQuality::bad : SampleQuality::questionable;
+    }
+    const std::uint64_t field = code & 0xC0U;
+    if (field == 0xC0U) return SampleQuality::good;
+    return field == 0x40U ? SampleQuality::questionable : SampleQuality::bad;
+  }
+  constexpr std::array<std::string_view, 8> kGood{"good",   "ok", "true", "valid",
+                                                  "normal", "g",  "a",    "y"};
+  const std::string word = lower_case(text);
+  for (const std::string_view good : kGood) {
+    if (word == good || (good.size() > 3 && word.starts_with(good))) return SampleQuality::good;
+  }
+  const auto begins = [&](std::string_view doubt) { return word.starts_with(doubt); };
+  if (std::any_of(kDoubtWords.begin(), kDoubtWords.end(), begins) || word == "u" || word == "q") {
+    return SampleQuality::questionable;
+  }
+  return SampleQuality::bad;
+}
+
+bool LineCells::split(std::string_view line, char delimiter, std::size_t* open) {
+  cells.clear();
+  undone.clear();
+  std::size_t at = 0;
+  while (true) {
+    std::size_t start = at;
+    while (start < line.size() && line[start] == ' ') ++start;
+    if (start >= line.size() || line[start] != '"') {
+      const std::size_t end = std::min(line.find(delimiter, at), line.size());
+      cells.push_back(trimmed(line.substr(at, end - at)));
+      if (end == line.size()) return true;
+      at = end + 1;
+      continue;
+    }
+    std::size_t close = start + 1;
+    bool doubled = false;
+    while (true) {
+      close = line.find('"', close);
+      if (close == std::string_view::npos) {
+        if (open != nullptr) *open = start;
+        return false;
+      }
+      if (close + 1 >= line.size() || line[close + 1] != '"') break;
+      doubled = true;
+      close += 2;
+    }
+    const std::string_view inside = line.substr(start + 1, close - start - 1);
+    if (doubled) {
+      // Views into a growing vector would dangle: the place is found again below.
+      std::string text;
+      for (std::size_t k = 0; k < inside.size(); ++k) {
+        text += inside[k];
+        if (inside[k] == '"') ++k;
+      }
+      if (undone.capacity() == 0) undone.reserve(line.size() / 2 + 1);
+      undone.push_back(std::move(text));
+      cells.push_back(trimmed(undone.back()));
+    } else {
+      cells.push_back(trimmed(inside));
+    }
+    const std::size_t end = line.find(delimiter, close + 1);
+    if (end == std::string_view::npos) return true;
+    at = end + 1;
+  }
+}
+
+}  // namespace loopwarden::record

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/import/text_source.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <iconv.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "record/file.hpp"
+
+namespace loopwarden::record {
+namespace {
+
+constexpr std::size_t kBlock = 256UL * 1024UL;
+constexpr std::size_t kLongestLine = 64UL * 1024UL * 1024UL;
+
+bool is_utf8(std::string_view text) {
+  std::size_t follow = 0;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (follow > 0) {
+      if ((byte & 0xC0U) != 0x80U) return false;
+      --follow;
+    } else if (byte >= 0x80) {
+      if ((byte & 0xE0U) == 0xC0U) {
+        follow = 1;
+      } else if ((byte & 0xF0U) == 0xE0U) {
+        follow = 2;
+      } else if ((byte & 0xF8U) == 0xF0U) {
+        follow = 3;
+      } else {
+        return false;
+      }
+    }
+  }
+  return true;  // one that is cut at the end counts
+}
+
+}  // namespace
+
+const char* to_text(Encoding encoding) noexcept {
+  switch (encoding) {
+    case Encoding::automatic: return "auto";
+    case Encoding::utf8: return "utf-8";
+    case Encoding::utf16: return "utf-16";
+    case Encoding::latin1: return "latin-1";
+  }
+  return "";
+}
+
+struct TextSource::State {
+  std::string name;
+  gzFile file = nullptr;
+  iconv_t converter = reinterpret_cast<iconv_t>(-1);  // NOLINT: as iconv_open says
+  Encoding encoding = Encoding::automatic;
+  std::string raw;   // as in the file, not converted yet
+  std::string text;  // UTF-8
+  std::size_t at = 0;
+  std::size_t line = 0;
+  bool ended = false;
+  std::uint64_t file_bytes = 0;
+  std::uint64_t unpacked_bytes = 0;
+
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    if (file != nullptr) gzclose(file);
+    if (converts()) iconv_close(converter);
+  }
+
+  bool converts() const noexcept {
+    return converter != reinterpret_cast<iconv_t>(-1);  // NOLINT
+  }
+
+  [[noreturn]] void fail(RecordError::Kind kind, const std::string& what) const {
+    throw RecordError(kind, 0, 0, name + ": " + what);
+  }
+
+  // Appends to `to`. False at the end.
+  bool read_block(std::string& to) {
+    const std::size_t before = to.size();
+    to.resize(before + kBlock);
+    const int got = gzread(file, to.data() + before, static_cast<unsigned>(kBlock));
+    if (got < 0) {
+      int code = 0;
+      const char* what = gzerror(file, &code);
+      if (code == Z_ERRNO) fail(RecordError::Kind::io, "can't be read: " + error_text(errno));
+      fail(RecordError::Kind::data, fmt::format("is a damaged gzip file ({})", what));
+    }
+    to.resize(before + static_cast<std::size_t>(got));
+    if (got > 0) return true;
+    // zlib says only here that the last block was cut.
+    int code = 0;
+    gzerror(file, &code);
+    if (code == Z_BUF_ERROR) fail(RecordError::Kind::data, "is a gzip file that ends too early");
+    return false;
+  }
+
+  void convert(bool last) {
+    if (!converts()) {
+      text += raw;
+      raw.clear();
+      return;
+    }
+    char* in = raw.data();
+    std::size_t left = raw.size();
+    std::array<char, 32768> out;
+    while (left > 0) {
+      char* to = out.data();
+      std::size_t room = out.size();
+      const std::size_t done = iconv(converter, &in, &left, &to, &room);
+      text.append(out.data(), out.size() - room);
+      if (done != static_cast<std::size_t>(-1) || errno == E2BIG) continue;
+      if (errno == EINVAL && !last) break;  // the rest of a character comes with the next block
+      if (errno == EINVAL) left = 0;
+      if (errno == EILSEQ) {  // five bytes that Windows-1252 has no character for
+        text += '?';
+        const std::size_t skipped = encoding == Encoding::utf16 ? 2 : 1;
+        in += std::min(skipped, left);
+        left -= std::min(skipped, left);
+      }
+    }
+    raw.erase(0, raw.size() - left);
+  }
+
+  // More text behind what is there. False at the end.
+  bool fill() {
+    if (ended) return false;
+    if (at > 0) {
+      text.erase(0, at);
+      at = 0;
+    }
+    if (text.size() > kLongestLine) fail(RecordError::Kind::data, "is no text: a line of 64 MiB");
+    if (!converts()) {
+      if (read_block(text)) return true;
+    } else if (read_block(raw)) {
+      convert(false);
+      return true;
+    } else {
+      convert(true);
+    }
+    ended = true;
+    return !text.empty();
+  }
+
+  void find_encoding(Encoding wanted) {
+    read_block(raw);
+    std::size_t mark = 0;
+    const char* from = nullptr;
+    const std::string_view head(raw);
+    if (head.starts_with("\xFF\xFE")) {
+      from = "UTF-16LE";
+      mark = 2;
+    } else if (head.starts_with("\xFE\xFF")) {
+      from = "UTF-16BE";
+      mark = 2;
+    } else if (head.size() > 3 && head[1] == '\0' && head[3] == '\0') {
+      from = "UTF-16LE";
+    } else if (head.size() > 3 && head[0] == '\0' && head[2] == '\0') {
+      from = "UTF-16BE";
+    }
+    if (from == nullptr && wanted == Encoding::utf16) from = "UTF-16LE";
+    if (from != nullptr && (wanted == Encoding::automatic || wanted == Encoding::utf16)) {
+      encoding = Encoding::utf16;
+    } else if (wanted == Encoding::latin1 || (wanted == Encoding::automatic && !is_utf8(head))) {
+      encoding = Encoding::latin1;
+      from = "WINDOWS-1252";
+    } else {
+      encoding = Encoding::utf8;
+      from = nullptr;
+      if (head.starts_with("\xEF\xBB\xBF")) mark = 3;
+    }
+    raw.erase(0, mark);
+    if (from != nullptr) {
+      converter = iconv_open("UTF-8", from);
+      if (!converts()) fail(RecordError::Kind::io, fmt::format("{} can't be converted", from));
+    }
+    convert(false);
+    if (encoding == Encoding::utf8 &&
+        std::string_view(text).substr(0, kBlock).find('\0') != text.npos) {
+      fail(RecordError::Kind::data, "is no text");
+    }
+  }
+};
+
+TextSource::TextSource(const std::filesystem::path& path, Encoding encoding)
+    : state_(std::make_unique<State>()) {
+  const bool from_stdin = path == "-";
+  State& s = *state_;
+  s.name = from_stdin ? "standard input" : path.string();
+  const int fd = from_stdin ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) s.fail(RecordError::Kind::io, "can't be opened: " + error_text(errno));
+  struct stat about {};
+  if (::fstat(fd, &about) == 0) {
+    if (S_ISDIR(about.st_mode)) {
+      ::close(fd);
+      s.fail(RecordError::Kind::io, "is a folder");
+    }
+    if (S_ISREG(about.st_mode)) s.file_bytes = static_cast<std::uint64_t>(about.st_size);
+  }
+  if (s.file_bytes > 20) {
+    // RFC 1952: a gzip file ends with the size of what it holds, modulo 4 GiB.
+    std::array<unsigned char, 4> tail{};
+    std::array<unsigned char, 2> head{};
+    if (::pread(fd, head.data(), 2, 0) == 2 && head[0] == 0x1F && head[1] == 0x8B &&
+        ::pread(fd, tail.data(), 4, about.st_size - 4) == 4) {
+      for (std::size_t k = 4; k-- > 0;) s.unpacked_bytes = s.unpacked_bytes << 8U | tail[k];
+    } else {
+      s.unpacked_bytes = s.file_bytes;
+    }
+  }
+  s.file = gzdopen(fd, "rb");
+  if (s.file == nullptr) {
+    ::close(fd);
+    s.fail(RecordError::Kind::io, "can't be read: no memory");
+  }
+  gzbuffer(s.file, 128U * 1024U);
+  s.find_encoding(encoding);
+}
+
+TextSource::TextSource(TextSource&&) noexcept = default;
+TextSource& TextSource::operator=(TextSource&&) noexcept = default;
+TextSource::~TextSource() = default;
+
+bool TextSource::next(std::string_view& line) {
+  State& s = *state_;
+  std::size_t searched = 0;
+  while (true) {
+    const std::string_view rest = std::string_view(s.text).substr(s.at);
+    const std::size_t end = rest.find('\n', searched);
+    if (end != std::string_view::npos) {
+      line = rest.substr(0, end);
+      s.at += end + 1;
+      break;
+    }
+    searched = rest.size();
+    if (s.fill()) continue;
+    if (s.at >= s.text.size()) return false;
+    line = std::string_view(s.text).substr(s.at);
+    s.at = s.text.size();
+    break;
+  }
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  ++s.line;
+  return true;
+}
+
+std::string_view TextSource::peek(std::size_t most_lines) {
+  State& s = *state_;
+  std::size_t lines = 0;
+  std::size_t from = 0;
+  while (lines < most_lines) {
+    const std::size_t end = s.text.find('\n', s.at + from);
+    if (end == std::string::npos) {
+      const std::size_t known = s.text.size() - s.at;
+      if (!s.fill()) return std::string_view(s.text).substr(s.at);
+      from = std::min(from, known);
+      continue;
+    }
+    ++lines;
+    from = end + 1 - s.at;
+  }
+  return std::string_view(s.text).substr(s.at, from);
+}
+
+std::size_t TextSource::line_number() const noexcept { return state_->line; }
+Encoding TextSource::encoding() const noexcept { return state_->encoding; }
+bool TextSource::compressed() const noexcept { return gzdirect(state_->file) == 0; }
+const std::string& TextSource::name() const noexcept { return state_->name; }
+std::uint64_t TextSource::bytes_read() const noexcept {
+  const auto at = gzoffset(state_->file);
+  return at > 0 ? static_cast<std::uint64_t>(at) : 0;
+}
+std::uint64_t TextSource::bytes_in_file() const noexcept { return state_->file_bytes; }
+std::uint64_t TextSource::text_bytes() const noexcept { return state_->unpacked_bytes; }
+
+}  // namespace loopwarden::record

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lines of a text file as UTF-8, one after the other, whatever it was written as: gzip or plain, UTF-8, UTF-16 or
+// Windows-1252 (Latin-1 is a part of it), line ends of any system, from a file or from standard input.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "record/record_csv.hpp"
+
+namespace loopwarden::record {
+
+enum class Encoding : std::uint8_t { automatic, utf8, utf16, latin1 };
+const char* to_text(Encoding encoding) noexcept;
+
+class TextSource {
+ public:
+  // `path` - is standard input. Throws RecordError, as all do.
+  explicit TextSource(const std::filesystem::path& path, Encoding encoding = Encoding::automatic);
+  TextSource(TextSource&&) noexcept;
+  TextSource& operator=(TextSource&&) noexcept;
+  ~TextSource();
+
+  // False at the end. The line lives until the next call and has no line end.
+  bool next(std::string_view& line);
+  // Up to `most_lines` lines from where reading stands; they will be read again.
+  std::string_view peek(std::size_t most_lines);
+
+  std::size_t line_number() const noexcept;  // of the last line that next() gave, from 1
+  Encoding encoding() const noexcept;        // what it was found to be
+  bool compressed() const noexcept;          // gzip
+  const std::string& name() const noexcept;  // for messages
+  // What was read of the file on the disk, and its size; the latter 0 where nobody knows.
+  std::uint64_t bytes_read() const noexcept;
+  std::uint64_t bytes_in_file() const noexcept;
+  // Of the text when decompressed, as far as it is known beforehand; 0: not known.
+  std::uint64_t text_bytes() const noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace loopwarden::record

@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/import/time_text.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "record/import/number_text.hpp"
+
+namespace loopwarden::record {
+namespace {
+
+struct FormName {
+  TimeForm form;
+  const char* name;
+};
+constexpr std::array kForms{
+    FormName{TimeForm::automatic, "auto"},    FormName{TimeForm::seconds, "seconds"},
+    FormName{TimeForm::minutes, "minutes"},   FormName{TimeForm::hours, "hours"},
+    FormName{TimeForm::epoch_s, "epoch-s"},   FormName{TimeForm::epoch_ms, "epoch-ms"},
+    FormName{TimeForm::epoch_us, "epoch-us"}, FormName{TimeForm::epoch_ns, "epoch-ns"},
+    FormName{TimeForm::excel, "excel"},       FormName{TimeForm::ymd, "ymd"},
+    FormName{TimeForm::dmy, "dmy"},           FormName{TimeForm::mdy, "mdy"},
+    FormName{TimeForm::clock, "clock"}};
+
+constexpr std::int64_t kDay = 86400;
+
+// Days since 1970-01-01 in the Gregorian calendar; the year begins in March so that the leap day is its last.
+constexpr std::int64_t days_since_epoch(std::int64_t year, unsigned month, unsigned day) noexcept {
+  const std::int64_t y = month <= 2 ? year - 1 : year;
+  const std::int64_t era = (y >= 0 ? y : y - 399) / 400;
+  const std::int64_t year_of_era = y - era * 400;
+  const std::int64_t day_of_year =
+      (153 * (static_cast<std::int64_t>(month) + (month > 2 ? -3 : 9)) + 2) / 5 + day - 1;
+  return era * 146097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year -
+         719468;
+}
+static_assert(days_since_epoch(1970, 1, 1) == 0 && days_since_epoch(2000, 3, 1) == 11017);
+
+constexpr unsigned days_in(std::int64_t year, unsigned month) noexcept {
+  if (month == 2) return year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) ? 29 : 28;
+  return month == 4 || month == 6 || month == 9 || month == 11 ? 30 : 31;
+}
+
+constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+
+class Scanner {
+ public:
+  explicit Scanner(std::string_view text) : rest_(text) {}
+
+  bool at_end() const noexcept { return rest_.empty(); }
+  char next() const noexcept { return rest_.empty() ? '\0' : rest_.front(); }
+  std::size_t digits() const noexcept {
+    std::size_t n = 0;
+    while (n < rest_.size() && is_digit(rest_[n])) ++n;
+    return n;
+  }
+  // One of `characters`, or '\0'.
+  char take(std::string_view characters) noexcept {
+    if (rest_.empty() || characters.find(rest_.front()) == std::string_view::npos) return '\0';
+    const char c = rest_.front();
+    rest_.remove_prefix(1);
+    return c;
+  }
+  void skip_spaces() noexcept {
+    while (!rest_.empty() && rest_.front() == ' ') rest_.remove_prefix(1);
+  }
+  // -1 where there is no number of that many digits at most.
+  int number(std::size_t most) noexcept {
+    int value = 0;
+    std::size_t n = 0;
+    while (n < most && n < rest_.size() && is_digit(rest_[n])) {
+      value = 10 * value + (rest_[n] - '0');
+      ++n;
+    }
+    rest_.remove_prefix(n);
+    return n == 0 ? -1 : value;
+  }
+  double fraction() noexcept {
+    double value = 0.0;
+    double scale = 0.1;
+    while (!rest_.empty() && is_digit(rest_.front())) {
+      value += scale * (rest_.front() - '0');
+      scale /= 10.0;
+      rest_.remove_prefix(1);
+    }
+    return value;
+  }
+  // 1 to 12 of an English month's first three letters, which are taken with those behind them; 0: none.
+  int month_name() noexcept {
+    constexpr std::string_view kNames = "janfebmaraprmayjunjulaugsepoctnovdec";
+    if (rest_.size() < 3) return 0;
+    std::array<char, 3> word{};
+    for (std::size_t k = 0; k < 3; ++k) word[k] = static_cast<char>(rest_[k] | 0x20);
+    for (std::size_t m = 0; m < 12; ++m) {
+      if (kNames.substr(3 * m, 3) != std::string_view(word.data(), 3)) continue;
+      while (!rest_.empty() && (rest_.front() | 0x20) >= 'a' && (rest_.front() | 0x20) <= 'z') {
+        rest_.remove_prefix(1);
+      }
+      return static_cast<int>(m) + 1;
+    }
+    return 0;
+  }
+  bool word(std::string_view lower) noexcept {
+    if (rest_.size() < lower.size()) return false;
+    for (std::size_t k = 0; k < lower.size(); ++k) {
+      const char c =
+          rest_[k] >= 'A' && rest_[k] <= 'Z' ? static_cast<char>(rest_[k] + 32) : rest_[k];
+      if (c != lower[k]) return false;
+    }
+    rest_.remove_prefix(lower.size());
+    return true;
+  }
+
+ private:
+  std::string_view rest_;
+};
+
+struct Date {
+  int first = 0;  // as written, for the order
+  int second = 0;
+  bool named = false;  // the month is a name
+  bool year_first = false;
+  int year = 0, month = 0, day = 0;
+};
+
+constexpr int full_year(int year, std::size_t digits) noexcept {
+  if (digits > 2) return year;
+  return year < 70 ? 2000 + year : 1900 + year;
+}
+
+bool read_date(Scanner& in, Date& date) {
+  const std::size_t digits = in.digits();
+  if (digits == 8) {  // 20260301
+    date.year_first = true;
+    date.year = in.number(4);
+    date.month = in.number(2);
+    date.day = in.number(2);
+    return true;
+  }
+  if (digits == 4) {
+    date.year_first = true;
+    date.year = in.number(4);
+    if (in.take("-/.") == '\0') return false;
+    date.month = in.month_name();
+    if (date.month == 0) date.month = in.number(2);
+    if (in.take("-/.") == '\0') return false;
+    date.day = in.number(2);
+    return date.month > 0 && date.day > 0;
+  }
+  if (digits < 1 || digits > 2) return false;
+  date.first = in.number(2);
+  if (in.take("-/. ") == '\0') return false;
+  date.month = in.month_name();
+  date.named = date.month > 0;
+  date.second = date.named ? date.month : in.number(2);
+  if (in.take("-/. ") == '\0') return false;
+  const std::size_t year_digits = in.digits();
+  if (year_digits != 4 && year_digits != 2) return false;
+  date.year = full_year(in.number(4), year_digits);
+  return date.second > 0;
+}
+
+// Seconds of the day; negative: none.
+double read_clock(Scanner& in, bool digits_only) {
+  const int hour = in.number(2);
+  double second = 0.0;
+  if (hour < 0 || hour > 24) return -1.0;
+  if (!digits_only && in.take(":.") == '\0') return -1.0;
+  const int minute = in.number(2);
+  if (minute < 0 || minute > 59) return -1.0;
+  const bool more = digits_only ? in.digits() > 0 : in.take(":.") != '\0';
+  if (more) {
+    const int whole = in.number(2);
+    if (whole < 0 || whole > 60) return -1.0;
+    second = whole;
+    if (in.take(".,") != '\0') second += in.fraction();
+  }
+  in.skip_spaces();
+  int shift = 0;
+  if (in.word("am") || in.word("a.m.")) {
+    if (hour > 12) return -1.0;
+    shift = hour == 12 ? -12 : 0;
+  } else if (in.word("pm") || in.word("p.m.")) {
+    if (hour > 12) return -1.0;
+    shift = hour == 12 ? 0 : 12;
+  }
+  return 3600.0 * (hour + shift) + 60.0 * minute + second;
+}
+
+bool read_zone(Scanner& in, int& offset_s) {
+  if (in.word("utc") || in.word("gmt") || in.word("z")) {
+    offset_s = 0;
+    if (in.at_end()) return true;
+  }
+  const char sign = in.take("+-");
+  if (sign == '\0') return false;
+  const int hours = in.number(2);
+  in.take(":");
+  const int minutes = in.digits() > 0 ? in.number(2) : 0;
+  if (hours < 0 || hours > 14 || minutes > 59) return false;
+  offset_s = (sign == '-' ? -1 : 1) * (3600 * hours + 60 * minutes);
+  return true;
+}
+
+std::optional<TimePoint> parse_date(std::string_view text, TimeForm form) {
+  Scanner in(text);
+  Date date;
+  if (!read_date(in, date)) return std::nullopt;
+  if (date.year_first != (form == TimeForm::ymd)) {
+    if (date.year_first || !date.named) return std::nullopt;
+  }
+  if (!date.year_first) {
+    const bool day_first = date.named || form == TimeForm::dmy;
+    date.day = day_first ? date.first : date.second;
+    date.month = day_first ? date.second : date.first;
+  }
+  if (date.year < 1900 || date.year > 2200 || date.month < 1 || date.month > 12 || date.day < 1 ||
+      static_cast<unsigned>(date.day) > days_in(date.year, static_cast<unsigned>(date.month))) {
+    return std::nullopt;
+  }
+  TimePoint point;
+  point.whole_s = kDay * days_since_epoch(date.year, static_cast<unsigned>(date.month),
+                                          static_cast<unsigned>(date.day));
+  in.take(",");
+  if (in.take("Tt") == '\0') in.skip_spaces();
+  if (in.at_end()) return point;
+  const double of_day = read_clock(in, in.digits() >= 4);
+  if (of_day < 0.0) return std::nullopt;
+  const double whole = std::floor(of_day);
+  point.whole_s += static_cast<std::int64_t>(whole);
+  point.rest_s = of_day - whole;
+  in.skip_spaces();
+  if (in.at_end()) return point;
+  int offset_s = 0;
+  if (!read_zone(in, offset_s) || !in.at_end()) return std::nullopt;
+  point.whole_s -= offset_s;
+  point.zone_known = true;
+  return point;
+}
+
+TimePoint from_seconds(double whole_units, double units_per_s, bool zone_known) {
+  TimePoint point;
+  const double whole = std::floor(whole_units / units_per_s);
+  point.whole_s = static_cast<std::int64_t>(whole);
+  point.rest_s = (whole_units - whole * units_per_s) / units_per_s;
+  point.zone_known = zone_known;
+  return point;
+}
+
+}  // namespace
+
+const char* to_text(TimeForm form) noexcept {
+  for (const FormName& known : kForms) {
+    if (known.form == form) return known.name;
+  }
+  return "";
+}
+
+std::optional<TimeForm> time_form(std::string_view name) noexcept {
+  for (const FormName& known : kForms) {
+    if (name == known.name) return known.form;
+  }
+  return std::nullopt;
+}
+
+bool is_date(TimeForm form) noexcept {
+  return form == TimeForm::ymd || form == TimeForm::dmy || form == TimeForm::mdy;
+}
+
+bool is_absolute(TimeForm form) noexcept {
+  return form != TimeForm::seconds && form != TimeForm::minutes && form != TimeForm::hours &&
+         form != TimeForm::clock;
+}
+
+std::optional<TimePoint> parse_time(std::string_view text, TimeForm form, char decimal) {
+  if (is_date(form)) return parse_date(text, form);
+  if (form == TimeForm::clock) {
+    Scanner in(text);
+    const double of_day = read_clock(in, false);
+    if (of_day < 0.0 || !in.at_end()) return std::nullopt;
+    return from_seconds(of_day, 1.0, false);
+  }
+  const std::optional<double> number = parse_number(text, decimal);
+  constexpr double kFurthest = 9e18;
+  if (!number || std::abs(*number) > kFurthest) return std::nullopt;
+  switch (form) {
+    case TimeForm::minutes: return from_seconds(*number * 60.0, 1.0, false);
+    case TimeForm::hours: return from_seconds(*number * 3600.0, 1.0, false);
+    case TimeForm::epoch_s: return from_seconds(*number, 1.0, true);
+    case TimeForm::epoch_ms: return from_seconds(*number, 1e3, true);
+    case TimeForm::epoch_us: return from_seconds(*number, 1e6, true);
+    case TimeForm::epoch_ns: return from_seconds(*number, 1e9, true);
+    case TimeForm::excel:
+      // A double holds such a day to a microsecond; spreadsheets round to the millisecond.
+      return from_seconds(std::nearbyint((*number - 25569.0) * 86400.0 * 1e3), 1e3, false);
+    default: return from_seconds(*number, 1.0, false);
+  }
+}
+
+DateOrder possible_orders(std::string_view text) {
+  return {.dmy = parse_date(text, TimeForm::dmy).has_value(),
+          .mdy = parse_date(text, TimeForm::mdy).has_value()};
+}
+
+std::string iso_text(std::int64_t whole_s, double rest_s, bool utc) {
+  std::int64_t days = whole_s / kDay;
+  if (whole_s < days * kDay) --days;
+  const std::int64_t of_day = whole_s - days * kDay;
+  const std::int64_t z = days + 719468;
+  const std::int64_t era = (z >= 0 ? z : z - 146096) / 146097;
+  const std::int64_t day_of_era = z - era * 146097;
+  const std::int64_t year_of_era =
+      (day_of_era - day_of_era / 1460 + day_of_era / 36524 - day_of_era / 146096) / 365;
+  const std::int64_t day_of_year =
+      day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+  const std::int64_t shifted = (5 * day_of_year + 2) / 153;
+  const std::int64_t day = day_of_year - (153 * shifted + 2) / 5 + 1;
+  const std::int64_t month = shifted < 10 ? shifted + 3 : shifted - 9;
+  const std::int64_t year = year_of_era + era * 400 + (month <= 2 ? 1 : 0);
+  const int ms = static_cast<int>(rest_s * 1e3);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}{}{}", year, month, day, of_day / 3600,
+                     of_day / 60 % 60, of_day % 60, ms > 0 ? fmt::format(".{:03}", ms) : "",
+                     utc ? "Z" : "");
+}
+
+std::optional<int> zone_offset_s(std::string_view text) noexcept {
+  Scanner in(text);
+  int offset_s = 0;
+  if (!read_zone(in, offset_s) || !in.at_end()) return std::nullopt;
+  return offset_s;
+}
+
+}  // namespace loopwarden::record

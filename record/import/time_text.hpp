@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Times as historians and spreadsheets write them.
+//
+//   seconds, minutes, hours          numbers, counted from anywhere
+//   epoch_s, _ms, _us, _ns           numbers since 1970-01-01 UTC
+//   excel                            days since 1899-12-30, with a fraction
+//   ymd                              2026-03-01T10:00:00.5+01:00 and what is like it (ISO 8601 and its relatives; also 20260301T100000Z)
+//   dmy, mdy                         01.03.2026 10:00, 3/1/26 10:00:00 AM, 01-Mar-2026 10:00 (where a month's name stands both are the same)
+//   clock                            10:00:00 alone: a column of times beside one of dates
+//
+// What it can't do: names of time zones other than UTC, GMT and Z; week and ordinal dates; leap seconds (23:59:60 is
+// the second after 23:59:59).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace loopwarden::record {
+
+enum class TimeForm : std::uint8_t {
+  automatic,
+  seconds,
+  minutes,
+  hours,
+  epoch_s,
+  epoch_ms,
+  epoch_us,
+  epoch_ns,
+  excel,
+  ymd,
+  dmy,
+  mdy,
+  clock
+};
+const char* to_text(TimeForm form) noexcept;
+std::optional<TimeForm> time_form(std::string_view name) noexcept;
+// Tells when, not only how long after: everything but seconds, minutes, hours and clock.
+bool is_absolute(TimeForm form) noexcept;
+bool is_date(TimeForm form) noexcept;  // ymd, dmy, mdy
+
+// Whole seconds and the rest apart, so that a difference of two keeps its nanoseconds.
+struct TimePoint {
+  std::int64_t whole_s = 0;
+  double rest_s = 0.0;  // 0 to 1
+  bool zone_known = false;
+
+  double since(const TimePoint& first) const noexcept {
+    return static_cast<double>(whole_s - first.whole_s) + (rest_s - first.rest_s);
+  }
+};
+
+// Nothing where `text` is no such time. `decimal` is that of numbers; a date's seconds take both.
+std::optional<TimePoint> parse_time(std::string_view text, TimeForm form, char decimal = '.');
+
+// What a date with numbers for day and month can be: both, where neither is above 12.
+struct DateOrder {
+  bool dmy = false;
+  bool mdy = false;
+};
+DateOrder possible_orders(std::string_view text);
+
+// "2026-03-01T10:00:00Z", or without the Z where the zone is not known; milliseconds where there are some.
+std::string iso_text(std::int64_t whole_s, double rest_s, bool utc);
+// Offset of a zone such as +01:00, Z or UTC in s.
+std::optional<int> zone_offset_s(std::string_view text) noexcept;
+
+}  // namespace loopwarden::record

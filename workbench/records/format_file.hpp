@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// How an export is laid out, as a small YAML beside it (docs/import.md lists every key).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "config/diagnostic.hpp"
+#include "config/key_reference.hpp"
+#include "record/import/layout.hpp"
+
+namespace loopwarden::workbench {
+
+config::Loaded<record::ImportOptions> read_format_file(const std::filesystem::path& path);
+config::Loaded<record::ImportOptions> read_format_text(const std::string& file,
+                                                       std::string_view text);
+config::KeyReference describe_format();
+
+}  // namespace loopwarden::workbench

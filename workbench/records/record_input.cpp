@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/records/record_input.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "record/text.hpp"
+#include "workbench/command_line/progress.hpp"
+#include "workbench/records/format_file.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+using analysis::ArchiveKind;
+using record::Role;
+
+constexpr const char* kGroup = "Reading of the record";
+
+std::vector<std::string> split_at(const std::string& text, char at) {
+  std::vector<std::string> parts;
+  std::size_t from = 0;
+  while (from <= text.size()) {
+    const std::size_t end = std::min(text.find(at, from), text.size());
+    parts.push_back(text.substr(from, end - from));
+    from = end + 1;
+  }
+  return parts;
+}
+
+// pv=FIC101.PV,co=FIC101.OP. A name may hold a comma where no role stands behind it.
+record::LoopSignals signals_from(const std::string& map) {
+  record::LoopSignals signals;
+  std::optional<Role> last;
+  for (const std::string& part : split_at(map, ',')) {
+    const std::size_t equals = part.find('=');
+    const auto role = equals == std::string::npos
+                          ? std::nullopt
+                          : record::role_from_text(record::trimmed(part.substr(0, equals)));
+    if (!role) {
+      if (!last) {
+        throw RecordInputError(
+            kExitUsage, fmt::format("--map: {} is not ROLE=NAME with one of pv, co, sp, stem, mode",
+                                    record::in_quotes(part)));
+      }
+      signals.names[index_of(*last)] += "," + part;
+      continue;
+    }
+    signals.names[index_of(*role)] = std::string(record::trimmed(part.substr(equals + 1)));
+    last = role;
+  }
+  if (!signals.has(Role::pv)) throw RecordInputError(kExitUsage, "--map: pv=NAME is missing");
+  return signals;
+}
+
+std::string archive_text(const char* signal, const analysis::ArchivedSignal& found) {
+  if (found.kind == ArchiveKind::none) return {};
+  std::string text = fmt::format("{} ", signal);
+  switch (found.kind) {
+    case ArchiveKind::exception:
+      text += fmt::format("by exception, dead band about {:.2g}", found.deviation);
+      break;
+    case ArchiveKind::swinging_door:
+      text += fmt::format("by swinging door, deviation about {:.2g}", found.deviation);
+      break;
+    default: text += "in a way that is not known";
+  }
+  return text + fmt::format(" ({:.2g} % of the samples stored)", 100.0 * found.stored_share);
+}
+
+}  // namespace
+
+void RecordInput::add_options(CLI::App& sub, bool one_loop) {
+  if (one_loop) {
+    sub.add_option("--loop", loop_, "of a file with several loops the one with this tag")
+        ->group(kGroup);
+    sub.add_option(
+           "--map", map_,
+           "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)")
+        ->group(kGroup);
+  }
+  sub.add_option("--format", format_, "YAML that says how the export is laid out (docs/import.md)")
+      ->group(kGroup);
+  sub.add_option("--time", time_,
+                 "what times are: seconds, minutes, hours, epoch-s, epoch-ms, epoch-us, epoch-ns, "
+                 "excel, ymd, dmy, mdy")
+      ->check(CLI::IsMember({"seconds", "minutes", "hours", "epoch-s", "epoch-ms", "epoch-us",
+                             "epoch-ns", "excel", "ymd", "dmy", "mdy"}))
+      ->group(kGroup);
+  sub.add_option("--time-column", time_column_, "its name, or its number from 1")->group(kGroup);
+  sub.add_option("--zone", zone_, "of local times: +01:00, UTC")->group(kGroup);
+  sub.add_option("--delimiter", delimiter_, "comma, semicolon, tab, bar, space or one character")
+      ->group(kGroup);
+  sub.add_option("--decimal", decimal_, "point or comma")
+      ->check(CLI::IsMember({"point", "comma"}))
+      ->group(kGroup);
+  sub.add_option("--encoding", encoding_, "utf-8, utf-16 or latin-1")
+      ->check(CLI::IsMember({"utf-8", "utf-16", "latin-1"}))
+      ->group(kGroup);
+  sub.add_option("--header-rows", header_rows_, "lines before the first row of data")
+      ->check(CLI::Range(0, 1000))
+      ->group(kGroup);
+  sub.add_option("--bad-value", bad_values_,
+                 "a word that stands for a bad value; may be given several times")
+      ->group(kGroup);
+  sub.add_option("--period", period_s_, "s, of the samples; else chosen from the data")
+      ->check(CLI::Range(1e-6, 1e7))
+      ->group(kGroup);
+  sub.add_option("--fill", fill_, "between values that an archive stored: held or linear")
+      ->check(CLI::IsMember({"held", "linear"}))
+      ->group(kGroup);
+}
+
+record::ImportOptions RecordInput::options() const {
+  record::ImportOptions out;
+  if (!format_.empty()) {
+    auto format = read_format_file(format_);
+    fmt::print(stderr, "{}", config::to_text(format.diagnostics));
+    if (!format) throw RecordInputError(kExitConfiguration, format_ + ": can't be used");
+    out = std::move(*format);
+  }
+  if (!map_.empty()) out.loops = {signals_from(map_)};
+  if (!time_.empty()) out.time = *record::time_form(time_);
+  if (!time_column_.empty()) out.time_column = time_column_;
+  if (!zone_.empty()) {
+    out.zone_s = record::zone_offset_s(record::lower_case(zone_));
+    if (!out.zone_s)
+      throw RecordInputError(kExitUsage, fmt::format("--zone: {} is no offset such as +01:00",
+                                                     record::in_quotes(zone_)));
+  }
+  if (!delimiter_.empty()) {
+    constexpr std::array<std::pair<const char*, char>, 5> kWords{
+        {{"comma", ','}, {"semicolon", ';'}, {"tab", '\t'}, {"bar", '|'}, {"space", ' '}}};
+    for (const auto& [word, character] : kWords) {
+      if (delimiter_ == word) out.delimiter = character;
+    }
+    if (!out.delimiter && delimiter_.size() == 1) out.delimiter = delimiter_.front();
+    if (!out.delimiter)
+      throw RecordInputError(kExitUsage,
+                             "--delimiter: comma, semicolon, tab, bar, space or one character");
+  }
+  if (!decimal_.empty()) out.decimal = decimal_ == "comma" ? ',' : '.';
+  for (const auto known :
+       {record::Encoding::utf8, record::Encoding::utf16, record::Encoding::latin1}) {
+    if (encoding_ == record::to_text(known)) out.encoding = known;
+  }
+  if (header_rows_ >= 0) out.header_rows = static_cast<std::size_t>(header_rows_);
+  for (const std::string& word : bad_values_) out.bad_words.push_back(record::lower_case(word));
+  if (period_s_ > 0.0) out.period_s = period_s_;
+  if (fill_ == "held") out.filling = record::Filling::held;
+  if (fill_ == "linear") out.filling = record::Filling::linear;
+  return out;
+}
+
+record::Imported RecordInput::read(const std::filesystem::path& path) const {
+  constexpr std::uint64_t kParts = 1000;
+  const record::ImportOptions how = options();
+  Progress progress(path.string(), kParts);
+  record::Imported imported = record::import_record(path, loop_, how, [&](double share) {
+    progress.update(static_cast<std::uint64_t>(share * static_cast<double>(kParts)));
+  });
+  fmt::print(stderr, "{}", import_text(imported));
+  return imported;
+}
+
+std::string import_text(const record::Imported& imported) {
+  const record::ImportNotes& n = imported.notes;
+  const record::Record& r = imported.record;
+  std::string text;
+  const auto line = [&](const std::string& what) { text += n.files + ": " + what + "\n"; };
+  if (!n.layout.empty()) {
+    line(n.layout);
+    std::string names = n.tag + ":";
+    for (const Role role : {Role::pv, Role::sp, Role::co, Role::stem, Role::mode}) {
+      const std::string& name = n.names[index_of(role)];
+      const std::string& unit = n.units[index_of(role)];
+      if (!name.empty())
+        names += fmt::format(" {} '{}'{}", to_text(role), name, unit.empty() ? "" : " in " + unit);
+    }
+    line(names);
+    std::string samples = fmt::format("{} samples, period {:.6g} s", r.size(), r.period_s);
+    if (n.start)
+      samples +=
+          ", from " + record::iso_text(n.start->whole_s, n.start->rest_s, n.start->zone_known);
+    if (n.missing > 0) samples += fmt::format("; {} without a value", n.missing);
+    if (n.bad + n.questionable > 0) {
+      samples += fmt::format(" ({} cells bad, {} questionable)", n.bad, n.questionable);
+    }
+    line(samples);
+  }
+  if (!n.resampled.empty()) line(n.resampled);
+  if (n.compressed()) {
+    const std::string pv = archive_text("PV", n.pv);
+    const std::string co = archive_text("CO", n.co);
+    line("compressed: " + pv + (pv.empty() || co.empty() ? "" : "; ") + co);
+  }
+  for (const std::string& remark : n.remarks) line(remark);
+  return text;
+}
+
+}  // namespace loopwarden::workbench
