@@ -15,10 +15,12 @@ constexpr double kStoredAll = 0.8;  // share above which nothing worth mention w
 constexpr std::size_t kLeastAtOnce = 8;
 constexpr double kAtOnceScale = 1.0 / 0.9;
 constexpr double kAllScale = 0.9;
-constexpr std::size_t kLeastRun = 4;      // samples
-constexpr double kRunsCover = 0.85;       // of the samples of a filled record
+constexpr double kOnLine = 0.15;          // of the samples of a filled record
+constexpr double kRising = 4.0;           // tolerances in two samples
+constexpr double kRepeated = 0.55;        // of the samples of a filled record
 constexpr double kMostDigits = 9;         // decimals that count as how a file was written
 constexpr double kEqualIntervals = 0.05;  // coefficient of variation: a held measurement
+constexpr double kFewMultiples = 8.0;     // of the smallest step
 constexpr double kMultiples = 0.9;        // of the steps: a resolution
 
 struct Points {
@@ -93,6 +95,33 @@ ArchivedSignal judge(const Points& stored, double tick_s, double share) {
   return found;
 }
 
+// Many samples lie on the line between their neighbours to the last digit, and those that do not lie far off it: chance
+// would put about 0.5 tolerance / distance of them there, and a slow smooth signal has no kinks. Neighbours `lag` apart:
+// a line that rises by less than the last digit a sample shows only to distant ones.
+bool drawn_by_lines(std::span<const double> x, std::size_t lag, double tolerance) {
+  std::size_t on_line = 0;
+  std::vector<double> kinks;
+  for (std::size_t k = lag; k + lag < x.size(); ++k) {
+    const double off = std::abs(x[k + lag] - 2.0 * x[k] + x[k - lag]);
+    if (off > tolerance * 1.01) {
+      kinks.push_back(off);
+    } else if (std::abs(x[k + lag] - x[k - lag]) > kRising * tolerance) {
+      ++on_line;
+    }
+  }
+  if (kinks.size() < kLeastStored) return false;
+  const double chance = 0.54 * tolerance / numeric::median(kinks);
+  return static_cast<double>(on_line) > (kOnLine + 4.0 * chance) * static_cast<double>(x.size());
+}
+
+bool drawn_by_lines(std::span<const double> x) {
+  const double quantum = quantum_of(x);
+  const auto [lowest, highest] = std::minmax_element(x.begin(), x.end());
+  const double tolerance = quantum > 0.0 ? 2.0 * quantum : 1e-9 * (*highest - *lowest);
+  return drawn_by_lines(x, 1, tolerance) || drawn_by_lines(x, 4, tolerance) ||
+         drawn_by_lines(x, 16, tolerance);
+}
+
 double variation(const std::vector<double>& lengths) {
   const double middle = numeric::mean(lengths);
   double sum = 0.0;
@@ -111,14 +140,14 @@ bool steps_of_the_signal(const Points& levels) {
   if (steps.size() < 3) return true;
   const double smallest = *std::min_element(steps.begin(), steps.end());
   std::size_t multiples = 0;
-  for (const double step : steps) {
-    const double times = step / smallest;
-    if (std::abs(times - std::nearbyint(times)) < 0.02 * std::max(1.0, std::nearbyint(times)))
-      ++multiples;
+  for (double& step : steps) {
+    step /= smallest;
+    if (std::abs(step - std::nearbyint(step)) < 0.05) ++multiples;
   }
-  // By chance one step in about ten is within 2 % of a multiple where they are small.
+  // One step in ten is by chance; of large steps any is a multiple of the last digit.
   const bool all_multiples =
-      static_cast<double>(multiples) > kMultiples * static_cast<double>(steps.size());
+      static_cast<double>(multiples) > kMultiples * static_cast<double>(steps.size()) &&
+      numeric::quantile_in_place(steps, 0.5) < kFewMultiples;
   return all_multiples || variation(lengths) < kEqualIntervals;
 }
 
@@ -140,22 +169,20 @@ ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const 
   if (n < 2) return {};
   const double share =
       static_cast<double>(n - 1) / std::max(1.0, (time_s.back() - time_s.front()) / tick_s);
-  if (share > kStoredAll) return {ArchiveKind::none, 0.0, std::min(share, 1.0)};
+  if (share > kStoredAll) return {.stored_share = std::min(share, 1.0)};
   return judge({{time_s.begin(), time_s.end()}, {values.begin(), values.end()}}, tick_s, share);
 }
 
-Runs find_runs(std::span<const double> values) {
-  Runs runs;
+std::vector<std::size_t> run_ends(std::span<const double> values) {
+  std::vector<std::size_t> ends;
   const std::size_t n = values.size();
-  if (n == 0) return runs;
+  if (n == 0) return ends;
   const double quantum = quantum_of(values);
   const auto [lowest, highest] =
       std::minmax_element(values.begin(), values.end(), [](double a, double b) { return a < b; });
   const double tolerance = quantum > 0.0 ? 1.05 * quantum : 1e-9 * (*highest - *lowest);
-  std::size_t straight = 0;
-  std::size_t flat = 0;
   std::size_t from = 0;
-  runs.ends.push_back(0);
+  ends.push_back(0);
   while (from + 1 < n) {
     double least = -std::numeric_limits<double>::infinity();
     double most = std::numeric_limits<double>::infinity();
@@ -171,19 +198,10 @@ Runs find_runs(std::span<const double> values) {
       ++to;
     }
     if (to == from) to = from + 1;  // a missing sample
-    const std::size_t length = to - from;
-    const double change = std::abs(values[to] - values[from]);
-    if (change <= 2.0 * tolerance) {
-      if (length >= 2) flat += length;
-    } else if (length >= kLeastRun) {
-      straight += length;
-    }
-    runs.ends.push_back(to);
+    ends.push_back(to);
     from = to;
   }
-  runs.straight_share = static_cast<double>(straight) / static_cast<double>(n);
-  runs.flat_share = static_cast<double>(flat) / static_cast<double>(n);
-  return runs;
+  return ends;
 }
 
 ArchivedSignal recognise_filled(std::span<const double> values) {
@@ -205,21 +223,24 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     std::size_t steps = 0;
     for (const double gap : gaps) steps += gap > 1.5 ? 1 : 0;
     if (steps * 10 < gaps.size() || variation(gaps) < kEqualIntervals) {
-      return {ArchiveKind::none, 0.0, share};
+      return {.stored_share = share};
     }
     return judge({at, known}, 1.0, share);
   }
   const auto [lowest, highest] = std::minmax_element(known.begin(), known.end());
   if (!(*highest > *lowest)) return {};
-  const Runs runs = find_runs(known);
-  const double stored = static_cast<double>(runs.ends.size()) / static_cast<double>(n);
-  if (runs.straight_share + runs.flat_share > kRunsCover && runs.straight_share > 0.5) {
+  if (drawn_by_lines(known)) {
+    const std::vector<std::size_t> ends = run_ends(known);
     Points points;
-    for (const std::size_t end : runs.ends) {
+    for (const std::size_t end : ends) {
       points.time_s.push_back(static_cast<double>(end));
       points.value.push_back(known[end]);
     }
-    return judge(points, 1.0, stored);
+    const ArchivedSignal found =
+        judge(points, 1.0, static_cast<double>(ends.size()) / static_cast<double>(known.size()));
+    return {.kind = ArchiveKind::swinging_door,
+            .deviation = found.deviation,
+            .stored_share = found.stored_share};
   }
   Points levels{{0.0}, {known.front()}};
   std::size_t repeats = 0;
@@ -232,12 +253,49 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     levels.value.push_back(known[k]);
   }
   const double repeated = static_cast<double>(repeats) / static_cast<double>(known.size());
-  if (repeated < 0.5 || levels.value.size() < kLeastStored || steps_of_the_signal(levels))
+  if (repeated < kRepeated || levels.value.size() < kLeastStored || steps_of_the_signal(levels))
     return {};
   ArchivedSignal found = judge(levels, 1.0, 1.0 - repeated);
-  // Straight lines were filled by the last value: what lies between is less well known than it need be.
   if (found.kind == ArchiveKind::unknown) return {};
+  found.held_lines = found.kind == ArchiveKind::swinging_door;
   return found;
+}
+
+std::vector<double> within_band(std::span<const double> held, double dead_band) {
+  std::vector<double> out(held.begin(), held.end());
+  std::size_t from = 0;
+  for (std::size_t k = 1; k < held.size(); ++k) {
+    if (!std::isfinite(held[k]) || !std::isfinite(held[k - 1])) {
+      from = k;
+      continue;
+    }
+    if (held[k] == held[k - 1]) continue;
+    const double change = held[k] - held[from];
+    const auto length = static_cast<double>(k - from);
+    for (std::size_t i = from; i < k; ++i) {
+      out[i] = held[from] +
+               std::clamp(change * static_cast<double>(i - from) / length, -dead_band, dead_band);
+    }
+    from = k;
+  }
+  return out;
+}
+
+std::vector<double> lines_for_steps(std::span<const double> held) {
+  std::vector<double> out(held.begin(), held.end());
+  std::size_t from = 0;
+  for (std::size_t k = 1; k < held.size(); ++k) {
+    if (!std::isfinite(held[k]) || !std::isfinite(held[k - 1])) {
+      from = k;
+      continue;
+    }
+    if (held[k] == held[k - 1]) continue;
+    const double slope = (held[k] - held[from]) / static_cast<double>(k - from);
+    for (std::size_t i = from + 1; i < k; ++i)
+      out[i] = held[from] + slope * static_cast<double>(i - from);
+    from = k;
+  }
+  return out;
 }
 
 }  // namespace loopwarden::analysis

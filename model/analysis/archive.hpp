@@ -14,10 +14,11 @@
 //                   stored because of C: |B - chord AC| > deviation. Deviation = the 5 % quantile of these / 0.9; where
 //                   C came at once in fewer than eight places, 0.9 of the lower quartile of all |B - chord AC|.
 //
-// In a record on a constant period that a historian has filled again, the stored values are the ends of runs of repeats
-// or of straight lines, exact but for the digits. Only a record most of whose samples lie on such runs is taken for one:
-// quantised, held and constant signals have runs too, and are told from it by their steps, which are multiples of one
-// size or come at equal intervals.
+// In a record on a constant period that a historian has filled again, the stored values are the ends of repeats or of
+// straight lines, exact to the last digit that was written. For lines: more of the samples lie on the line between
+// their neighbours than chance would have there, and those that do not lie far off it. For repeats: quantised, held and
+// constant signals have them too, and are told from an archive's by their steps, which are multiples of one size or come
+// at equal intervals.
 //
 // Ranges: at least 20 stored values. Errors: none; what is not recognised is `none`, or `unknown` where values are
 // missing in the way of an archive but fit neither kind.
@@ -40,6 +41,7 @@ struct ArchivedSignal {
   ArchiveKind kind = ArchiveKind::none;
   double deviation = 0.0;     // units of the signal: dead band or deviation; 0 where not known
   double stored_share = 1.0;  // of the samples
+  bool held_lines = false;    // stored by swinging door, and held where a straight line belongs
 };
 
 // Of stored values at their times, s, rising. `tick_s`: shortest distance at which values were looked at.
@@ -48,12 +50,11 @@ ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const 
 // Of a record on a constant period; NaN is missing.
 ArchivedSignal recognise_filled(std::span<const double> values);
 
-// Places of the stored values in a record on a constant period, for recognise_filled.
-struct Runs {
-  std::vector<std::size_t> ends;  // first sample, then the last of every run
-  double straight_share = 0.0;    // of the samples, inside runs of four and more that rise or fall
-  double flat_share = 0.0;        // inside runs of repeats
-};
-Runs find_runs(std::span<const double> values);
+// Values that were stored by exception and are held: the true ones are within the dead band around what is held, and on
+// their way to the next.
+std::vector<double> within_band(std::span<const double> held, double dead_band);
+
+// The same for held_lines: straight lines from where one value begins to where the next does.
+std::vector<double> lines_for_steps(std::span<const double> held);
 
 }  // namespace loopwarden::analysis

@@ -245,7 +245,14 @@ ArchivedSignal fill_sparse(std::vector<double>& column, const ImportOptions& opt
                        static_cast<double>(std::max<std::size_t>(1, column.size()));
   const std::size_t looked = std::min(column.size(), kLookedAt);
   const ArchivedSignal found = analysis::recognise_filled(std::span(column).first(looked));
-  if (share <= kSparse || found.kind == ArchiveKind::none) return found;
+  if (found.kind == ArchiveKind::none) return found;
+  if (share <= kSparse) {
+    if (found.held_lines && filling_for(found.kind, options) == Filling::linear) {
+      column = analysis::lines_for_steps(column);
+      how = "values that were stored by swinging door and then held, as straight lines again";
+    }
+    return found;
+  }
   Signal stored;
   stored.time_s = std::make_shared<std::vector<double>>();
   for (std::size_t k = 0; k < column.size(); ++k) {
@@ -260,14 +267,28 @@ ArchivedSignal fill_sparse(std::vector<double>& column, const ImportOptions& opt
   return found;
 }
 
+double standing_share(const std::vector<double>& column) {
+  std::size_t still = 0;
+  for (std::size_t k = 1; k < column.size(); ++k)
+    still += static_cast<std::size_t>(column[k] == column[k - 1]);
+  return static_cast<double>(still) / static_cast<double>(std::max<std::size_t>(1, column.size()));
+}
+
 }  // namespace
 
 void recognise_archive(Record& record, const ImportOptions& options, ImportNotes& notes) {
   std::string how;
   notes.pv = fill_sparse(record.pv, options, how);
   if (record.has_co) notes.co = fill_sparse(record.co, options, how);
-  // What a quiet CO or a loop without noise looks like is no archive's work by itself.
-  if (notes.pv.kind == ArchiveKind::none && how.empty()) notes.co = {};
+  // What one signal alone looks like may be the loop's own doing: behind a valve that sticks CO is a straight line where
+  // there is no noise, and so is the PV of a tank. An archive keeps both; one that stands still shows nothing.
+  if (how.empty() && record.has_co) {
+    const bool still = standing_share(record.co) > 0.5;
+    if (notes.pv.kind == ArchiveKind::none && notes.co.kind != ArchiveKind::exception)
+      notes.co = {};
+    if (notes.co.kind == ArchiveKind::none && !still && notes.pv.kind != ArchiveKind::exception)
+      notes.pv = {};
+  }
   const auto hold = [](std::vector<double>& column) {
     double last = kEmpty;
     for (double& v : column) {

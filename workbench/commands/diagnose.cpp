@@ -7,9 +7,13 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "hal/os/parallel.hpp"
 #include "record/record_csv.hpp"
+#include "model/analysis/stretch.hpp"
+#include "model/diagnosis/archive_rule.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/scales.hpp"
 #include "workbench/report/diagnosis_page.hpp"
@@ -36,11 +40,19 @@ struct DiagnoseOptions {
 // A record of at least two windows of this length is cut.
 constexpr std::size_t kLongestWindow = 1500;
 constexpr double kWindowMovements = 15.0;  // periods of movement that a window holds at the least
+// Of more windows than this the ones that tell most are judged, spread over the record.
+constexpr std::size_t kMostWindows = 48;
+constexpr std::size_t kMostSamples = 30000;  // of a window: about a second of work
+constexpr std::size_t kLookedAt = 200000;    // samples, for the period of movement
 
-std::size_t windows_in(const record::Record& r) {
-  if (r.size() < 2 * kLongestWindow) return 1;
-  std::vector<double> pv = r.pv;
-  std::vector<double> co = r.co;
+std::size_t window_length(const record::Record& r) {
+  if (r.size() < 2 * kLongestWindow) return r.size();
+  const std::size_t looked = std::min(r.size(), kLookedAt);
+  const std::size_t from = (r.size() - looked) / 2;
+  std::vector<double> pv(r.pv.begin() + static_cast<std::ptrdiff_t>(from),
+                         r.pv.begin() + static_cast<std::ptrdiff_t>(from + looked));
+  std::vector<double> co(r.co.begin() + static_cast<std::ptrdiff_t>(from),
+                         r.co.begin() + static_cast<std::ptrdiff_t>(from + looked));
   for (std::size_t k = 0; k < pv.size(); ++k) {
     if (std::isfinite(pv[k]) && std::isfinite(co[k])) continue;
     pv[k] = k > 0 ? pv[k - 1] : 0.0;
@@ -48,31 +60,93 @@ std::size_t windows_in(const record::Record& r) {
   }
   const double length = std::max(static_cast<double>(kLongestWindow),
                                  kWindowMovements * diagnosis::movement_period(co, pv));
-  return std::max<std::size_t>(1, static_cast<std::size_t>(static_cast<double>(r.size()) / length));
+  return static_cast<std::size_t>(
+      std::min({length, static_cast<double>(kMostSamples), static_cast<double>(r.size())}));
 }
 
-void diagnose_record(const std::string& path, const record::Record& r, LoopKind kind,
+struct Stretch {
+  std::size_t from;
+  std::size_t size;
+};
+
+std::vector<Stretch> stretches_of(const record::Record& r) {
+  const std::size_t length = window_length(r);
+  const std::size_t count = std::max<std::size_t>(1, r.size() / std::max<std::size_t>(1, length));
+  std::vector<Stretch> stretches;
+  if (count <= kMostWindows) {
+    for (std::size_t w = 0; w < count; ++w) {
+      const std::size_t from = r.size() * w / count;
+      stretches.push_back({from, r.size() * (w + 1) / count - from});
+    }
+    return stretches;
+  }
+  const auto known = [](bool has, const std::vector<double>& column) {
+    return has ? std::span<const double>(column) : std::span<const double>();
+  };
+  for (const std::size_t from : analysis::telling_stretches({.pv = r.pv,
+                                .co = r.co,
+                                .sp = known(r.has_sp, r.sp),
+                                .automatic = known(r.has_mode, r.automatic)},
+                                                            length, kMostWindows)) {
+    stretches.push_back({from, length});
+  }
+  fmt::print(stderr, "{} windows of {:.6g} s: of each {} the one in which most moves is judged\n",
+             count, static_cast<double>(length) * r.period_s, count / kMostWindows);
+  return stretches;
+}
+
+void diagnose_record(const std::string& path, record::Imported& imported, LoopKind kind,
                      DiagnosedLoop& loop) {
-  const std::size_t count = windows_in(r);
+  record::Record& r = imported.record;
+  const std::size_t by_hand = leave_out_manual(r);
+  if (by_hand > 0) fmt::print(stderr, "{}: {} samples in manual are left out\n", path, by_hand);
+  draw_for_judging(imported);
+  const diagnosis::Archived archived{imported.notes.pv, imported.notes.co};
+  const double co_span = loop.co_range[1] - loop.co_range[0];
+  const std::vector<Stretch> stretches = stretches_of(r);
   const std::span<const double> pv(r.pv);
   const std::span<const double> co(r.co);
   const std::span<const double> sp(r.sp);
-  for (std::size_t w = 0; w < count; ++w) {
-    const std::size_t from = r.size() * w / count;
-    const std::size_t size = r.size() * (w + 1) / count - from;
-    loop.windows.push_back(
-        {.file = path,
-         .from_s = r.time_s[from],
-         .to_s = r.time_s[from + size - 1],
-         .period_s = r.period_s,
-         .diagnosis = diagnosis::diagnose({.pv = pv.subspan(from, size),
-                                           .co = co.subspan(from, size),
-                                           .sp = r.has_sp ? sp.subspan(from, size) : sp.first(0),
-                                           .sample_time_s = r.period_s,
-                                           .co_low = loop.co_range[0],
-                                           .co_high = loop.co_range[1]},
-                                          kind)});
-  }
+  Progress progress("diagnose", stretches.size());
+  const std::size_t first = loop.windows.size();
+  loop.windows.resize(first + stretches.size());
+  hal::os::parallel_for(
+      stretches.size(), std::max(1U, std::thread::hardware_concurrency()),
+      [&](std::size_t w) {
+        const auto [from, size] = stretches[w];
+        DiagnosedWindow& window = loop.windows[first + w];
+        window = {
+            .file = path,
+            .from_s = r.time_s[from],
+            .to_s = r.time_s[from + size - 1],
+            .period_s = r.period_s,
+            .diagnosis = diagnosis::diagnose({.pv = pv.subspan(from, size),
+                                              .co = co.subspan(from, size),
+                                              .sp = r.has_sp ? sp.subspan(from, size) : sp.first(0),
+                                              .sample_time_s = r.period_s,
+                                              .co_low = loop.co_range[0],
+                                              .co_high = loop.co_range[1]},
+                                             kind)};
+        window.sees_from =
+            diagnosis::sees_from(pv.subspan(from, size), co.subspan(from, size), archived);
+        diagnosis::mind_archive(window.diagnosis, window.sees_from, co_span);
+      },
+      [&](std::size_t done) { progress.update(done); });
+  loop.imports.push_back(std::move(imported.notes));
+}
+
+// The windows' evidence together decides; what an archive hides it hides from that as well.
+void mind_archive_of_loop(DiagnosedLoop& loop) {
+  const DiagnosedWindow& like = loop.windows[loop.verdict.like];
+  diagnosis::Diagnosis whole = like.diagnosis;
+  whole.verdict = loop.verdict.verdict;
+  whole.cause = loop.verdict.cause;
+  diagnosis::mind_archive(whole, like.sees_from, loop.co_range[1] - loop.co_range[0]);
+  if (whole.verdict == loop.verdict.verdict) return;
+  loop.verdict.verdict = whole.verdict;
+  loop.verdict.grade = whole.grade;
+  loop.verdict.reason = whole.reason;
+  loop.verdict.settle = whole.settle;
 }
 
 int run_diagnose(const DiagnoseOptions& options) {
@@ -84,9 +158,8 @@ int run_diagnose(const DiagnoseOptions& options) {
   loop.co_range = options.co_range;
   try {
     for (const std::string& path : options.records) {
-      const record::Imported imported = options.input.read(path);
-      const record::Record& r = imported.record;
-      if (!r.has_co) {
+      record::Imported imported = options.input.read(path);
+      if (!imported.record.has_co) {
         fmt::print(stderr,
                    "{}: no column 'co': nothing can be said about a valve without it; signatures "
                    "of PV alone are "
@@ -94,12 +167,9 @@ int run_diagnose(const DiagnoseOptions& options) {
                    path);
         return kExitData;
       }
-      say_if_long(path, r.size());
-      const LoopKind kind =
-          options.kind.empty()
-              ? diagnosis::kind_from_tag(std::filesystem::path(path).stem().string())
-              : *diagnosis::loop_kind(options.kind);
-      diagnose_record(path, r, kind, loop);
+      const LoopKind kind = options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
+                                                 : *diagnosis::loop_kind(options.kind);
+      diagnose_record(path, imported, kind, loop);
     }
   } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
@@ -109,6 +179,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   windows.reserve(loop.windows.size());
   for (const DiagnosedWindow& w : loop.windows) windows.push_back(w.diagnosis);
   loop.verdict = diagnosis::judge_loop(windows);
+  mind_archive_of_loop(loop);
   if (!options.report.empty()) {
     write_output(options.report, diagnosis_page(loop), options.records);
   }

@@ -18,10 +18,12 @@
 #include "model/analysis/identification.hpp"
 #include "record/record_csv.hpp"
 #include "model/effects/catalogue.hpp"
+#include "model/gap/archived.hpp"
 #include "model/gap/constants.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/text/gap_json.hpp"
+#include "workbench/text/import_json.hpp"
 #include "workbench/report/gap_report.hpp"
 #include "workbench/files/output_files.hpp"
 #include "hal/os/parallel.hpp"
@@ -45,6 +47,8 @@ struct GapOptions {
   unsigned jobs = 0;
   bool json = false;
   bool controller_known = true;  // false: SP says nothing about CO
+  std::vector<double> pv_range{},
+      co_range{};  // of the record, where it is not in the model's units
 };
 
 void print_result(const gap::Result& r, const std::string& out) {
@@ -124,6 +128,10 @@ std::string used_options(const GapOptions& options) {
     add(fmt::format("--largest-load {}", options.largest_load_percent));
   }
   for (const std::string& word : options.without) add("--without " + word);
+  if (!options.pv_range.empty())
+    add(fmt::format("--pv-range {} {}", options.pv_range[0], options.pv_range[1]));
+  if (!options.co_range.empty())
+    add(fmt::format("--co-range {} {}", options.co_range[0], options.co_range[1]));
   return text;
 }
 
@@ -164,7 +172,115 @@ gap::Record stretch_of(const record::Record& file, const GapOptions& options, do
           part(file.co, file.has_co), part(file.stem, file.has_stem)};
 }
 
-int run_gap(const GapOptions& options) {
+double co_span(const plant::LoopModel& model) {
+  return model.controller.pid.output_high - model.controller.pid.output_low;
+}
+
+// A long record takes minutes and most of it says nothing: the part in which most moves.
+constexpr std::size_t kLongestGap = 15000;  // samples
+
+void choose_stretch(record::Imported& imported, GapOptions& options) {
+  const record::Record& r = imported.record;
+  if (r.size() <= 2 * kLongestGap || std::isfinite(options.from_s) || std::isfinite(options.to_s))
+    return;
+  const std::size_t from = telling_part(r, kLongestGap);
+  options.from_s = r.time_s[from];
+  options.to_s = r.time_s[std::min(from + kLongestGap, r.size()) - 1];
+  fmt::print(stderr,
+             "{}: {} samples: the {:g} s from {:g} s on, in which most moves; --from and --to "
+             "choose another part\n",
+             options.record, r.size(), options.to_s - options.from_s, options.from_s);
+}
+
+// --pv-range, --co-range: these values of the record are the ends of the model's ranges.
+void convert_units(record::Record& r, const plant::LoopModel& model, const GapOptions& options) {
+  const auto convert = [](std::vector<double>& column, const std::vector<double>& from, double low,
+                          double high) {
+    if (from.empty()) return;
+    for (double& v : column) v = low + (v - from[0]) * (high - low) / (from[1] - from[0]);
+  };
+  convert(r.pv, options.pv_range, model.transmitter.low, model.transmitter.high);
+  convert(r.sp, options.pv_range, model.transmitter.low, model.transmitter.high);
+  convert(r.co, options.co_range, model.controller.pid.output_low,
+          model.controller.pid.output_high);
+  convert(r.stem, options.co_range, model.controller.pid.output_low,
+          model.controller.pid.output_high);
+}
+
+// A gain that is wrong by the factor of a unit, and a controller that is wrong by the same the other way, or a PV out of
+// the model's range, is no effect: the record is in other units than the model. Empty: it is not.
+std::string looks_like_unit(const gap::Result& result, const plant::LoopModel& model,
+                            const gap::Record& record) {
+  double factor = 1.0;
+  double controller = 1.0;
+  for (const gap::FoundEffect& e : result.effects) {
+    const auto value = [&](const char* name) {
+      const auto at = e.spec.parameters.find(name);
+      return at == e.spec.parameters.end() ? 1.0 : at->second;
+    };
+    if (e.spec.name == "gain_change") factor = value("factor");
+    if (e.spec.name == "controller_mismatch" && model.controller.pid.gains.kp != 0.0) {
+      controller = value("kp") / model.controller.pid.gains.kp;
+    }
+  }
+  if (!(factor > 0.0) || std::abs(std::log(factor)) < std::log(1.7)) return {};
+  const double pv_span = model.transmitter.high - model.transmitter.low;
+  struct Unit {
+    double factor;
+    std::string name;
+  };
+  const std::vector<Unit> units{{100.0 / pv_span, "% of the PV range"},
+                                {pv_span, "a share of the PV range"},
+                                {1.0 / pv_span, "a share of the PV range"},
+                                {100.0 / co_span(model), "% of the range"},
+                                {100.0, "a share for %"},
+                                {0.01, "% for a share"},
+                                {1000.0, "thousandths"},
+                                {0.001, "thousands"},
+                                {60.0, "a minute for a second"},
+                                {1.0 / 60.0, "a second for a minute"},
+                                {3.6, "m3/h for l/s"},
+                                {1.0 / 3.6, "l/s for m3/h"},
+                                {10.0, "tenths"},
+                                {0.1, "tens"}};
+  constexpr double kNear = 0.03;
+  const auto unit = std::find_if(units.begin(), units.end(), [&](const Unit& u) {
+    return std::abs(std::log(factor / u.factor)) < kNear;
+  });
+  if (unit == units.end()) return {};
+  double pv_high = -std::numeric_limits<double>::infinity();
+  double co_high = 0.0;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    if (std::isfinite(record.pv[k])) pv_high = std::max(pv_high, record.pv[k]);
+    if (k < record.co.size() && std::isfinite(record.co[k]))
+      co_high = std::max(co_high, std::abs(record.co[k]));
+  }
+  const bool controller_agrees = std::abs(std::log(controller * factor)) < 2.0 * kNear;
+  const bool out_of_range = pv_high > model.transmitter.high + 0.02 * pv_span;
+  const bool co_small = factor > 1.0 && co_high * factor < 1.02 * model.controller.pid.output_high;
+  if (!controller_agrees && !out_of_range) return {};
+  const bool co_is_it = co_small && !out_of_range;
+  return fmt::format(
+      "PV moves {:.4g} times as far with CO as the model says{}; that looks like another unit "
+      "({}), and no effect "
+      "is named. If it is: {} gives what in the record stands for the ends of the model's range "
+      "({:g} to {:g}). If it is not: {} {:g} {:g} says so",
+      factor, controller_agrees ? ", and the controller as much less with PV" : "", unit->name,
+      co_is_it ? "--co-range LO HI" : "--pv-range LO HI",
+      co_is_it ? model.controller.pid.output_low : model.transmitter.low,
+      co_is_it ? model.controller.pid.output_high : model.transmitter.high,
+      co_is_it ? "--co-range" : "--pv-range",
+      co_is_it ? model.controller.pid.output_low : model.transmitter.low,
+      co_is_it ? model.controller.pid.output_high : model.transmitter.high);
+}
+
+int run_gap(GapOptions options) {
+  for (const std::vector<double>* range : {&options.pv_range, &options.co_range}) {
+    if (!range->empty() && !((*range)[0] < (*range)[1])) {
+      fmt::print(stderr, "a range needs a lower and an upper end, as 0 100\n");
+      return kExitUsage;
+    }
+  }
   const auto begin = std::chrono::steady_clock::now();
   const auto model = load_model(options.model);
   if (!model) return kExitConfiguration;
@@ -175,20 +291,40 @@ int run_gap(const GapOptions& options) {
     files.stage(out / name);
   }
   gap::Result result;
+  record::ImportNotes notes;
+  std::optional<double> sees_from_percent;
   try {
     double first_s = 0.0;
-    gap::Record record = stretch_of(options.input.read(options.record).record, options, first_s);
+    record::Imported imported = options.input.read(options.record);
+    choose_stretch(imported, options);
+    convert_units(imported.record, *model, options);
+    draw_for_judging(imported);
+    gap::Record record = stretch_of(imported.record, options, first_s);
     if (!options.controller_known) record.sp.clear();
     say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
     const unsigned jobs =
         options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
-    result = gap::find_gap(
-        record, *model, search_options(options),
-        [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
-          hal::os::parallel_for(count, jobs, body);
-        },
-        [&progress](double share) { progress.update(static_cast<std::uint64_t>(100.0 * share)); });
+    const auto parallel = [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
+      hal::os::parallel_for(count, jobs, body);
+    };
+    const auto told = [&progress](double share) {
+      progress.update(static_cast<std::uint64_t>(100.0 * share));
+    };
+    const gap::Deviations deviations{imported.notes.pv.deviation, imported.notes.co.deviation};
+    if (imported.notes.compressed()) {
+      result = gap::find_gap_archived(record, *model, search_options(options), deviations, parallel,
+                                      told);
+      sees_from_percent = 100.0 * gap::sees_from(*model, deviations) / co_span(*model);
+    } else {
+      result = gap::find_gap(record, *model, search_options(options), parallel, told);
+    }
+    notes = imported.notes;
+    if (const std::string unit = looks_like_unit(result, *model, record);
+        !unit.empty() && options.pv_range.empty() && options.co_range.empty()) {
+      fmt::print(stderr, "{}: {}\n", options.record, unit);
+      return kExitData;
+    }
     if (first_s != 0.0) {
       result.check.notes.push_back(
           {"stretch", fmt::format("Times count from {:g} s of the record.", first_s)});
@@ -210,7 +346,10 @@ int run_gap(const GapOptions& options) {
       .seconds_of_work =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
       .version = LOOPWARDEN_VERSION};
-  const nlohmann::json answer = gap_json(result);
+  nlohmann::json answer = gap_json(result);
+  answer["import"] =
+      import_json(notes, {model->transmitter.high - model->transmitter.low, co_span(*model)},
+                  sees_from_percent);
   if (!result.check.usable) {
     fmt::print(stderr, "{}: {}\n", options.record, result.check.refusal);
     write_refusal(files, result, context);
@@ -238,8 +377,9 @@ int run_gap_on_assumed_model(GapOptions options) {
   try {
     double first_s = 0.0;
     std::vector<double> mode;
-    const gap::Record record =
-        stretch_of(options.input.read(options.record).record, options, first_s, &mode);
+    record::Imported imported = options.input.read(options.record);
+    choose_stretch(imported, options);
+    const gap::Record record = stretch_of(imported.record, options, first_s, &mode);
     if (!record.has_co()) {
       fmt::print(stderr, "{}: has no column co; a model can't be identified without it: --model\n",
                  options.record);
@@ -305,6 +445,12 @@ void add_gap(CLI::App& app, int& exit_code) {
                   "threads; 0: one a core. The answer does not depend on it")
       ->capture_default_str();
   sub->add_flag("--json", options->json, "print gap.json");
+  sub->add_option("--pv-range", options->pv_range,
+                  "what PV and SP in the record are at the ends of the model's range, where units "
+                  "differ: 0 100 for %")
+      ->expected(2);
+  sub->add_option("--co-range", options->co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
+      ->expected(2);
   options->input.add_options(*sub);
   sub->footer("Example: loopwarden gap record.csv --model model.yaml --out result");
   sub->callback([options, &exit_code] {

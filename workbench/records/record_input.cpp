@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
+#include "model/analysis/stretch.hpp"
 #include "record/text.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/records/format_file.hpp"
@@ -161,6 +163,39 @@ record::Imported RecordInput::read(const std::filesystem::path& path) const {
   });
   fmt::print(stderr, "{}", import_text(imported));
   return imported;
+}
+
+void draw_for_judging(record::Imported& imported) {
+  const auto draw = [](std::vector<double>& column, const analysis::ArchivedSignal& found) {
+    if (found.kind == ArchiveKind::exception)
+      column = analysis::within_band(column, found.deviation);
+  };
+  draw(imported.record.pv, imported.notes.pv);
+  if (imported.record.has_co) draw(imported.record.co, imported.notes.co);
+}
+
+std::size_t leave_out_manual(record::Record& r) {
+  if (!r.has_mode) return 0;
+  std::size_t left_out = 0;
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    if (r.automatic[k] != 0.0) continue;
+    r.pv[k] = std::numeric_limits<double>::quiet_NaN();
+    if (r.has_co) r.co[k] = std::numeric_limits<double>::quiet_NaN();
+    ++left_out;
+  }
+  return left_out;
+}
+
+std::size_t telling_part(const record::Record& r, std::size_t length) {
+  const auto known = [](bool has, const std::vector<double>& column) {
+    return has ? std::span<const double>(column) : std::span<const double>();
+  };
+  return analysis::telling_stretches({.pv = r.pv,
+                                      .co = known(r.has_co, r.co),
+                                      .sp = known(r.has_sp, r.sp),
+                                      .automatic = known(r.has_mode, r.automatic)},
+                                     length, 1)
+      .front();
 }
 
 std::string import_text(const record::Imported& imported) {

@@ -41,6 +41,14 @@ class RecordInput {
   double period_s_ = 0.0;
 };
 
+// Values that were stored by exception, drawn as they may have been instead of held: for judging, not for keeping.
+void draw_for_judging(record::Imported& imported);
+// Samples in manual become missing ones; how many. A record without a mode stays as it is.
+std::size_t leave_out_manual(record::Record& record);
+
+// First sample of the part of this length in which most moves, in automatic and complete.
+std::size_t telling_part(const record::Record& record, std::size_t length);
+
 // What was found and done, in lines; empty where the record is in the fixed format and nothing is to be said.
 std::string import_text(const record::Imported& imported);
 

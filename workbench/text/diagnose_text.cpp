@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "workbench/text/import_json.hpp"
+
 namespace loopwarden::workbench {
 namespace {
 
@@ -149,6 +151,17 @@ Diagnosis for_loop(const DiagnosedLoop& loop) {
   return d;
 }
 
+// PV's own span is not known: what it moved in stands for it.
+ImportSpans spans_of(const Diagnosis& d, double co_span) {
+  ImportSpans spans{.pv = std::nullopt, .co = co_span};
+  if (!d.prepared.raw_pv.empty()) {
+    const auto [low, high] =
+        std::minmax_element(d.prepared.raw_pv.begin(), d.prepared.raw_pv.end());
+    spans.pv = *high - *low;
+  }
+  return spans;
+}
+
 // Of the sizes over the windows.
 diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
   std::vector<Diagnosis> windows;
@@ -189,6 +202,13 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   const Diagnosis whole = for_loop(loop);
   nlohmann::json result = json_of(whole, whole.probability, span);
   result["co_range"] = loop.co_range;
+  if (!loop.imports.empty()) {
+    const double sees_from = loop.windows[loop.verdict.like].sees_from;
+    result["import"] = import_json(loop.imports.front(), spans_of(whole, span),
+                                   std::isfinite(sees_from) && sees_from > 0.0
+                                       ? std::optional(100.0 * sees_from / span)
+                                       : std::nullopt);
+  }
   if (loop.windows.size() == 1) return result;
   result["since_s"] = whole.verdict == DiagnosisVerdict::valve_effect
                           ? nlohmann::json(loop.windows[loop.verdict.since].from_s)
@@ -227,6 +247,13 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
     }
   }
   text += fmt::format("because: {}\n", because(d));
+  if (const double sees_from = loop.windows[loop.verdict.like].sees_from;
+      sees_from > 0.0 && std::isfinite(sees_from)) {
+    text += fmt::format(
+        "the archive left values out: effects below {:.2g} % of the CO span can't be seen in this "
+        "record\n",
+        100.0 * sees_from / (loop.co_range[1] - loop.co_range[0]));
+  }
   if (const std::string contra = against(d); !contra.empty()) {
     text += fmt::format("against it: {}\n", contra);
   }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "record/record_csv.hpp"
+#include "record/import/constant_period.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 
 namespace loopwarden::workbench {
@@ -17,12 +17,14 @@ struct DiagnosedWindow {
   double to_s = 0.0;
   double period_s = 1.0;
   diagnosis::Diagnosis diagnosis;
+  double sees_from = 0.0;  // CO units, smallest effect that shows; 0: an archive left nothing out
 };
 
 struct DiagnosedLoop {
   std::vector<DiagnosedWindow> windows;  // in the order given
   diagnosis::LoopVerdict verdict;
-  std::vector<double> co_range;  // CO units, lower and upper end
+  std::vector<double> co_range;                // CO units, lower and upper end
+  std::vector<record::ImportNotes> imports{};  // of each record
 };
 
 // The verdict in one line.

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/gap/archived.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "model/gap/say.hpp"
+#include "model/gap/text.hpp"
+
+namespace loopwarden::gap {
+namespace {
+
+constexpr double kWithin = 1.5;     // floors
+constexpr double kCounts = 0.7;     // of c, that an effect must bring
+constexpr double kNearlyAll = 3.0;  // floors: a misfit below may be the archive's
+constexpr double kMostConfidence = 0.85;
+constexpr int kMostSearches = 3;
+
+double gain_of(const plant::LoopModel& model) {
+  return model.process.integrating() ? 0.0 : std::abs(model.process.gain);
+}
+
+// Widest of the parameters that are a band in CO units; 0: the effect has none.
+double band_of(const plant::EffectSpec& spec) {
+  constexpr std::array<std::string_view, 8> kBands{"s",    "deadband", "width",     "offset",
+                                                   "step", "jump",     "s_closing", "band"};
+  double widest = 0.0;
+  for (const auto& [name, value] : spec.parameters) {
+    if (std::find(kBands.begin(), kBands.end(), name) != kBands.end())
+      widest = std::max(widest, std::abs(value));
+  }
+  return widest;
+}
+
+// What the archive does to any signal by itself.
+bool of_the_archive(const std::string& name) {
+  return name == "held_measurement" || name == "clipped_measurement" || name == "resolution" ||
+         name == "controller_mismatch";
+}
+
+// What the misfit loses by the effect, PV units; NaN where the steps don't tell.
+double brings(const Result& result, const std::string& name) {
+  double before = result.before.training_rmse;
+  for (const Step& step : result.steps) {
+    if (step.change == Step::Change::added && step.effect == name) {
+      return std::sqrt(std::max(0.0, before * before - step.rmse * step.rmse));
+    }
+    before = step.rmse;
+  }
+  return kNone;
+}
+
+void say_so(Result& result, Verdict verdict, const plant::LoopModel& model) {
+  result.verdict = verdict;
+  result.effects.clear();
+  result.steps.clear();
+  result.after = result.before;
+  result.corrected = model;
+  result.series.pv_after = result.series.pv_before;
+  result.series.co_after = result.series.co_before;
+  result.controller_after_rmse = result.controller_before_rmse;
+  result.remainder.reset();
+}
+
+}  // namespace
+
+double sees_from(const plant::LoopModel& model, const Deviations& deviations) {
+  const double gain = gain_of(model);
+  return 2.0 * std::max(deviations.co, gain > 0.0 ? deviations.pv / gain : 0.0);
+}
+
+Result find_gap_archived(const Record& record, const plant::LoopModel& model,
+                         const Options& options, const Deviations& deviations,
+                         const ParallelFor& parallel, const std::function<void(double)>& progress) {
+  const double narrowest = sees_from(model, deviations);
+  const double kept_from =
+      std::hypot(deviations.pv, gain_of(model) * deviations.co) / std::sqrt(3.0);
+  Options now = options;
+  Result result;
+  double floor_rmse = 0.0;
+  bool dropped = false;
+  for (int search = 0; search < kMostSearches; ++search) {
+    result = find_gap(record, model, now, parallel, [&](double share) {
+      progress((static_cast<double>(search) + share) / static_cast<double>(kMostSearches));
+    });
+    if (!result.check.usable) return result;
+    if (search == 0) floor_rmse = std::hypot(result.noise_floor_rmse, kept_from);
+    if (result.before.rmse <= kWithin * floor_rmse &&
+        result.before.holdout_rmse <= kWithin * floor_rmse) {
+      say_so(result, Verdict::no_gap, model);
+      break;
+    }
+    if (result.verdict != Verdict::missing_effect) break;
+    bool again = false;
+    bool search_can = false;
+    for (const FoundEffect& effect : result.effects) {
+      const double band = band_of(effect.spec);
+      const double share = brings(result, effect.spec.name);
+      const bool too_narrow = effect.block == plant::Block::valve && band > 0.0 && band < narrowest;
+      if (!of_the_archive(effect.spec.name) && !too_narrow && !(share < kCounts * kept_from))
+        continue;
+      again = true;
+      // The controller's settings are told beside the search, not by it.
+      if (effect.spec.name != "controller_mismatch") {
+        now.search.without.push_back(effect.spec.name);
+        search_can = true;
+      }
+    }
+    if (!again) break;
+    dropped = true;
+    if (search_can && search + 1 < kMostSearches) continue;
+    std::erase_if(result.effects, [&](const FoundEffect& effect) {
+      return of_the_archive(effect.spec.name) ||
+             std::find(now.search.without.begin(), now.search.without.end(), effect.spec.name) !=
+                 now.search.without.end();
+    });
+    if (result.effects.empty()) say_so(result, Verdict::unexplained, model);
+    break;
+  }
+  progress(1.0);
+  result.noise_floor_rmse = floor_rmse;
+  for (FoundEffect& effect : result.effects)
+    effect.confidence = std::min(effect.confidence, kMostConfidence);
+  if (result.verdict == Verdict::unexplained &&
+      (dropped || result.before.holdout_rmse < kNearlyAll * floor_rmse)) {
+    result.remainder = Remainder{.rmse = result.after.holdout_rmse,
+                                 .share = result.remainder ? result.remainder->share : 1.0,
+                                 .looks_like = LooksLike::compression};
+  }
+  result.check.notes.push_back(
+      {"compressed", text("An archive kept PV to about %.2g and CO to about %.2g of their units: "
+                          "what is narrower than %.2g CO units "
+                          "can't be seen in this record.",
+                          deviations.pv, deviations.co, narrowest)});
+  result.sentence = sentence_of({.verdict = result.verdict,
+                                 .effects = result.effects,
+                                 .before = result.before,
+                                 .after = result.after,
+                                 .remainder = result.remainder,
+                                 .best = {},
+                                 .best_closed = 0.0,
+                                 .closed_loop = result.closed_loop,
+                                 .with_load = result.load_intensity > 0.0});
+  if (result.verdict == Verdict::unexplained && result.remainder) {
+    result.sentence += " What the archive left out hides the rest.";
+  }
+  return result;
+}
+
+}  // namespace loopwarden::gap
