@@ -26,6 +26,7 @@ int run(int argc, char** argv) {
   add_register_map(app, exit_code);
   add_export(app, exit_code);
   add_import(app, exit_code);
+  add_survey(app, exit_code);
   add_diagnose(app, exit_code);
   add_train(app, exit_code);
   add_classify(app, exit_code);

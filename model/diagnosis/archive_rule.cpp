@@ -53,4 +53,15 @@ void mind_archive(Diagnosis& d, double sees_from_co, double co_span) {
   d.settle = kHiddenSettle;
 }
 
+void mind_archive(LoopVerdict& verdict, const Diagnosis& like, double sees_from_co,
+                  double co_span) {
+  if (!hidden(verdict.verdict, verdict.cause, like.s, sees_from_co, moves(like.prepared.raw_co),
+              co_span))
+    return;
+  verdict.verdict = DiagnosisVerdict::cant_tell;
+  verdict.grade = Grade::none;
+  verdict.reason = kHiddenReason;
+  verdict.settle = kHiddenSettle;
+}
+
 }  // namespace loopwarden::diagnosis

@@ -39,6 +39,9 @@ double sees_from(std::span<const double> pv, std::span<const double> co, const A
 bool hidden(DiagnosisVerdict verdict, Cause cause, double size, double sees_from, double co_moves,
             double co_span);
 void mind_archive(Diagnosis& diagnosis, double sees_from, double co_span);
+// The windows' evidence together decides; what an archive hides it hides from that as well. `like`: the window that stands
+// for the loop.
+void mind_archive(LoopVerdict& verdict, const Diagnosis& like, double sees_from, double co_span);
 
 // What is said then.
 inline constexpr const char* kHiddenReason =

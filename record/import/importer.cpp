@@ -387,14 +387,14 @@ Signals joined(std::vector<Part>& parts) {
 
 }  // namespace
 
-Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options)
+Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options, bool lenient)
     : options_(std::move(options)) {
   for (const fs::path& path : paths) {
     std::error_code none;
     if (path != "-" && fs::is_directory(path, none)) {
       look_at_folder(path);
     } else {
-      look_at(path, true);
+      look_at(path, !lenient);
     }
   }
 }

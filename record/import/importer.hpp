@@ -42,7 +42,9 @@ class Importer {
  public:
   // A folder stands for the exports in it and below (.csv .txt .tsv .dat, also .gz). Throws RecordError where a path
   // that was named can't be used; of a file within a folder it becomes a problem.
-  Importer(const std::vector<std::filesystem::path>& paths, ImportOptions options);
+  // `lenient`: of a named path as well.
+  Importer(const std::vector<std::filesystem::path>& paths, ImportOptions options,
+           bool lenient = false);
 
   const std::vector<FoundLoop>& loops() const noexcept { return loops_; }
   const std::vector<FileProblem>& problems() const noexcept { return problems_; }

@@ -580,6 +580,19 @@ bool ImportOptions::anything_said() const noexcept {
          !bad_words.empty() || period_s || filling != Filling::automatic;
 }
 
+std::string fingerprint(const ImportOptions& o) {
+  std::string text = fmt::format(
+      "{} {} {} {} {} {} {} {} {}", o.delimiter.value_or(' '), o.decimal.value_or(' '),
+      to_text(o.encoding), o.header_rows ? static_cast<long>(*o.header_rows) : -1L, to_text(o.time),
+      o.time_column, o.zone_s.value_or(1), o.period_s.value_or(0.0), to_text(o.filling));
+  for (const std::string& word : o.bad_words) text += "|" + word;
+  for (const LoopSignals& loop : o.loops) {
+    text += "|" + loop.tag;
+    for (const std::string& name : loop.names) text += "," + name;
+  }
+  return text;
+}
+
 Layout find_layout(std::string_view head, const std::string& name, const ImportOptions& options) {
   return Finder(head, name, options).find();
 }

@@ -38,6 +38,9 @@ struct ImportOptions {
   bool anything_said() const noexcept;
 };
 
+// All of it as text, to tell two of them apart.
+std::string fingerprint(const ImportOptions& options);
+
 inline constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
 
 struct Layout {

@@ -135,20 +135,6 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
   loop.imports.push_back(std::move(imported.notes));
 }
 
-// The windows' evidence together decides; what an archive hides it hides from that as well.
-void mind_archive_of_loop(DiagnosedLoop& loop) {
-  const DiagnosedWindow& like = loop.windows[loop.verdict.like];
-  diagnosis::Diagnosis whole = like.diagnosis;
-  whole.verdict = loop.verdict.verdict;
-  whole.cause = loop.verdict.cause;
-  diagnosis::mind_archive(whole, like.sees_from, loop.co_range[1] - loop.co_range[0]);
-  if (whole.verdict == loop.verdict.verdict) return;
-  loop.verdict.verdict = whole.verdict;
-  loop.verdict.grade = whole.grade;
-  loop.verdict.reason = whole.reason;
-  loop.verdict.settle = whole.settle;
-}
-
 int run_diagnose(const DiagnoseOptions& options) {
   if (!(options.co_range[1] > options.co_range[0])) {
     fmt::print(stderr, "--co-range: the upper end must be above the lower one\n");
@@ -179,7 +165,9 @@ int run_diagnose(const DiagnoseOptions& options) {
   windows.reserve(loop.windows.size());
   for (const DiagnosedWindow& w : loop.windows) windows.push_back(w.diagnosis);
   loop.verdict = diagnosis::judge_loop(windows);
-  mind_archive_of_loop(loop);
+  const DiagnosedWindow& like = loop.windows[loop.verdict.like];
+  diagnosis::mind_archive(loop.verdict, like.diagnosis, like.sees_from,
+                          loop.co_range[1] - loop.co_range[0]);
   if (!options.report.empty()) {
     write_output(options.report, diagnosis_page(loop), options.records);
   }

@@ -172,7 +172,7 @@ gap::Record stretch_of(const record::Record& file, const GapOptions& options, do
           part(file.co, file.has_co), part(file.stem, file.has_stem)};
 }
 
-double co_span(const plant::LoopModel& model) {
+double output_span(const plant::LoopModel& model) {
   return model.controller.pid.output_high - model.controller.pid.output_low;
 }
 
@@ -232,7 +232,7 @@ std::string looks_like_unit(const gap::Result& result, const plant::LoopModel& m
   const std::vector<Unit> units{{100.0 / pv_span, "% of the PV range"},
                                 {pv_span, "a share of the PV range"},
                                 {1.0 / pv_span, "a share of the PV range"},
-                                {100.0 / co_span(model), "% of the range"},
+                                {100.0 / output_span(model), "% of the range"},
                                 {100.0, "a share for %"},
                                 {0.01, "% for a share"},
                                 {1000.0, "thousandths"},
@@ -315,7 +315,7 @@ int run_gap(GapOptions options) {
     if (imported.notes.compressed()) {
       result = gap::find_gap_archived(record, *model, search_options(options), deviations, parallel,
                                       told);
-      sees_from_percent = 100.0 * gap::sees_from(*model, deviations) / co_span(*model);
+      sees_from_percent = 100.0 * gap::sees_from(*model, deviations) / output_span(*model);
     } else {
       result = gap::find_gap(record, *model, search_options(options), parallel, told);
     }
@@ -348,7 +348,7 @@ int run_gap(GapOptions options) {
       .version = LOOPWARDEN_VERSION};
   nlohmann::json answer = gap_json(result);
   answer["import"] =
-      import_json(notes, {model->transmitter.high - model->transmitter.low, co_span(*model)},
+      import_json(notes, {model->transmitter.high - model->transmitter.low, output_span(*model)},
                   sees_from_percent);
   if (!result.check.usable) {
     fmt::print(stderr, "{}: {}\n", options.record, result.check.refusal);

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/survey/window.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/numeric/statistics.hpp"
+#include "model/survey/nonlinearity.hpp"
+#include "model/survey/variability.hpp"
+
+namespace loopwarden::survey {
+namespace {
+
+constexpr double kAtLimit = 0.001;         // of the CO span
+constexpr std::size_t kMostDeadTime = 60;  // samples that are looked at for the dead time
+
+bool known(double v) noexcept { return std::isfinite(v); }
+
+// RMS of white noise on a signal whose own curvature is smaller: median of squares, 0.455 for one degree of freedom.
+double noise_of(std::span<const double> y) {
+  std::vector<double> squares;
+  for (std::size_t k = 1; k + 1 < y.size(); ++k) {
+    const double d2 = y[k + 1] - 2.0 * y[k] + y[k - 1];
+    if (known(d2)) squares.push_back(d2 * d2);
+  }
+  return squares.empty() ? 0.0
+                         : std::sqrt(numeric::quantile_in_place(squares, 0.5) / (6.0 * 0.455));
+}
+
+// Travel of CO in moves that are larger than its noise: a turn counts when CO has come back by more than that.
+void travel_of(std::span<const double> co, double hours, Window& window) {
+  const double step = std::max(3.0 * noise_of(co), 1e-9);
+  double anchor = std::numeric_limits<double>::quiet_NaN();
+  double travel = 0.0;
+  double reversals = 0.0;
+  int direction = 0;
+  for (const double v : co) {
+    if (!known(v)) continue;
+    if (!known(anchor)) anchor = v;
+    const double move = v - anchor;
+    if (std::abs(move) < step) continue;
+    const int now = move > 0.0 ? 1 : -1;
+    if (direction != 0 && now != direction) reversals += 1.0;
+    direction = now;
+    travel += std::abs(move);
+    anchor = v;
+  }
+  if (hours <= 0.0) return;
+  window.travel_per_hour = travel / hours;
+  window.reversals_per_hour = reversals / hours;
+}
+
+void error_of(const LoopSamples& s, double hours, Window& window) {
+  window.error = std::numeric_limits<double>::quiet_NaN();
+  if (s.sp.empty()) return;
+  double sum = 0.0;
+  std::size_t n = 0;
+  std::size_t crossings = 0;
+  double before = 0.0;
+  const double dead = window.noise;
+  for (std::size_t k = 0; k < s.pv.size(); ++k) {
+    const double e = s.pv[k] - s.sp[k];
+    if (!known(e)) continue;
+    sum += e * e;
+    ++n;
+    if (std::abs(e) <= dead) continue;
+    if (before * e < 0.0) ++crossings;
+    before = e;
+  }
+  if (n > 0) window.error = std::sqrt(sum / static_cast<double>(n));
+  if (hours > 0.0) window.crossings_per_hour = static_cast<double>(crossings) / hours;
+}
+
+}  // namespace
+
+Window judge_window(const LoopSamples& s, std::uint64_t seed) {
+  Window window;
+  const std::size_t n = s.pv.size();
+  const double hours = static_cast<double>(n) * s.sample_time_s / 3600.0;
+  std::vector<double> pv(s.pv.begin(), s.pv.end());
+  std::vector<double> co(s.co.begin(), s.co.end());
+  std::size_t moded = 0;
+  std::size_t automatic = 0;
+  std::size_t complete = 0;
+  std::size_t at_limit = 0;
+  const double near = kAtLimit * (s.co_high - s.co_low);
+  for (std::size_t k = 0; k < n; ++k) {
+    if (known(pv[k]) && known(co[k])) {
+      ++complete;
+      if (co[k] <= s.co_low + near || co[k] >= s.co_high - near) ++at_limit;
+    }
+    if (s.automatic.empty() || !known(s.automatic[k])) continue;
+    ++moded;
+    if (s.automatic[k] != 0.0) {
+      ++automatic;
+    } else {
+      pv[k] = co[k] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  const auto share = [](std::size_t part, std::size_t whole) {
+    return whole == 0 ? std::numeric_limits<double>::quiet_NaN()
+                      : static_cast<double>(part) / static_cast<double>(whole);
+  };
+  window.automatic = share(automatic, moded);
+  window.complete = share(complete, n);
+  window.saturated = complete == 0 ? 0.0 : share(at_limit, complete);
+  window.noise = noise_of(pv);
+  error_of(s, hours, window);
+  travel_of(co, hours, window);
+  window.diagnosis = diagnosis::diagnose({.pv = pv,
+                                          .co = co,
+                                          .sp = s.sp,
+                                          .sample_time_s = s.sample_time_s,
+                                          .co_low = s.co_low,
+                                          .co_high = s.co_high},
+                                         s.kind);
+  window.sees_from = diagnosis::sees_from(pv, co, s.archived);
+  diagnosis::mind_archive(window.diagnosis, window.sees_from, s.co_high - s.co_low);
+  const std::size_t dead_time = dead_time_samples(co, pv, kMostDeadTime);
+  window.dead_time_s = static_cast<double>(dead_time) * s.sample_time_s;
+  std::vector<double> error = pv;
+  for (std::size_t k = 0; k < n && !s.sp.empty(); ++k) error[k] -= s.sp[k];
+  window.variability = variability(error, dead_time);
+  const diagnosis::Prepared& prepared = window.diagnosis.prepared;
+  window.regularity = prepared.pv_oscillation.regularity;
+  if (window.diagnosis.oscillating && !prepared.pv.empty()) {
+    window.nonlinearity = nonlinearity(prepared.pv, prepared.period, seed);
+  }
+  return window;
+}
+
+diagnosis::LoopVerdict judge_windows(std::span<const Window> windows, double co_span) {
+  std::vector<diagnosis::Diagnosis> each;
+  each.reserve(windows.size());
+  for (const Window& w : windows) each.push_back(w.diagnosis);
+  diagnosis::LoopVerdict verdict = diagnosis::judge_loop(each);
+  if (windows.empty()) return verdict;
+  diagnosis::mind_archive(verdict, each[verdict.like], windows[verdict.like].sees_from, co_span);
+  return verdict;
+}
+
+}  // namespace loopwarden::survey

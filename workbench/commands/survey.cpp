@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden survey: all loops of a plant, ranked.
+#include "workbench/survey/survey.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/records/record_input.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SurveyCommand {
+  std::vector<std::string> paths;
+  std::vector<std::string> merge;
+  std::string out;
+  std::string shard;
+  std::string kind;
+  RecordInput input;
+  double window_h = 8.0;
+  std::vector<double> co_range;
+  unsigned jobs = 0;
+  bool json = false;
+};
+
+constexpr std::size_t kLinesShown = 20;
+
+// "k/N", k from 1 to N.
+std::optional<std::pair<std::size_t, std::size_t>> share_from(const std::string& text) {
+  std::size_t share = 0;
+  std::size_t of = 0;
+  const char* end = text.data() + text.size();
+  const auto [slash, first] = std::from_chars(text.data(), end, share);
+  if (first != std::errc{} || slash == end || *slash != '/') return std::nullopt;
+  const auto [rest, second] = std::from_chars(slash + 1, end, of);
+  constexpr std::size_t kMost = 100000;
+  if (second != std::errc{} || rest != end || share < 1 || share > of || of > kMost)
+    return std::nullopt;
+  return std::pair{share, of};
+}
+
+void print_survey(const fs::path& out, bool as_json) {
+  std::ifstream in(out / "survey.json");
+  const nlohmann::json survey = nlohmann::json::parse(in);
+  if (as_json) {
+    fmt::print("{}\n", survey.dump(2));
+    return;
+  }
+  fmt::print("{:>5}  {:<28} {:<16} {:>6} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "p %",
+             "period s", "group", "next");
+  const auto& loops = survey.at("loops");
+  for (std::size_t k = 0; k < std::min(kLinesShown, loops.size()); ++k) {
+    const auto& loop = loops[k];
+    const auto number = [&](const char* key, double factor) {
+      return loop.at(key).is_number() ? fmt::format("{:.4g}", factor * loop.at(key).get<double>())
+                                      : std::string("-");
+    };
+    std::string verdict = loop.at("verdict").get<std::string>();
+    if (verdict == "valve_effect") verdict = loop.at("effects").at(0).at("name").get<std::string>();
+    if (verdict == "other_cause") verdict = loop.at("cause").get<std::string>();
+    fmt::print("{:>5}  {:<28} {:<16} {:>6} {:>10} {:>6}  {}\n", k + 1,
+               loop.at("tag").get<std::string>(), verdict,
+               loop.at("probability").is_number()
+                   ? fmt::format("{:.0f}", 100.0 * loop.at("probability").get<double>())
+                   : "-",
+               number("period_s", 1.0), number("group", 1.0),
+               loop.at("next").at("what").get<std::string>());
+  }
+  if (loops.size() > kLinesShown) fmt::print("  ... {} loops in all\n", loops.size());
+  for (const auto& problem : survey.at("failed"))
+    fmt::print(stderr, "failed: {}\n", problem.at("why").get<std::string>());
+  fmt::print("{}\n", (out / "survey.html").string());
+}
+
+int run_survey(const SurveyCommand& options) {
+  if (options.merge.empty() == options.paths.empty()) {
+    fmt::print(stderr,
+               "survey: exports or folders of them, or --merge with the folders of shares\n");
+    return kExitUsage;
+  }
+  const fs::path out(options.out);
+  if (!options.merge.empty()) {
+    write_survey({options.merge.begin(), options.merge.end()}, out);
+    print_survey(out, options.json);
+    return kExitOk;
+  }
+  SurveyRun run{
+      .paths = options.paths,
+      .out = out,
+      .import = options.input.options(),
+      .settings = {.window_s = 3600.0 * options.window_h,
+                   .co_range = options.co_range,
+                   .kind = options.kind},
+      .jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency())};
+  if (!options.co_range.empty() && !(options.co_range[0] < options.co_range[1])) {
+    fmt::print(stderr, "--co-range: the upper end must be above the lower one\n");
+    return kExitUsage;
+  }
+  if (!options.shard.empty()) {
+    const auto share = share_from(options.shard);
+    if (!share) {
+      fmt::print(stderr, "--shard: k/N with k from 1 to N, as 2/8\n");
+      return kExitUsage;
+    }
+    std::tie(run.shard, run.shards) = *share;
+  }
+  try {
+    const SurveyCount count = judge_all(run);
+    fmt::print(stderr, "{} loops: {} judged, {} from an earlier run, {} failed\n", count.loops,
+               count.judged, count.resumed, count.failed);
+    if (count.loops == 0 && run.shards == 1) {
+      fmt::print(stderr,
+                 "no loop with PV and CO was found; 'loopwarden import --list' shows what was\n");
+      return kExitData;
+    }
+  } catch (const record::RecordError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  }
+  write_survey({out}, out);
+  print_survey(out, options.json);
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_survey(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<SurveyCommand>();
+  CLI::App* sub = app.add_subcommand(
+      "survey", "all loops of a plant, ranked: which are sick, and what to do next");
+  sub->add_option("path", options->paths, "exports with any number of loops, and folders of them");
+  sub->add_option(
+         "--out", options->out,
+         "folder for survey.html, survey.csv, survey.json; an earlier run in it is gone on with")
+      ->required();
+  sub->add_option("--window", options->window_h, "hours that are judged at a time")
+      ->check(CLI::Range(0.01, 10000.0))
+      ->capture_default_str();
+  sub->add_option("--shard", options->shard, "k/N: of N shares the k-th, by loop");
+  sub->add_option("--merge", options->merge, "folders of shares, to be joined");
+  sub->add_option("--co-range", options->co_range,
+                  "lower and upper end of CO; else 0 100, 0 1 or 4 20 as the values suggest")
+      ->expected(2);
+  sub->add_option("--kind", options->kind, "what the loops control; else from their tags")
+      ->check(CLI::IsMember({"flow", "pressure", "level", "temperature", "unknown"}));
+  sub->add_option("--jobs", options->jobs,
+                  "threads; 0: one a core. The result does not depend on it")
+      ->capture_default_str();
+  sub->add_flag("--json", options->json, "print survey.json");
+  options->input.add_options(*sub, false);
+  sub->footer(
+      "No model, no tuning, no configuration.\nExample: loopwarden survey exports/ --out survey");
+  sub->callback([options, &exit_code] { exit_code = run_survey(*options); });
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/survey/join.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "model/survey/group.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+using nlohmann::json;
+
+double number(const json& loop, const char* key, double otherwise = 0.0) {
+  const auto at = loop.find(key);
+  return at == loop.end() || !at->is_number() ? otherwise : at->get<double>();
+}
+
+bool is(const json& loop, const char* key, const char* word) {
+  const auto at = loop.find(key);
+  return at != loop.end() && at->is_string() && at->get<std::string>() == word;
+}
+
+double valve_probability(const json& loop) {
+  return is(loop, "verdict", "valve_effect") ? number(loop, "probability") : 0.0;
+}
+
+double score_of(const json& loop) {
+  const bool swings = loop.at("oscillating").get<bool>() && !is(loop, "verdict", "valve_effect");
+  return 60.0 * valve_probability(loop) + (swings ? 20.0 : 0.0) +
+         15.0 * number(loop, "variability") + 10.0 * number(loop, "saturated") +
+         10.0 * (1.0 - number(loop, "share_automatic", 1.0));
+}
+
+std::string csv_cell(const json& value) {
+  if (value.is_null()) return {};
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  if (!value.is_string()) return value.dump();
+  std::string text = value.get<std::string>();
+  // A spreadsheet would take such a cell for a formula.
+  if (!text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos)
+    text.insert(0, "'");
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+}  // namespace
+
+NextStep next_step(const json& loop) {
+  if (is(loop, "verdict", "valve_effect")) {
+    return {"repair",
+            "look at packing, actuator and positioner of the valve; until then a compensator or a "
+            "wider dead band keeps it quiet"};
+  }
+  const bool follows = loop.contains("likely_source") && loop["likely_source"].is_string() &&
+                       loop["likely_source"] != loop.at("tag");
+  if (is(loop, "verdict", "other_cause")) {
+    if (is(loop, "cause", "tuning"))
+      return {"tune",
+              "the loop swings by itself and the valve follows: identify it, then tune it slower"};
+    if (is(loop, "cause", "saturation"))
+      return {
+          "look closer",
+          "CO is at its limit: valve too small, set point out of reach, or a hand valve closed"};
+    if (is(loop, "cause", "sensor"))
+      return {"look closer", "PV stands still while CO moves: look at the transmitter"};
+    if (is(loop, "cause", "no_flow"))
+      return {"look closer",
+              "no flow while CO moves: look for a closed hand valve or a stopped pump"};
+    if (is(loop, "cause", "master_loop"))
+      return {"look upstream", "it follows its set point: look at the loop that writes it"};
+    return {"look upstream",
+            follows ? "it swings with " + loop["likely_source"].get<std::string>() +
+                          ": look there first"
+                    : "something outside swings it: look for a loop with the same period"};
+  }
+  if (is(loop, "verdict", "healthy")) return {"nothing", "valve and loop do what they should"};
+  return {"look closer", loop.at("settle").is_string() ? loop["settle"].get<std::string>()
+                                                       : "more data of the loop in automatic"};
+}
+
+json join_survey(std::vector<json> loops, json failed) {
+  std::sort(loops.begin(), loops.end(),
+            [](const json& a, const json& b) { return a.at("tag") < b.at("tag"); });
+  std::vector<survey::Swinging> swinging;
+  for (std::size_t k = 0; k < loops.size(); ++k) {
+    const json& loop = loops[k];
+    if (!loop.at("oscillating").get<bool>() || !(number(loop, "period_s") > 0.0)) continue;
+    swinging.push_back({.loop = k,
+                        .tag = loop.at("tag").get<std::string>(),
+                        .period_s = number(loop, "period_s"),
+                        .valve_probability = valve_probability(loop),
+                        .nonlinearity = number(loop, "nonlinearity")});
+  }
+  json groups = json::array();
+  for (json& loop : loops) {
+    loop["group"] = nullptr;
+    loop["likely_source"] = nullptr;
+  }
+  for (const survey::Group& group : survey::find_groups(swinging)) {
+    json members = json::array();
+    const std::string& source = loops[group.loops.front()].at("tag").get_ref<const std::string&>();
+    for (const std::size_t k : group.loops) {
+      loops[k]["group"] = groups.size() + 1;
+      loops[k]["likely_source"] = source;
+      members.push_back(loops[k].at("tag"));
+    }
+    groups.push_back(
+        {{"group", groups.size() + 1}, {"period_s", group.period_s}, {"loops", members}});
+  }
+  std::stable_sort(loops.begin(), loops.end(),
+                   [](const json& a, const json& b) { return score_of(a) > score_of(b); });
+  for (std::size_t k = 0; k < loops.size(); ++k) {
+    loops[k]["rank"] = k + 1;
+    loops[k]["score"] = std::nearbyint(score_of(loops[k]) * 10.0) / 10.0;
+    const NextStep next = next_step(loops[k]);
+    loops[k]["next"] = {{"what", next.what}, {"why", next.why}};
+  }
+  std::sort(failed.begin(), failed.end(),
+            [](const json& a, const json& b) { return a.dump() < b.dump(); });
+  failed.erase(std::unique(failed.begin(), failed.end()), failed.end());
+  return {{"loops", loops}, {"groups", groups}, {"failed", failed}};
+}
+
+std::string survey_csv(const json& survey) {
+  constexpr std::array kColumns{"rank",
+                                "tag",
+                                "score",
+                                "verdict",
+                                "cause",
+                                "probability",
+                                "oscillating",
+                                "period_s",
+                                "group",
+                                "likely_source",
+                                "share_automatic",
+                                "saturated",
+                                "variability",
+                                "dead_time_s",
+                                "error_rms",
+                                "crossings_per_hour",
+                                "travel_per_hour",
+                                "reversals_per_hour",
+                                "noise",
+                                "nonlinearity",
+                                "since",
+                                "reason"};
+  std::string text;
+  for (const char* column : kColumns) text += std::string(column) + ",";
+  text += "effect,percent_of_span,next\n";
+  for (const json& loop : survey.at("loops")) {
+    for (const char* column : kColumns) text += csv_cell(loop.value(column, json(nullptr))) + ",";
+    const json& effects = loop.at("effects");
+    text += effects.empty() ? ","
+                            : csv_cell(effects[0].at("name")) + "," +
+                                  csv_cell(effects[0].at("percent_of_span"));
+    text += "," + csv_cell(loop.at("next").at("what")) + "\n";
+  }
+  return text;
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// All loops of a plant, or a share of them: read, judged, kept one file a loop, joined and written.
+//
+//   OUT/loops/TAG-HASH.json    result of a loop; a run that was broken off goes on with those that are missing
+//   OUT/failed.json            what could not be read, with reasons
+//   OUT/survey.json .csv .html, pages/, assets/
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "record/import/importer.hpp"
+#include "workbench/survey/loop_result.hpp"
+
+namespace loopwarden::workbench {
+
+struct SurveyRun {
+  std::vector<std::string> paths;
+  std::filesystem::path out;
+  record::ImportOptions import;
+  SurveySettings settings;
+  unsigned jobs = 1;
+  // Share k of N, from 1: by the tag alone, so that a loop stays in its share when others come and go.
+  std::size_t shard = 1;
+  std::size_t shards = 1;
+};
+
+struct SurveyCount {
+  std::size_t loops = 0;    // of this share
+  std::size_t judged = 0;   // now
+  std::size_t resumed = 0;  // from an earlier run
+  std::size_t failed = 0;
+};
+
+// Judges what is not judged yet. Throws RecordError where a path can't be looked at, OutputError.
+SurveyCount judge_all(const SurveyRun& run);
+// Joins the loops of one or several folders that judge_all wrote.
+void write_survey(const std::vector<std::filesystem::path>& folders,
+                  const std::filesystem::path& out);
+
+// 1 to `shards`.
+std::size_t shard_of(const std::string& tag, std::size_t shards);
+
+}  // namespace loopwarden::workbench
