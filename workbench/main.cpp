@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
   add_export(app, exit_code);
   add_import(app, exit_code);
   add_survey(app, exit_code);
+  add_batch(app, exit_code);
   add_diagnose(app, exit_code);
   add_train(app, exit_code);
   add_classify(app, exit_code);

@@ -34,7 +34,8 @@ struct SpawnSettings {
 
 }  // namespace
 
-ChildProcess::ChildProcess(const std::string& program, const std::vector<std::string>& arguments) {
+ChildProcess::ChildProcess(const std::string& program, const std::vector<std::string>& arguments,
+                           ChildSettings wanted) {
   SpawnSettings settings;
   sigset_t none;
   sigset_t all;
@@ -45,10 +46,13 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
   const sched_param idle{};
   posix_spawnattr_setschedpolicy(&settings.attributes, SCHED_IDLE);
   posix_spawnattr_setschedparam(&settings.attributes, &idle);
-  posix_spawnattr_setflags(&settings.attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF |
-                                                     POSIX_SPAWN_SETSCHEDULER);
+  const int scheduler = wanted.idle ? POSIX_SPAWN_SETSCHEDULER : 0;
+  posix_spawnattr_setflags(
+      &settings.attributes,
+      static_cast<short>(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | scheduler));
   posix_spawn_file_actions_addopen(&settings.files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&settings.files, STDERR_FILENO, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&settings.files, wanted.output, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&settings.files, wanted.output, STDERR_FILENO);
   posix_spawn_file_actions_addclosefrom_np(&settings.files, STDERR_FILENO + 1);
 
   std::vector<std::string> words{program};

@@ -12,12 +12,17 @@
 
 namespace loopwarden::hal::os {
 
-// The child has no input, its output goes to the caller's standard error; it inherits no other file and no blocked
-// signal, and runs only while nothing else wants the processor (SCHED_IDLE).
+struct ChildSettings {
+  int output = 2;    // descriptor for its output and its errors; 2: the caller's standard error
+  bool idle = true;  // runs only while nothing else wants the processor (SCHED_IDLE)
+};
+
+// The child has no input; it inherits no other file than its output and no blocked signal.
 class ChildProcess {
  public:
   // `arguments` without the program's name. Throws std::system_error where it can't be started.
-  ChildProcess(const std::string& program, const std::vector<std::string>& arguments);
+  ChildProcess(const std::string& program, const std::vector<std::string>& arguments,
+               ChildSettings wanted = {});
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
   // Kills it where it still runs.

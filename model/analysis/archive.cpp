@@ -18,7 +18,8 @@ constexpr double kAllScale = 0.9;
 constexpr double kOnLine = 0.15;          // of the samples of a filled record
 constexpr double kRising = 4.0;           // tolerances in two samples
 constexpr double kRepeated = 0.55;        // of the samples of a filled record
-constexpr double kMostDigits = 9;         // decimals that count as how a file was written
+constexpr std::size_t kFewLevels = 4;     // samples for each value that occurs
+constexpr int kMostDigits = 9;            // decimals that count as how a file was written
 constexpr double kEqualIntervals = 0.05;  // coefficient of variation: a held measurement
 constexpr double kFewMultiples = 8.0;     // of the smallest step
 constexpr double kMultiples = 0.9;        // of the steps: a resolution
@@ -28,18 +29,26 @@ struct Points {
   std::vector<double> value;
 };
 
-// The step of the last decimal that the values were written with; 0: none to be seen.
+// The smallest step that values can have: that of the last decimal that they were written with, or of a transmitter
+// that knows few values, whatever the decimals. 0: none to be seen.
 double quantum_of(std::span<const double> values) {
+  double decimal = 0.0;
   double scale = 1.0;
-  for (int digits = 0; digits <= static_cast<int>(kMostDigits); ++digits, scale *= 10.0) {
+  for (int digits = 0; digits <= kMostDigits && decimal == 0.0; ++digits, scale *= 10.0) {
     const bool all = std::all_of(values.begin(), values.end(), [scale](double v) {
       const double scaled = v * scale;
       return !std::isfinite(v) ||
              std::abs(scaled - std::nearbyint(scaled)) <= 1e-9 * std::abs(scaled) + 1e-6;
     });
-    if (all) return 1.0 / scale;
+    if (all) decimal = 1.0 / scale;
   }
-  return 0.0;
+  std::vector<double> levels(values.begin(), values.end());
+  std::sort(levels.begin(), levels.end());
+  levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
+  if (levels.size() * kFewLevels > values.size() || levels.size() < 2) return decimal;
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < levels.size(); ++k) steps.push_back(levels[k] - levels[k - 1]);
+  return std::max(decimal, numeric::median(steps));
 }
 
 ArchivedSignal judge(const Points& stored, double tick_s, double share) {

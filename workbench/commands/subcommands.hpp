@@ -19,6 +19,7 @@ void add_register_map(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_import(CLI::App& app, int& exit_code);
 void add_survey(CLI::App& app, int& exit_code);
+void add_batch(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_commission(CLI::App& app, int& exit_code);
 void add_gap(CLI::App& app, int& exit_code);

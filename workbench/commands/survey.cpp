@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "workbench/command_line/share.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/records/record_input.hpp"
 
@@ -36,20 +36,6 @@ struct SurveyCommand {
 };
 
 constexpr std::size_t kLinesShown = 20;
-
-// "k/N", k from 1 to N.
-std::optional<std::pair<std::size_t, std::size_t>> share_from(const std::string& text) {
-  std::size_t share = 0;
-  std::size_t of = 0;
-  const char* end = text.data() + text.size();
-  const auto [slash, first] = std::from_chars(text.data(), end, share);
-  if (first != std::errc{} || slash == end || *slash != '/') return std::nullopt;
-  const auto [rest, second] = std::from_chars(slash + 1, end, of);
-  constexpr std::size_t kMost = 100000;
-  if (second != std::errc{} || rest != end || share < 1 || share > of || of > kMost)
-    return std::nullopt;
-  return std::pair{share, of};
-}
 
 void print_survey(const fs::path& out, bool as_json) {
   std::ifstream in(out / "survey.json");
@@ -109,18 +95,13 @@ int run_survey(const SurveyCommand& options) {
     return kExitUsage;
   }
   if (!options.shard.empty()) {
-    const auto share = share_from(options.shard);
-    if (!share) {
-      fmt::print(stderr, "--shard: k/N with k from 1 to N, as 2/8\n");
-      return kExitUsage;
-    }
-    std::tie(run.shard, run.shards) = *share;
+    run.share = share_from(options.shard);
   }
   try {
     const SurveyCount count = judge_all(run);
     fmt::print(stderr, "{} loops: {} judged, {} from an earlier run, {} failed\n", count.loops,
                count.judged, count.resumed, count.failed);
-    if (count.loops == 0 && run.shards == 1) {
+    if (count.loops == 0 && run.share.of == 1) {
       fmt::print(stderr,
                  "no loop with PV and CO was found; 'loopwarden import --list' shows what was\n");
       return kExitData;

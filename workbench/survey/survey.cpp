@@ -26,13 +26,6 @@ using nlohmann::json;
 constexpr std::uint64_t kAtOnceBytes = 256ULL * 1024ULL * 1024ULL;  // of values in memory
 constexpr std::size_t kAtOnceLoops = 256;
 
-// FNV-1a, 64 bits: the same on every machine.
-std::uint64_t hash_of(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  return hash;
-}
-
 std::optional<json> read_json(const fs::path& path) {
   std::ifstream in(path);
   if (!in) return std::nullopt;
@@ -54,19 +47,15 @@ std::string key_of(const record::Importer& importer, const record::FoundLoop& lo
     text += fmt::format("|{} {} {}", path.string(), fs::file_size(path, problem),
                         fs::last_write_time(path, problem).time_since_epoch().count());
   }
-  return fmt::format("{:016x}", hash_of(text));
+  return fmt::format("{:016x}", stable_hash(text));
 }
 
 fs::path file_of(const fs::path& out, const std::string& tag) {
   return out / "loops" /
-         fmt::format("{}-{:08x}.json", file_name_for(tag), hash_of(tag) & 0xFFFFFFFFU);
+         fmt::format("{}-{:08x}.json", file_name_for(tag), stable_hash(tag) & 0xFFFFFFFFU);
 }
 
 }  // namespace
-
-std::size_t shard_of(const std::string& tag, std::size_t shards) {
-  return static_cast<std::size_t>(hash_of(tag) % std::max<std::size_t>(1, shards)) + 1;
-}
 
 SurveyCount judge_all(const SurveyRun& run) {
   record::Importer importer({run.paths.begin(), run.paths.end()}, run.import, true);
@@ -83,7 +72,7 @@ SurveyCount judge_all(const SurveyRun& run) {
   std::set<fs::path> wanted;
   for (std::size_t k = 0; k < importer.loops().size(); ++k) {
     const record::FoundLoop& loop = importer.loops()[k];
-    if (shard_of(loop.tag, run.shards) != run.shard) continue;
+    if (!run.share.has(loop.tag)) continue;
     const std::string file = importer.files()[loop.files.front()].string();
     if (!loop.signals.has(record::Role::pv) || !loop.signals.has(record::Role::co)) {
       failed.push_back(

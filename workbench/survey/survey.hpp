@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "record/import/importer.hpp"
+#include "workbench/command_line/share.hpp"
 #include "workbench/survey/loop_result.hpp"
 
 namespace loopwarden::workbench {
@@ -23,9 +24,7 @@ struct SurveyRun {
   record::ImportOptions import;
   SurveySettings settings;
   unsigned jobs = 1;
-  // Share k of N, from 1: by the tag alone, so that a loop stays in its share when others come and go.
-  std::size_t shard = 1;
-  std::size_t shards = 1;
+  Share share{};  // by the tag alone, so that a loop stays in its share when others come and go
 };
 
 struct SurveyCount {
@@ -40,8 +39,5 @@ SurveyCount judge_all(const SurveyRun& run);
 // Joins the loops of one or several folders that judge_all wrote.
 void write_survey(const std::vector<std::filesystem::path>& folders,
                   const std::filesystem::path& out);
-
-// 1 to `shards`.
-std::size_t shard_of(const std::string& tag, std::size_t shards);
 
 }  // namespace loopwarden::workbench

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/analysis/archive.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "model/numeric/random.hpp"
+#include "tests/support/archive.hpp"
+
+namespace loopwarden::tests::archive_test {
+namespace {
+
+using namespace loopwarden::analysis;
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+// A signal as a flow has it: slow wander, a swing, noise.
+std::vector<double> flow(std::size_t count, double noise, std::uint64_t seed = 3) {
+  numeric::Random random(seed);
+  std::vector<double> x(count);
+  double wander = 0.0;
+  for (std::size_t k = 0; k < count; ++k) {
+    wander += 0.03 * random.normal();
+    x[k] = 50.0 + wander + 4.0 * std::sin(0.05 * static_cast<double>(k)) + noise * random.normal();
+  }
+  return x;
+}
+
+TEST_CASE("a plain signal is none, with noise, without, coarse, held and clipped", "[archive]") {
+  CHECK(recognise_filled(with_decimals(flow(4000, 0.1), 3)).kind == ArchiveKind::none);
+  CHECK(recognise_filled(with_decimals(flow(4000, 0.0), 4)).kind == ArchiveKind::none);
+  CHECK(recognise_filled(flow(4000, 0.0)).kind == ArchiveKind::none);
+  CHECK(recognise_filled(with_decimals(flow(4000, 0.3), 0)).kind == ArchiveKind::none);
+  std::vector<double> coarse = flow(4000, 0.02);
+  for (double& v : coarse) v = 0.25 * std::nearbyint(v / 0.25);
+  CHECK(recognise_filled(coarse).kind == ArchiveKind::none);
+  std::vector<double> analyser = flow(4000, 0.1);
+  for (std::size_t k = 0; k < analyser.size(); ++k) analyser[k] = analyser[k - k % 10];
+  CHECK(recognise_filled(with_decimals(analyser, 3)).kind == ArchiveKind::none);
+  CHECK(recognise_filled(std::vector<double>(4000, 3.0)).kind == ArchiveKind::none);
+  std::vector<double> gaps = flow(4000, 0.1);
+  for (std::size_t k = 0; k < gaps.size(); k += 40) gaps[k] = kMissing;
+  CHECK(recognise_filled(with_decimals(gaps, 3)).kind == ArchiveKind::none);
+}
+
+TEST_CASE("exception reporting that was filled by the last value: kind and dead band",
+          "[archive]") {
+  for (const double band : {0.4, 1.0, 2.0}) {
+    const std::vector<double> x = with_decimals(flow(4000, 0.1), 3);
+    const ArchivedSignal found = recognise_filled(held_between(x, by_exception(x, band)));
+    INFO(band);
+    CHECK(found.kind == ArchiveKind::exception);
+    CHECK(found.deviation == Approx(band).epsilon(0.1));
+    CHECK(found.stored_share < 0.5);
+  }
+}
+
+TEST_CASE(
+    "a swinging door that was filled by straight lines: kind, and a deviation within a factor",
+    "[archive]") {
+  for (const double deviation : {0.2, 0.5, 1.0}) {
+    const std::vector<double> x = with_decimals(flow(6000, 0.1), 3);
+    const ArchivedSignal found =
+        recognise_filled(with_decimals(lines_between(x, by_swinging_door(x, deviation)), 4));
+    INFO(deviation);
+    CHECK(found.kind == ArchiveKind::swinging_door);
+    CHECK_FALSE(found.held_lines);
+    CHECK(found.deviation > deviation / 3.0);
+    CHECK(found.deviation < deviation * 3.0);
+  }
+}
+
+TEST_CASE("a swinging door that was filled by the last value is known for that, and drawn again",
+          "[archive]") {
+  const std::vector<double> x = with_decimals(flow(6000, 0.1), 3);
+  const Places stored = by_swinging_door(x, 0.5);
+  const std::vector<double> held = held_between(x, stored);
+  const ArchivedSignal found = recognise_filled(held);
+  CHECK(found.kind == ArchiveKind::swinging_door);
+  CHECK(found.held_lines);
+  const std::vector<double> again = lines_for_steps(held);
+  const std::vector<double> lines = lines_between(x, stored);
+  // Where the next stored value is the same nobody sees it in what is held.
+  std::size_t other = 0;
+  for (std::size_t k = 0; k < x.size(); ++k)
+    other += std::abs(again[k] - lines[k]) > 1e-9 ? 1U : 0U;
+  CHECK(other < x.size() / 20);
+}
+
+TEST_CASE("stored values alone, on their own times", "[archive]") {
+  const std::vector<double> x = flow(4000, 0.1);
+  const auto stored = [&](const Places& places) {
+    std::vector<double> times;
+    std::vector<double> values;
+    for (const std::size_t k : places) {
+      times.push_back(2.0 * static_cast<double>(k));
+      values.push_back(x[k]);
+    }
+    return recognise_stored(times, values, 2.0);
+  };
+  const ArchivedSignal exception = stored(by_exception(x, 1.0));
+  CHECK(exception.kind == ArchiveKind::exception);
+  CHECK(exception.deviation == Approx(1.0).epsilon(0.1));
+  CHECK(stored(by_swinging_door(x, 0.5)).kind == ArchiveKind::swinging_door);
+  Places all(x.size());
+  for (std::size_t k = 0; k < all.size(); ++k) all[k] = k;
+  CHECK(stored(all).kind == ArchiveKind::none);
+}
+
+TEST_CASE("the same in a record whose other cells are empty", "[archive]") {
+  const std::vector<double> x = flow(4000, 0.1);
+  std::vector<double> sparse(x.size(), kMissing);
+  for (const std::size_t k : by_exception(x, 1.0)) sparse[k] = x[k];
+  CHECK(recognise_filled(sparse).kind == ArchiveKind::exception);
+  // Every fifth sample written is another period, one long outage is one long outage.
+  std::vector<double> fifth(x.size(), kMissing);
+  for (std::size_t k = 0; k < x.size(); k += 5) fifth[k] = x[k];
+  CHECK(recognise_filled(fifth).kind == ArchiveKind::none);
+  std::vector<double> outage = x;
+  for (std::size_t k = 1000; k < 2500; ++k) outage[k] = kMissing;
+  CHECK(recognise_filled(outage).kind == ArchiveKind::none);
+}
+
+TEST_CASE("held values are drawn on their way to the next, never outside the dead band",
+          "[archive]") {
+  const std::vector<double> held{1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 9.0, kMissing, 3.0, 3.0, 2.5};
+  const std::vector<double> drawn = within_band(held, 1.0);
+  CHECK(drawn[0] == 1.0);
+  CHECK(drawn[2] == Approx(1.5));
+  CHECK(drawn[3] == Approx(1.75));
+  CHECK(drawn[5] == Approx(3.0));  // 5.5 on the straight line
+  CHECK(drawn[6] == 9.0);
+  CHECK(std::isnan(drawn[7]));
+  CHECK(drawn[9] == Approx(2.75));
+}
+
+}  // namespace
+}  // namespace loopwarden::tests::archive_test

@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exports as historians write them, each of the same loop: they must give the same record.
+#include "record/import/importer.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <catch2/catch.hpp>
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <iomanip>
+#include <locale>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "model/numeric/random.hpp"
+#include "tests/support/archive.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests::importer_test {
+namespace {
+
+using namespace loopwarden::record;
+namespace fs = std::filesystem;
+
+constexpr std::size_t kSamples = 900;
+constexpr std::int64_t kStart = 1772404200;  // 2026-03-01T22:30:00Z
+
+struct Loop {
+  std::vector<double> pv, co, sp;
+};
+
+const Loop& loop() {
+  static const Loop made = [] {
+    Loop l;
+    numeric::Random random(11);
+    double wander = 0.0;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      wander += 0.02 * random.normal();
+      l.pv.push_back(std::nearbyint((20.0 + wander + std::sin(0.03 * static_cast<double>(k)) +
+                                     0.05 * random.normal()) *
+                                    1e3) /
+                     1e3);
+      l.co.push_back(std::nearbyint((50.0 + 3.0 * std::sin(0.03 * static_cast<double>(k) - 1.0) +
+                                     0.02 * random.normal()) *
+                                    1e3) /
+                     1e3);
+      l.sp.push_back(k < 400 ? 20.0 : 21.5);
+    }
+    return l;
+  }();
+  return made;
+}
+
+std::string number(double v, char decimal = '.') {
+  std::string text = fmt::format("{:.3f}", v);
+  std::replace(text.begin(), text.end(), '.', decimal);
+  return text;
+}
+
+std::string iso(std::size_t k, bool utc = true) {
+  return iso_text(kStart + static_cast<std::int64_t>(k), 0.0, utc);
+}
+
+std::string date(const char* format, std::size_t k) {
+  const std::time_t at = static_cast<std::time_t>(kStart) + static_cast<std::time_t>(k);
+  std::tm parts{};
+  gmtime_r(&at, &parts);
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << std::put_time(&parts, format);
+  return text.str();
+}
+
+// A row a time.
+std::string wide(const std::string& header, const std::function<std::string(std::size_t)>& time,
+                 char delimiter = ',', char decimal = '.', const std::string& end = "\n") {
+  std::string text = header + end;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    text += time(k) + delimiter + number(loop().pv[k], decimal) + delimiter +
+            number(loop().co[k], decimal) + delimiter + number(loop().sp[k], decimal) + end;
+  }
+  return text;
+}
+
+std::string seconds(std::size_t k) { return std::to_string(k); }
+
+std::string as_utf16(const std::string& text, bool little) {
+  std::string out = little ? "\xFF\xFE" : "\xFE\xFF";
+  for (const char c : text) {
+    if (little) {
+      out += c;
+      out += '\0';
+    } else {
+      out += '\0';
+      out += c;
+    }
+  }
+  return out;
+}
+
+Imported imported(const std::string& text, const ImportOptions& options = {},
+                  const std::string& name = "export.csv", const std::string& tag = {}) {
+  const TemporaryFolder folder;
+  write_file(folder / name, text);
+  return import_record(folder / name, tag, options);
+}
+
+void same(const Imported& got, double margin = 0.0) {
+  REQUIRE(got.record.size() == kSamples);
+  CHECK(got.record.period_s == Approx(1.0));
+  REQUIRE(got.record.has_co);
+  REQUIRE(got.record.has_sp);
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    CHECK(got.record.pv[k] == Approx(loop().pv[k]).margin(margin).epsilon(1e-12));
+    CHECK(got.record.co[k] == Approx(loop().co[k]).margin(margin).epsilon(1e-12));
+    CHECK(got.record.sp[k] == loop().sp[k]);
+  }
+  CHECK_FALSE(got.notes.compressed());
+}
+
+std::string failure(const std::string& text, const ImportOptions& options = {},
+                    const std::string& name = "export.csv") {
+  try {
+    imported(text, options, name);
+  } catch (const RecordError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+ImportOptions with_time(TimeForm form) {
+  ImportOptions options;
+  options.time = form;
+  return options;
+}
+
+TEST_CASE("times in all their forms give one record", "[import]") {
+  const std::string names = ",FIC101.PV,FIC101.OP,FIC101.SP";
+  same(imported(wide("time,pv,co,sp", seconds)));
+  same(imported(wide("time" + names, seconds)));
+  same(imported(wide("Timestamp" + names, [](std::size_t k) { return iso(k); })));
+  same(imported(wide("Timestamp" + names, [](std::size_t k) { return iso(k, false) + "+01:00"; })));
+  same(imported(wide("time,pv,co,sp", [](std::size_t k) { return iso(k); })));
+  same(imported(wide("time,pv,co,sp", [](std::size_t k) {
+    return std::to_string(kStart + static_cast<std::int64_t>(k));
+  })));
+  same(imported(wide("time,pv,co,sp", [](std::size_t k) {
+    return std::to_string(1000 * (kStart + static_cast<std::int64_t>(k)));
+  })));
+  same(imported(wide("Time (min),PV,OP,SP", [](std::size_t k) {
+    return fmt::format("{:.6f}", static_cast<double>(k) / 60.0);
+  })));
+  same(imported(
+      wide("time,pv,co,sp",
+           [](std::size_t k) { return fmt::format("{:.6f}", static_cast<double>(k) / 60.0); }),
+      with_time(TimeForm::minutes)));
+  same(imported(wide("Date,PV,OP,SP", [](std::size_t k) {
+    return fmt::format("{:.9f}", 46082.9375 + static_cast<double>(k) / 86400.0);
+  })));
+  same(imported(wide("time,pv,co,sp", [](std::size_t k) { return date("%d-%b-%y %H:%M:%S", k); })));
+}
+
+TEST_CASE("wall-clock time is kept", "[import]") {
+  const Imported got = imported(wide("Timestamp,FIC101.PV,FIC101.OP,FIC101.SP",
+                                     [](std::size_t k) { return iso(k, false) + "+01:00"; }));
+  REQUIRE(got.notes.start);
+  CHECK(got.notes.start->whole_s == kStart - 3600);
+  CHECK(got.notes.start->zone_known);
+  CHECK(got.notes.tag == "FIC101");
+  CHECK(got.record.time_s.front() == 0.0);
+  ImportOptions local;
+  local.zone_s = 7200;
+  const Imported shifted = imported(
+      wide("Timestamp,FIC101.PV,FIC101.OP,FIC101.SP", [](std::size_t k) { return iso(k, false); }),
+      local);
+  CHECK(shifted.notes.start->whole_s == kStart - 7200);
+}
+
+TEST_CASE("delimiters, decimal commas, encodings, line ends, header lines and units", "[import]") {
+  const auto german = [](std::size_t k) { return date("%d.%m.%Y %H:%M:%S", k); };
+  const Imported latin = imported(
+      wide("Zeit;FIC101.PV;FIC101.OUT;FIC101.SP\n;m\xB3/h;%;m\xB3/h", german, ';', ',', "\r\n"));
+  same(latin);
+  CHECK(latin.notes.units[index_of(Role::pv)] == "m\xC2\xB3/h");
+  CHECK(latin.notes.units[index_of(Role::co)] == "%");
+  same(imported("\xEF\xBB\xBF" + wide("Zeit;PV;OP;SP", german, ';', ',')));
+  same(imported(wide(
+      "Plant 7 export\nby the historian\n\nTimestamp\tPV\tOP\tSP",
+      [](std::size_t k) { return iso(k); }, '\t')));
+  same(imported(as_utf16(wide(
+                             "Timestamp;PV;OP;SP", [](std::size_t k) { return iso(k); }, ';', ','),
+                         true)));
+  same(imported(as_utf16(wide(
+                             "Timestamp;PV;OP;SP", [](std::size_t k) { return iso(k); }, ';', ','),
+                         false)));
+  same(imported(wide(
+      "Timestamp|PV|OP|SP", [](std::size_t k) { return iso(k); }, '|')));
+  same(imported(wide("Timestamp,\"PV (m3/h)\",\"OP (%)\",SP",
+                     [](std::size_t k) { return "\"" + iso(k) + "\""; })));
+  same(imported(wide(
+      "Date;Time;PV;OP;SP", [](std::size_t k) { return date("%d.%m.%Y;%H:%M:%S", k); }, ';', ',')));
+}
+
+TEST_CASE("an order of day and month that nothing tells is asked for", "[import]") {
+  const std::string text =
+      wide("Date,PV,OP,SP", [](std::size_t k) { return date("%m/%d/%Y 10:%M:%S", k); });
+  const std::string what = failure(text);
+  CHECK(what.find("--time dmy or --time mdy") != std::string::npos);
+  CHECK(what.find("export.csv:") != std::string::npos);
+  // Midnight tells: time goes on by a second.
+  const std::string over_midnight =
+      wide("Date,PV,OP,SP", [](std::size_t k) { return date("%m/%d/%Y %H:%M:%S", k + 5300); });
+  same(imported(over_midnight));
+}
+
+TEST_CASE("a row a value, packed, with qualities and another order", "[import]") {
+  std::string text = "Tag,Timestamp,Value,Quality\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    text += "FIC101.PV," + iso(k) + "," + number(loop().pv[k]) + ",Good\n";
+    text +=
+        "FIC101.OP," + iso(k) + "," + number(loop().co[k]) + "," + (k == 7 ? "Bad" : "Good") + "\n";
+    text += "FIC101.SP," + iso(k) + "," + number(loop().sp[k]) + ",Good\n";
+    text += "TI205," + iso(k) + ",20,Good\n";
+  }
+  const TemporaryFolder folder;
+  const gzFile out = gzopen((folder / "long.csv.gz").c_str(), "wb");
+  REQUIRE(gzwrite(out, text.data(), static_cast<unsigned>(text.size())) ==
+          static_cast<int>(text.size()));
+  gzclose(out);
+  const Imported got = import_record(folder / "long.csv.gz", "", {});
+  CHECK(got.record.size() == kSamples);
+  CHECK(got.notes.bad == 1);
+  CHECK(got.record.missing_co == 1);
+  CHECK(std::isnan(got.record.co[7]));
+  CHECK(got.record.co[8] == loop().co[8]);
+  CHECK(got.record.pv == loop().pv);
+  // Cut in the middle of the packed data.
+  const std::string whole = read_file(folder / "long.csv.gz");
+  write_file(folder / "cut.csv.gz", whole.substr(0, whole.size() / 2));
+  CHECK_THROWS_WITH(import_record(folder / "cut.csv.gz", "", {}),
+                    Catch::Contains("ends too early"));
+}
+
+TEST_CASE("bad values by name are missing samples, counted; other words are an error that helps",
+          "[import]") {
+  const auto spoiled = [](const std::string& word) {
+    std::string text = "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP\n";
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      text += iso(k) + "," + (k % 100 == 50 ? word : number(loop().pv[k])) + "," +
+              number(loop().co[k]) + "," + number(loop().sp[k]) + "\n";
+    }
+    return text;
+  };
+  const Imported bad = imported(spoiled("Bad Input"));
+  CHECK(bad.notes.bad == 9);
+  CHECK(bad.record.missing_pv == 9);
+  CHECK(std::isnan(bad.record.pv[50]));
+  CHECK(imported(spoiled("Questionable")).notes.questionable == 9);
+  const std::string what = failure(spoiled("Wartung"));
+  CHECK(what.find("export.csv:52:22: 'Wartung' is not a number") != std::string::npos);
+  CHECK(what.find("--bad-value 'Wartung'") != std::string::npos);
+  ImportOptions options;
+  options.bad_words = {"wartung"};
+  CHECK(imported(spoiled("Wartung"), options).notes.bad == 9);
+}
+
+TEST_CASE("jittered times are drawn onto a constant period, and what that moves is said",
+          "[import]") {
+  numeric::Random random(5);
+  std::vector<double> at(kSamples);
+  for (std::size_t k = 0; k < kSamples; ++k)
+    at[k] = static_cast<double>(k) + (k > 0 ? random.uniform(-0.2, 0.2) : 0.0);
+  const Imported got = imported(
+      wide("Time (s),PV,OP,SP", [&](std::size_t k) { return fmt::format("{:.3f}", at[k]); }));
+  CHECK(got.record.period_s == Approx(1.0).epsilon(1e-3));
+  CHECK(got.notes.moved_pv > 0.0);
+  CHECK(got.notes.moved_pv < 0.05);
+  CHECK(got.notes.resampled.find("jitter") != std::string::npos);
+  for (std::size_t k = 5; k + 5 < got.record.size(); ++k)
+    CHECK(got.record.pv[k] == Approx(loop().pv[k]).margin(0.2));
+}
+
+TEST_CASE("rows that are missing become missing samples", "[import]") {
+  std::string text = "Timestamp,PV,OP,SP\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    if (k >= 300 && k < 320) continue;
+    text += iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) + "," +
+            number(loop().sp[k]) + "\n";
+  }
+  const Imported got = imported(text);
+  CHECK(got.record.size() == kSamples);
+  CHECK(got.record.missing_pv == 20);
+  CHECK(got.record.pv[320] == loop().pv[320]);
+  CHECK(got.notes.missing == 20);
+}
+
+TEST_CASE("stored values are put on the shortest step of their times and filled as they were made",
+          "[import]") {
+  const Places pv = by_swinging_door(loop().pv, 0.2);
+  const Places co = by_exception(loop().co, 0.5);
+  std::string text = "TagName,DateTime,Value\n";
+  for (const std::size_t k : pv) text += "FIC101.PV," + iso(k) + "," + number(loop().pv[k]) + "\n";
+  for (const std::size_t k : co) text += "FIC101.OP," + iso(k) + "," + number(loop().co[k]) + "\n";
+  text += "FIC101.SP," + iso(0) + ",20\nFIC101.SP," + iso(400) + ",21.5\n";
+  const Imported got = imported(text);
+  CHECK(got.record.period_s == 1.0);
+  REQUIRE(got.record.size() == kSamples);
+  CHECK(got.notes.pv.kind == analysis::ArchiveKind::swinging_door);
+  CHECK(got.notes.co.kind == analysis::ArchiveKind::exception);
+  CHECK(got.notes.co.deviation == Approx(0.5).epsilon(0.15));
+  const std::vector<double> lines = lines_between(loop().pv, pv);
+  const std::vector<double> steps = held_between(loop().co, co);
+  for (std::size_t k = 0; k + 1 < kSamples; ++k) {
+    CHECK(got.record.pv[k] == Approx(lines[k]).margin(1e-9));
+    CHECK(got.record.co[k] == steps[k]);
+    CHECK(got.record.sp[k] == loop().sp[k]);
+  }
+  ImportOptions held;
+  held.filling = Filling::held;
+  CHECK(imported(text, held).record.pv[pv[1] + 1] == loop().pv[pv[1]]);
+}
+
+TEST_CASE("newest first, a last line that was cut, a footer and a delimiter at the end",
+          "[import]") {
+  std::string text = "Timestamp,PV,OP,SP\n";
+  for (std::size_t k = kSamples; k-- > 0;) {
+    text += iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) + "," +
+            number(loop().sp[k]) + "\n";
+  }
+  same(imported(text));
+  const std::string up = wide("Timestamp,PV,OP,SP", [](std::size_t k) { return iso(k); });
+  same(imported(up + iso(kSamples) + ",20."));
+  same(imported(up + "\n(900 rows affected)\n"));
+  same(imported(wide(
+      "Timestamp,PV,OP,SP,", [](std::size_t k) { return iso(k); }, ',', '.', ",\n")));
+}
+
+TEST_CASE("local times at the end of summer time go on", "[import]") {
+  std::string text = "Timestamp,PV,OP,SP\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const std::size_t at = 10 * k + 1000;
+    text += iso(at >= 5000 ? at - 3600 : at, false) + "," + number(loop().pv[k]) + "," +
+            number(loop().co[k]) + "," + number(loop().sp[k]) + "\n";
+  }
+  const Imported got = imported(text);
+  CHECK(got.record.size() == kSamples);
+  CHECK(got.record.period_s == 10.0);
+  REQUIRE_FALSE(got.notes.remarks.empty());
+  CHECK(got.notes.remarks.front().find("summer time") != std::string::npos);
+}
+
+TEST_CASE("times that go back otherwise are an error with their line", "[import]") {
+  std::string text = "Timestamp,PV,OP,SP\n";
+  for (std::size_t k = 0; k < kSamples; ++k) text += iso(k == 100 ? 90 : k) + ",1,2,3\n";
+  const std::string what = failure(text);
+  CHECK(what.find("export.csv:102: the time goes back by 9 s") != std::string::npos);
+}
+
+TEST_CASE("several loops in a file, by their tags, and a choice that is asked for", "[import]") {
+  std::string text =
+      "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP,FIC102.PV,FIC102.OP,FIC102.SP,TI205\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const std::string values =
+        number(loop().pv[k]) + "," + number(loop().co[k]) + "," + number(loop().sp[k]);
+    text += iso(k) + "," + values + "," + number(2.0 * loop().pv[k]) + "," + number(loop().co[k]) +
+            ",42,17\n";
+  }
+  same(imported(text, {}, "export.csv", "FIC101"));
+  CHECK(imported(text, {}, "export.csv", "fic102").record.pv[5] == Approx(2.0 * loop().pv[5]));
+  const std::string what = failure(text);
+  CHECK(what.find("2 loops (FIC101, FIC102)") != std::string::npos);
+  CHECK(what.find("--loop TAG") != std::string::npos);
+  ImportOptions mapped;
+  mapped.loops = {{.tag = "", .names = {"FIC102.PV", "", "FIC101.OP", "", ""}, .units = {}}};
+  CHECK(imported(text, mapped).record.pv[5] == Approx(2.0 * loop().pv[5]));
+  mapped.loops.front().names[0] = "FIC103.PV";
+  CHECK(failure(text, mapped).find("no column or tag 'FIC103.PV'; is it 'FIC101.PV'?") !=
+        std::string::npos);
+  mapped.loops.front().names = {"4", "", "2", "", ""};  // by number, the first is the time
+  CHECK(imported(text, mapped).notes.names[index_of(Role::co)] == "FIC101.PV");
+}
+
+TEST_CASE(
+    "a folder: a loop that goes on from file to file, and one bad file that costs only itself",
+    "[import]") {
+  const TemporaryFolder folder;
+  const auto part = [&](std::size_t from, std::size_t to) {
+    std::string text = "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP\n";
+    for (std::size_t k = from; k < to; ++k) {
+      text += iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) + "," +
+              number(loop().sp[k]) + "\n";
+    }
+    return text;
+  };
+  write_file(folder / "b.csv", part(0, 500));
+  write_file(folder / "a.csv", part(480, kSamples));
+  write_file(folder / "broken.csv", "nothing, of, use\n1;2\n");
+  write_file(folder / "notes.md", "no export");
+  Importer importer({folder.path()}, {});
+  REQUIRE(importer.loops().size() == 1);
+  CHECK(importer.loops().front().files.size() == 2);
+  REQUIRE(importer.problems().size() == 1);
+  CHECK(importer.problems().front().file.ends_with("broken.csv"));
+  same(importer.read_one(0));
+}
+
+TEST_CASE("modes tell what was in automatic", "[import]") {
+  std::string text = "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP,FIC101.MODE\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    text += iso(k) + ",1" + std::to_string(k % 7) + ",2" + std::to_string(k % 5) + ",3," +
+            (k < 100   ? "MAN"
+             : k < 200 ? "Cascade"
+                       : "AUTO") +
+            "\n";
+  }
+  const Imported got = imported(text);
+  CHECK(got.record.has_mode);
+  CHECK(got.record.automatic[50] == 0.0);
+  CHECK(got.record.automatic[150] == 1.0);
+  CHECK(got.record.automatic[250] == 1.0);
+}
+
+TEST_CASE("what is no export says so", "[import]") {
+  CHECK(failure("").find("empty") != std::string::npos);
+  CHECK_FALSE(failure("one column\n1\n2\n").empty());
+  CHECK(failure("a,b,c\nx,y,z\nx,y,z\n").find("--time-column") != std::string::npos);
+  CHECK_FALSE(failure(std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16)).empty());
+  CHECK(failure("Timestamp,A,B\n2026-03-01T10:00:00Z,1,2\n2026-03-01T10:00:01Z,1,2\n")
+            .find("--map pv=NAME") != std::string::npos);
+  CHECK_THROWS_AS(import_record("/nonexistent.csv", "", {}), RecordError);
+}
+
+}  // namespace
+}  // namespace loopwarden::tests::importer_test
