@@ -320,7 +320,14 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
   }
   // One column of times, regular: nothing to do but take it.
   if (all_share_time(signals) && !options.period_s && is_regular(*pv.time_s)) {
-    r.time_s = std::move(*pv.time_s);
+    // Other loops of the file may have the same times.
+    const auto sharing = std::count_if(signals.begin(), signals.end(),
+                                       [&](const Signal& s) { return s.time_s == pv.time_s; });
+    if (pv.time_s.use_count() == sharing) {
+      r.time_s = std::move(*pv.time_s);
+    } else {
+      r.time_s = *pv.time_s;
+    }
     r.period_s =
         tidy((r.time_s.back() - r.time_s.front()) / static_cast<double>(r.time_s.size() - 1));
     for (std::size_t k = 0; k < kRoles; ++k)

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loopwarden import`, `survey` and `batch` as their users call them.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "record/record_csv.hpp"
+#include "tests/support/archive.hpp"
+#include "tests/support/shell.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests::survey_command_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+ShellOutcome loopwarden(const std::string& arguments) {
+  return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
+}
+
+// A loop at 1 s whose valve sticks by `s` CO units, with a load; 0: none does.
+std::string model_text(double s, int seed, double period_scale = 1.0) {
+  return "sample_time: 1.0\n"
+         "controller: {kp: 1.0, ki: " +
+         std::to_string(0.12 / period_scale) + ", output: [0, 100]}\n" +
+         (s > 0.0
+              ? "valve:\n  effects:\n    - {effect: stiction, s: " + std::to_string(s) + ", j: 2}\n"
+              : std::string()) +
+         "process: {gain: 0.36, time_constant: 4.0, dead_time: 2.0}\n"
+         "transmitter: {range: [0, 40], resolution: 0.001, noise: 0.04}\n"
+         "disturbances:\n  - {effect: random_load, intensity: 0.02, time_constant: 200}\n"
+         "scenario: {duration: 3600, set_point: [[0, 18], [600, 20], [1300, 17], [2000, 19], "
+         "[2800, 21]], seed: " +
+         std::to_string(seed) + "}\n";
+}
+
+class Plant {
+ public:
+  record::Record simulated(double s, int seed) {
+    write_file(folder_ / "m.yaml", model_text(s, seed));
+    const ShellOutcome made = loopwarden("simulate " + path("m.yaml") + " --out " + path("r.csv"));
+    INFO(made.text);
+    REQUIRE(made.exit_code == 0);
+    record::Record r = record::read_record(folder_ / "r.csv");
+    fs::remove(folder_ / "r.csv");
+    fs::remove(folder_ / "m.yaml");
+    return r;
+  }
+  // One export with a column a signal.
+  void write_export(const std::string& name,
+                    const std::vector<std::pair<std::string, record::Record>>& loops) {
+    std::string text = "Timestamp";
+    for (const auto& [tag, r] : loops) text += "," + tag + ".PV," + tag + ".OP," + tag + ".SP";
+    text += "\n";
+    for (std::size_t k = 0; k < loops.front().second.size(); ++k) {
+      char time[80];
+      std::snprintf(time, sizeof time, "2026-03-01T%02zu:%02zu:%02zuZ", 10 + k / 3600, k / 60 % 60,
+                    k % 60);
+      text += time;
+      for (const auto& [tag, r] : loops) {
+        char cells[96];
+        std::snprintf(cells, sizeof cells, ",%.4f,%.4f,%g", r.pv[k], r.co[k], r.sp[k]);
+        text += cells;
+      }
+      text += "\n";
+    }
+    write_file(folder_ / name, text);
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  const TemporaryFolder& folder() const { return folder_; }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+json read_json(const fs::path& path) { return json::parse(read_file(path)); }
+
+TEST_CASE("import writes a record a loop in the fixed format, and a note", "[import][program]") {
+  Plant plant;
+  const record::Record a = plant.simulated(0.0, 1);
+  const record::Record b = plant.simulated(5.0, 2);
+  plant.write_export("e.csv", {{"FIC1", a}, {"FIC2", b}});
+  const ShellOutcome listed = loopwarden("import --list " + plant.path("e.csv"));
+  CHECK(listed.exit_code == 0);
+  CHECK(listed.text.find("FIC2") != std::string::npos);
+  const ShellOutcome made =
+      loopwarden("import " + plant.path("e.csv") + " --out " + plant.path("out"));
+  INFO(made.text);
+  REQUIRE(made.exit_code == 0);
+  const record::Record again = record::read_record(plant.folder() / "out/FIC2.csv");
+  CHECK(again.size() == b.size());
+  CHECK(again.period_s == 1.0);
+  CHECK(again.pv[100] == Approx(b.pv[100]).margin(1e-4));
+  const json note = read_json(plant.folder() / "out/import.json");
+  CHECK(note["loops"].size() == 2);
+  CHECK(note["loops"][0]["start"] == "2026-03-01T10:00:00Z");
+  CHECK(note["loops"][0]["compression"]["kind"] == "none");
+  CHECK(read_file(plant.folder() / "out/import.txt").find("period 1 s") != std::string::npos);
+  CHECK(loopwarden("import " + plant.path("e.csv")).exit_code == 64);
+  CHECK(loopwarden("import /nonexistent.csv --list").exit_code == 74);
+}
+
+TEST_CASE("a format file tells what can't be found out, and its errors have their place",
+          "[import][program]") {
+  Plant plant;
+  std::string text = "a;b;c\n";
+  for (int k = 0; k < 300; ++k) {
+    text += std::to_string(k) + "," + std::to_string(k % 10) + ";" + std::to_string(20 + k % 7) +
+            ",5;" + std::to_string(50 + k % 3) + "\n";
+  }
+  write_file(plant.folder() / "e.txt", text);
+  write_file(
+      plant.folder() / "f.yaml",
+      "decimal: comma\ntime: {column: a, form: seconds}\nloops:\n  - {tag: FIC9, pv: b, co: c}\n");
+  const std::string read =
+      "import --list --json --format " + plant.path("f.yaml") + " " + plant.path("e.txt");
+  const ShellOutcome good = loopwarden(read);
+  INFO(good.text);
+  REQUIRE(good.exit_code == 0);
+  CHECK(json::parse(good.text)["loops"][0]["tag"] == "FIC9");
+  write_file(plant.folder() / "f.yaml", "decimals: comma\n");
+  const ShellOutcome bad = loopwarden(read);
+  CHECK(bad.exit_code == 78);
+  CHECK(bad.text.find("f.yaml:1:1: error: unknown key 'decimals'") != std::string::npos);
+  CHECK(bad.text.find("did you mean 'decimal'?") != std::string::npos);
+}
+
+TEST_CASE("what an archive kept of a loop: the verdicts hold, and what can't be seen is said",
+          "[import][program][gap]") {
+  Plant plant;
+  write_file(plant.folder() / "model.yaml",
+             model_text(0.0, 1).substr(0, model_text(0.0, 1).find("disturbances")));
+  for (const double s : {0.0, 5.0}) {
+    record::Record r = plant.simulated(s, 5);
+    for (const bool held : {false, true}) {
+      record::Record kept = r;
+      const auto keep = [held](const std::vector<double>& x, double deviation) {
+        return with_decimals(held ? held_between(x, by_exception(x, deviation))
+                                  : lines_between(x, by_swinging_door(x, deviation)),
+                             4);
+      };
+      kept.pv = keep(r.pv, 0.2);
+      kept.co = keep(r.co, 0.5);
+      plant.write_export("e.csv", {{"FIC1", kept}});
+      const ShellOutcome diagnosed =
+          run(LOOPWARDEN_CLI " diagnose " + plant.path("e.csv") + " --json 2>/dev/null");
+      INFO(diagnosed.text << s << held);
+      const json d = json::parse(diagnosed.text);
+      CHECK(d["import"]["compression"]["kind"] == (held ? "exception" : "swinging_door"));
+      CHECK(d["import"]["sees_from_percent"].get<double>() > 0.1);
+      CHECK(d["import"]["sees_from_percent"].get<double>() < 4.0);
+      const std::string verdict = d["verdict"];
+      if (s > 0.0) {
+        CHECK(verdict == "valve_effect");
+      } else {
+        CHECK((verdict == "healthy" || verdict == "cant_tell"));
+      }
+      if (held == (s > 0.0)) continue;  // two searches are enough
+      const ShellOutcome found = run(LOOPWARDEN_CLI " gap " + plant.path("e.csv") + " --model " +
+                                     plant.path("model.yaml") + " --out " + plant.path("gap") +
+                                     " --to 1800 --json 2>/dev/null");
+      const json g = json::parse(found.text);
+      INFO(found.text);
+      if (s > 0.0) {
+        REQUIRE(g["verdict"] == "missing_effect");
+        CHECK(g["effects"][0]["name"] == "stiction");
+        for (const json& e : g["effects"]) CHECK(e["confidence"].get<double>() < 0.9);
+      } else {
+        CHECK(g["verdict"] == "no_gap");
+      }
+    }
+  }
+}
+
+TEST_CASE("a record in % is offered as one, before any effect is named", "[import][program][gap]") {
+  Plant plant;
+  write_file(plant.folder() / "model.yaml",
+             model_text(0.0, 1).substr(0, model_text(0.0, 1).find("disturbances")));
+  record::Record r = plant.simulated(0.0, 5);
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    r.pv[k] *= 2.5;
+    r.sp[k] *= 2.5;
+  }
+  plant.write_export("e.csv", {{"FIC1", r}});
+  const std::string gap = "gap " + plant.path("e.csv") + " --model " + plant.path("model.yaml") +
+                          " --to 1200 --out " + plant.path("g");
+  const ShellOutcome asked = loopwarden(gap);
+  CHECK(asked.exit_code == 65);
+  CHECK(asked.text.find("looks like another unit (% of the PV range)") != std::string::npos);
+  CHECK(asked.text.find("--pv-range") != std::string::npos);
+  const ShellOutcome told = run(LOOPWARDEN_CLI " " + gap + " --pv-range 0 100 --json 2>/dev/null");
+  CHECK(json::parse(told.text)["verdict"] == "no_gap");
+  // Who says that the units are the same gets the effects.
+  const ShellOutcome denied = run(LOOPWARDEN_CLI " " + gap + " --pv-range 0 40 --json 2>/dev/null");
+  CHECK(json::parse(denied.text)["verdict"] == "missing_effect");
+}
+
+TEST_CASE(
+    "survey ranks a plant, the same with any threads and in shares, and goes on where it was "
+    "broken off",
+    "[survey][program]") {
+  Plant plant;
+  plant.write_export("a.csv",
+                     {{"FIC101", plant.simulated(0.0, 1)}, {"FIC102", plant.simulated(5.0, 2)}});
+  plant.write_export("b.csv",
+                     {{"FIC103", plant.simulated(6.0, 3)}, {"FIC104", plant.simulated(0.0, 4)}});
+  write_file(plant.folder() / "broken.csv", "not an export\n");
+  const std::string files =
+      plant.path("a.csv") + " " + plant.path("b.csv") + " " + plant.path("broken.csv");
+  const ShellOutcome one = loopwarden("survey " + files + " --jobs 1 --out " + plant.path("one"));
+  INFO(one.text);
+  REQUIRE(one.exit_code == 0);
+  const json survey = read_json(plant.folder() / "one/survey.json");
+  REQUIRE(survey["loops"].size() == 4);
+  REQUIRE(survey["failed"].size() == 1);
+  CHECK(survey["failed"][0]["why"].get<std::string>().find("broken.csv") != std::string::npos);
+  for (int rank = 0; rank < 2; ++rank) {
+    const json& sick = survey["loops"][static_cast<std::size_t>(rank)];
+    CHECK(sick["rank"] == rank + 1);
+    CHECK((sick["tag"] == "FIC102" || sick["tag"] == "FIC103"));
+    CHECK(sick["verdict"] == "valve_effect");
+    CHECK(sick["next"]["what"] == "repair");
+    CHECK(sick["windows"].size() == 1);
+  }
+  CHECK(survey["loops"][3]["verdict"] == "healthy");
+  CHECK(survey["loops"][3]["travel_per_hour"].get<double>() > 0.0);
+  CHECK(fs::exists(plant.folder() / "one/assets/uPlot.iife.min.js"));
+  const std::string page = read_file(plant.folder() / "one/survey.html");
+  CHECK(page.find("FIC102") != std::string::npos);
+  CHECK(page.find("http") == std::string::npos);
+  CHECK(read_file(plant.folder() / "one/survey.csv").find("\n1,FIC10") != std::string::npos);
+
+  CHECK(loopwarden("survey " + files + " --jobs 3 --out " + plant.path("three")).exit_code == 0);
+  CHECK(read_file(plant.folder() / "three/survey.json") ==
+        read_file(plant.folder() / "one/survey.json"));
+  std::string shares;
+  for (int k = 1; k <= 3; ++k) {
+    const std::string out = plant.path("share" + std::to_string(k));
+    CHECK(loopwarden("survey " + files + " --shard " + std::to_string(k) + "/3 --out " + out)
+              .exit_code == 0);
+    shares += " " + out;
+  }
+  CHECK(loopwarden("survey --merge" + shares + " --out " + plant.path("merged")).exit_code == 0);
+  for (const char* file : {"survey.json", "survey.csv", "survey.html"}) {
+    CHECK(read_file(plant.folder() / "merged" / file) == read_file(plant.folder() / "one" / file));
+  }
+  // As a kill leaves it: one result missing, one half written.
+  std::size_t spoiled = 0;
+  for (const auto& entry : fs::directory_iterator(plant.folder() / "one/loops")) {
+    if (spoiled == 0) {
+      fs::remove(entry.path());
+    } else if (spoiled == 1) {
+      write_file(entry.path(), read_file(entry.path()).substr(0, 100));
+    }
+    ++spoiled;
+  }
+  const ShellOutcome again = loopwarden("survey " + files + " --out " + plant.path("one"));
+  CHECK(again.text.find("2 judged, 2 from an earlier run") != std::string::npos);
+  CHECK(read_file(plant.folder() / "one/survey.json") ==
+        read_file(plant.folder() / "merged/survey.json"));
+  // Another window is another result.
+  CHECK(loopwarden("survey " + files + " --window 0.5 --out " + plant.path("one"))
+            .text.find("4 judged") != std::string::npos);
+  CHECK(read_json(plant.folder() / "one/survey.json")["loops"][0]["windows"].size() == 2);
+  CHECK(loopwarden("survey " + files + " --shard 4/3 --out " + plant.path("x")).exit_code == 64);
+  CHECK(loopwarden("survey --merge " + plant.path("nothing") + " --out " + plant.path("x"))
+            .exit_code == 65);
+}
+
+TEST_CASE("batch runs each command once, keeps its exit code, and shares out", "[batch][program]") {
+  Plant plant;
+  plant.write_export("a.csv", {{"FIC101", plant.simulated(5.0, 2)}});
+  write_file(plant.folder() / "jobs.txt",
+             "# two that work, one that doesn't\nloopwarden diagnose \"" + plant.path("a.csv") +
+                 "\" --json\nversion\n\ndiagnose " + plant.path("none.csv") + "\n");
+  const std::string batch = "batch " + plant.path("jobs.txt");
+  const ShellOutcome first = loopwarden(batch);
+  INFO(first.text);
+  CHECK(first.exit_code == 65);
+  CHECK(first.text.find("jobs.txt:5: exit code 74") != std::string::npos);
+  CHECK(first.text.find("3 commands, 1 of them failed") != std::string::npos);
+  std::string logs;
+  for (const auto& entry : fs::directory_iterator(plant.folder() / "jobs.txt.results")) {
+    if (entry.path().extension() == ".log") logs += read_file(entry.path());
+  }
+  CHECK(logs.find("valve_effect") != std::string::npos);
+  CHECK(logs.find("none.csv") != std::string::npos);
+  CHECK(loopwarden(batch).text.find("3 of 3 ended before") != std::string::npos);
+  CHECK(loopwarden(batch + " --retry").text.find("2 of 3 ended before") != std::string::npos);
+  std::size_t shared = 0;
+  for (const char* share : {"1/3", "2/3", "3/3"}) {
+    const ShellOutcome part = run(LOOPWARDEN_CLI " " + batch + " --json --out " +
+                                  plant.path("parts") + " --shard " + share + " 2>/dev/null");
+    shared += json::parse(part.text).size();
+  }
+  CHECK(shared == 3);
+  write_file(plant.folder() / "jobs.txt", "diagnose \"a b\n");
+  CHECK(loopwarden(batch).text.find("jobs.txt:1: no closing quote") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace loopwarden::tests::survey_command_test
