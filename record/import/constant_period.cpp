@@ -19,7 +19,7 @@ constexpr double kRegular = 0.01;          // of the period
 constexpr double kJitter = 1.0 / 3.0;      // of the period
 constexpr double kMostlyPolled = 0.7;      // of the steps
 constexpr double kMultiples = 0.97;        // of the steps
-constexpr double kLongestRecord = 1e8;     // samples
+constexpr double kAnyDistance = 1e300;     // samples
 constexpr std::size_t kLookedAt = 200000;  // samples, for recognition
 constexpr double kSparse = 0.2;            // of the samples missing
 
@@ -262,7 +262,7 @@ ArchivedSignal fill_sparse(std::vector<double>& column, const ImportOptions& opt
   }
   const Grid grid{0.0, 1.0, column.size()};
   const Filling filling = filling_for(found.kind, options);
-  column = filling == Filling::held ? held(stored, grid) : linear(stored, grid, kLongestRecord);
+  column = filling == Filling::held ? held(stored, grid) : linear(stored, grid, kAnyDistance);
   how = filling == Filling::held ? "the last value held" : "straight lines between the values";
   return found;
 }
@@ -372,7 +372,7 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
   }
   if (options.period_s) grid.period_s = *options.period_s;
   const double count = std::floor((to_s - grid.from_s) / grid.period_s + 0.5) + 1.0;
-  if (!(count <= kLongestRecord)) {
+  if (!(count <= options.most_samples)) {
     fail(
         fmt::format("{:.3g} samples of {:g} s; --period gives a longer one", count, grid.period_s));
   }
@@ -418,7 +418,7 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
       const ArchivedSignal found = recognise(s, grid.period_s);
       const Filling filling = filling_for(found.kind, options);
       *column_of(r, role) =
-          filling == Filling::held ? held(s, grid) : linear(s, grid, kLongestRecord);
+          filling == Filling::held ? held(s, grid) : linear(s, grid, kAnyDistance);
       return found;
     };
     out.notes.pv = fill(Role::pv);

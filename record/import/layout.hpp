@@ -34,6 +34,7 @@ struct ImportOptions {
   std::vector<std::string> bad_words;  // in lower case
   std::optional<double> period_s;
   Filling filling = Filling::automatic;
+  double most_samples = 1e8;  // of a record
 
   bool anything_said() const noexcept;
 };

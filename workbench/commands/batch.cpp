@@ -87,9 +87,10 @@ std::vector<std::string> words_of(const std::string& text, const std::string& pl
 
 std::vector<Job> read_jobs(const std::string& path, const fs::path& out) {
   std::ifstream in(path);
-  if (!in)
+  if (!in) {
     throw CommandError(kExitIo,
                        fmt::format("{}: can't be opened: {}", path, record::error_text(errno)));
+  }
   std::vector<Job> jobs;
   std::string text;
   for (std::size_t line = 1; std::getline(in, text); ++line) {
@@ -111,8 +112,9 @@ std::vector<Job> read_jobs(const std::string& path, const fs::path& out) {
     job.log = out / (name + ".log");
     job.result = out / (name + ".json");
     for (const Job& other : jobs) {
-      if (other.log == job.log)
+      if (other.log == job.log) {
         throw CommandError(kExitData, fmt::format("{}: the same as line {}", place, other.line));
+      }
     }
     jobs.push_back(std::move(job));
   }
@@ -137,13 +139,15 @@ struct Running {
 // Nothing where another batch still has this one running.
 std::optional<Running> start(const Job& job) {
   const record::File log(job.log, O_WRONLY | O_CREAT, 0644);
-  if (!log.is_open())
+  if (!log.is_open()) {
     throw CommandError(kExitIo, fmt::format("{}: can't be written: {}", job.log.string(),
                                             record::error_text(errno)));
+  }
   // The child keeps the lock with its output, also when this batch is killed.
   if (::flock(log.fd(), LOCK_EX | LOCK_NB) != 0) return std::nullopt;
-  if (::ftruncate(log.fd(), 0) != 0)
+  if (::ftruncate(log.fd(), 0) != 0) {
     throw CommandError(kExitIo, fmt::format("{}: can't be written", job.log.string()));
+  }
   return Running{
       &job,
       std::make_unique<hal::os::ChildProcess>(
@@ -217,9 +221,10 @@ int run_batch(const BatchCommand& options) {
                     {"command", job.text},
                     {"exit_code", code},
                     {"log", job.log.string()}});
-    if (!options.json && code != 0)
+    if (!options.json && code != 0) {
       fmt::print("{}:{}: exit code {}: {}\n  {}\n", options.jobs_file, job.line, code, job.text,
                  job.log.string());
+    }
   }
   if (options.json) {
     fmt::print("{}\n", list.dump(2));

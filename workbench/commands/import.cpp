@@ -133,7 +133,7 @@ int write_all(record::Importer& importer, const ImportCommand& options) {
     }
     importer.read(
         std::span(usable).subspan(from, to - from),
-        [&](std::size_t loop, record::Imported imported) {
+        [&](std::size_t loop, const record::Imported& imported) {
           std::string name = file_name_for(importer.loops()[loop].tag);
           while (!names.insert(name).second) name += "_";
           const fs::path path = out / (name + ".csv");

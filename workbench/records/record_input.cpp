@@ -126,9 +126,10 @@ record::ImportOptions RecordInput::options() const {
   if (!time_column_.empty()) out.time_column = time_column_;
   if (!zone_.empty()) {
     out.zone_s = record::zone_offset_s(record::lower_case(zone_));
-    if (!out.zone_s)
+    if (!out.zone_s) {
       throw RecordInputError(kExitUsage, fmt::format("--zone: {} is no offset such as +01:00",
                                                      record::in_quotes(zone_)));
+    }
   }
   if (!delimiter_.empty()) {
     constexpr std::array<std::pair<const char*, char>, 5> kWords{
@@ -137,9 +138,10 @@ record::ImportOptions RecordInput::options() const {
       if (delimiter_ == word) out.delimiter = character;
     }
     if (!out.delimiter && delimiter_.size() == 1) out.delimiter = delimiter_.front();
-    if (!out.delimiter)
+    if (!out.delimiter) {
       throw RecordInputError(kExitUsage,
                              "--delimiter: comma, semicolon, tab, bar, space or one character");
+    }
   }
   if (!decimal_.empty()) out.decimal = decimal_ == "comma" ? ',' : '.';
   for (const auto known :
@@ -167,8 +169,9 @@ record::Imported RecordInput::read(const std::filesystem::path& path) const {
 
 void draw_for_judging(record::Imported& imported) {
   const auto draw = [](std::vector<double>& column, const analysis::ArchivedSignal& found) {
-    if (found.kind == ArchiveKind::exception)
+    if (found.kind == ArchiveKind::exception) {
       column = analysis::within_band(column, found.deviation);
+    }
   };
   draw(imported.record.pv, imported.notes.pv);
   if (imported.record.has_co) draw(imported.record.co, imported.notes.co);
@@ -209,14 +212,16 @@ std::string import_text(const record::Imported& imported) {
     for (const Role role : {Role::pv, Role::sp, Role::co, Role::stem, Role::mode}) {
       const std::string& name = n.names[index_of(role)];
       const std::string& unit = n.units[index_of(role)];
-      if (!name.empty())
+      if (!name.empty()) {
         names += fmt::format(" {} '{}'{}", to_text(role), name, unit.empty() ? "" : " in " + unit);
+      }
     }
     line(names);
     std::string samples = fmt::format("{} samples, period {:.6g} s", r.size(), r.period_s);
-    if (n.start)
+    if (n.start) {
       samples +=
           ", from " + record::iso_text(n.start->whole_s, n.start->rest_s, n.start->zone_known);
+    }
     if (n.missing > 0) samples += fmt::format("; {} without a value", n.missing);
     if (n.bad + n.questionable > 0) {
       samples += fmt::format(" ({} cells bad, {} questionable)", n.bad, n.questionable);

@@ -40,8 +40,9 @@ std::string csv_cell(const json& value) {
   if (!value.is_string()) return value.dump();
   std::string text = value.get<std::string>();
   // A spreadsheet would take such a cell for a formula.
-  if (!text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos)
+  if (!text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos) {
     text.insert(0, "'");
+  }
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -59,20 +60,25 @@ NextStep next_step(const json& loop) {
   const bool follows = loop.contains("likely_source") && loop["likely_source"].is_string() &&
                        loop["likely_source"] != loop.at("tag");
   if (is(loop, "verdict", "other_cause")) {
-    if (is(loop, "cause", "tuning"))
+    if (is(loop, "cause", "tuning")) {
       return {"tune",
               "the loop swings by itself and the valve follows: identify it, then tune it slower"};
-    if (is(loop, "cause", "saturation"))
+    }
+    if (is(loop, "cause", "saturation")) {
       return {
           "look closer",
           "CO is at its limit: valve too small, set point out of reach, or a hand valve closed"};
-    if (is(loop, "cause", "sensor"))
+    }
+    if (is(loop, "cause", "sensor")) {
       return {"look closer", "PV stands still while CO moves: look at the transmitter"};
-    if (is(loop, "cause", "no_flow"))
+    }
+    if (is(loop, "cause", "no_flow")) {
       return {"look closer",
               "no flow while CO moves: look for a closed hand valve or a stopped pump"};
-    if (is(loop, "cause", "master_loop"))
+    }
+    if (is(loop, "cause", "master_loop")) {
       return {"look upstream", "it follows its set point: look at the loop that writes it"};
+    }
     return {"look upstream",
             follows ? "it swings with " + loop["likely_source"].get<std::string>() +
                           ": look there first"

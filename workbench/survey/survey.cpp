@@ -94,8 +94,9 @@ SurveyCount judge_all(const SurveyRun& run) {
   }
   // Results of loops that are no longer asked for would stand in the list.
   for (const auto& entry : fs::directory_iterator(run.out / "loops")) {
-    if (entry.path().extension() == ".json" && wanted.count(entry.path()) == 0)
+    if (entry.path().extension() == ".json" && wanted.count(entry.path()) == 0) {
       fs::remove(entry.path());
+    }
   }
   Progress progress("survey", open.size());
   std::size_t done = 0;
@@ -147,9 +148,10 @@ void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
     for (const auto& entry : fs::directory_iterator(folder / "loops")) {
       if (entry.path().extension() != ".json") continue;
       auto loop = read_json(entry.path());
-      if (!loop)
+      if (!loop) {
         throw CommandError(kExitData, fmt::format("{}: is damaged; remove it and run again",
                                                   entry.path().string()));
+      }
       loop->erase("key");
       by_tag.insert_or_assign(loop->at("tag").get<std::string>(), std::move(*loop));
     }

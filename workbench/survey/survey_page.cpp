@@ -43,7 +43,7 @@ std::string period_text(double s) {
 }
 
 std::string verdict_words(const json& loop) {
-  const std::string verdict = loop.at("verdict").get<std::string>();
+  std::string verdict = loop.at("verdict").get<std::string>();
   if (verdict == "valve_effect") {
     const json& effect = loop.at("effects").at(0);
     return fmt::format("{} {:.2g} %", effect.at("name").get<std::string>(),
@@ -137,8 +137,9 @@ std::string list_page(const json& survey) {
                                 Column{"Travel /h", "wide"},
                                 Column{"Since", "text wide"},
                                 Column{"Next", "text"}};
-  for (const Column& c : kColumns)
+  for (const Column& c : kColumns) {
     html += fmt::format("<th class=\"{}\"><button>{}</button></th>", c.type, c.name);
+  }
   html += "</tr></thead><tbody>\n";
   for (const json& loop : survey.at("loops")) {
     const std::string verdict = loop.at("verdict").get<std::string>();
@@ -174,9 +175,10 @@ std::string list_page(const json& survey) {
         "class=\"text\">Loops</th></tr></thead><tbody>\n";
     for (const json& group : survey.at("groups")) {
       std::string members;
-      for (const json& tag : group.at("loops"))
+      for (const json& tag : group.at("loops")) {
         members += (members.empty() ? "<b>" : ", ") + escaped(tag.get<std::string>()) +
                    (members.empty() ? "</b>" : "");
+      }
       html += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
                           group.at("group").get<int>(),
                           period_text(group.at("period_s").get<double>()), members);
@@ -224,8 +226,9 @@ std::string loop_page(const json& loop) {
                 fmt::format("{:.0f} %", 100.0 * loop.at("probability").get<double>()));
   }
   html += row("Since", text_of_json(loop.at("since")));
-  if (loop.at("period_s").is_number())
+  if (loop.at("period_s").is_number()) {
     html += row("Swings every", period_text(loop.at("period_s").get<double>()));
+  }
   if (!loop.at("likely_source").is_null() && loop.at("likely_source") != loop.at("tag")) {
     html += row("Swings with", loop.at("likely_source").get<std::string>() + " (look there first)");
   }
@@ -281,8 +284,9 @@ std::string loop_page(const json& loop) {
     if (start) data["start_s"] = static_cast<double>(start->whole_s) + start->rest_s;
   }
   std::string text = data.dump();
-  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;)
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) {
     text.replace(at, 1, "\\u003c");
+  }
   html += "<script type=\"application/json\" id=\"data\">" + text + "</script>\n";
   return html +
          "<script src=\"../assets/uPlot.iife.min.js\"></script><script "
@@ -307,8 +311,9 @@ void write_survey_pages(const json& survey, const fs::path& out, OutputFiles& fi
   // Those of an earlier run that nothing leads to any more.
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(out / "pages", none)) {
-    if (entry.path().extension() == ".html" && pages.count(entry.path().filename().string()) == 0)
+    if (entry.path().extension() == ".html" && pages.count(entry.path().filename().string()) == 0) {
       fs::remove(entry.path(), none);
+    }
   }
   files.add(out / "survey.html", list_page(survey));
 }
