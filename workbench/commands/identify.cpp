@@ -215,37 +215,9 @@ std::string picture(const record::Record& record, const IdentifyFindings& f) {
   return chart_svg(chart);
 }
 
-constexpr std::size_t kLongest = 20000;  // samples: more take minutes and say little more
-
-record::Record part_of(const record::Record& whole, const std::string& name) {
-  const auto from = static_cast<std::ptrdiff_t>(telling_part(whole, kLongest));
-  record::Record part;
-  part.period_s = whole.period_s;
-  part.has_sp = whole.has_sp;
-  part.has_co = whole.has_co;
-  part.has_stem = whole.has_stem;
-  part.has_mode = whole.has_mode;
-  const auto cut = [from](const std::vector<double>& column) {
-    if (column.empty()) return std::vector<double>();
-    return std::vector<double>(column.begin() + from,
-                               column.begin() + from + static_cast<std::ptrdiff_t>(kLongest));
-  };
-  part.time_s = cut(whole.time_s);
-  part.pv = cut(whole.pv);
-  part.sp = cut(whole.sp);
-  part.co = cut(whole.co);
-  part.stem = cut(whole.stem);
-  part.automatic = cut(whole.automatic);
-  fmt::print(stderr, "{}: {} samples: the {:g} s from {:g} s on, in which most moves\n", name,
-             whole.size(), part.time_s.back() - part.time_s.front(), part.time_s.front());
-  return part;
-}
-
 int run_identify(const IdentifyOptions& options) {
   try {
-    const record::Record whole = options.input.read(options.record).record;
-    const record::Record record =
-        whole.size() > 2 * kLongest ? part_of(whole, options.record) : whole;
+    const record::Record record = options.input.read(options.record).record;
     if (!record.has_co) {
       fmt::print(stderr, "{}: has no column co; a process can't be identified without it\n",
                  options.record);

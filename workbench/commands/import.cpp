@@ -28,6 +28,7 @@ struct ImportCommand {
   std::string out;
   RecordInput input;
   bool list = false;
+  bool check = false;
   bool json = false;
 };
 
@@ -110,12 +111,13 @@ void write_loop(const record::Record& r, const fs::path& path) {
   writer.finish();
 }
 
-int write_all(record::Importer& importer, const ImportCommand& options) {
+// With --check nothing is written.
+int read_all(record::Importer& importer, const ImportCommand& options) {
   const fs::path out(options.out);
   std::vector<std::string> inputs;
   for (const fs::path& file : importer.files()) inputs.push_back(file.string());
   OutputFiles files(inputs);
-  files.make_folder(out);
+  if (!options.check) files.make_folder(out);
   std::vector<std::size_t> usable;
   for (std::size_t k = 0; k < importer.loops().size(); ++k) {
     if (importer.loops()[k].signals.has(Role::pv)) usable.push_back(k);
@@ -124,7 +126,7 @@ int write_all(record::Importer& importer, const ImportCommand& options) {
   std::string text;
   std::set<std::string> names;
   Progress progress("import", 1000);
-  std::size_t written = 0;
+  std::size_t read = 0;
   for (std::size_t from = 0; from < usable.size();) {
     std::size_t to = from;
     for (std::uint64_t bytes = 0; to < usable.size() && (to == from || bytes < kAtOnceBytes);
@@ -137,7 +139,7 @@ int write_all(record::Importer& importer, const ImportCommand& options) {
           std::string name = file_name_for(importer.loops()[loop].tag);
           while (!names.insert(name).second) name += "_";
           const fs::path path = out / (name + ".csv");
-          write_loop(imported.record, files.stage(path));
+          if (!options.check) write_loop(imported.record, files.stage(path));
           nlohmann::json entry = import_json(imported.notes, {}, std::nullopt);
           entry["file"] = path.filename().string();
           entry["from"] = loop_json(importer, importer.loops()[loop]);
@@ -146,8 +148,8 @@ int write_all(record::Importer& importer, const ImportCommand& options) {
           const std::string said = import_text(imported);
           text += path.filename().string() + "\n" + said;
           fmt::print(stderr, "{}", said);
-          fmt::print("{}\n", path.string());
-          ++written;
+          if (!options.check && !options.json) fmt::print("{}\n", path.string());
+          ++read;
         },
         [&](std::size_t loop, const record::RecordError& error) {
           fmt::print(stderr, "{}\n", error.what());
@@ -164,26 +166,30 @@ int write_all(record::Importer& importer, const ImportCommand& options) {
     from = to;
   }
   for (const record::FileProblem& p : importer.problems()) fmt::print(stderr, "{}\n", p.why);
-  if (written == 0) {
+  if (read == 0) {
     fmt::print(stderr, "no loop could be read\n");
     return kExitData;
   }
-  files.add(out / "import.json", note.dump(2) + "\n");
-  files.add(out / "import.txt", text);
-  files.commit();
+  if (!options.check) {
+    files.add(out / "import.json", note.dump(2) + "\n");
+    files.add(out / "import.txt", text);
+    files.commit();
+  }
   if (options.json) fmt::print("{}\n", note.dump(2));
   return note["failed"].empty() ? kExitOk : kExitData;
 }
 
 int run_import(const ImportCommand& options) {
-  if (!options.list && options.out.empty()) {
-    fmt::print(stderr, "import: --out DIR writes the records, --list shows the loops\n");
+  if (!options.list && !options.check && options.out.empty()) {
+    fmt::print(
+        stderr,
+        "import: --out DIR writes the records, --list shows the loops, --check reads them\n");
     return kExitUsage;
   }
   try {
     record::Importer importer({options.files.begin(), options.files.end()},
                               options.input.options());
-    if (!options.list) return write_all(importer, options);
+    if (!options.list) return read_all(importer, options);
     if (options.json) {
       nlohmann::json entry = {{"loops", nlohmann::json::array()},
                               {"not_used", importer.other_names()},
@@ -211,6 +217,7 @@ void add_import(CLI::App& app, int& exit_code) {
       ->required();
   sub->add_option("--out", options->out, "folder for a record a loop, import.json and import.txt");
   sub->add_flag("--list", options->list, "print the loops that were found, write nothing");
+  sub->add_flag("--check", options->check, "read all of it, say what would be done, write nothing");
   sub->add_flag("--json", options->json, "print what --list or import.json has");
   options->input.add_options(*sub);
   sub->footer(
