@@ -237,9 +237,15 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     return judge({at, known}, 1.0, share);
   }
   const auto [lowest, highest] = std::minmax_element(known.begin(), known.end());
-  if (!(*highest > *lowest)) return {};
+  const std::vector<std::size_t> ends =
+      *highest > *lowest ? run_ends(known) : std::vector<std::size_t>{0};
+  // Where no rule is seen: that few lines make it up is worth knowing beside a signal that tells.
+  const ArchivedSignal none{.stored_share = ends.size() < kLeastStored
+                                                ? static_cast<double>(ends.size()) /
+                                                      static_cast<double>(known.size())
+                                                : 1.0};
+  if (!(*highest > *lowest)) return none;
   if (drawn_by_lines(known)) {
-    const std::vector<std::size_t> ends = run_ends(known);
     Points points;
     for (const std::size_t end : ends) {
       points.time_s.push_back(static_cast<double>(end));
@@ -262,10 +268,11 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     levels.value.push_back(known[k]);
   }
   const double repeated = static_cast<double>(repeats) / static_cast<double>(known.size());
-  if (repeated < kRepeated || levels.value.size() < kLeastStored || steps_of_the_signal(levels))
-    return {};
+  if (repeated < kRepeated || levels.value.size() < kLeastStored || steps_of_the_signal(levels)) {
+    return none;
+  }
   ArchivedSignal found = judge(levels, 1.0, 1.0 - repeated);
-  if (found.kind == ArchiveKind::unknown) return {};
+  if (found.kind == ArchiveKind::unknown) return none;
   found.held_lines = found.kind == ArchiveKind::swinging_door;
   return found;
 }

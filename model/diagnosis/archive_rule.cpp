@@ -28,7 +28,10 @@ double sees_from(std::span<const double> pv, std::span<const double> co, const A
   const double pv_moves = moves(pv);
   const double co_moves = moves(co);
   const double gain = co_moves > 0.0 ? pv_moves / co_moves : 0.0;
-  const bool known = archived.pv.deviation > 0.0 || archived.co.deviation > 0.0;
+  const auto unknown = [](const analysis::ArchivedSignal& signal) {
+    return signal.kind != analysis::ArchiveKind::none && !(signal.deviation > 0.0);
+  };
+  const bool known = !unknown(archived.pv) && !unknown(archived.co);
   if (!known || !(gain > 0.0)) return std::numeric_limits<double>::infinity();
   return 2.0 * std::max(archived.co.deviation, archived.pv.deviation / gain);
 }

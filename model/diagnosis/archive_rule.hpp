@@ -32,7 +32,7 @@ struct Archived {
 inline constexpr double kHideAllPercent = 3.0;    // of the CO span
 inline constexpr double kHideShareOfMoves = 0.3;  // of the range of CO
 
-// CO units; 0: nothing was left out; infinite: neither deviation is known.
+// CO units; 0: nothing was left out; infinite: a deviation is not known.
 double sees_from(std::span<const double> pv, std::span<const double> co, const Archived& archived);
 
 // Of one window, or of a loop with the size of its effect. `co_moves`: range of CO, 5 to 95 %.

@@ -289,6 +289,12 @@ void recognise_archive(Record& record, const ImportOptions& options, ImportNotes
     if (notes.co.kind == ArchiveKind::none && !still && notes.pv.kind != ArchiveKind::exception)
       notes.pv = {};
   }
+  // A CO of a few straight lines beside a PV that was thinned was thinned as well, nobody knows to what.
+  constexpr double kFew = 0.05;
+  if (notes.pv.kind != ArchiveKind::none && notes.co.kind == ArchiveKind::none && record.has_co &&
+      notes.co.stored_share < kFew) {
+    notes.co.kind = ArchiveKind::unknown;
+  }
   const auto hold = [](std::vector<double>& column) {
     double last = kEmpty;
     for (double& v : column) {
