@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """How fast exports are read, beside pandas' C engine on the same file in the same run; how fast a plant is ranked.
 

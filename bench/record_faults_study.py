@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """What else happens to records: spikes, a stuck transmitter, missing samples, clipping, another sample time, CO logged
 before the limits or a sample or two late; on a loop that is as its model says, and on one whose valve sticks.

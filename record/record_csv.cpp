@@ -181,32 +181,14 @@ class Parser {
     for (const Column& column : columns_) {
       if (column.index != kAbsent) column.values->push_back(value(column, cells_[column.index]));
     }
-    if (mode_index_ != kAbsent) record_.automatic.push_back(automatic(cells_[mode_index_].text));
+    // Never an error: until now the column was anybody's.
+    if (mode_index_ != kAbsent) record_.automatic.push_back(parse_mode(cells_[mode_index_].text));
     const std::vector<double>& time_s = record_.time_s;
     if (time_s.size() > 1 && !(time_s.back() > time_s[time_s.size() - 2])) {
       fail(cells_[columns_.front().index].column,
            fmt::format("time: {} s does not come after the {} s of the row before", time_s.back(),
                        time_s[time_s.size() - 2]));
     }
-  }
-
-  // Never an error: until now the column was anybody's.
-  static double automatic(std::string_view text) {
-    constexpr std::array kBySystem{"1",   "auto",    "automatic", "aut",   "a",
-                                   "cas", "cascade", "rcas",      "remote"};
-    constexpr std::array kByHand{"0", "2", "man", "manual", "m", "rout", "iman", "fallback"};
-    const std::string word = lower_case(text);
-    const auto is = [&](const char* known) { return word == known; };
-    if (std::any_of(kBySystem.begin(), kBySystem.end(), is)) return 1.0;
-    if (std::any_of(kByHand.begin(), kByHand.end(), is)) return 0.0;
-    // As programs write whole numbers of a column that has gaps: 1.0.
-    double number = 0.0;
-    const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (problem == std::errc() && end == word.data() + word.size()) {
-      if (number == 1.0) return 1.0;
-      if (number == 0.0 || number == 2.0) return 0.0;
-    }
-    return std::numeric_limits<double>::quiet_NaN();
   }
 
   double value(const Column& column, const Cell& cell) const {
@@ -258,10 +240,7 @@ class Parser {
     // The mean is finer than one step of rounded times; both agree within 1 %.
     const double mean = (time_s.back() - time_s.front()) / static_cast<double>(steps.size());
     if (!std::isfinite(mean)) fail(0, "time: the record is too long for a double");
-    // 0.1 and not 0.09999999999999999.
-    const double whole_microseconds = std::nearbyint(mean * 1e6) / 1e6;
-    record_.period_s =
-        std::abs(whole_microseconds - mean) <= 1e-6 * mean ? whole_microseconds : mean;
+    record_.period_s = tidy_period_s(mean);
   }
 
   std::string_view rest_;
@@ -305,6 +284,11 @@ double without_rounding_error(double time_s) {
 
 Record parse_record(std::string_view text, std::string_view name) {
   return Parser(text, name).parse();
+}
+
+double tidy_period_s(double mean_s) noexcept {
+  const double whole_microseconds = std::nearbyint(mean_s * 1e6) / 1e6;
+  return std::abs(whole_microseconds - mean_s) <= 1e-6 * mean_s ? whole_microseconds : mean_s;
 }
 
 Record read_record(const std::filesystem::path& path, std::size_t largest_bytes) {

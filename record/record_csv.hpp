@@ -66,6 +66,9 @@ Record read_record(const std::filesystem::path& path,
 // `name` stands for the file in error messages.
 Record parse_record(std::string_view text, std::string_view name);
 
+// A mean of steps as its writer meant it: 0.1 and not 0.09999999999999999.
+double tidy_period_s(double mean_s) noexcept;
+
 // One row to write. What is not finite becomes an empty cell.
 struct RecordSample {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();

@@ -12,5 +12,7 @@ std::string_view trimmed(std::string_view text) noexcept;
 std::string lower_case(std::string_view text);
 // For messages: short, and without what a terminal would act on.
 std::string in_quotes(std::string_view text);
+// What control systems call a loop that they move themselves: 1; moved by hand: 0; not known: NaN.
+double parse_mode(std::string_view text);
 
 }  // namespace loopwarden::record

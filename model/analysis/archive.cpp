@@ -298,20 +298,7 @@ std::vector<double> within_band(std::span<const double> held, double dead_band) 
 }
 
 std::vector<double> lines_for_steps(std::span<const double> held) {
-  std::vector<double> out(held.begin(), held.end());
-  std::size_t from = 0;
-  for (std::size_t k = 1; k < held.size(); ++k) {
-    if (!std::isfinite(held[k]) || !std::isfinite(held[k - 1])) {
-      from = k;
-      continue;
-    }
-    if (held[k] == held[k - 1]) continue;
-    const double slope = (held[k] - held[from]) / static_cast<double>(k - from);
-    for (std::size_t i = from + 1; i < k; ++i)
-      out[i] = held[from] + slope * static_cast<double>(i - from);
-    from = k;
-  }
-  return out;
+  return within_band(held, std::numeric_limits<double>::infinity());
 }
 
 }  // namespace loopwarden::analysis

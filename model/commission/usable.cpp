@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "model/analysis/archive.hpp"
 #include "model/gap/text.hpp"
 
 namespace loopwarden::commission {
@@ -12,8 +13,7 @@ namespace {
 
 using gap::text;
 
-// Nothing that a file writes with six digits is nearer to a line than that by chance.
-constexpr double kOnLine = 1e-5;  // of the range that PV moves over
+constexpr double kSame = 1e-5;  // of the range that PV moves over
 // Changes that are this much alike are one step.
 constexpr double kSameStep = 0.25;
 
@@ -52,35 +52,36 @@ bool all_one_step(std::vector<double> changes) {
 
 std::string why_compressed(const gap::Record& record) {
   const Range range = range_of(record.pv);
-  const double tiny = kOnLine * (range.high - range.low);
+  const double tiny = kSame * (range.high - range.low);
   if (!(tiny > 0.0)) return "PV never moves.";
+  const analysis::ArchivedSignal kept = analysis::recognise_filled(record.pv);
+  if (kept.kind != analysis::ArchiveKind::none && kept.stored_share < kLeastStored) {
+    return text(
+        "The record is compressed: of PV's samples %.0f %% were stored, between them %s. Export "
+        "raw samples, with compression and exception reporting off.",
+        100.0 * kept.stored_share,
+        kept.kind == analysis::ArchiveKind::swinging_door && !kept.held_lines
+            ? "are straight lines"
+            : "the last value is held");
+  }
   std::size_t seen = 0;
-  std::size_t on_line = 0;
   std::size_t still = 0;
   std::vector<double> changes;
-  for (std::size_t k = 2; k < record.size(); ++k) {
-    const double before = record.pv[k - 1] - record.pv[k - 2];
-    const double now = record.pv[k] - record.pv[k - 1];
-    if (!std::isfinite(before) || !std::isfinite(now)) continue;
+  for (std::size_t k = 1; k < record.size(); ++k) {
+    const double change = std::abs(record.pv[k] - record.pv[k - 1]);
+    if (!std::isfinite(change)) continue;
     ++seen;
-    if (std::abs(now) <= tiny) {
+    if (change <= tiny) {
       ++still;
     } else {
-      changes.push_back(std::abs(now));
-      if (std::abs(now - before) <= tiny) ++on_line;
+      changes.push_back(change);
     }
-  }
-  if (share(on_line, seen) > kMostOnLines) {
-    return text(
-        "The record is compressed: %.0f %% of PV's samples lie on the straight line of their "
-        "neighbours. Export raw samples, with compression and exception reporting off.",
-        100.0 * share(on_line, seen));
   }
   if (share(still, seen) > kMostStill && !all_one_step(std::move(changes))) {
     return text(
-        "The record is compressed: %.0f %% of PV's samples repeat the one before, and the changes "
-        "between are of many sizes. Export raw samples, with compression and exception reporting "
-        "off.",
+        "%.0f %% of PV's samples repeat the one before, and the changes between are of many sizes: "
+        "it was written more often than it was measured. Record what the transmitter sends, "
+        "without averages or holds.",
         100.0 * share(still, seen));
   }
   return "";

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Can a loop be commissioned from this record at all? Gates that ask nothing of any model.
 //
-//   compressed   of the samples of PV inside the record, kMostOnLines lie on the straight line of their neighbours
-//                with a slope (an interpolated swinging door), or kMostStill repeat the one before while the changes
-//                between are of many sizes (an exception band): what the valve does between them is gone. A PV whose
-//                changes are all its one step is rounded, not compressed
+//   compressed   an archive is recognised (analysis/archive.hpp) that kept less than kLeastStored of the samples of PV,
+//                or kMostStill of them repeat the one before while the changes between are of many sizes (a held
+//                measurement): what the valve does between them is gone. A PV whose changes are all its one step is
+//                rounded, not compressed
 //   manual       no controller moved CO in more than kMostByHand of the samples
 //   clamped      CO stands at an end of its range in more than kMostClamped of the samples: the loop is open there
 //   still        SP (by hand: CO) moves less often than kFewestMoves, or by less than kLeastMove of its span
@@ -28,7 +28,7 @@
 namespace loopwarden::commission {
 
 inline constexpr double kShortest_s = 1200.0;
-inline constexpr double kMostOnLines = 0.5;
+inline constexpr double kLeastStored = 0.5;
 inline constexpr double kMostStill = 0.8;
 inline constexpr double kMostByHand = 0.2;
 inline constexpr double kMostClamped = 0.1;

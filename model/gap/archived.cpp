@@ -17,6 +17,7 @@ constexpr double kCounts = 0.7;     // of c, that an effect must bring
 constexpr double kNearlyAll = 3.0;  // floors: a misfit below may be the archive's
 constexpr double kMostConfidence = 0.85;
 constexpr int kMostSearches = 3;
+constexpr const char* kController = "controller_mismatch";
 
 double gain_of(const plant::LoopModel& model) {
   return model.process.integrating() ? 0.0 : std::abs(model.process.gain);
@@ -36,8 +37,7 @@ double band_of(const plant::EffectSpec& spec) {
 
 // What the archive does to any signal by itself.
 bool of_the_archive(const std::string& name) {
-  return name == "held_measurement" || name == "clipped_measurement" || name == "resolution" ||
-         name == "controller_mismatch";
+  return name == "held_measurement" || name == "clipped_measurement" || name == "resolution";
 }
 
 // What the misfit loses by the effect, PV units; NaN where the steps don't tell.
@@ -77,6 +77,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
   const double narrowest = sees_from(model, deviations);
   const double kept_from =
       std::hypot(deviations.pv, gain_of(model) * deviations.co) / std::sqrt(3.0);
+  const double counts = kCounts * kept_from;
   Options now = options;
   Result result;
   double floor_rmse = 0.0;
@@ -93,29 +94,38 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
       break;
     }
     if (result.verdict != Verdict::missing_effect) break;
-    bool again = false;
-    bool search_can = false;
-    for (const FoundEffect& effect : result.effects) {
-      const double band = band_of(effect.spec);
-      const double share = brings(result, effect.spec.name);
-      const bool too_narrow = effect.block == plant::Block::valve && band > 0.0 && band < narrowest;
-      if (!of_the_archive(effect.spec.name) && !too_narrow && !(share < kCounts * kept_from))
-        continue;
-      again = true;
-      // The controller's settings are told beside the search, not by it.
-      if (effect.spec.name != "controller_mismatch") {
-        now.search.without.push_back(effect.spec.name);
-        search_can = true;
-      }
+    if (!deviations.known) {
+      dropped = true;
+      say_so(result, Verdict::unexplained, model);
+      break;
     }
-    if (!again) break;
+    const auto doubtful = [&](const FoundEffect& effect) {
+      const double band = band_of(effect.spec);
+      const bool too_narrow = effect.block == plant::Block::valve && band > 0.0 && band < narrowest;
+      return effect.spec.name != kController && (of_the_archive(effect.spec.name) || too_narrow ||
+                                                 brings(result, effect.spec.name) < counts);
+    };
+    bool search_can = false;
+    bool controller = false;
+    for (const FoundEffect& effect : result.effects) {
+      // The controller's settings are told beside the search, not by it.
+      controller = controller || effect.spec.name == kController;
+      if (!doubtful(effect)) continue;
+      now.search.without.push_back(effect.spec.name);
+      search_can = true;
+    }
+    if (!search_can && !controller) break;
     dropped = true;
     if (search_can && search + 1 < kMostSearches) continue;
-    std::erase_if(result.effects, [&](const FoundEffect& effect) {
-      return of_the_archive(effect.spec.name) ||
-             std::find(now.search.without.begin(), now.search.without.end(), effect.spec.name) !=
-                 now.search.without.end();
-    });
+    // What else was found was fitted beside them.
+    if (search_can) {
+      say_so(result, Verdict::unexplained, model);
+      break;
+    }
+    std::erase_if(result.effects, [](const FoundEffect& e) { return e.spec.name == kController; });
+    result.corrected.controller = model.controller;
+    result.controller_after_rmse = result.controller_before_rmse;
+    result.series.co_after = result.series.co_before;
     if (result.effects.empty()) say_so(result, Verdict::unexplained, model);
     break;
   }
@@ -130,10 +140,14 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
                                  .looks_like = LooksLike::compression};
   }
   result.check.notes.push_back(
-      {"compressed", text("An archive kept PV to about %.2g and CO to about %.2g of their units: "
-                          "what is narrower than %.2g CO units "
-                          "can't be seen in this record.",
-                          deviations.pv, deviations.co, narrowest)});
+      {"compressed",
+       deviations.known
+           ? text("An archive kept PV to about %.2g and CO to about %.2g of their units: "
+                  "what is narrower than %.2g CO units "
+                  "can't be seen in this record.",
+                  deviations.pv, deviations.co, narrowest)
+           : std::string("An archive kept only a part of the samples, by a rule that can't be "
+                         "told: no effect can be named from this record.")});
   result.sentence = sentence_of({.verdict = result.verdict,
                                  .effects = result.effects,
                                  .before = result.before,

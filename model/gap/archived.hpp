@@ -16,6 +16,7 @@
 //   clipped, held and quantised measurements are what an archive itself leaves           not named
 //   nothing is left to name                                                              unexplained, by compression
 //   no confidence above 0.85
+// Where an archive was recognised but not what it keeps to, nothing is named but no gap.
 // d_PV and d_CO are estimates within a factor of two; sizes found are those of a record that was drawn, and come with
 // wider intervals than they say.
 #pragma once
@@ -25,8 +26,9 @@
 namespace loopwarden::gap {
 
 struct Deviations {
-  double pv = 0.0;  // PV units
-  double co = 0.0;  // CO units
+  double pv = 0.0;    // PV units
+  double co = 0.0;    // CO units
+  bool known = true;  // false: at least one of them is more, nobody knows how much
 };
 
 // CO units: what is narrower can't be seen.

@@ -34,12 +34,6 @@ std::vector<double> steps_of(const std::vector<double>& time_s) {
   return steps;
 }
 
-// The mean is finer than one step of rounded times. 0.1 and not 0.09999999999999999.
-double tidy(double period_s) {
-  const double whole_microseconds = std::nearbyint(period_s * 1e6) / 1e6;
-  return std::abs(whole_microseconds - period_s) <= 1e-6 * period_s ? whole_microseconds : period_s;
-}
-
 double round_number_below(double x) {
   const double decade = std::pow(10.0, std::floor(std::log10(x)));
   for (const double step : {5.0, 2.0, 1.0}) {
@@ -93,7 +87,7 @@ struct Grid {
   double time_s(std::size_t k) const { return from_s + static_cast<double>(k) * period_s; }
 };
 
-// The last value at or before each time of the grid; `reach`: how far a value may be late.
+// The last value at or before each time of the grid.
 std::vector<double> held(const Signal& signal, const Grid& grid) {
   std::vector<double> out(grid.count, kEmpty);
   const std::vector<double>& time_s = *signal.time_s;
@@ -334,8 +328,8 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
     } else {
       r.time_s = *pv.time_s;
     }
-    r.period_s =
-        tidy((r.time_s.back() - r.time_s.front()) / static_cast<double>(r.time_s.size() - 1));
+    r.period_s = tidy_period_s((r.time_s.back() - r.time_s.front()) /
+                               static_cast<double>(r.time_s.size() - 1));
     for (std::size_t k = 0; k < kRoles; ++k)
       *column_of(r, static_cast<Role>(k)) = std::move(signals[k].value);
     recognise_archive(r, options, out.notes);
@@ -362,7 +356,7 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
   if (polled) {
     double places = 0.0;
     for (const double step : pv_steps) places += std::max(1.0, std::nearbyint(step / median));
-    grid.period_s = tidy((to_s - grid.from_s) / places);
+    grid.period_s = tidy_period_s((to_s - grid.from_s) / places);
   } else {
     std::vector<double> times = pv_times;
     if (!co.empty()) {

@@ -30,29 +30,9 @@ struct Part {
   std::size_t shifted_hours = 0;    // the end of summer time in local times
 };
 
-// What a control system calls a loop that it moves itself: 1; moved by hand: 0; not known: NaN.
-double automatic(std::string_view text) {
-  constexpr std::array kBySystem{"1",       "auto", "automatic", "aut",    "a",    "cas",
-                                 "cascade", "rcas", "rsp",       "remote", "true", "on"};
-  constexpr std::array kByHand{"0",  "2",        "man",   "manual", "m",   "rout",  "iman",
-                               "lo", "fallback", "false", "off",    "oos", "track", "trk"};
-  const std::string word = lower_case(text);
-  const auto is = [&](const char* known) { return word == known; };
-  if (std::any_of(kBySystem.begin(), kBySystem.end(), is)) return 1.0;
-  if (std::any_of(kByHand.begin(), kByHand.end(), is)) return 0.0;
-  if (const auto number = parse_number(word, '.')) {
-    if (*number == 1.0) return 1.0;
-    if (*number == 0.0 || *number == 2.0) return 0.0;
-  }
-  // B-AUTO, Man (forced)
-  if (word.find("auto") != std::string::npos || word.starts_with("cas")) return 1.0;
-  if (word.find("man") != std::string::npos) return 0.0;
-  return kEmpty;
-}
-
 class FileReader {
  public:
-  // `slots`: for each name of a column or a tag the signals that it feeds.
+  // What a column or a tag feeds.
   struct Target {
     Signal* signal = nullptr;
     Role role = Role::pv;
@@ -175,7 +155,7 @@ class FileReader {
     return false;
   }
 
-  bool at_last_line() { return source_.peek(1).empty(); }
+  bool at_last_line() const { return source_.at_end(); }
 
   // Cells behind the last column are empty: a delimiter at the end of the line.
   bool trimmed_to_columns() {
@@ -257,7 +237,7 @@ class FileReader {
   }
 
   double value_of(std::string_view text, const Target& target, SampleQuality quality) const {
-    if (target.role == Role::mode) return automatic(text);
+    if (target.role == Role::mode) return parse_mode(text);
     const CellValue cell = parse_value(text, layout_.decimal, options_.bad_words);
     if (cell.cell == Cell::number) {
       if (quality == SampleQuality::good) return cell.value;

@@ -281,7 +281,7 @@ class Finder {
     std::optional<TimePoint> last_dmy;
     std::optional<TimePoint> last_mdy;
     std::string_view shown;
-    for (std::size_t k = bulk(); k < rows_.size() && dmy != !mdy; ++k) {
+    for (std::size_t k = bulk(); k < rows_.size() && dmy && mdy; ++k) {
       const std::string_view text = cell(k, column);
       const DateOrder order = possible_orders(text);
       if (!order.dmy && !order.mdy) continue;

@@ -238,7 +238,10 @@ bool TextSource::next(std::string_view& line) {
     const std::string_view rest = std::string_view(s.text).substr(s.at);
     const std::size_t end = rest.find('\n', searched);
     if (end != std::string_view::npos) {
-      line = rest.substr(0, end);
+      // Whether it is the last one is known while it lives.
+      while (s.at + end + 1 == s.text.size() && s.fill()) {
+      }
+      line = std::string_view(s.text).substr(s.at, end);
       s.at += end + 1;
       break;
     }
@@ -272,6 +275,7 @@ std::string_view TextSource::peek(std::size_t most_lines) {
   return std::string_view(s.text).substr(s.at, from);
 }
 
+bool TextSource::at_end() const noexcept { return state_->at >= state_->text.size(); }
 std::size_t TextSource::line_number() const noexcept { return state_->line; }
 Encoding TextSource::encoding() const noexcept { return state_->encoding; }
 bool TextSource::compressed() const noexcept { return gzdirect(state_->file) == 0; }

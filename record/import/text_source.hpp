@@ -25,8 +25,9 @@ class TextSource {
   TextSource& operator=(TextSource&&) noexcept;
   ~TextSource();
 
-  // False at the end. The line lives until the next call and has no line end.
+  // False at the end. The line lives until the next call of this or of peek() and has no line end.
   bool next(std::string_view& line);
+  bool at_end() const noexcept;  // after next(): that was the last one
   // Up to `most_lines` lines from where reading stands; they will be read again.
   std::string_view peek(std::size_t most_lines);
 

@@ -5,8 +5,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -14,27 +12,12 @@
 #include <vector>
 
 #include "record/import/importer.hpp"
+#include "tests/fuzz/require.hpp"
 
 namespace {
 
 using namespace loopwarden::record;
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "not kept: %s\n", what);
-  std::abort();
-}
-
-void check_column(const Record& record, const std::vector<double>& column, bool present,
-                  std::size_t missing) {
-  require(column.size() == (present ? record.size() : 0), "columns of equal length");
-  std::size_t empty = 0;
-  for (const double value : column) {
-    if (std::isnan(value)) ++empty;
-    require(!std::isinf(value), "finite values");
-  }
-  require(empty == missing, "the number of missing samples");
-}
+using namespace loopwarden::tests::fuzz;
 
 void check(const Imported& imported) {
   const Record& record = imported.record;

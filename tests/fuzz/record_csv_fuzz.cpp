@@ -15,16 +15,12 @@
 #include <vector>
 
 #include "record/record_csv.hpp"
+#include "tests/fuzz/require.hpp"
 
 namespace {
 
 using namespace loopwarden::record;
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "not kept: %s\n", what);
-  std::abort();
-}
+using namespace loopwarden::tests::fuzz;
 
 bool same(const std::vector<double>& a, const std::vector<double>& b) {
   if (a.size() != b.size()) return false;
@@ -35,17 +31,6 @@ bool same(const std::vector<double>& a, const std::vector<double>& b) {
       return false;
   }
   return true;
-}
-
-void check_column(const Record& record, const std::vector<double>& column, bool present,
-                  std::size_t missing) {
-  require(column.size() == (present ? record.size() : 0), "columns of equal length");
-  std::size_t empty = 0;
-  for (const double value : column) {
-    if (std::isnan(value)) ++empty;
-    require(!std::isinf(value), "finite values");
-  }
-  require(empty == missing, "the number of missing samples");
 }
 
 void check(const Record& record) {

@@ -188,10 +188,12 @@ int run_batch(const BatchCommand& options) {
   std::list<Running> running;
   while (!waiting.empty() || !running.empty()) {
     for (auto at = waiting.begin(); at != waiting.end() && running.size() < options.jobs;) {
-      if (auto started = start(**at)) {
-        running.push_back(std::move(*started));
+      // Another batch may have ended it meanwhile.
+      const std::optional<Ended> ended = ended_before(**at);
+      if (ended && (ended->exit_code == 0 || !options.retry)) {
         at = waiting.erase(at);
-      } else if (ended_before(**at) && !options.retry) {
+      } else if (auto started = start(**at)) {
+        running.push_back(std::move(*started));
         at = waiting.erase(at);
       } else {
         ++at;

@@ -120,6 +120,7 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
             .from_s = r.time_s[from],
             .to_s = r.time_s[from + size - 1],
             .period_s = r.period_s,
+            .import = loop.imports.size(),
             .diagnosis = diagnosis::diagnose({.pv = pv.subspan(from, size),
                                               .co = co.subspan(from, size),
                                               .sp = r.has_sp ? sp.subspan(from, size) : sp.first(0),

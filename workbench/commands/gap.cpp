@@ -230,9 +230,9 @@ std::string looks_like_unit(const gap::Result& result, const plant::LoopModel& m
     std::string name;
   };
   const std::vector<Unit> units{{100.0 / pv_span, "% of the PV range"},
-                                {pv_span, "a share of the PV range"},
                                 {1.0 / pv_span, "a share of the PV range"},
-                                {100.0 / output_span(model), "% of the range"},
+                                {output_span(model), "CO as a share of its range"},
+                                {output_span(model) / 100.0, "CO in %"},
                                 {100.0, "a share for %"},
                                 {0.01, "% for a share"},
                                 {1000.0, "thousandths"},
@@ -257,9 +257,11 @@ std::string looks_like_unit(const gap::Result& result, const plant::LoopModel& m
   }
   const bool controller_agrees = std::abs(std::log(controller * factor)) < 2.0 * kNear;
   const bool out_of_range = pv_high > model.transmitter.high + 0.02 * pv_span;
-  const bool co_small = factor > 1.0 && co_high * factor < 1.02 * model.controller.pid.output_high;
-  if (!controller_agrees && !out_of_range) return {};
-  const bool co_is_it = co_small && !out_of_range;
+  const double co_limit = model.controller.pid.output_high;
+  const bool co_small = factor > 1.0 && co_high * factor < 1.02 * co_limit;
+  const bool co_out = co_high > co_limit + 0.02 * output_span(model);
+  if (!controller_agrees && !out_of_range && !co_out) return {};
+  const bool co_is_it = (co_small || co_out) && !out_of_range;
   return fmt::format(
       "PV moves {:.4g} times as far with CO as the model says{}; that looks like another unit "
       "({}), and no effect "
@@ -272,6 +274,23 @@ std::string looks_like_unit(const gap::Result& result, const plant::LoopModel& m
       co_is_it ? "--co-range" : "--pv-range",
       co_is_it ? model.controller.pid.output_low : model.transmitter.low,
       co_is_it ? model.controller.pid.output_high : model.transmitter.high);
+}
+
+// Tag, units and clock of the export; empty for the fixed format, which has none.
+std::string source_text(const record::ImportNotes& notes) {
+  if (notes.layout.empty()) return {};
+  std::string text = "Loop " + notes.tag;
+  for (const record::Role role : {record::Role::pv, record::Role::co}) {
+    const std::string& name = notes.names[index_of(role)];
+    const std::string& unit = notes.units[index_of(role)];
+    if (!name.empty())
+      text += fmt::format(", {} '{}'{}", to_text(role), name, unit.empty() ? "" : " in " + unit);
+  }
+  if (notes.start) {
+    text += "; time 0 of the record is " +
+            record::iso_text(notes.start->whole_s, notes.start->rest_s, notes.start->zone_known);
+  }
+  return text + ".";
 }
 
 int run_gap(GapOptions options) {
@@ -311,11 +330,16 @@ int run_gap(GapOptions options) {
     const auto told = [&progress](double share) {
       progress.update(static_cast<std::uint64_t>(100.0 * share));
     };
-    const gap::Deviations deviations{imported.notes.pv.deviation, imported.notes.co.deviation};
+    const auto kept = [](const analysis::ArchivedSignal& signal) {
+      return signal.kind != analysis::ArchiveKind::unknown;
+    };
+    const gap::Deviations deviations{imported.notes.pv.deviation, imported.notes.co.deviation,
+                                     kept(imported.notes.pv) && kept(imported.notes.co)};
     if (imported.notes.compressed()) {
       result = gap::find_gap_archived(record, *model, search_options(options), deviations, parallel,
                                       told);
-      sees_from_percent = 100.0 * gap::sees_from(*model, deviations) / output_span(*model);
+      if (deviations.known)
+        sees_from_percent = 100.0 * gap::sees_from(*model, deviations) / output_span(*model);
     } else {
       result = gap::find_gap(record, *model, search_options(options), parallel, told);
     }
@@ -325,6 +349,8 @@ int run_gap(GapOptions options) {
       fmt::print(stderr, "{}: {}\n", options.record, unit);
       return kExitData;
     }
+    if (const std::string source = source_text(notes); !source.empty())
+      result.check.notes.push_back({"source", source});
     if (first_s != 0.0) {
       result.check.notes.push_back(
           {"stretch", fmt::format("Times count from {:g} s of the record.", first_s)});

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "record/import/importer.hpp"
+#include "record/text.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/output_files.hpp"
@@ -120,7 +121,13 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
   if (!options.check) files.make_folder(out);
   std::vector<std::size_t> usable;
   for (std::size_t k = 0; k < importer.loops().size(); ++k) {
-    if (importer.loops()[k].signals.has(Role::pv)) usable.push_back(k);
+    const record::FoundLoop& loop = importer.loops()[k];
+    if (loop.signals.has(Role::pv) && options.input.takes(loop.tag)) usable.push_back(k);
+  }
+  if (usable.empty() && !options.input.loop().empty()) {
+    fmt::print(stderr, "no loop {} with a PV; --list shows those that were found\n",
+               record::in_quotes(options.input.loop()));
+    return kExitData;
   }
   nlohmann::json note = {{"loops", nlohmann::json::array()}, {"failed", problems_json(importer)}};
   std::string text;

@@ -167,6 +167,10 @@ record::Imported RecordInput::read(const std::filesystem::path& path) const {
   return imported;
 }
 
+bool RecordInput::takes(const std::string& tag) const {
+  return loop_.empty() || record::lower_case(loop_) == record::lower_case(tag);
+}
+
 void draw_for_judging(record::Imported& imported) {
   const auto draw = [](std::vector<double>& column, const analysis::ArchivedSignal& found) {
     if (found.kind == ArchiveKind::exception) {
@@ -226,6 +230,8 @@ std::string import_text(const record::Imported& imported) {
     if (n.bad + n.questionable > 0) {
       samples += fmt::format(" ({} cells bad, {} questionable)", n.bad, n.questionable);
     }
+    if (n.same_time > 0)
+      samples += fmt::format("; {} values replaced by a later one with the same time", n.same_time);
     line(samples);
   }
   if (!n.resampled.empty()) line(n.resampled);

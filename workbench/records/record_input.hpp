@@ -30,6 +30,7 @@ class RecordInput {
   record::Imported read(const std::filesystem::path& path) const;
 
   const std::string& loop() const noexcept { return loop_; }
+  bool takes(const std::string& tag) const;  // no --loop, or this one
 
  private:
   std::string loop_;

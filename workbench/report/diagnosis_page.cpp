@@ -79,19 +79,21 @@ std::string diagnosis_page(const DiagnosedLoop& loop) {
     const auto& p = d.prepared;
     if (p.raw_pv.empty()) continue;
     body += "<h2>" +
-            escaped(fmt::format("{}, {:g} to {:g} s: {}", w.file, w.from_s, w.to_s,
-                                headline(d, loop.co_range))) +
+            escaped(fmt::format("{}, {} to {}: {}", w.file, time_text(loop, w, w.from_s),
+                                time_text(loop, w, w.to_s), headline(d, loop.co_range))) +
             "</h2>\n";
     const std::vector<double> time = sample_times(w);
-    Chart trend{.title = "PV", .x_label = "s", .y_label = "PV units"};
+    const std::string pv_unit = unit_text(loop, w, record::Role::pv, "PV units");
+    const std::string co_unit = unit_text(loop, w, record::Role::co, "CO units");
+    Chart trend{.title = "PV", .x_label = "s", .y_label = pv_unit};
     trend.lines.push_back({.name = "PV", .x = time, .y = p.raw_pv});
     if (!p.raw_sp.empty()) {
       trend.lines.push_back(
           {.name = "SP", .colour = chart_colour(1), .x = time, .y = p.raw_sp, .dashed = true});
     }
-    Chart plane{.title = "PV over CO", .x_label = "CO units", .y_label = "PV units"};
+    Chart plane{.title = "PV over CO", .x_label = co_unit, .y_label = pv_unit};
     plane.lines.push_back({.name = "PV over CO", .x = p.raw_co, .y = p.raw_pv});
-    Chart output{.title = "CO", .x_label = "s", .y_label = "CO units"};
+    Chart output{.title = "CO", .x_label = "s", .y_label = co_unit};
     output.lines.push_back({.name = "CO", .x = time, .y = p.raw_co});
     const double band = d.grade == Grade::seen ? d.hammerstein.band : d.play.band;
     if (d.verdict == DiagnosisVerdict::valve_effect && band > 0.0) {

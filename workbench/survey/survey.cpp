@@ -158,13 +158,12 @@ void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
   }
   std::vector<json> loops;
   for (auto& [tag, loop] : by_tag) loops.push_back(std::move(loop));
-  const json survey = join_survey(std::move(loops), std::move(failed));
+  json survey = join_survey(std::move(loops), std::move(failed));
   OutputFiles files;
   files.make_folder(out);
   write_survey_pages(survey, out, files);
-  json data = survey;
-  for (json& loop : data["loops"]) loop.erase("picture");
-  files.add(out / "survey.json", data.dump(1) + "\n");
+  for (json& loop : survey["loops"]) loop.erase("picture");
+  files.add(out / "survey.json", survey.dump(1) + "\n");
   files.add(out / "survey.csv", survey_csv(survey));
   files.commit();
 }

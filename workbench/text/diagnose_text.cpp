@@ -197,17 +197,46 @@ std::string headline(const Diagnosis& d, const std::vector<double>& co_range) {
   return {};
 }
 
+std::string time_text(const DiagnosedLoop& loop, const DiagnosedWindow& window, double time_s) {
+  if (window.import < loop.imports.size()) {
+    if (const auto& start = loop.imports[window.import].start) {
+      const double at_s = start->rest_s + time_s;
+      const double whole_s = std::floor(at_s);
+      return record::iso_text(start->whole_s + static_cast<std::int64_t>(whole_s), at_s - whole_s,
+                              start->zone_known);
+    }
+  }
+  return fmt::format("{:g} s", time_s);
+}
+
+std::string unit_text(const DiagnosedLoop& loop, const DiagnosedWindow& window, record::Role role,
+                      const char* otherwise) {
+  if (window.import >= loop.imports.size()) return otherwise;
+  const std::string& unit = loop.imports[window.import].units[index_of(role)];
+  return unit.empty() ? otherwise : unit;
+}
+
 nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   const double span = loop.co_range[1] - loop.co_range[0];
   const Diagnosis whole = for_loop(loop);
   nlohmann::json result = json_of(whole, whole.probability, span);
   result["co_range"] = loop.co_range;
   if (!loop.imports.empty()) {
-    const double sees_from = loop.windows[loop.verdict.like].sees_from;
-    result["import"] = import_json(loop.imports.front(), spans_of(whole, span),
-                                   std::isfinite(sees_from) && sees_from > 0.0
-                                       ? std::optional(100.0 * sees_from / span)
+    // Of several files the one that the verdict is like.
+    const DiagnosedWindow& like = loop.windows[loop.verdict.like];
+    const record::ImportNotes& notes = loop.imports.at(like.import);
+    result["import"] = import_json(notes, spans_of(whole, span),
+                                   std::isfinite(like.sees_from) && like.sees_from > 0.0
+                                       ? std::optional(100.0 * like.sees_from / span)
                                        : std::nullopt);
+    if (loop.imports.size() > 1) {
+      result["imports"] = nlohmann::json::array();
+      for (const record::ImportNotes& one : loop.imports) {
+        nlohmann::json entry = import_json(one, spans_of(whole, span), std::nullopt);
+        entry["file"] = one.files;
+        result["imports"].push_back(std::move(entry));
+      }
+    }
   }
   if (loop.windows.size() == 1) return result;
   result["since_s"] = whole.verdict == DiagnosisVerdict::valve_effect
@@ -230,6 +259,10 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
     window["file"] = w.file;
     window["from_s"] = w.from_s;
     window["to_s"] = w.to_s;
+    if (loop.imports.size() > w.import && loop.imports[w.import].start) {
+      window["from"] = time_text(loop, w, w.from_s);
+      window["to"] = time_text(loop, w, w.to_s);
+    }
     result["windows"].push_back(window);
   }
   return result;
@@ -263,7 +296,7 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   if (loop.windows.size() > 1) {
     if (d.verdict == DiagnosisVerdict::valve_effect) {
       const DiagnosedWindow& since = loop.windows[loop.verdict.since];
-      text += fmt::format("since {:g} s of {}\n", since.from_s, since.file);
+      text += fmt::format("since {} of {}\n", time_text(loop, since, since.from_s), since.file);
       if (const diagnosis::SizeTrend trend = trend_of(loop); trend.windows > 1) {
         const double span = loop.co_range[1] - loop.co_range[0];
         text += fmt::format(
@@ -274,8 +307,8 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
       }
     }
     for (const DiagnosedWindow& w : loop.windows) {
-      text += fmt::format("  {} {:g} to {:g} s: {}\n", w.file, w.from_s, w.to_s,
-                          headline(w.diagnosis, loop.co_range));
+      text += fmt::format("  {} {} to {}: {}\n", w.file, time_text(loop, w, w.from_s),
+                          time_text(loop, w, w.to_s), headline(w.diagnosis, loop.co_range));
     }
   }
   if (!d.judged()) return text;

@@ -16,6 +16,7 @@ struct DiagnosedWindow {
   double from_s = 0.0;  // in the time of its file
   double to_s = 0.0;
   double period_s = 1.0;
+  std::size_t import = 0;  // of DiagnosedLoop::imports
   diagnosis::Diagnosis diagnosis;
   double sees_from = 0.0;  // CO units, smallest effect that shows; 0: an archive left nothing out
 };
@@ -27,6 +28,11 @@ struct DiagnosedLoop {
   std::vector<record::ImportNotes> imports{};  // of each record
 };
 
+// A time of a window's file: by the clock of the plant where its export has one, else in s.
+std::string time_text(const DiagnosedLoop& loop, const DiagnosedWindow& window, double time_s);
+// Of PV or CO as the export calls it, else `otherwise`.
+std::string unit_text(const DiagnosedLoop& loop, const DiagnosedWindow& window, record::Role role,
+                      const char* otherwise);
 // The verdict in one line.
 std::string headline(const diagnosis::Diagnosis& d, const std::vector<double>& co_range);
 nlohmann::json diagnosis_json(const DiagnosedLoop& loop);

@@ -41,6 +41,7 @@ nlohmann::json import_json(const record::ImportNotes& notes, const ImportSpans& 
                     : nlohmann::json(nullptr)},
       {"bad", notes.bad},
       {"questionable", notes.questionable},
+      {"same_time", notes.same_time},
       {"remarks", notes.remarks}};
   json["units"] = nlohmann::json::object();
   for (const record::Role role : {record::Role::pv, record::Role::co}) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/model/gap/gap_support.hpp"
+#include "tests/support/archive.hpp"
 
 namespace usable_test {
 
@@ -28,18 +29,21 @@ TEST_CASE("a swinging door and an exception band are compression, rounding is no
   gap::Record lines = noisy();
   gap::Record holds = noisy();
   gap::Record rounded = noisy();
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    const std::size_t before = k - k % 20;
-    const std::size_t behind = std::min(before + 20, lines.size() - 1);
-    const double share = static_cast<double>(k - before) / 20.0;
-    const gap::Record& raw = rounded;
-    lines.pv[k] = (1.0 - share) * raw.pv[before] + share * raw.pv[behind];
-    holds.pv[k] = raw.pv[before];
-  }
+  gap::Record slow = noisy();
+  const std::vector<double>& raw = rounded.pv;
+  lines.pv = tests::lines_between(raw, tests::by_swinging_door(raw, 0.06));
+  holds.pv = tests::held_between(raw, tests::by_exception(raw, 0.08));
+  for (std::size_t k = 0; k < raw.size(); ++k) slow.pv[k] = raw[k - k % 20];
+  CHECK(commission::why_compressed(lines).find("straight lines") != std::string::npos);
+  CHECK(commission::why_compressed(holds).find("the last value is held") != std::string::npos);
+  CHECK(commission::why_compressed(slow).find("repeat the one before") != std::string::npos);
   for (double& v : rounded.pv) v = std::round(v / 0.2) * 0.2;
-  CHECK(commission::why_compressed(lines).find("straight line") != std::string::npos);
-  CHECK(commission::why_compressed(holds).find("repeat the one before") != std::string::npos);
   CHECK(commission::why_compressed(rounded).empty());
+  // An archive that kept most of the samples hides nothing.
+  const gap::Record fine = noisy();
+  gap::Record nearly = fine;
+  nearly.pv = tests::lines_between(fine.pv, tests::by_swinging_door(fine.pv, 0.003));
+  CHECK(commission::why_compressed(nearly).empty());
 }
 
 TEST_CASE("manual, a clamped output, an SP at rest and a short record are refused",

@@ -339,6 +339,41 @@ TEST_CASE("newest first, a last line that was cut, a footer and a delimiter at t
       "Timestamp,PV,OP,SP,", [](std::size_t k) { return iso(k); }, ',', '.', ",\n")));
 }
 
+// Rows that end early are looked at again while their file's text is read block by block.
+TEST_CASE("short rows at any place of a long file keep their values", "[import]") {
+  constexpr std::size_t kRows = 30000;  // 0.8 MB, three blocks
+  std::string text = "Timestamp,PV,OP,Remark\n";
+  for (std::size_t k = 0; k < kRows; ++k) {
+    text += iso(k) + "," + number(loop().pv[k % kSamples]) + "," + number(loop().co[k % kSamples]) +
+            "\n";
+  }
+  const Imported got = imported(text + iso(kRows) + ",2");
+  REQUIRE(got.record.size() == kRows);
+  for (std::size_t k = 0; k < kRows; ++k) {
+    if (got.record.pv[k] != Approx(loop().pv[k % kSamples])) FAIL("row " << k);
+    if (got.record.co[k] != Approx(loop().co[k % kSamples])) FAIL("row " << k);
+  }
+  // Long: the row that is cut is the last of the file.
+  std::string tall = "Tag,Timestamp,Value\n";
+  for (std::size_t k = 0; k < kRows; ++k) {
+    tall += "FIC1.PV," + iso(k) + "," + number(loop().pv[k % kSamples]) + "\n";
+    tall += "FIC1.OP," + iso(k) + "," + number(loop().co[k % kSamples]) + "\n";
+  }
+  CHECK(imported(tall + "FIC1.PV,2026-03").record.size() == kRows);
+}
+
+TEST_CASE("the later of two values with one time stands, and both are counted", "[import]") {
+  std::string text = "Tag,Timestamp,Value\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    text += "FIC1.PV," + iso(k) + "," + number(loop().pv[k]) + "\n";
+    if (k == 77) text += "FIC1.PV," + iso(k) + ",19.5\n";
+    text += "FIC1.OP," + iso(k) + "," + number(loop().co[k]) + "\n";
+  }
+  const Imported got = imported(text);
+  CHECK(got.notes.same_time == 1);
+  CHECK(got.record.pv[77] == 19.5);
+}
+
 TEST_CASE("local times at the end of summer time go on", "[import]") {
   std::string text = "Timestamp,PV,OP,SP\n";
   for (std::size_t k = 0; k < kSamples; ++k) {

@@ -101,6 +101,11 @@ TEST_CASE("import writes a record a loop in the fixed format, and a note", "[imp
   CHECK(note["loops"][0]["start"] == "2026-03-01T10:00:00Z");
   CHECK(note["loops"][0]["compression"]["kind"] == "none");
   CHECK(read_file(plant.folder() / "out/import.txt").find("period 1 s") != std::string::npos);
+  const std::string one = plant.path("e.csv") + " --loop fic1 --out " + plant.path("one");
+  CHECK(loopwarden("import " + one).exit_code == 0);
+  CHECK(read_json(plant.folder() / "one/import.json")["loops"].size() == 1);
+  CHECK_FALSE(fs::exists(plant.folder() / "one/FIC2.csv"));
+  CHECK(loopwarden("import " + plant.path("e.csv") + " --check --loop FIC9").exit_code == 65);
   CHECK(loopwarden("import " + plant.path("e.csv")).exit_code == 64);
   CHECK(loopwarden("import /nonexistent.csv --list").exit_code == 74);
 }

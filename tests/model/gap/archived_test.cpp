@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be said of a record of which an archive kept a part only.
+#include "model/gap/archived.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "model/analysis/archive.hpp"
+#include "tests/model/gap/gap_support.hpp"
+#include "tests/support/archive.hpp"
+
+namespace loopwarden::tests::archived_test {
+namespace {
+
+gap::Record thinned(gap::Record record, double pv, double co) {
+  record.pv = lines_between(record.pv, by_swinging_door(record.pv, pv));
+  record.co = lines_between(record.co, by_swinging_door(record.co, co));
+  return record;
+}
+
+gap::Result find(const gap::Record& record, const gap::Deviations& deviations) {
+  return gap::find_gap_archived(record, test::believed_model(), {}, deviations, test::serial,
+                                [](double) {});
+}
+
+}  // namespace
+
+TEST_CASE("a stick wider than the archive's deviation is named, one that is narrower is not",
+          "[gap][long]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"stiction", {{"s", 1.0}, {"j", 0.5}}}};
+  const gap::Record record = thinned(test::record_of(truth, 260.0), 0.05, 0.05);
+  const gap::Result seen = find(record, {.pv = 0.05, .co = 0.05});
+  REQUIRE(seen.verdict == gap::Verdict::missing_effect);
+  REQUIRE(seen.effects.size() == 1);
+  CHECK(seen.effects[0].spec.name == "stiction");
+  CHECK(seen.effects[0].confidence <= 0.85);
+
+  // The same record from an archive that may have kept it to 0.7 only.
+  const gap::Result hidden = find(record, {.pv = 0.7, .co = 0.7});
+  CHECK(hidden.verdict != gap::Verdict::missing_effect);
+  CHECK(hidden.corrected == test::believed_model());
+
+  // Nobody knows to what: the gap is there, and has no name.
+  const gap::Result unknown = find(record, {.pv = 0.05, .co = 0.0, .known = false});
+  REQUIRE(unknown.verdict == gap::Verdict::unexplained);
+  CHECK(unknown.effects.empty());
+  CHECK(unknown.corrected == test::believed_model());
+  REQUIRE(unknown.remainder);
+  CHECK(unknown.remainder->looks_like == gap::LooksLike::compression);
+}
+
+TEST_CASE("a controller beside a thinned record is never said to be another one", "[gap][long]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.controller.pid.gains.kp *= 2.0;
+  const gap::Result result =
+      find(thinned(test::record_of(truth, 130.0), 0.05, 0.05), {.pv = 0.05, .co = 0.05});
+  CHECK(result.effects.empty());
+  CHECK(result.corrected.controller == test::believed_model().controller);
+}
+
+}  // namespace loopwarden::tests::archived_test
