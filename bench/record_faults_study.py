@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """What else happens to records: spikes, a stuck transmitter, missing samples, clipping, another sample time, CO logged
-before the limits or a sample or two late; on a loop that is as its model says, and on one whose valve sticks.
+before its limit or a sample or two late; on a loop that is as its model says, and on one whose valve sticks.
 
 Usage: bench/record_faults_study.py [--count N] [--seed S] [--programs build/release/bin]
 
@@ -21,7 +21,7 @@ from collections import Counter
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 MODEL = """sample_time: 1.0
-controller: {{kp: {kp}, ki: {ki}, output: [0, 100]}}
+controller: {{kp: {kp}, ki: {ki}, output: [0, {high}]}}
 valve:
   effects: [{valve}]
 process: {{gain: {gain}, time_constant: {tau}, dead_time: {dead}}}
@@ -80,10 +80,17 @@ def early(r, _):
     return changed(r, co=r['co'][1:] + [r['co'][-1]])
 
 
+# What the controller asked for, where its limit held it.
+def before_the_limit(r, _):
+    high = max(r['co'])
+    return changed(r, co=[u + (0.8 * max(0.0, w - y) if u >= high - 1e-6 else 0.0) for u, w, y in zip(r['co'], r['sp'], r['pv'])])
+
+
 CASES = {'as it was': (lambda r, _: r, set()), 'spikes': (spikes, set()), 'stuck for 20 s': (stuck, {'held_measurement'}),
          '2 % missing': (missing, set()), 'clipped': (clipped, {'clipped_measurement'}), 'every other sample': (slower, set()),
          'CO a sample late': (late(1), set()), 'CO two samples late': (late(2), set()),
-         'CO a sample early': (early, {'extra_dead_time'})}
+         'CO a sample early': (early, {'extra_dead_time'}), 'at a limit, as it was': (lambda r, _: r, set()),
+         'CO before its limit': (before_the_limit, set())}
 
 
 def main():
@@ -101,19 +108,22 @@ def main():
             rng = random.Random(options.seed * 1000 + number)
             loop = {'kp': round(rng.uniform(0.5, 1.0), 3), 'ki': round(rng.uniform(0.06, 0.12), 4), 'gain': round(rng.uniform(0.3, 0.45), 3),
                     'tau': round(rng.uniform(3, 6), 2), 'dead': round(rng.uniform(1.5, 3), 2)}
-            model = folder / 'model.yaml'
-            model.write_text(MODEL.format(valve='', rest='', **loop))
             moves = ', '.join(f'[{t}, {round(rng.uniform(14, 24), 1)}]' for t in range(0, 1500, 250))
             rest = ('disturbances:\n  - {effect: random_load, intensity: 0.02, time_constant: 200}\n'
                     f'scenario: {{duration: 1500, set_point: [{moves}], seed: {options.seed * 1000 + number}}}\n')
             for state, valve in (('healthy', ''), ('sticky', '{effect: stiction, s: 5, j: 2}')):
-                truth, plain, path = folder / 'truth.yaml', folder / 'plain.csv', folder / 'r.csv'
-                truth.write_text(MODEL.format(valve=valve, rest=rest, **loop))
-                subprocess.run([program, 'simulate', truth, '--out', plain], check=True, capture_output=True)
-                record = read(plain)
+                truth, plain, path, model = (folder / n for n in ('truth.yaml', 'plain.csv', 'r.csv', 'model.yaml'))
                 for case, (change, allowed) in CASES.items():
+                    # Low enough to hold CO for a part of the record.
+                    high = round(20.5 / loop['gain'], 1) if 'limit' in case else 100
+                    model.write_text(MODEL.format(valve='', rest='', high=high, **loop))
+                    truth.write_text(MODEL.format(valve=valve, rest=rest, high=high, **loop))
+                    subprocess.run([program, 'simulate', truth, '--out', plain], check=True, capture_output=True)
+                    record = read(plain)
                     write(path, change(record, rng))
-                    ran = subprocess.run([program, 'gap', path, '--model', model, '--out', folder / 'out', '--json'],
+                    # As the refusal of such a record says.
+                    more = ['--clip-co'] if 'before' in case else []
+                    ran = subprocess.run([program, 'gap', path, '--model', model, '--out', folder / 'out', '--json', *more],
                                          capture_output=True, text=True, check=False)
                     all_runs += 1
                     if not ran.stdout:
@@ -122,9 +132,11 @@ def main():
                     result = json.loads(ran.stdout)
                     right = allowed | ({'stiction', 'backlash'} if valve else set())
                     names = [f"{e['name']} {e['confidence']:.2f}" for e in result['effects']]
+                    if 'CO was logged' in result['sentence']:
+                        names.insert(0, 'LOGGER')
                     bad = [e['name'] for e in result['effects'] if e['confidence'] >= 0.9 and e['name'] not in right]
                     wrong += bool(bad)
-                    said.setdefault((state, case), Counter())[(', '.join(names) or result['verdict']) + (' WRONG' if bad else '')] += 1
+                    said.setdefault((state, case), Counter())[((', '.join(names) or '-') if result['effects'] else ' '.join([*names, result['verdict']])) + (' WRONG' if bad else '')] += 1
         for (state, case), counter in said.items():
             print(f'{state:<8} {case:<22}' + '; '.join(f'{n} x {text}' for text, n in counter.most_common()))
     print(f'wrong at 0.9 or more: {wrong} of {all_runs}')

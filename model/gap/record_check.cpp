@@ -129,9 +129,11 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
                   std::to_string(kFewestSamples) + " are needed");
   }
   if (std::abs(record.period_s - model.sample_time_s) > 0.01 * model.sample_time_s) {
-    char text[96];
-    std::snprintf(text, sizeof text, "sampled every %g s, but the model's sample_time is %g s",
-                  record.period_s, model.sample_time_s);
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "sampled every %g s, but the model's sample_time is %g s, and neither is a "
+                  "multiple of the other; --period %g reads it on that",
+                  record.period_s, model.sample_time_s, model.sample_time_s);
     return refuse(text);
   }
   const std::size_t missing = missing_in(record.pv);
@@ -192,10 +194,12 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
     const auto [co_low, co_high] = std::minmax_element(co.begin(), co.end());
     check.output_span_used = *co_high - *co_low;
     if (*co_low < low - 0.02 * (high - low) || *co_high > high + 0.02 * (high - low)) {
-      char text[128];
+      char text[224];
       std::snprintf(text, sizeof text,
-                    "CO runs from %g to %g, outside the model's output range of %g to %g", *co_low,
-                    *co_high, low, high);
+                    "CO runs from %g to %g, outside the model's output range of %g to %g; another "
+                    "unit (--co-range), or what the controller asked for before its limits "
+                    "(--clip-co)",
+                    *co_low, *co_high, low, high);
       return refuse(text);
     }
     const double limited = at_limit(co, low, high);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "model/gap/fit_model.hpp"
 #include "model/gap/learn.hpp"
 #include "model/gap/locate.hpp"
+#include "model/gap/logger.hpp"
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
 #include "model/gap/say.hpp"
@@ -159,9 +161,22 @@ Series series_of(const Record& given, const CheckedRecord& record,
 
 }  // namespace
 
-Result find_gap(const Record& given, const plant::LoopModel& model, const Options& options,
+Result find_gap(const Record& as_logged, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress) {
-  const CheckedRecord record = check(given, model);
+  CheckedRecord record = check(as_logged, model);
+  int late = 0;
+  Record moved;
+  if (record.quality.usable) late = logger_shift(as_logged, model);
+  if (late != 0) {
+    moved = with_co_moved_back(as_logged, late);
+    record = check(moved, model);
+    record.quality.notes.push_back(
+        {"logger",
+         text("CO is logged %d sample%s too %s against PV: it is taken back by as much, "
+              "and is no dead time of the loop.",
+              std::abs(late), std::abs(late) > 1 ? "s" : "", late > 0 ? "late" : "early")});
+  }
+  const Record& given = late != 0 ? moved : as_logged;
   Result result;
   result.model = model;
   result.corrected = model;
@@ -303,6 +318,11 @@ Result find_gap(const Record& given, const plant::LoopModel& model, const Option
                                  .best_closed = trial.closed,
                                  .closed_loop = result.closed_loop,
                                  .with_load = result.load_intensity > 0.0});
+  if (late != 0) {
+    result.sentence +=
+        text(" CO was logged %d sample%s too %s; that is no effect of the loop.", std::abs(late),
+             std::abs(late) > 1 ? "s" : "", late > 0 ? "late" : "early");
+  }
   result.series = std::move(series);
   return result;
 }

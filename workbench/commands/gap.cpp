@@ -20,6 +20,7 @@
 #include "model/effects/catalogue.hpp"
 #include "model/gap/archived.hpp"
 #include "model/gap/constants.hpp"
+#include "model/gap/sample_time.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/text/gap_json.hpp"
@@ -46,6 +47,7 @@ struct GapOptions {
   double to_s = std::numeric_limits<double>::infinity();
   unsigned jobs = 0;
   bool json = false;
+  bool clip_co = false;          // CO is what the controller asked for before its limits
   bool controller_known = true;  // false: SP says nothing about CO
   std::vector<double> pv_range{},
       co_range{};  // of the record, where it is not in the model's units
@@ -132,6 +134,7 @@ std::string used_options(const GapOptions& options) {
     add(fmt::format("--pv-range {} {}", options.pv_range[0], options.pv_range[1]));
   if (!options.co_range.empty())
     add(fmt::format("--co-range {} {}", options.co_range[0], options.co_range[1]));
+  if (options.clip_co) add("--clip-co");
   return text;
 }
 
@@ -205,6 +208,9 @@ void convert_units(record::Record& r, const plant::LoopModel& model, const GapOp
           model.controller.pid.output_high);
   convert(r.stem, options.co_range, model.controller.pid.output_low,
           model.controller.pid.output_high);
+  if (!options.clip_co) return;
+  for (double& v : r.co)
+    v = std::clamp(v, model.controller.pid.output_low, model.controller.pid.output_high);
 }
 
 // A gain that is wrong by the factor of a unit, and a controller that is wrong by the same the other way, or a PV out of
@@ -335,14 +341,22 @@ int run_gap(GapOptions options) {
     };
     const gap::Deviations deviations{imported.notes.pv.deviation, imported.notes.co.deviation,
                                      kept(imported.notes.pv) && kept(imported.notes.co)};
+    const std::optional<gap::OnePeriod> drawn = gap::on_one_period(record, *model);
+    const double record_period_s = record.period_s;
+    gap::Options how = search_options(options);
+    if (drawn) {
+      record = drawn->record;
+      how.search.without.emplace_back("controller_mismatch");
+    }
+    const plant::LoopModel& at_period = drawn ? drawn->model : *model;
     if (imported.notes.compressed()) {
-      result = gap::find_gap_archived(record, *model, search_options(options), deviations, parallel,
-                                      told);
+      result = gap::find_gap_archived(record, at_period, how, deviations, parallel, told);
       if (deviations.known)
         sees_from_percent = 100.0 * gap::sees_from(*model, deviations) / output_span(*model);
     } else {
-      result = gap::find_gap(record, *model, search_options(options), parallel, told);
+      result = gap::find_gap(record, at_period, how, parallel, told);
     }
+    if (drawn) gap::say_other_period(result, *model, record_period_s);
     notes = imported.notes;
     if (const std::string unit = looks_like_unit(result, *model, record);
         !unit.empty() && options.pv_range.empty() && options.co_range.empty()) {
@@ -477,6 +491,8 @@ void add_gap(CLI::App& app, int& exit_code) {
       ->expected(2);
   sub->add_option("--co-range", options->co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
       ->expected(2);
+  sub->add_flag("--clip-co", options->clip_co,
+                "CO was logged before its limits: take it at the model's");
   options->input.add_options(*sub);
   sub->footer("Example: loopwarden gap record.csv --model model.yaml --out result");
   sub->callback([options, &exit_code] {

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Times, numbers, bad values, qualities and names, as exports have them.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
 #include <string>
 
+#include "model/numeric/random.hpp"
 #include "record/import/number_text.hpp"
 #include "record/import/tags.hpp"
 #include "record/import/time_text.hpp"
@@ -82,6 +88,30 @@ TEST_CASE("numbers with point, comma and thousands", "[import]") {
   CHECK_FALSE(parse_number("1.5.2", '.'));
   CHECK_FALSE(parse_number("inf", '.'));
   CHECK_FALSE(parse_number("12 m", '.'));
+}
+
+// Short ones are read by a shorter way, which must not be seen.
+TEST_CASE("every number is the double nearest to its text", "[import]") {
+  numeric::Random random(3);
+  for (int k = 0; k < 20000; ++k) {
+    const auto decimals = static_cast<int>(8.0 * random.uniform());
+    const double size = std::pow(10.0, 12.0 * random.uniform() - 3.0);
+    const std::string text = fmt::format("{:.{}f}", size * random.normal(), decimals);
+    const double nearest = std::strtod(text.c_str(), nullptr);
+    INFO(text);
+    REQUIRE(parse_number(text, '.') == nearest);
+    std::string comma = text;
+    std::replace(comma.begin(), comma.end(), '.', ',');
+    REQUIRE(parse_number(comma, ',') == nearest);
+  }
+  CHECK(parse_number("-.5", '.') == -0.5);
+  CHECK(parse_number("5.", '.') == 5.0);
+  CHECK(std::signbit(*parse_number("-0.0", '.')));
+  CHECK(parse_number("123456789012345678", '.') == 123456789012345678.0);
+  for (const char* none : {".", "-", "+", "+-5", "--5", "-.", "1.2.3", " 5"}) {
+    INFO(none);
+    CHECK_FALSE(parse_number(none, '.'));
+  }
 }
 
 TEST_CASE("bad values by name, doubtful ones, and what nobody knows", "[import]") {

@@ -182,6 +182,38 @@ TEST_CASE("what an archive kept of a loop: the verdicts hold, and what can't be 
   }
 }
 
+TEST_CASE("a record of every other sample, and one of CO before its limits", "[import][program][gap]") {
+  Plant plant;
+  std::string text = model_text(0.0, 1).substr(0, model_text(0.0, 1).find("disturbances"));
+  text.replace(text.find("[0, 100]"), 8, "[0, 55]");
+  write_file(plant.folder() / "model.yaml", text);
+  const record::Record r = plant.simulated(0.0, 5);
+  std::string half = "time,pv,sp,co\n";
+  std::string wide = half;
+  for (std::size_t k = 0; k < 1800; ++k) {
+    char row[120];
+    std::snprintf(row, sizeof row, "%zu,%.4f,%g,%.4f\n", k, r.pv[k], r.sp[k], std::min(r.co[k], 55.0));
+    if (k % 2 == 0) half += row;
+    std::snprintf(row, sizeof row, "%zu,%.4f,%g,%.4f\n", k, r.pv[k], r.sp[k],
+                  k == 900 ? 57.0 : std::min(r.co[k], 55.0));
+    wide += row;
+  }
+  write_file(plant.folder() / "half.csv", half);
+  write_file(plant.folder() / "wide.csv", wide);
+  const auto gap = [&](const std::string& record) {
+    return "gap " + plant.path(record) + " --model " + plant.path("model.yaml") + " --out " +
+           plant.path("g");
+  };
+  const ShellOutcome slow = run(LOOPWARDEN_CLI " " + gap("half.csv") + " --json 2>/dev/null");
+  const json found = json::parse(slow.text);
+  for (const json& e : found["effects"]) CHECK(e["confidence"].get<double>() <= 0.85);
+  CHECK(slow.text.find("every 2 s, the model every 1 s") != std::string::npos);
+  const ShellOutcome refused = loopwarden(gap("wide.csv"));
+  CHECK(refused.exit_code == 65);
+  CHECK(refused.text.find("--clip-co") != std::string::npos);
+  CHECK(run(LOOPWARDEN_CLI " " + gap("wide.csv") + " --clip-co --json 2>/dev/null").exit_code == 0);
+}
+
 TEST_CASE("a record in % is offered as one, before any effect is named", "[import][program][gap]") {
   Plant plant;
   write_file(plant.folder() / "model.yaml",
