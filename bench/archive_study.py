@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an archive does to verdicts: records thinned by its two rules, filled again as a historian would, judged as before.
 
-Usage: bench/archive_study.py [--programs build/release/bin]
+Usage: bench/archive_study.py [--programs build/release/bin] [--cases DIR]
 
 1. The labelled records of real loops (data/routine), at several deviations (% of the CO span; PV: of four times the
    range from 2 to 98 %).
@@ -15,6 +15,7 @@ import csv
 import json
 import math
 import pathlib
+import re
 import subprocess
 import tempfile
 from collections import Counter
@@ -151,11 +152,40 @@ def simulated(programs, folder):
                   + (f'  (sees from {sees:.2g} %)' if sees else ''))
 
 
+def others(programs, folder, cases):
+    print(f'\nCases of the other simulator in {cases}, archive of 0.5 % of both spans: names by gap\n')
+    sums = {}
+    for truth in json.loads((cases / 'truth.json').read_text()):
+        case = cases / truth['id']
+        allowed = set(truth['accept'])
+        model = (case / 'model.yaml').read_text()
+        low, high = map(float, re.search(r'range: *\[([^,]+),([^\]]+)\]', model).groups())
+        co_low, co_high = map(float, re.search(r'output: *\[([^,]+),([^\]]+)\]', model).groups())
+        record = read(case / 'record.csv')
+        for kind in ('plain', *KINDS):
+            path = folder / 'r.csv'
+            write(path, record if kind == 'plain' else thinned(record, kind, 0.005 * (high - low), 0.005 * (co_high - co_low)))
+            gap = answer([programs / 'loopwarden', 'gap', path, '--model', case / 'model.yaml', '--out', folder / 'gap', '--json'])
+            count = sums.setdefault(kind, Counter())
+            count['cases'] += 1
+            names = {e['name']: e['confidence'] for e in gap.get('effects', [])}
+            right = set(names) <= allowed and bool(names) == bool(allowed)
+            count['right' if right else gap['verdict'] if not names else 'another name'] += 1
+            count['another name at 0.9'] += any(c >= 0.9 for n, c in names.items() if n not in allowed)
+    for kind, count in sums.items():
+        print(f'{kind:<22} ' + ', '.join(f'{n} {c}' for n, c in sorted(count.items())))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--programs', type=pathlib.Path, default=ROOT / 'build/release/bin')
-    programs = parser.parse_args().programs.resolve()
+    parser.add_argument('--cases', type=pathlib.Path, help='of loopwarden_hidden_cases, instead of the others')
+    options = parser.parse_args()
+    programs = options.programs.resolve()
     with tempfile.TemporaryDirectory() as folder:
+        if options.cases:
+            others(programs, pathlib.Path(folder), options.cases)
+            return
         real_loops(programs, pathlib.Path(folder))
         simulated(programs, pathlib.Path(folder))
 

@@ -182,7 +182,8 @@ TEST_CASE("what an archive kept of a loop: the verdicts hold, and what can't be 
   }
 }
 
-TEST_CASE("a record of every other sample, and one of CO before its limits", "[import][program][gap]") {
+TEST_CASE("a record of every other sample, and one of CO before its limits",
+          "[import][program][gap]") {
   Plant plant;
   std::string text = model_text(0.0, 1).substr(0, model_text(0.0, 1).find("disturbances"));
   text.replace(text.find("[0, 100]"), 8, "[0, 55]");
@@ -192,7 +193,8 @@ TEST_CASE("a record of every other sample, and one of CO before its limits", "[i
   std::string wide = half;
   for (std::size_t k = 0; k < 1800; ++k) {
     char row[120];
-    std::snprintf(row, sizeof row, "%zu,%.4f,%g,%.4f\n", k, r.pv[k], r.sp[k], std::min(r.co[k], 55.0));
+    std::snprintf(row, sizeof row, "%zu,%.4f,%g,%.4f\n", k, r.pv[k], r.sp[k],
+                  std::min(r.co[k], 55.0));
     if (k % 2 == 0) half += row;
     std::snprintf(row, sizeof row, "%zu,%.4f,%g,%.4f\n", k, r.pv[k], r.sp[k],
                   k == 900 ? 57.0 : std::min(r.co[k], 55.0));
