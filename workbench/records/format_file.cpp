@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/records/format_file.hpp"
 
+#include <array>
 #include <optional>
 #include <utility>
 
