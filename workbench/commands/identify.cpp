@@ -22,6 +22,9 @@
 namespace loopwarden::workbench {
 namespace {
 
+// A long record takes minutes, and most of it says nothing.
+constexpr std::size_t kLongestIdentified = 50000;  // samples
+
 struct IdentifyOptions {
   RecordInput input;
   std::string record;
@@ -217,12 +220,13 @@ std::string picture(const record::Record& record, const IdentifyFindings& f) {
 
 int run_identify(const IdentifyOptions& options) {
   try {
-    const record::Record record = options.input.read(options.record).record;
+    record::Record record = options.input.read(options.record).record;
     if (!record.has_co) {
       fmt::print(stderr, "{}: has no column co; a process can't be identified without it\n",
                  options.record);
       return kExitData;
     }
+    keep_telling_part(record, kLongestIdentified, options.record);
     say_if_long(options.record, record.size());
     const IdentifyFindings f = look_at(record);
     if (!options.out.empty()) write_output(options.out, picture(record, f), {options.record});

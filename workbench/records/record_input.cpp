@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -203,6 +204,27 @@ std::size_t telling_part(const record::Record& r, std::size_t length) {
                                       .automatic = known(r.has_mode, r.automatic)},
                                      length, 1)
       .front();
+}
+
+void keep_telling_part(record::Record& r, std::size_t most, const std::string& name) {
+  if (r.size() <= 2 * most) return;
+  const std::size_t all = r.size();
+  const auto from = static_cast<std::ptrdiff_t>(telling_part(r, most));
+  for (std::vector<double>* column : {&r.time_s, &r.pv, &r.sp, &r.co, &r.stem, &r.automatic}) {
+    if (column->empty()) continue;
+    *column = std::vector<double>(column->begin() + from,
+                                  column->begin() + from + static_cast<std::ptrdiff_t>(most));
+  }
+  const auto missing = [](const std::vector<double>& column) {
+    return static_cast<std::size_t>(
+        std::count_if(column.begin(), column.end(), [](double v) { return std::isnan(v); }));
+  };
+  r.missing_pv = missing(r.pv);
+  r.missing_sp = missing(r.sp);
+  r.missing_co = missing(r.co);
+  r.missing_stem = missing(r.stem);
+  fmt::print(stderr, "{}: {} samples: the {:g} s from {:g} s on, in which most moves\n", name, all,
+             r.time_s.back() - r.time_s.front(), r.time_s.front());
 }
 
 std::string import_text(const record::Imported& imported) {

@@ -50,6 +50,9 @@ std::size_t leave_out_manual(record::Record& record);
 // First sample of the part of this length in which most moves, in automatic and complete.
 std::size_t telling_part(const record::Record& record, std::size_t length);
 
+// Of a record of more than twice `most` samples that part only; says so on the error output.
+void keep_telling_part(record::Record& record, std::size_t most, const std::string& name);
+
 // What was found and done, in lines; empty where the record is in the fixed format and nothing is to be said.
 std::string import_text(const record::Imported& imported);
 
