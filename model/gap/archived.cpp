@@ -79,6 +79,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
       std::hypot(deviations.pv, gain_of(model) * deviations.co) / std::sqrt(3.0);
   const double counts = kCounts * kept_from;
   Options now = options;
+  now.search.several = false;
   Result result;
   double floor_rmse = 0.0;
   bool dropped = false;
