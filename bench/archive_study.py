@@ -157,7 +157,7 @@ def others(programs, folder, cases):
     sums = {}
     for truth in json.loads((cases / 'truth.json').read_text()):
         case = cases / truth['id']
-        allowed = set(truth['accept'])
+        allowed = set(truth['accept']) - {'none'}
         model = (case / 'model.yaml').read_text()
         low, high = map(float, re.search(r'range: *\[([^,]+),([^\]]+)\]', model).groups())
         co_low, co_high = map(float, re.search(r'output: *\[([^,]+),([^\]]+)\]', model).groups())

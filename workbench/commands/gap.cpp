@@ -282,6 +282,21 @@ std::string looks_like_unit(const gap::Result& result, const plant::LoopModel& m
       co_is_it ? model.controller.pid.output_high : model.transmitter.high);
 }
 
+// What an archive kept PV and CO to. Of a CO of which that can't be told, the share of the span that PV was kept to:
+// historians are set up so.
+gap::Deviations deviations_of(const record::ImportNotes& notes, const plant::LoopModel& model) {
+  const auto told = [](const analysis::ArchivedSignal& signal) {
+    return signal.kind == analysis::ArchiveKind::none ||
+           (signal.kind != analysis::ArchiveKind::unknown && signal.deviation > 0.0);
+  };
+  gap::Deviations out{notes.pv.deviation, notes.co.deviation, told(notes.pv)};
+  if (told(notes.co)) return out;
+  out.co =
+      notes.pv.deviation / (model.transmitter.high - model.transmitter.low) * output_span(model);
+  out.known = out.known && out.co > 0.0;
+  return out;
+}
+
 // Tag, units and clock of the export; empty for the fixed format, which has none.
 std::string source_text(const record::ImportNotes& notes) {
   if (notes.layout.empty()) return {};
@@ -336,11 +351,7 @@ int run_gap(GapOptions options) {
     const auto told = [&progress](double share) {
       progress.update(static_cast<std::uint64_t>(100.0 * share));
     };
-    const auto kept = [](const analysis::ArchivedSignal& signal) {
-      return signal.kind != analysis::ArchiveKind::unknown;
-    };
-    const gap::Deviations deviations{imported.notes.pv.deviation, imported.notes.co.deviation,
-                                     kept(imported.notes.pv) && kept(imported.notes.co)};
+    const gap::Deviations deviations = deviations_of(imported.notes, *model);
     const std::optional<gap::OnePeriod> drawn = gap::on_one_period(record, *model);
     const double record_period_s = record.period_s;
     gap::Options how = search_options(options);
