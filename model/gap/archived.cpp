@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "model/gap/say.hpp"
 #include "model/gap/text.hpp"
@@ -14,6 +16,7 @@ namespace {
 
 constexpr double kWithin = 1.5;     // floors
 constexpr double kCounts = 0.7;     // of c, that an effect must bring
+constexpr double kAlike = 0.3;      // of c, below which two names are one
 constexpr double kNearlyAll = 3.0;  // floors: a misfit below may be the archive's
 constexpr double kMostConfidence = 0.85;
 constexpr int kMostSearches = 3;
@@ -52,6 +55,23 @@ double brings(const Result& result, const std::string& name) {
   return kNone;
 }
 
+// Of what leaves no more than the named effect does, within what the archive hides, the one with the fewest parameters;
+// null: the named one is it.
+const TriedCandidate* simpler_than_named(const Result& result, double hidden) {
+  if (result.effects.size() != 1) return nullptr;
+  const auto named = std::find_if(
+      result.candidates.begin(), result.candidates.end(),
+      [&](const TriedCandidate& c) { return c.name == result.effects.front().spec.name; });
+  if (named == result.candidates.end()) return nullptr;
+  const TriedCandidate* simplest = &*named;
+  for (const TriedCandidate& c : result.candidates) {
+    const double more = c.rmse * c.rmse - named->rmse * named->rmse;
+    if (!(more < hidden * hidden) || of_the_archive(c.name) || c.name == kController) continue;
+    if (c.spec.parameters.size() < simplest->spec.parameters.size()) simplest = &c;
+  }
+  return simplest == &*named ? nullptr : simplest;
+}
+
 void say_so(Result& result, Verdict verdict, const plant::LoopModel& model) {
   result.verdict = verdict;
   result.effects.clear();
@@ -83,6 +103,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
   Result result;
   double floor_rmse = 0.0;
   bool dropped = false;
+  std::string alike;  // named before, and no better within what the archive hides
   for (int search = 0; search < kMostSearches; ++search) {
     result = find_gap(record, model, now, parallel, [&](double share) {
       progress((static_cast<double>(search) + share) / static_cast<double>(kMostSearches));
@@ -115,6 +136,17 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
       now.search.without.push_back(effect.spec.name);
       search_can = true;
     }
+    const TriedCandidate* simpler = simpler_than_named(result, kAlike * kept_from);
+    if (simpler != nullptr && !search_can && !controller) {
+      Options without = now;
+      without.search.without.push_back(result.effects.front().spec.name);
+      Result again = find_gap(record, model, without, parallel, [](double) {});
+      // What fits as well must hold as well.
+      if (again.effects.size() == 1 && again.effects.front().spec.name == simpler->name) {
+        alike = result.effects.front().spec.name;
+        result = std::move(again);
+      }
+    }
     if (!search_can && !controller) break;
     dropped = true;
     if (search_can && search + 1 < kMostSearches) continue;
@@ -132,8 +164,13 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
   }
   progress(1.0);
   result.noise_floor_rmse = floor_rmse;
-  for (FoundEffect& effect : result.effects)
+  for (FoundEffect& effect : result.effects) {
     effect.confidence = std::min(effect.confidence, kMostConfidence);
+    if (alike.empty()) continue;
+    effect.alternatives.push_back(alike);
+    effect.evidence += text("; within what the archive hides %s fits as well, with more parameters",
+                            alike.c_str());
+  }
   if (result.verdict == Verdict::unexplained &&
       (dropped || result.before.holdout_rmse < kNearlyAll * floor_rmse)) {
     result.remainder = Remainder{.rmse = result.after.holdout_rmse,

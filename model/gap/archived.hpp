@@ -15,6 +15,8 @@
 //   2 max(d_CO, d_PV / K); the search is made again without those that don't
 //   clipped, held and quantised measurements are what an archive itself leaves           not named
 //   nothing is left to name                                                              unexplained, by compression
+//   what leaves 0.3 c more than the named effect at most, and has fewer parameters, is named instead of it, and that is its
+//   alternative
 //   of several effects one only is named: beside it the archive's own traces pass for another
 //   no confidence above 0.85
 // Where an archive was recognised but not what it keeps to, nothing is named but no gap.

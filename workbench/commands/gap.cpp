@@ -180,7 +180,7 @@ double output_span(const plant::LoopModel& model) {
 }
 
 // A long record takes minutes and most of it says nothing: the part in which most moves.
-constexpr std::size_t kLongestGap = 15000;  // samples
+constexpr std::size_t kLongestGap = 12000;  // samples
 
 void choose_stretch(record::Imported& imported, GapOptions& options) {
   const record::Record& r = imported.record;
