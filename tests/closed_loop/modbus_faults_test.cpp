@@ -138,15 +138,18 @@ TEST_CASE("the daemon controls a foreign device over a serial line to the set po
   SerialRig rig(kDeviceArguments);
   DaemonProcess daemon(
       fmt::format("links:\n  line: {{transport: rtu, device: {}, baud: 115200, parity: none, "
-                  "response_timeout: 0.2, reconnect_min: 0.05, reconnect_max: 0.3}}\n",
+                  "response_timeout: 0.6, reconnect_min: 0.05, reconnect_max: 0.3}}\n",
                   rig.proxy.ready("master")),
       {{"loops.d/FIC-101.yaml", loop_file("line", 2.0, "FIC-101", 0.1)}});
   daemon.start();
-  CHECK(eventually([&] { return std::abs(rig.device.state_number("pv") - kSetPoint) < 0.2; },
-                   std::chrono::seconds(30)));
+  const bool settled =
+      eventually([&] { return std::abs(rig.device.state_number("pv") - kSetPoint) < 0.2; },
+                 std::chrono::seconds(30));
+  INFO(daemon.loop("FIC-101").dump(1) << daemon.log() << rig.device.state("writes"));
+  REQUIRE(settled);
 
   // A late reply, and the loop is back with fresh values afterwards.
-  rig.proxy.command("late 400 1");
+  rig.proxy.command("late 1000 1");
   CHECK(eventually([&] { return daemon.loop("FIC-101")["io"]["timeouts"].get<int>() > 0; }));
   CHECK(eventually(
       [&] {
@@ -241,7 +244,8 @@ TEST_CASE("fault, SIGTERM: the output ends at the stop action and the daemon wit
   plant.settle();
   plant.daemon.signal(SIGTERM);
   CHECK(plant.daemon.wait_for_end() == 0);
-  CHECK(plant.co() == Approx(kStop));
+  // Where this test is held up, the device's watchdog may have acted since.
+  CHECK(plant.rig.device.state_number("written") == Approx(kStop));
 }
 
 TEST_CASE(

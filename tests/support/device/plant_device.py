@@ -7,7 +7,7 @@ no command arrives for the time in its watchdog register, the valve goes to its 
 A restart forgets that register, as real devices do.
 
 Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each answered by a line:
-  state              STATE co=.. pv=.. stem=.. watchdog=ok|tripped watchdog_register=.. writes=..
+  state              STATE co=.. written=.. pv=.. stem=.. watchdog=ok|tripped watchdog_register=.. writes=..
                      unguarded_writes=.. restarts=..
                      (co: what drives the valve; unguarded_writes: commands that came while the
                      watchdog register was 0)
@@ -58,6 +58,7 @@ class Positioner:
     def __init__(self, fail_safe, start):
         self.fail_safe = fail_safe
         self.command = start
+        self.written = start
         self.watchdog_tenths = 0
         self.tripped = False
         self.last_write = time.monotonic()
@@ -71,6 +72,7 @@ class Positioner:
 
     def write(self, value):
         self.command = value
+        self.written = value
         self.last_write = time.monotonic()
         self.tripped = False
         self.writes += 1
@@ -94,7 +96,7 @@ class Positioner:
 
     def text(self):
         return (
-            f"STATE co={self.command:.6g} pv={self.measured_pv():.6g} stem={self.stem:.6g} "
+            f"STATE co={self.command:.6g} written={self.written:.6g} pv={self.measured_pv():.6g} stem={self.stem:.6g} "
             f"watchdog={'tripped' if self.tripped else 'ok'} "
             f"watchdog_register={self.watchdog_tenths} writes={self.writes} "
             f"unguarded_writes={self.unguarded_writes} restarts={self.restarts}"
