@@ -234,6 +234,17 @@ TEST_CASE("a record in % is offered as one, before any effect is named", "[impor
   CHECK(asked.text.find("--pv-range") != std::string::npos);
   const ShellOutcome told = run(LOOPWARDEN_CLI " " + gap + " --pv-range 0 100 --json 2>/dev/null");
   CHECK(json::parse(told.text)["verdict"] == "no_gap");
+  // CO as a share of its range, once told as controller_mismatch and output_bias.
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    r.pv[k] /= 2.5;
+    r.sp[k] /= 2.5;
+    r.co[k] /= 100.0;
+  }
+  record::write_record(plant.folder() / "share.csv", r);
+  const ShellOutcome share = loopwarden("gap " + plant.path("share.csv") + " --model " +
+                                        plant.path("model.yaml") + " --out " + plant.path("g"));
+  CHECK(share.exit_code == 65);
+  CHECK(share.text.find("--co-range 0 1;") != std::string::npos);
   // Who says that the units are the same gets the effects.
   const ShellOutcome denied = run(LOOPWARDEN_CLI " " + gap + " --pv-range 0 40 --json 2>/dev/null");
   CHECK(json::parse(denied.text)["verdict"] == "missing_effect");
