@@ -13,14 +13,14 @@
 namespace loopwarden::gap {
 namespace {
 
-constexpr double kFalls = 0.3;         // of the law and of the misfit
-constexpr double kFallsAlone = 0.1;    // of the misfit where there is no set point
-constexpr double kOutOfRange = 0.02;          // of a range
-constexpr double kTiny = 0.0105;       // of the CO range, in which a share of it stands
+constexpr double kFalls = 0.3;             // of the law and of the misfit
+constexpr double kFallsAlone = 0.1;        // of the misfit where there is no set point
+constexpr double kOutOfRange = 0.02;       // of a range
+constexpr double kTiny = 0.0105;           // of the CO range, in which a share of it stands
 constexpr std::size_t kLookedAt = 5000;    // samples that are looked at
-constexpr std::size_t kFewestMoves = 100;   // moves of CO
+constexpr std::size_t kFewestMoves = 100;  // moves of CO
 constexpr double kTwoAtOnce = 0.2;
-constexpr double kLawHolds = 0.05;     // as it stands: nothing to ask
+constexpr double kLawHolds = 0.05;  // as it stands: nothing to ask
 
 struct Scale {
   const char* name;
@@ -116,8 +116,7 @@ double left_by_models_law(const Record& r, const control::PidSettings& pid) {
     const double e = side * (r.sp[k] - r.pv[k]);
     const double change = e - side * (r.sp[k - 1] - r.pv[k - 1]);
     const double move = r.co[k] - r.co[k - 1];
-    const bool inside =
-        r.co[k] > pid.output_low + margin && r.co[k] < pid.output_high - margin;
+    const bool inside = r.co[k] > pid.output_low + margin && r.co[k] < pid.output_high - margin;
     if (!inside || !std::isfinite(change) || !std::isfinite(move)) continue;
     const double missed = move - pid.gains.kp * change - pid.gains.ki * r.period_s * e;
     left += missed * missed;
@@ -125,12 +124,13 @@ double left_by_models_law(const Record& r, const control::PidSettings& pid) {
     ++count;
   }
   return count < kFewestMoves || !(moves > 0.0) ? std::numeric_limits<double>::quiet_NaN()
-                                           : left / moves;
+                                                : left / moves;
 }
 
 struct ModelMisfit {
-  double rmse = 0.0;   // PV units
-  double share = 1.0;  // of PV or of what the model makes of it, whichever is larger, above the end of the range
+  double rmse = 0.0;  // PV units
+  double share =
+      1.0;  // of PV or of what the model makes of it, whichever is larger, above the end of the range
 };
 
 ModelMisfit misfit_in(const Record& r, const plant::LoopModel& model) {
@@ -141,8 +141,8 @@ ModelMisfit misfit_in(const Record& r, const plant::LoopModel& model) {
   const std::vector<double> low(r.size(), model.transmitter.low);
   const SampleRange all{0, r.size()};
   const double rmse = rms_between(pv, simulated, measured, all);
-  const double size = std::max(rms_between(pv, low, measured, all),
-                               rms_between(simulated, low, measured, all));
+  const double size =
+      std::max(rms_between(pv, low, measured, all), rms_between(simulated, low, measured, all));
   return {rmse, size > 0.0 ? rmse / size : 1.0};
 }
 
@@ -200,8 +200,8 @@ std::optional<OtherUnit> other_unit(const Record& given, const plant::LoopModel&
       if (y.name.empty() && u.name.empty()) continue;
       if (!within(pv, y) || !within(co, u)) continue;
       // Two units at once must say much more than one.
-      const double both = reach(pv, y) * reach(co, u) *
-                          (y.name.empty() || u.name.empty() ? 1.0 : kTwoAtOnce);
+      const double both =
+          reach(pv, y) * reach(co, u) * (y.name.empty() || u.name.empty() ? 1.0 : kTwoAtOnce);
       if (both <= best_reach) continue;
       const Record converted = in_models_units(record, model, y, u);
       if (has_sp && !law_speaks_for_it(converted)) continue;

@@ -39,8 +39,8 @@ TEST_CASE("a record in another unit is told, also where the valve sticks", "[gap
     CHECK_FALSE(gap::other_unit(record, model));
     for (const SignalUnit& unit :
          {SignalUnit{"% of the PV range", 0.0, 100.0}, SignalUnit{"thousandths", 0.0, 1e4},
-          SignalUnit{"a share of the PV range", 0.0, 1.0},
-          SignalUnit{"kelvin", 273.15, 283.15}, SignalUnit{"", 0.0, 36.0}}) {
+          SignalUnit{"a share of the PV range", 0.0, 1.0}, SignalUnit{"kelvin", 273.15, 283.15},
+          SignalUnit{"", 0.0, 36.0}}) {
       INFO(unit.high);
       const auto found = gap::other_unit(written(record, unit, kSame), model);
       REQUIRE(found);
@@ -57,8 +57,7 @@ TEST_CASE("a record in another unit is told, also where the valve sticks", "[gap
       CHECK(found->co.low == Approx(unit.low));
       CHECK(found->co.high == Approx(unit.high));
     }
-    const auto both = gap::other_unit(
-        written(record, {"", 0.0, 100.0}, {"", 0.0, 1.0}), model);
+    const auto both = gap::other_unit(written(record, {"", 0.0, 100.0}, {"", 0.0, 1.0}), model);
     REQUIRE(both);
     CHECK(both->pv.high == Approx(100.0));
     CHECK(both->co.high == Approx(1.0));
