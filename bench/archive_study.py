@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an archive does to verdicts: records thinned by its two rules, filled again as a historian would, judged as before.
 
-Usage: bench/archive_study.py [--programs build/release/bin] [--cases DIR]
+Usage: bench/archive_study.py [--programs build/release/bin] [--cases DIR | --loops N]
 
 1. The labelled records of real loops (data/routine), at several deviations (% of the CO span; PV: of four times the
    range from 2 to 98 %).
 2. A simulated loop at 1 s, healthy and sticky (s 5, j 2): `gap` and `diagnose` on each kind of file.
+With --loops: N such loops, each with another noise and load: what `diagnose` says of them.
 The thinning is written from the rules' description alone and shares no code with what recognises it.
 """
 import argparse
@@ -152,6 +153,26 @@ def simulated(programs, folder):
                   + (f'  (sees from {sees:.2g} %)' if sees else ''))
 
 
+def many(programs, folder, count):
+    print(f'{count} simulated loops of each kind, archive of 0.5 %: verdicts of diagnose\n')
+    first_seed = 710000
+    for name, valve in (('healthy', ''), ('sticky', '{effect: stiction, s: 5, j: 2}')):
+        told = {kind: Counter() for kind in ('plain', *KINDS)}
+        for k in range(count):
+            truth = folder / 'truth.yaml'
+            truth.write_text(MODEL.format(valve=valve, load=LOAD.replace('seed: 5', f'seed: {first_seed + k}')))
+            plain = folder / 'plain.csv'
+            subprocess.run([programs / 'loopwarden', 'simulate', truth, '--out', plain], check=True, capture_output=True)
+            record = read(plain)
+            for kind, counts in told.items():
+                path = folder / 'r.csv'
+                write(path, record if kind == 'plain' else thinned(record, kind, 0.2, 0.5))
+                said = answer([programs / 'loopwarden', 'diagnose', path, '--json'])
+                counts[said['effects'][0]['name'] if said.get('effects') else said['verdict']] += 1
+        for kind, counts in told.items():
+            print(f"{name:<8} {kind:<22} " + ', '.join(f'{verdict} {n}' for verdict, n in sorted(counts.items())))
+
+
 def others(programs, folder, cases):
     print(f'\nCases of the other simulator in {cases}, archive of 0.5 % of both spans: names by gap\n')
     sums = {}
@@ -180,11 +201,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--programs', type=pathlib.Path, default=ROOT / 'build/release/bin')
     parser.add_argument('--cases', type=pathlib.Path, help='of loopwarden_hidden_cases, instead of the others')
+    parser.add_argument('--loops', type=int, help='so many simulated loops, instead of the others')
     options = parser.parse_args()
     programs = options.programs.resolve()
     with tempfile.TemporaryDirectory() as folder:
         if options.cases:
             others(programs, pathlib.Path(folder), options.cases)
+            return
+        if options.loops:
+            many(programs, pathlib.Path(folder), options.loops)
             return
         real_loops(programs, pathlib.Path(folder))
         simulated(programs, pathlib.Path(folder))

@@ -8,6 +8,8 @@
 // can't be seen. Then:
 //
 //   a valve effect smaller than that                                         can't tell
+//   by exception: a valve effect that the play does not show                 can't tell
+//     (a held value is a small sticking valve itself: step by step it foretells PV better)
 //   healthy, or another cause, where a band of 3 % of the span, or of three
 //   tenths of what CO moves, could hide                                      can't tell
 //
@@ -38,10 +40,11 @@ double sees_from(std::span<const double> pv, std::span<const double> co, const A
 // Of one window, or of a loop with the size of its effect. `co_moves`: range of CO, 5 to 95 %.
 bool hidden(DiagnosisVerdict verdict, Cause cause, double size, double sees_from, double co_moves,
             double co_span);
-void mind_archive(Diagnosis& diagnosis, double sees_from, double co_span);
+void mind_archive(Diagnosis& diagnosis, const Archived& archived, double sees_from, double co_span);
 // The windows' evidence together decides; what an archive hides it hides from that as well. `like`: the window that stands
 // for the loop.
-void mind_archive(LoopVerdict& verdict, const Diagnosis& like, double sees_from, double co_span);
+void mind_archive(LoopVerdict& verdict, const Diagnosis& like, const Archived& archived,
+                  double sees_from, double co_span);
 
 // What is said then.
 inline constexpr const char* kHiddenReason =

@@ -116,7 +116,7 @@ Window judge_window(const LoopSamples& s, std::uint64_t seed) {
                                           .co_high = s.co_high},
                                          s.kind);
   window.sees_from = diagnosis::sees_from(pv, co, s.archived);
-  diagnosis::mind_archive(window.diagnosis, window.sees_from, s.co_high - s.co_low);
+  diagnosis::mind_archive(window.diagnosis, s.archived, window.sees_from, s.co_high - s.co_low);
   const std::size_t dead_time = dead_time_samples(co, pv, kMostDeadTime);
   window.dead_time_s = static_cast<double>(dead_time) * s.sample_time_s;
   std::vector<double> error = pv;
@@ -130,14 +130,27 @@ Window judge_window(const LoopSamples& s, std::uint64_t seed) {
   return window;
 }
 
-diagnosis::LoopVerdict judge_windows(std::span<const Window> windows, double co_span) {
+diagnosis::LoopVerdict judge_windows(std::span<const Window> windows,
+                                     const diagnosis::Archived& archived, double co_span) {
   std::vector<diagnosis::Diagnosis> each;
   each.reserve(windows.size());
   for (const Window& w : windows) each.push_back(w.diagnosis);
   diagnosis::LoopVerdict verdict = diagnosis::judge_loop(each);
   if (windows.empty()) return verdict;
-  diagnosis::mind_archive(verdict, each[verdict.like], windows[verdict.like].sees_from, co_span);
+  diagnosis::mind_archive(verdict, each[verdict.like], archived, windows[verdict.like].sees_from,
+                          co_span);
   return verdict;
+}
+
+std::optional<std::size_t> cause_since(std::span<const Window> windows,
+                                       const diagnosis::LoopVerdict& verdict) {
+  if (verdict.verdict != diagnosis::DiagnosisVerdict::other_cause) return std::nullopt;
+  std::size_t first = windows.size();
+  while (first > 0 && windows[first - 1].diagnosis.verdict == verdict.verdict &&
+         windows[first - 1].diagnosis.cause == verdict.cause) {
+    --first;
+  }
+  return first < windows.size() ? std::optional(first) : std::nullopt;
 }
 
 }  // namespace loopwarden::survey

@@ -14,7 +14,9 @@
 // What it can't do: see diagnosis; dead time is an estimate from CO and PV together, at least one sample.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -53,6 +55,12 @@ struct Window {
 Window judge_window(const LoopSamples& samples, std::uint64_t seed);
 
 // All windows of a loop together.
-diagnosis::LoopVerdict judge_windows(std::span<const Window> windows, double co_span);
+diagnosis::LoopVerdict judge_windows(std::span<const Window> windows,
+                                     const diagnosis::Archived& archived, double co_span);
+
+// Of a loop that another cause than its valve swings: the first of the windows up to the last that all have this cause.
+// Nothing where the last one has another, or the verdict is another.
+std::optional<std::size_t> cause_since(std::span<const Window> windows,
+                                       const diagnosis::LoopVerdict& verdict);
 
 }  // namespace loopwarden::survey

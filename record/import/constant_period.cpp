@@ -19,6 +19,7 @@ constexpr double kRegular = 0.01;          // of the period
 constexpr double kJitter = 1.0 / 3.0;      // of the period
 constexpr double kMostlyPolled = 0.7;      // of the steps
 constexpr double kMultiples = 0.97;        // of the steps
+constexpr double kAlike = 2.5;             // times the median, below which nearly all steps are
 constexpr double kAnyDistance = 1e300;     // samples
 constexpr std::size_t kLookedAt = 200000;  // samples, for recognition
 constexpr double kSparse = 0.2;            // of the samples missing
@@ -77,6 +78,13 @@ double common_step(std::vector<double> steps, bool& found) {
   }
   found = false;
   return round_number_below(numeric::quantile_in_place(steps, 0.05));
+}
+
+// Polled, but at no constant period: an archive that thins makes steps of very different lengths.
+bool are_alike(std::vector<double> steps) {
+  constexpr double kNearlyAll = 0.99;
+  const double median = numeric::quantile(steps, 0.5);
+  return numeric::quantile_in_place(steps, kNearlyAll) <= kAlike * median;
 }
 
 struct Grid {
@@ -353,6 +361,7 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
   grid.from_s = pv_times.front();
   double to_s = pv_times.back();
   bool has_tick = true;
+  bool loosely = false;
   if (polled) {
     double places = 0.0;
     for (const double step : pv_steps) places += std::max(1.0, std::nearbyint(step / median));
@@ -369,6 +378,20 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
       }
     }
     grid.period_s = common_step(steps_of(times), has_tick);
+    loosely = !has_tick && are_alike(pv_steps);
+    if (loosely) {
+      polled = true;
+      grid.from_s = pv_times.front();
+      to_s = pv_times.back();
+      double sum = 0.0;
+      std::size_t alike = 0;
+      for (const double step : pv_steps) {
+        if (step > kAlike * median) continue;
+        sum += step;
+        ++alike;
+      }
+      grid.period_s = tidy_period_s(sum / static_cast<double>(alike));
+    }
   }
   if (options.period_s) grid.period_s = *options.period_s;
   const double count = std::floor((to_s - grid.from_s) / grid.period_s + 0.5) + 1.0;
@@ -395,21 +418,24 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
       const Signal& s = signals[index_of(role)];
       if (s.empty()) continue;
       std::vector<double>& column = *column_of(r, role);
-      if (jitter <= 2.0 * kRegular && s.time_s == pv.time_s) {
+      if (jitter <= 2.0 * kRegular && !loosely && s.time_s == pv.time_s) {
         column = nearest(s, grid);
         continue;
       }
-      column = linear(s, grid, 2.0 * grid.period_s);
+      column = linear(s, grid, (loosely ? 2.0 * kAlike : 2.0) * grid.period_s);
       if (role == Role::pv) out.notes.moved_pv = rms_between(column, nearest(s, grid));
     }
-    if (jitter <= 2.0 * kRegular) {
+    if (jitter <= 2.0 * kRegular && !loosely) {
       if (grid.count > pv_times.size())
         out.notes.resampled = "rows that are missing stand as missing samples";
     } else {
       out.notes.resampled = fmt::format(
-          "times jitter by up to {:.2g} % of the period: straight lines between neighbours; that "
-          "moves PV by {:.3g} (rms)",
-          100.0 * jitter, out.notes.moved_pv);
+          "{}: straight lines between neighbours; that moves PV by {:.3g} (rms)",
+          loosely ? fmt::format("times are {:.3g} to {:.3g} s apart, at no constant period",
+                                *std::min_element(pv_steps.begin(), pv_steps.end()),
+                                *std::max_element(pv_steps.begin(), pv_steps.end()))
+                  : fmt::format("times jitter by up to {:.2g} % of the period", 100.0 * jitter),
+          out.notes.moved_pv);
     }
     recognise_archive(r, options, out.notes);
   } else {

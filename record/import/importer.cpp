@@ -15,6 +15,15 @@
 #include "record/text.hpp"
 
 namespace loopwarden::record {
+
+// What one file holds of one loop.
+struct ImportPart {
+  Signals signals;
+  std::optional<TimePoint> origin;   // of time 0, where times are absolute
+  std::size_t shifted_hours = 0;     // the end of summer time in local times
+  std::optional<RecordError> error;  // what kept it from being read
+};
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,19 +32,13 @@ constexpr std::size_t kHeadLines = 400;
 constexpr std::size_t kProgressRows = 1U << 16U;
 constexpr std::uintmax_t kLargestFixedBytes = 64UL * 1024UL * 1024UL;
 
-// What one file holds of one loop.
-struct Part {
-  Signals signals;
-  std::optional<TimePoint> origin;  // of time 0, where times are absolute
-  std::size_t shifted_hours = 0;    // the end of summer time in local times
-};
-
 class FileReader {
  public:
-  // What a column or a tag feeds.
+  // What a column or a tag feeds. A cell that can't be read costs its loop, not the file's other ones.
   struct Target {
     Signal* signal = nullptr;
     Role role = Role::pv;
+    std::optional<RecordError>* error = nullptr;
   };
 
   FileReader(TextSource& source, const Layout& layout, const ImportOptions& options)
@@ -70,7 +73,7 @@ class FileReader {
         const std::string_view text =
             column < cells_.cells.size() ? cells_.cells[column] : std::string_view();
         target.signal->value.push_back(
-            value_of(text, target, quality_at(layout_.quality_of[column])));
+            value_or_error(text, target, quality_at(layout_.quality_of[column])));
       }
     }
     turn_if_backwards(columns);
@@ -103,7 +106,7 @@ class FileReader {
       double time_s = 0.0;
       if (!row_time(time_s)) continue;
       const double value =
-          value_of(cells_.cells[layout_.value], *last, quality_at(layout_.quality));
+          value_or_error(cells_.cells[layout_.value], *last, quality_at(layout_.quality));
       last->signal->time_s->push_back(time_s);
       // Every row says something: one without a value says that there was none.
       last->signal->value.push_back(std::isnan(value) && last->role != Role::mode ? kBad : value);
@@ -141,10 +144,7 @@ class FileReader {
 
   bool next_row(const ImportProgress& progress) {
     while (source_.next(line_)) {
-      if (progress && source_.line_number() % kProgressRows == 0 && source_.bytes_in_file() > 0) {
-        progress(static_cast<double>(source_.bytes_read()) /
-                 static_cast<double>(source_.bytes_in_file()));
-      }
+      if (source_.line_number() % kProgressRows == 0) progress(source_.share_read());
       std::size_t open = 0;
       if (!cells_.split(line_, layout_.delimiter, &open)) {
         if (at_last_line()) return false;
@@ -236,6 +236,16 @@ class FileReader {
     return parse_quality(cells_.cells[column], layout_.zero_is_good);
   }
 
+  double value_or_error(std::string_view text, const Target& target, SampleQuality quality) const {
+    if (*target.error) return kEmpty;
+    try {
+      return value_of(text, target, quality);
+    } catch (const RecordError& e) {
+      *target.error = e;
+      return kEmpty;
+    }
+  }
+
   double value_of(std::string_view text, const Target& target, SampleQuality quality) const {
     if (target.role == Role::mode) return parse_mode(text);
     const CellValue cell = parse_value(text, layout_.decimal, options_.bad_words);
@@ -314,6 +324,81 @@ class FileReader {
   std::size_t shifted_hours_ = 0;
 };
 
+// What of one file goes where.
+struct Feed {
+  std::vector<std::pair<std::size_t, FileReader::Target>> columns;  // wide
+  std::unordered_map<std::string, FileReader::Target> tags;         // long
+  std::vector<ImportPart*> parts;
+  // One tag may serve several loops; the second one reads a copy.
+  std::vector<std::pair<FileReader::Target, std::string>> copies;
+
+  void add(ImportPart& part, const LoopSignals& signals, const Layout& layout) {
+    parts.push_back(&part);
+    for (std::size_t role = 0; role < kRoles; ++role) {
+      const std::string& name = signals.names[role];
+      if (name.empty()) continue;
+      const FileReader::Target target{&part.signals[role], static_cast<Role>(role), &part.error};
+      if (layout.is_long) {
+        if (!tags.try_emplace(name, target).second) copies.emplace_back(target, name);
+        continue;
+      }
+      const auto column = std::find(layout.names.begin(), layout.names.end(), name);
+      if (column == layout.names.end()) continue;
+      columns.emplace_back(static_cast<std::size_t>(column - layout.names.begin()), target);
+    }
+  }
+  void copy() {
+    for (const auto& [target, name] : copies) {
+      const FileReader::Target& from = tags.at(name);
+      *target.signal = *from.signal;
+      if (*from.error) *target.error = *from.error;
+    }
+  }
+  void forget_empty() {
+    for (ImportPart* part : parts) {
+      for (Signal& s : part->signals) {
+        if (s.value.empty()) s = {};
+      }
+    }
+  }
+};
+
+void read_into(Feed& feed, TextSource& text, const Layout& layout, const ImportOptions& options,
+               const ImportProgress& progress) {
+  FileReader reader(text, layout, options);
+  if (layout.is_long) {
+    reader.read_long(feed.tags, progress);
+    feed.copy();
+    feed.forget_empty();
+  } else {
+    reader.read_wide(feed.columns, progress);
+  }
+  for (ImportPart* part : feed.parts) {
+    part->origin = reader.origin();
+    part->shifted_hours = reader.shifted_hours();
+  }
+}
+
+// The rest of `source` in a file without a name, to be read again.
+std::shared_ptr<std::FILE> spooled(TextSource& source) {
+  std::shared_ptr<std::FILE> file(std::tmpfile(), [](std::FILE* f) {
+    if (f != nullptr) std::fclose(f);
+  });
+  bool good = file != nullptr;
+  std::string_view line;
+  while (good && source.next(line)) {
+    good = std::fwrite(line.data(), 1, line.size(), file.get()) == line.size() &&
+           std::fputc('\n', file.get()) != EOF;
+  }
+  if (!good || std::fflush(file.get()) != 0) {
+    throw RecordError(RecordError::Kind::io, 0, 0,
+                      fmt::format("{}: a row a value is read twice, and its copy in the folder for "
+                                  "temporary files can't be written: {}",
+                                  source.name(), error_text(errno)));
+  }
+  return file;
+}
+
 std::string file_tag(const fs::path& path) {
   if (path == "-") return "standard input";
   fs::path stem = path.filename();
@@ -338,15 +423,16 @@ std::string list_of(const std::vector<FoundLoop>& loops) {
 }
 
 // Puts the signals of several files one behind the other, those that begin first first.
-Signals joined(std::vector<Part>& parts) {
+Signals joined(std::vector<ImportPart>& parts) {
   if (parts.size() == 1) return std::move(parts.front().signals);
-  std::sort(parts.begin(), parts.end(),
-            [](const Part& a, const Part& b) { return a.origin->since(*b.origin) < 0.0; });
+  std::sort(parts.begin(), parts.end(), [](const ImportPart& a, const ImportPart& b) {
+    return a.origin->since(*b.origin) < 0.0;
+  });
   Signals all;
   const TimePoint first = *parts.front().origin;
   for (std::size_t role = 0; role < kRoles; ++role) {
     Signal& to = all[role];
-    for (Part& part : parts) {
+    for (ImportPart& part : parts) {
       Signal& from = part.signals[role];
       if (from.empty()) continue;
       if (!to.time_s) to.time_s = std::make_shared<std::vector<double>>();
@@ -367,19 +453,9 @@ Signals joined(std::vector<Part>& parts) {
 
 }  // namespace
 
-Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options, bool lenient)
-    : options_(std::move(options)) {
-  for (const fs::path& path : paths) {
-    std::error_code none;
-    if (path != "-" && fs::is_directory(path, none)) {
-      look_at_folder(path);
-    } else {
-      look_at(path, !lenient);
-    }
-  }
-}
+namespace {
 
-void Importer::look_at_folder(const fs::path& folder) {
+std::vector<fs::path> exports_in(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code problem;
   for (fs::recursive_directory_iterator
@@ -399,10 +475,31 @@ void Importer::look_at_folder(const fs::path& folder) {
         fmt::format("{}: no file .csv, .txt, .tsv, .dat or .gz of these", folder.string()));
   }
   std::sort(found.begin(), found.end());
-  for (const fs::path& path : found) look_at(path, false);
+  return found;
 }
 
-void Importer::look_at(const fs::path& path, bool named) {
+}  // namespace
+
+Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options, bool lenient,
+                   const ImportProgress& progress)
+    : options_(std::move(options)) {
+  std::vector<std::pair<fs::path, bool>> files;  // and whether it must be an export
+  for (const fs::path& path : paths) {
+    std::error_code none;
+    if (path == "-" || !fs::is_directory(path, none)) {
+      files.emplace_back(path, !lenient);
+      continue;
+    }
+    for (fs::path& found : exports_in(path)) files.emplace_back(std::move(found), false);
+  }
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    look_at(files[k].first, files[k].second, [&](double share) {
+      if (progress) progress((static_cast<double>(k) + share) / static_cast<double>(files.size()));
+    });
+  }
+}
+
+void Importer::look_at(const fs::path& path, bool named, const ImportProgress& progress) {
   try {
     auto text = std::make_unique<TextSource>(path, options_.encoding);
     const std::string_view head = text->peek(kHeadLines);
@@ -419,27 +516,43 @@ void Importer::look_at(const fs::path& path, bool named) {
       names = source.layout.names;
       if (source.layout.time < names.size()) names[source.layout.time].clear();
     }
-    if (path == "-") {
-      if (source.layout.is_long && options_.loops.empty()) {
-        throw RecordError(RecordError::Kind::data, 0, 0,
-                          "standard input: a row a value is read twice; give a file, or name the "
-                          "tags with --map");
-      }
-      stdin_ = std::move(text);
-    } else if (source.layout.is_long) {
-      names = names_in(path, source.layout);
-    }
     files_.push_back(path);
+    if (path == "-") {
+      if (source.layout.is_long) {
+        stdin_copy_ = spooled(*text);
+      } else {
+        stdin_ = std::move(text);
+      }
+    }
+    if (source.layout.is_long) names = names_in(file, source.layout, progress);
     sources_.push_back(std::move(source));
     add_loops(file, names);
+    progress(1.0);
   } catch (const RecordError& e) {
     if (named) throw;
     problems_.push_back({path.string(), e.what()});
   }
 }
 
-std::vector<std::string> Importer::names_in(const fs::path& path, const Layout& layout) const {
-  TextSource source(path, options_.encoding);
+std::unique_ptr<TextSource> Importer::open(std::size_t file) {
+  if (files_[file] != "-") return std::make_unique<TextSource>(files_[file], options_.encoding);
+  if (stdin_copy_) {
+    return std::make_unique<TextSource>(fmt::format("/proc/self/fd/{}", fileno(stdin_copy_.get())),
+                                        Encoding::utf8, name_of(file));
+  }
+  if (!stdin_)
+    throw RecordError(RecordError::Kind::io, 0, 0, "standard input: can be read once only");
+  return std::move(stdin_);
+}
+
+std::string Importer::name_of(std::size_t file) const {
+  return files_[file] == "-" ? "standard input" : files_[file].string();
+}
+
+std::vector<std::string> Importer::names_in(std::size_t file, const Layout& layout,
+                                            const ImportProgress& progress) {
+  const std::unique_ptr<TextSource> text = open(file);
+  TextSource& source = *text;
   std::vector<std::string> names;
   std::set<std::string, std::less<>> known;
   std::string_view line;
@@ -447,6 +560,7 @@ std::vector<std::string> Importer::names_in(const fs::path& path, const Layout& 
   for (std::size_t k = 0; k < layout.header_rows; ++k) source.next(line);
   std::string last;
   while (source.next(line)) {
+    if (source.line_number() % kProgressRows == 0) progress(source.share_read());
     if (!cells.split(line, layout.delimiter) || cells.cells.size() <= layout.tag) continue;
     const std::string_view name = cells.cells[layout.tag];
     if (name == last || name.empty()) continue;
@@ -471,7 +585,6 @@ void Importer::add_loops(std::size_t file, const std::vector<std::string>& names
           number && *number >= 1.0 && *number <= static_cast<double>(names.size())) {
         return names[static_cast<std::size_t>(*number) - 1];
       }
-      if (path_is_stdin_long(file)) return wanted;
       const std::string* near = nullptr;
       std::size_t best = wanted.size() / 2 + 1;
       for (const std::string& name : names) {
@@ -484,7 +597,7 @@ void Importer::add_loops(std::size_t file, const std::vector<std::string>& names
       }
       throw RecordError(
           RecordError::Kind::data, 0, 0,
-          fmt::format("{}: no column or tag {}{}", files_[file].string(), in_quotes(wanted),
+          fmt::format("{}: no column or tag {}{}", name_of(file), in_quotes(wanted),
                       near != nullptr ? "; is it " + in_quotes(*near) + "?" : std::string()));
     };
     for (const LoopSignals& asked : options_.loops) {
@@ -516,14 +629,14 @@ void Importer::add_loops(std::size_t file, const std::vector<std::string>& names
     }
     const std::string tag = signals.tag.empty() ? file_tag(files_[file]) : signals.tag;
     // A loop whose times are absolute goes on in the next file.
-    const auto same = std::find_if(loops_.begin(), loops_.end(),
-                                   [&](const FoundLoop& loop) { return loop.tag == tag; });
-    const bool goes_on = same != loops_.end() && !signals.tag.empty() &&
+    const auto [at, is_new] = by_tag_.try_emplace(tag, loops_.size());
+    FoundLoop* same = is_new ? nullptr : &loops_[at->second];
+    const bool goes_on = same != nullptr && !signals.tag.empty() &&
                          is_absolute(sources_[file].layout.form) &&
                          is_absolute(sources_[same->files.front()].layout.form);
     if (!goes_on) {
       FoundLoop loop{.signals = signals, .tag = tag, .files = {file}};
-      if (same != loops_.end()) loop.tag += " in " + file_tag(files_[file]);
+      if (same != nullptr) loop.tag += " in " + file_tag(files_[file]);
       loops_.push_back(std::move(loop));
       continue;
     }
@@ -540,10 +653,6 @@ void Importer::add_loops(std::size_t file, const std::vector<std::string>& names
   }
 }
 
-bool Importer::path_is_stdin_long(std::size_t file) const {
-  return files_[file] == "-" && sources_[file].layout.is_long;
-}
-
 std::uint64_t Importer::bytes_of(std::size_t loop) const {
   std::uint64_t bytes = 0;
   for (const std::size_t file : loops_[loop].files) {
@@ -555,128 +664,95 @@ std::uint64_t Importer::bytes_of(std::size_t loop) const {
   return bytes;
 }
 
-void Importer::read(std::span<const std::size_t> which,
-                    const std::function<void(std::size_t, Imported)>& take,
-                    const std::function<void(std::size_t, const RecordError&)>& fail,
+std::string Importer::no_pv() const {
+  constexpr std::size_t kMost = 6;
+  std::string names;
+  for (std::size_t k = 0; k < std::min(kMost, other_names_.size()); ++k)
+    names += (k > 0 ? ", " : " among ") + in_quotes(other_names_[k]);
+  return "no column or tag that is a PV by its name" + names +
+         "; --map pv=NAME,co=NAME,sp=NAME tells";
+}
+
+Imported Importer::finished(std::size_t loop, std::vector<ImportPart>& pieces) const {
+  const FoundLoop& of = loops_[loop];
+  const std::string first = name_of(of.files.front());
+  const std::string place =
+      first + (of.signals.tag.empty() ? std::string() : ": " + of.signals.tag);
+  std::erase_if(pieces, [](const ImportPart& part) {
+    return std::all_of(part.signals.begin(), part.signals.end(),
+                       [](const Signal& s) { return s.empty(); });
+  });
+  if (pieces.empty()) throw RecordError(RecordError::Kind::data, 0, 0, place + ": no values");
+  const Source& source = sources_[of.files.front()];
+  ImportNotes notes;
+  notes.tag = of.tag;
+  notes.files = first;
+  if (of.files.size() > 1) notes.files += fmt::format(" and {} more", of.files.size() - 1);
+  notes.names = of.signals.names;
+  notes.units = of.signals.units;
+  notes.layout = source.layout_text;
+  if (!source.layout.hint.empty()) notes.remarks.push_back(source.layout.hint);
+  for (const ImportPart& part : pieces) {
+    if (part.shifted_hours > 0)
+      notes.remarks.emplace_back("the clock fell back by an hour: taken as the end of summer time");
+  }
+  Signals signals = joined(pieces);  // sorts
+  notes.start = pieces.front().origin;
+  if (of.signals.has(Role::pv) && signals[index_of(Role::pv)].empty()) {
+    throw RecordError(RecordError::Kind::data, 0, 0, place + ": no values of PV");
+  }
+  pieces.clear();
+  pieces.shrink_to_fit();
+  Imported imported = on_constant_period(std::move(signals), options_, std::move(notes), place);
+  // Time 0 is the first sample where the wall clock tells the rest.
+  const double begin_s = imported.record.time_s.front();
+  if (imported.notes.start && begin_s != 0.0) {
+    const double whole = std::floor(imported.notes.start->rest_s + begin_s);
+    imported.notes.start->whole_s += static_cast<std::int64_t>(whole);
+    imported.notes.start->rest_s += begin_s - whole;
+    for (double& t : imported.record.time_s) t -= begin_s;
+  }
+  return imported;
+}
+
+void Importer::read(std::span<const std::size_t> which, const TakeLoop& take, const FailLoop& fail,
                     const ImportProgress& progress) {
-  std::map<std::size_t, std::vector<Part>> parts;  // by loop
-  std::map<std::size_t, RecordError> broken;
-  std::set<std::size_t> files;
+  std::map<std::size_t, std::vector<ImportPart>> parts;  // by loop
+  std::map<std::size_t, Feed> feeds;                     // by file
   for (const std::size_t loop : which) {
-    parts[loop].resize(loops_[loop].files.size());
-    files.insert(loops_[loop].files.begin(), loops_[loop].files.end());
+    const FoundLoop& of = loops_[loop];
+    parts[loop].resize(of.files.size());
+    for (std::size_t k = 0; k < of.files.size(); ++k)
+      feeds[of.files[k]].add(parts[loop][k], of.signals, sources_[of.files[k]].layout);
   }
   std::size_t done = 0;
-  for (const std::size_t file : files) {
-    const Source& source = sources_[file];
-    std::vector<std::pair<std::size_t, FileReader::Target>> columns;
-    std::unordered_map<std::string, FileReader::Target> tags;
-    std::vector<std::pair<std::size_t, Part*>> fed;
-    // One column or tag may serve several loops; the second one reads a copy.
-    std::vector<std::pair<FileReader::Target, std::string>> copies;
-    for (const std::size_t loop : which) {
-      const auto& of = loops_[loop].files;
-      const auto at = std::find(of.begin(), of.end(), file);
-      if (at == of.end()) continue;
-      Part& part = parts[loop][static_cast<std::size_t>(at - of.begin())];
-      fed.emplace_back(loop, &part);
-      for (std::size_t role = 0; role < kRoles; ++role) {
-        const std::string& name = loops_[loop].signals.names[role];
-        if (name.empty()) continue;
-        const FileReader::Target target{&part.signals[role], static_cast<Role>(role)};
-        if (source.layout.is_long) {
-          if (!tags.try_emplace(name, target).second) copies.emplace_back(target, name);
-          continue;
-        }
-        const auto column = std::find(source.layout.names.begin(), source.layout.names.end(), name);
-        if (column != source.layout.names.end()) {
-          columns.emplace_back(static_cast<std::size_t>(column - source.layout.names.begin()),
-                               target);
-        }
-      }
-    }
+  for (auto& [file, feed] : feeds) {
     try {
-      std::unique_ptr<TextSource> text =
-          files_[file] == "-" ? std::move(stdin_)
-                              : std::make_unique<TextSource>(files_[file], options_.encoding);
-      if (!text)
-        throw RecordError(RecordError::Kind::io, 0, 0, "standard input: can be read once only");
-      FileReader reader(*text, source.layout, options_);
-      const ImportProgress of_file = [&](double share) {
+      read_into(feed, *open(file), sources_[file].layout, options_, [&](double share) {
         if (progress)
-          progress((static_cast<double>(done) + share) / static_cast<double>(files.size()));
-      };
-      if (source.layout.is_long) {
-        reader.read_long(tags, of_file);
-        for (const auto& [target, name] : copies) *target.signal = *tags.at(name).signal;
-        for (const auto& [loop, part] : fed) {
-          for (Signal& s : part->signals) {
-            if (s.value.empty()) s = {};
-          }
-        }
-      } else {
-        reader.read_wide(columns, of_file);
-      }
-      for (const auto& [loop, part] : fed) {
-        part->origin = reader.origin();
-        part->shifted_hours = reader.shifted_hours();
-      }
+          progress((static_cast<double>(done) + share) / static_cast<double>(feeds.size()));
+      });
     } catch (const RecordError& e) {
-      for (const auto& [loop, part] : fed) broken.try_emplace(loop, e);
+      for (ImportPart* part : feed.parts) part->error = e;
     }
-    ++done;
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(feeds.size()));
   }
   for (const std::size_t loop : which) {
-    if (const auto at = broken.find(loop); at != broken.end()) {
-      fail(loop, at->second);
+    const std::vector<std::size_t>& files = loops_[loop].files;
+    std::vector<ImportPart>& pieces = parts[loop];
+    for (std::size_t k = 0; k < files.size(); ++k) {
+      if (pieces[k].error) fail(loop, files[k], *pieces[k].error);
+    }
+    std::erase_if(pieces, [](const ImportPart& part) { return part.error.has_value(); });
+    if (pieces.empty()) continue;
+    std::optional<Imported> imported;
+    try {
+      imported = finished(loop, pieces);
+    } catch (const RecordError& e) {
+      fail(loop, files.front(), e);
       continue;
     }
-    try {
-      const FoundLoop& of = loops_[loop];
-      std::vector<Part>& pieces = parts[loop];
-      std::erase_if(pieces, [](const Part& part) {
-        return std::all_of(part.signals.begin(), part.signals.end(),
-                           [](const Signal& s) { return s.empty(); });
-      });
-      const std::string place = fmt::format("{}{}", files_[of.files.front()].string(),
-                                            of.signals.tag.empty() ? std::string() : ": " + of.tag);
-      if (pieces.empty()) throw RecordError(RecordError::Kind::data, 0, 0, place + ": no values");
-      ImportNotes notes;
-      notes.tag = of.tag;
-      notes.files = files_[of.files.front()].string();
-      if (of.files.size() > 1) notes.files += fmt::format(" and {} more", of.files.size() - 1);
-      notes.names = of.signals.names;
-      notes.units = of.signals.units;
-      notes.layout = sources_[of.files.front()].layout_text;
-      if (!sources_[of.files.front()].layout.hint.empty())
-        notes.remarks.push_back(sources_[of.files.front()].layout.hint);
-      for (const Part& part : pieces) {
-        if (part.shifted_hours > 0)
-          notes.remarks.emplace_back(
-              "the clock fell back by an hour: taken as the end of summer time");
-      }
-      Signals signals = joined(pieces);  // sorts
-      notes.start = pieces.front().origin;
-      if (of.signals.has(Role::pv) && signals[index_of(Role::pv)].empty()) {
-        throw RecordError(RecordError::Kind::data, 0, 0, place + ": no values of PV");
-      }
-      pieces.clear();
-      pieces.shrink_to_fit();
-      Imported imported = on_constant_period(std::move(signals), options_, std::move(notes), place);
-      // Time 0 is the first sample where the wall clock tells the rest.
-      if (imported.notes.start) {
-        const double begin_s = imported.record.time_s.front();
-        if (begin_s != 0.0) {
-          const double whole = std::floor(imported.notes.start->rest_s + begin_s);
-          imported.notes.start->whole_s += static_cast<std::int64_t>(whole);
-          imported.notes.start->rest_s += begin_s - whole;
-          for (double& t : imported.record.time_s) t -= begin_s;
-        }
-      }
-      take(loop, std::move(imported));
-    } catch (const RecordError& e) {
-      fail(loop, e);
-    }
+    take(loop, std::move(*imported));
   }
 }
 
@@ -685,7 +761,7 @@ Imported Importer::read_one(std::size_t loop, const ImportProgress& progress) {
   const std::array<std::size_t, 1> which{loop};
   read(
       which, [&](std::size_t, Imported imported) { out = std::move(imported); },
-      [](std::size_t, const RecordError& e) { throw e; }, progress);
+      [](std::size_t, std::size_t, const RecordError& e) { throw e; }, progress);
   return out;
 }
 
@@ -731,15 +807,7 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       }
       fail(fmt::format("no loop {}; it has {}", in_quotes(loop), list_of(importer.loops())));
     }
-    if (usable.empty()) {
-      std::string names;
-      for (std::size_t k = 0; k < std::min<std::size_t>(6, importer.other_names().size()); ++k) {
-        names += (k > 0 ? ", " : "") + in_quotes(importer.other_names()[k]);
-      }
-      fail(fmt::format(
-          "no column or tag that is a PV by its name{}; --map pv=NAME,co=NAME,sp=NAME tells",
-          names.empty() ? std::string() : " among " + names));
-    }
+    if (usable.empty()) fail(importer.no_pv());
     // Of several the one that can be judged, where it is one.
     std::vector<std::size_t> complete;
     for (const std::size_t k : usable) {

@@ -12,11 +12,13 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "record/import/constant_period.hpp"
@@ -35,8 +37,13 @@ struct FileProblem {
   std::string why;
 };
 
+// Each loop that was read; and what kept a loop from being read, or one of its files, where the rest goes to TakeLoop.
+using TakeLoop = std::function<void(std::size_t loop, Imported imported)>;
+using FailLoop = std::function<void(std::size_t loop, std::size_t file, const RecordError& error)>;
 // Called now and then with the share of the work that is done, 0 to 1.
 using ImportProgress = std::function<void(double)>;
+
+struct ImportPart;
 
 class Importer {
  public:
@@ -44,18 +51,19 @@ class Importer {
   // that was named can't be used; of a file within a folder it becomes a problem.
   // `lenient`: of a named path as well.
   Importer(const std::vector<std::filesystem::path>& paths, ImportOptions options,
-           bool lenient = false);
+           bool lenient = false, const ImportProgress& progress = {});
 
   const std::vector<FoundLoop>& loops() const noexcept { return loops_; }
   const std::vector<FileProblem>& problems() const noexcept { return problems_; }
   const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
   // Names that belong to no loop.
   const std::vector<std::string>& other_names() const noexcept { return other_names_; }
+  // That none has a PV, with some of the names and the option that helps.
+  std::string no_pv() const;
 
-  // Of loops(): `take` gets each, in order, or what was wrong with it. One pass over every file that has any of them.
-  void read(std::span<const std::size_t> which,
-            const std::function<void(std::size_t loop, Imported imported)>& take,
-            const std::function<void(std::size_t loop, const RecordError& error)>& fail,
+  // Of loops(): `take` gets each, in order, `fail` what was wrong. One pass over every file that has any of them. What
+  // they throw comes through.
+  void read(std::span<const std::size_t> which, const TakeLoop& take, const FailLoop& fail,
             const ImportProgress& progress = {});
   Imported read_one(std::size_t loop, const ImportProgress& progress = {});
   // Values of a loop when all its files are read, about; for what fits into memory.
@@ -68,19 +76,23 @@ class Importer {
     std::uint64_t rows = 0;  // about
   };
 
-  void look_at(const std::filesystem::path& path, bool named);
-  void look_at_folder(const std::filesystem::path& folder);
-  std::vector<std::string> names_in(const std::filesystem::path& path, const Layout& layout) const;
+  void look_at(const std::filesystem::path& path, bool named, const ImportProgress& progress);
+  std::unique_ptr<TextSource> open(std::size_t file);
+  std::string name_of(std::size_t file) const;
+  std::vector<std::string> names_in(std::size_t file, const Layout& layout,
+                                    const ImportProgress& progress);
   void add_loops(std::size_t file, const std::vector<std::string>& names);
-  bool path_is_stdin_long(std::size_t file) const;
+  Imported finished(std::size_t loop, std::vector<ImportPart>& pieces) const;
 
   ImportOptions options_;
   std::vector<std::filesystem::path> files_;
   std::vector<Source> sources_;
   std::vector<FoundLoop> loops_;
+  std::unordered_map<std::string, std::size_t> by_tag_;  // the first of loops_ that has it
   std::vector<FileProblem> problems_;
   std::vector<std::string> other_names_;
   std::unique_ptr<TextSource> stdin_;
+  std::shared_ptr<std::FILE> stdin_copy_;  // a row a value is read twice
 };
 
 // One loop of one path, as commands take it: `loop` by its tag, or empty where there is one only. A file in the fixed

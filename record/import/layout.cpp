@@ -112,6 +112,11 @@ class Finder {
     columns_ = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
                  return a.second < b.second;
                })->first;
+    if (columns_ < 2) {
+      fail(1, 1,
+           fmt::format("one column: nothing is set apart by {} (--delimiter)",
+                       in_quotes(std::string(1, layout_.delimiter))));
+    }
   }
 
   std::string_view cell(std::size_t row, std::size_t column) const {
@@ -270,7 +275,10 @@ class Finder {
         number <= columns_) {
       return number - 1;
     }
-    fail(1, 0, fmt::format("no column {}", in_quotes(wanted)));
+    std::string names;
+    for (const std::string& name : rows_.front())
+      names += (names.empty() ? "" : ", ") + in_quotes(name);
+    fail(1, 0, fmt::format("no column {}; the first line has {}", in_quotes(wanted), names));
   }
 
   // Day or month first. A date with dots has the day first everywhere; else numbers above 12 tell, or the change of
@@ -280,7 +288,6 @@ class Finder {
     bool mdy = true;
     std::optional<TimePoint> last_dmy;
     std::optional<TimePoint> last_mdy;
-    std::string_view shown;
     for (std::size_t k = bulk(); k < rows_.size() && dmy && mdy; ++k) {
       const std::string_view text = cell(k, column);
       const DateOrder order = possible_orders(text);
@@ -290,7 +297,6 @@ class Finder {
         mdy = false;
         break;
       }
-      shown = text;
       dmy = dmy && order.dmy;
       mdy = mdy && order.mdy;
     }
@@ -312,14 +318,18 @@ class Finder {
       last_dmy = as_dmy;
       last_mdy = as_mdy;
     }
-    // The name of a month leaves no choice.
-    if (dmy && mdy &&
-        shown.find_first_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") < 6)
-      mdy = false;
     if (dmy && mdy) {
-      fail(rows_.size(), 0,
-           fmt::format("{} can be day-month-year and month-day-year: --time dmy or --time mdy",
-                       in_quotes(shown)));
+      std::size_t row = 0;
+      while (row + 1 < rows_.size() && !possible_orders(cell(row, column)).dmy) ++row;
+      const std::string_view shown = cell(row, column);
+      // The name of a month leaves no choice.
+      if (shown.find_first_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") < 6) {
+        mdy = false;
+      } else {
+        fail(row + 1, lines_[row].find(shown) + 1,
+             fmt::format("{} can be day-month-year and month-day-year: --time dmy or --time mdy",
+                         in_quotes(shown)));
+      }
     }
     layout_.form = dmy ? TimeForm::dmy : TimeForm::mdy;
   }

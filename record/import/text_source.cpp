@@ -192,11 +192,11 @@ struct TextSource::State {
   }
 };
 
-TextSource::TextSource(const std::filesystem::path& path, Encoding encoding)
+TextSource::TextSource(const std::filesystem::path& path, Encoding encoding, std::string name)
     : state_(std::make_unique<State>()) {
   const bool from_stdin = path == "-";
   State& s = *state_;
-  s.name = from_stdin ? "standard input" : path.string();
+  s.name = !name.empty() ? std::move(name) : from_stdin ? "standard input" : path.string();
   const int fd = from_stdin ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) s.fail(RecordError::Kind::io, "can't be opened: " + error_text(errno));
   struct stat about {};
@@ -280,11 +280,12 @@ std::size_t TextSource::line_number() const noexcept { return state_->line; }
 Encoding TextSource::encoding() const noexcept { return state_->encoding; }
 bool TextSource::compressed() const noexcept { return gzdirect(state_->file) == 0; }
 const std::string& TextSource::name() const noexcept { return state_->name; }
-std::uint64_t TextSource::bytes_read() const noexcept {
+double TextSource::share_read() const noexcept {
   const auto at = gzoffset(state_->file);
-  return at > 0 ? static_cast<std::uint64_t>(at) : 0;
+  return at > 0 && state_->file_bytes > 0
+             ? static_cast<double>(at) / static_cast<double>(state_->file_bytes)
+             : 0.0;
 }
-std::uint64_t TextSource::bytes_in_file() const noexcept { return state_->file_bytes; }
 std::uint64_t TextSource::text_bytes() const noexcept { return state_->unpacked_bytes; }
 
 }  // namespace loopwarden::record

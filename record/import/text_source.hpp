@@ -19,8 +19,9 @@ const char* to_text(Encoding encoding) noexcept;
 
 class TextSource {
  public:
-  // `path` - is standard input. Throws RecordError, as all do.
-  explicit TextSource(const std::filesystem::path& path, Encoding encoding = Encoding::automatic);
+  // `path` - is standard input; `name` is what messages call it, else the path. Throws RecordError, as all do.
+  explicit TextSource(const std::filesystem::path& path, Encoding encoding = Encoding::automatic,
+                      std::string name = {});
   TextSource(TextSource&&) noexcept;
   TextSource& operator=(TextSource&&) noexcept;
   ~TextSource();
@@ -35,9 +36,7 @@ class TextSource {
   Encoding encoding() const noexcept;        // what it was found to be
   bool compressed() const noexcept;          // gzip
   const std::string& name() const noexcept;  // for messages
-  // What was read of the file on the disk, and its size; the latter 0 where nobody knows.
-  std::uint64_t bytes_read() const noexcept;
-  std::uint64_t bytes_in_file() const noexcept;
+  double share_read() const noexcept;  // of the file on the disk; 0 where its size is not known
   // Of the text when decompressed, as far as it is known beforehand; 0: not known.
   std::uint64_t text_bytes() const noexcept;
 

@@ -130,7 +130,7 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
                                              kind)};
         window.sees_from =
             diagnosis::sees_from(pv.subspan(from, size), co.subspan(from, size), archived);
-        diagnosis::mind_archive(window.diagnosis, window.sees_from, co_span);
+        diagnosis::mind_archive(window.diagnosis, archived, window.sees_from, co_span);
       },
       [&](std::size_t done) { progress.update(done); });
   loop.imports.push_back(std::move(imported.notes));
@@ -167,7 +167,8 @@ int run_diagnose(const DiagnoseOptions& options) {
   for (const DiagnosedWindow& w : loop.windows) windows.push_back(w.diagnosis);
   loop.verdict = diagnosis::judge_loop(windows);
   const DiagnosedWindow& like = loop.windows[loop.verdict.like];
-  diagnosis::mind_archive(loop.verdict, like.diagnosis, like.sees_from,
+  const record::ImportNotes& notes = loop.imports[like.import];
+  diagnosis::mind_archive(loop.verdict, like.diagnosis, {notes.pv, notes.co}, like.sees_from,
                           loop.co_range[1] - loop.co_range[0]);
   if (!options.report.empty()) {
     write_output(options.report, diagnosis_page(loop), options.records);

@@ -20,6 +20,7 @@
 #include "model/effects/catalogue.hpp"
 #include "model/gap/archived.hpp"
 #include "model/gap/constants.hpp"
+#include "model/gap/other_unit.hpp"
 #include "model/gap/sample_time.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/records/record_input.hpp"
@@ -197,89 +198,41 @@ void choose_stretch(record::Imported& imported, GapOptions& options) {
 
 // --pv-range, --co-range: these values of the record are the ends of the model's ranges.
 void convert_units(record::Record& r, const plant::LoopModel& model, const GapOptions& options) {
-  const auto convert = [](std::vector<double>& column, const std::vector<double>& from, double low,
-                          double high) {
-    if (from.empty()) return;
-    for (double& v : column) v = low + (v - from[0]) * (high - low) / (from[1] - from[0]);
+  const auto& pid = model.controller.pid;
+  const auto unit = [](const std::vector<double>& told, double low, double high) {
+    return told.empty() ? gap::SignalUnit{"", low, high} : gap::SignalUnit{"", told[0], told[1]};
   };
-  convert(r.pv, options.pv_range, model.transmitter.low, model.transmitter.high);
-  convert(r.sp, options.pv_range, model.transmitter.low, model.transmitter.high);
-  convert(r.co, options.co_range, model.controller.pid.output_low,
-          model.controller.pid.output_high);
-  convert(r.stem, options.co_range, model.controller.pid.output_low,
-          model.controller.pid.output_high);
+  gap::Record converted = gap::in_models_units(
+      {.period_s = r.period_s, .pv = r.pv, .sp = r.sp, .co = r.co, .stem = r.stem}, model,
+      unit(options.pv_range, model.transmitter.low, model.transmitter.high),
+      unit(options.co_range, pid.output_low, pid.output_high));
+  r.pv = std::move(converted.pv);
+  r.sp = std::move(converted.sp);
+  r.co = std::move(converted.co);
+  r.stem = std::move(converted.stem);
   if (!options.clip_co) return;
-  for (double& v : r.co)
-    v = std::clamp(v, model.controller.pid.output_low, model.controller.pid.output_high);
+  for (double& v : r.co) v = std::clamp(v, pid.output_low, pid.output_high);
 }
 
-// A gain that is wrong by the factor of a unit, and a controller that is wrong by the same the other way, or a PV out of
-// the model's range, is no effect: the record is in other units than the model. Empty: it is not.
-std::string looks_like_unit(const gap::Result& result, const plant::LoopModel& model,
-                            const gap::Record& record) {
-  double factor = 1.0;
-  double controller = 1.0;
-  for (const gap::FoundEffect& e : result.effects) {
-    const auto value = [&](const char* name) {
-      const auto at = e.spec.parameters.find(name);
-      return at == e.spec.parameters.end() ? 1.0 : at->second;
-    };
-    if (e.spec.name == "gain_change") factor = value("factor");
-    if (e.spec.name == "controller_mismatch" && model.controller.pid.gains.kp != 0.0) {
-      controller = value("kp") / model.controller.pid.gains.kp;
-    }
-  }
-  if (!(factor > 0.0) || std::abs(std::log(factor)) < std::log(1.7)) return {};
-  const double pv_span = model.transmitter.high - model.transmitter.low;
-  struct Unit {
-    double factor;
-    std::string name;
+// The units that the record looks like, as a question with its options; empty: the model's.
+std::string unit_question(const gap::Record& record, const plant::LoopModel& model) {
+  const std::optional<gap::OtherUnit> found = gap::other_unit(record, model);
+  if (!found) return {};
+  std::string names;
+  std::string yes;
+  std::string no;
+  const auto add = [&](const gap::SignalUnit& unit, const char* option, double low, double high) {
+    if (unit.name.empty()) return;
+    names += (names.empty() ? "" : ", ") + unit.name;
+    yes += fmt::format(" {} {:g} {:g}", option, unit.low, unit.high);
+    no += fmt::format(" {} {:g} {:g}", option, low, high);
   };
-  const std::vector<Unit> units{{100.0 / pv_span, "% of the PV range"},
-                                {1.0 / pv_span, "a share of the PV range"},
-                                {output_span(model), "CO as a share of its range"},
-                                {output_span(model) / 100.0, "CO in %"},
-                                {100.0, "a share for %"},
-                                {0.01, "% for a share"},
-                                {1000.0, "thousandths"},
-                                {0.001, "thousands"},
-                                {60.0, "a minute for a second"},
-                                {1.0 / 60.0, "a second for a minute"},
-                                {3.6, "m3/h for l/s"},
-                                {1.0 / 3.6, "l/s for m3/h"},
-                                {10.0, "tenths"},
-                                {0.1, "tens"}};
-  constexpr double kNear = 0.03;
-  const auto unit = std::find_if(units.begin(), units.end(), [&](const Unit& u) {
-    return std::abs(std::log(factor / u.factor)) < kNear;
-  });
-  if (unit == units.end()) return {};
-  double pv_high = -std::numeric_limits<double>::infinity();
-  double co_high = 0.0;
-  for (std::size_t k = 0; k < record.size(); ++k) {
-    if (std::isfinite(record.pv[k])) pv_high = std::max(pv_high, record.pv[k]);
-    if (k < record.co.size() && std::isfinite(record.co[k]))
-      co_high = std::max(co_high, std::abs(record.co[k]));
-  }
-  const bool controller_agrees = std::abs(std::log(controller * factor)) < 2.0 * kNear;
-  const bool out_of_range = pv_high > model.transmitter.high + 0.02 * pv_span;
-  const double co_limit = model.controller.pid.output_high;
-  const bool co_small = factor > 1.0 && co_high * factor < 1.02 * co_limit;
-  const bool co_out = co_high > co_limit + 0.02 * output_span(model);
-  if (!controller_agrees && !out_of_range && !co_out) return {};
-  const bool co_is_it = (co_small || co_out) && !out_of_range;
+  add(found->pv, "--pv-range", model.transmitter.low, model.transmitter.high);
+  add(found->co, "--co-range", model.controller.pid.output_low, model.controller.pid.output_high);
   return fmt::format(
-      "PV moves {:.4g} times as far with CO as the model says{}; that looks like another unit "
-      "({}), and no effect "
-      "is named. If it is: {} gives what in the record stands for the ends of the model's range "
-      "({:g} to {:g}). If it is not: {} {:g} {:g} says so",
-      factor, controller_agrees ? ", and the controller as much less with PV" : "", unit->name,
-      co_is_it ? "--co-range LO HI" : "--pv-range LO HI",
-      co_is_it ? model.controller.pid.output_low : model.transmitter.low,
-      co_is_it ? model.controller.pid.output_high : model.transmitter.high,
-      co_is_it ? "--co-range" : "--pv-range",
-      co_is_it ? model.controller.pid.output_low : model.transmitter.low,
-      co_is_it ? model.controller.pid.output_high : model.transmitter.high);
+      "PV or CO looks like another unit ({}): converted, the model misses PV by {:.3g} instead of "
+      "{:.3g}. No effect is named. If it is so:{}; if it is not:{} says so",
+      names, found->rmse_converted, found->rmse_as_it_stands, yes, no);
 }
 
 // What an archive kept PV and CO to. Of a CO of which that can't be told, the share of the span that PV was kept to:
@@ -360,6 +313,12 @@ int run_gap(GapOptions options) {
       how.search.without.emplace_back("controller_mismatch");
     }
     const plant::LoopModel& at_period = drawn ? drawn->model : *model;
+    if (options.controller_known && options.pv_range.empty() && options.co_range.empty()) {
+      if (const std::string question = unit_question(record, at_period); !question.empty()) {
+        fmt::print(stderr, "{}: {}\n", options.record, question);
+        return kExitData;
+      }
+    }
     if (imported.notes.compressed()) {
       result = gap::find_gap_archived(record, at_period, how, deviations, parallel, told);
       if (deviations.known)
@@ -369,11 +328,6 @@ int run_gap(GapOptions options) {
     }
     if (drawn) gap::say_other_period(result, *model, record_period_s);
     notes = imported.notes;
-    if (const std::string unit = looks_like_unit(result, *model, record);
-        !unit.empty() && options.pv_range.empty() && options.co_range.empty()) {
-      fmt::print(stderr, "{}: {}\n", options.record, unit);
-      return kExitData;
-    }
     if (const std::string source = source_text(notes); !source.empty())
       result.check.notes.push_back({"source", source});
     if (first_s != 0.0) {

@@ -34,6 +34,7 @@ struct ImportCommand {
 };
 
 constexpr std::uint64_t kAtOnceBytes = 512ULL * 1024ULL * 1024ULL;  // of values in memory
+constexpr int kProgressParts = 1000;
 constexpr std::array kShown{Role::pv, Role::sp, Role::co, Role::stem, Role::mode};
 
 nlohmann::json loop_json(const record::Importer& importer, const record::FoundLoop& loop) {
@@ -112,28 +113,85 @@ void write_loop(const record::Record& r, const fs::path& path) {
   writer.finish();
 }
 
-// With --check nothing is written.
-int read_all(record::Importer& importer, const ImportCommand& options) {
-  const fs::path out(options.out);
-  std::vector<std::string> inputs;
-  for (const fs::path& file : importer.files()) inputs.push_back(file.string());
-  OutputFiles files(inputs);
-  if (!options.check) files.make_folder(out);
+// Takes what the importer reads: a record a loop, and the note of what was done. With --check nothing is written.
+class ImportedLoops {
+ public:
+  ImportedLoops(const record::Importer& importer, const ImportCommand& options, OutputFiles& files)
+      : importer_(importer), options_(options), files_(files), out_(options.out) {
+    note_ = {{"loops", nlohmann::json::array()}, {"failed", problems_json(importer)}};
+  }
+
+  void take(std::size_t loop, const record::Imported& imported) {
+    std::string name = file_name_for(importer_.loops()[loop].tag);
+    while (!names_.insert(name).second) name += "_";
+    const fs::path path = out_ / (name + ".csv");
+    if (!options_.check) write(imported.record, path);
+    nlohmann::json entry = import_json(imported.notes, {}, std::nullopt);
+    entry["file"] = path.filename().string();
+    entry["from"] = loop_json(importer_, importer_.loops()[loop]);
+    entry["samples"] = imported.record.size();
+    note_["loops"].push_back(std::move(entry));
+    const std::string said = import_text(imported);
+    text_ += path.filename().string() + "\n" + said;
+    fmt::print(stderr, "{}", said);
+    if (!options_.check && !options_.json) fmt::print("{}\n", path.string());
+  }
+  void fail(std::size_t loop, std::size_t file, const record::RecordError& error) {
+    // What is wrong with a row is said once, not once a loop.
+    if (failures_.insert(error.what()).second) fmt::print(stderr, "{}\n", error.what());
+    note_["failed"].push_back({{"file", importer_.files()[file].string()},
+                               {"loop", importer_.loops()[loop].tag},
+                               {"why", error.what()}});
+  }
+  void write_note() {
+    if (options_.check) return;
+    files_.add(out_ / "import.json", note_.dump(2) + "\n");
+    files_.add(out_ / "import.txt", text_);
+    files_.commit();
+  }
+  const nlohmann::json& note() const { return note_; }
+
+ private:
+  void write(const record::Record& r, const fs::path& path) {
+    try {
+      write_loop(r, files_.stage(path));
+    } catch (const record::RecordError& e) {
+      throw CommandError(kExitIo, files_.in_users_words(e.what()));
+    }
+  }
+
+  const record::Importer& importer_;
+  const ImportCommand& options_;
+  OutputFiles& files_;
+  fs::path out_;
+  nlohmann::json note_;
+  std::string text_;
+  std::set<std::string> names_;
+  std::set<std::string> failures_;
+};
+
+std::vector<std::size_t> usable_loops(const record::Importer& importer, const RecordInput& input) {
   std::vector<std::size_t> usable;
   for (std::size_t k = 0; k < importer.loops().size(); ++k) {
     const record::FoundLoop& loop = importer.loops()[k];
-    if (loop.signals.has(Role::pv) && options.input.takes(loop.tag)) usable.push_back(k);
+    if (loop.signals.has(Role::pv) && input.takes(loop.tag)) usable.push_back(k);
   }
+  return usable;
+}
+
+int read_all(record::Importer& importer, const ImportCommand& options) {
+  std::vector<std::string> inputs;
+  for (const fs::path& file : importer.files()) inputs.push_back(file.string());
+  OutputFiles files(inputs);
+  if (!options.check) files.make_folder(options.out);
+  const std::vector<std::size_t> usable = usable_loops(importer, options.input);
   if (usable.empty() && !options.input.loop().empty()) {
     fmt::print(stderr, "no loop {} with a PV; --list shows those that were found\n",
                record::in_quotes(options.input.loop()));
     return kExitData;
   }
-  nlohmann::json note = {{"loops", nlohmann::json::array()}, {"failed", problems_json(importer)}};
-  std::string text;
-  std::set<std::string> names;
-  Progress progress("import", 1000);
-  std::size_t read = 0;
+  ImportedLoops loops(importer, options, files);
+  Progress progress("import", kProgressParts);
   for (std::size_t from = 0; from < usable.size();) {
     std::size_t to = from;
     for (std::uint64_t bytes = 0; to < usable.size() && (to == from || bytes < kAtOnceBytes);
@@ -142,48 +200,26 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
     }
     importer.read(
         std::span(usable).subspan(from, to - from),
-        [&](std::size_t loop, const record::Imported& imported) {
-          std::string name = file_name_for(importer.loops()[loop].tag);
-          while (!names.insert(name).second) name += "_";
-          const fs::path path = out / (name + ".csv");
-          if (!options.check) write_loop(imported.record, files.stage(path));
-          nlohmann::json entry = import_json(imported.notes, {}, std::nullopt);
-          entry["file"] = path.filename().string();
-          entry["from"] = loop_json(importer, importer.loops()[loop]);
-          entry["samples"] = imported.record.size();
-          note["loops"].push_back(std::move(entry));
-          const std::string said = import_text(imported);
-          text += path.filename().string() + "\n" + said;
-          fmt::print(stderr, "{}", said);
-          if (!options.check && !options.json) fmt::print("{}\n", path.string());
-          ++read;
-        },
-        [&](std::size_t loop, const record::RecordError& error) {
-          fmt::print(stderr, "{}\n", error.what());
-          note["failed"].push_back(
-              {{"file", importer.files()[importer.loops()[loop].files.front()].string()},
-               {"loop", importer.loops()[loop].tag},
-               {"why", error.what()}});
+        [&](std::size_t loop, const record::Imported& imported) { loops.take(loop, imported); },
+        [&](std::size_t loop, std::size_t file, const record::RecordError& error) {
+          loops.fail(loop, file, error);
         },
         [&](double share) {
           const double done = (static_cast<double>(from) + share * static_cast<double>(to - from)) /
                               static_cast<double>(usable.size());
-          progress.update(static_cast<std::uint64_t>(1000.0 * done));
+          progress.update(static_cast<std::uint64_t>(done * kProgressParts));
         });
     from = to;
   }
   for (const record::FileProblem& p : importer.problems()) fmt::print(stderr, "{}\n", p.why);
-  if (read == 0) {
+  if (loops.note()["loops"].empty()) {
+    if (usable.empty() && importer.problems().empty()) fmt::print(stderr, "{}\n", importer.no_pv());
     fmt::print(stderr, "no loop could be read\n");
     return kExitData;
   }
-  if (!options.check) {
-    files.add(out / "import.json", note.dump(2) + "\n");
-    files.add(out / "import.txt", text);
-    files.commit();
-  }
-  if (options.json) fmt::print("{}\n", note.dump(2));
-  return note["failed"].empty() ? kExitOk : kExitData;
+  loops.write_note();
+  if (options.json) fmt::print("{}\n", loops.note().dump(2));
+  return loops.note()["failed"].empty() ? kExitOk : kExitData;
 }
 
 int run_import(const ImportCommand& options) {
@@ -207,6 +243,8 @@ int run_import(const ImportCommand& options) {
     } else {
       print_list(importer);
     }
+    if (importer.loops().empty() && importer.problems().empty())
+      fmt::print(stderr, "{}\n", importer.no_pv());
     return importer.loops().empty() ? kExitData : kExitOk;
   } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -37,6 +38,17 @@ struct SurveyCommand {
 
 constexpr std::size_t kLinesShown = 20;
 
+// Each with the file it is about, once.
+void print_failed(const nlohmann::json& failed) {
+  std::set<std::string> said;
+  for (const auto& problem : failed) {
+    const auto file = problem.at("file").get<std::string>();
+    std::string why = problem.at("why").get<std::string>();
+    if (!why.starts_with(file)) why = file + ": " + problem.value("loop", "loop") + ": " + why;
+    if (said.insert(why).second) fmt::print(stderr, "failed: {}\n", why);
+  }
+}
+
 void print_survey(const fs::path& out, bool as_json) {
   std::ifstream in(out / "survey.json");
   const nlohmann::json survey = nlohmann::json::parse(in);
@@ -65,8 +77,7 @@ void print_survey(const fs::path& out, bool as_json) {
                loop.at("next").at("what").get<std::string>());
   }
   if (loops.size() > kLinesShown) fmt::print("  ... {} loops in all\n", loops.size());
-  for (const auto& problem : survey.at("failed"))
-    fmt::print(stderr, "failed: {}\n", problem.at("why").get<std::string>());
+  print_failed(survey.at("failed"));
   fmt::print("{}\n", (out / "survey.html").string());
 }
 
@@ -100,8 +111,9 @@ int run_survey(const SurveyCommand& options) {
   try {
     const SurveyCount count = judge_all(run);
     fmt::print(stderr, "{} loops: {} judged, {} from an earlier run, {} failed\n", count.loops,
-               count.judged, count.resumed, count.failed);
+               count.judged, count.resumed, count.failed.size());
     if (count.loops == 0 && run.share.of == 1) {
+      print_failed(count.failed);
       fmt::print(stderr,
                  "no loop with PV and CO was found; 'loopwarden import --list' shows what was\n");
       return kExitData;

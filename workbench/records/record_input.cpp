@@ -77,11 +77,11 @@ void RecordInput::add_options(CLI::App& sub, bool one_loop) {
   if (one_loop) {
     sub.add_option("--loop", loop_, "of a file with several loops the one with this tag")
         ->group(kGroup);
-    sub.add_option(
-           "--map", map_,
-           "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)")
-        ->group(kGroup);
   }
+  sub.add_option(
+         "--map", map_,
+         "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)")
+      ->group(kGroup);
   sub.add_option("--format", format_, "YAML that says how the export is laid out (docs/import.md)")
       ->group(kGroup);
   sub.add_option("--time", time_,

@@ -2,23 +2,40 @@
 // A loop's page: trends of the whole export and of the stretch that shows most, and PV over CO.
 (() => {
   const data = JSON.parse(document.getElementById('data').textContent);
-  const ink = getComputedStyle(document.body).color, grid = {stroke: 'rgba(128,128,128,.18)', width: 1};
-  const colours = {pv: ink, sp: '#7a828c', co: '#0072b2'};
+  // Of the page as it is being shown, on a screen or on paper.
+  const css = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const ink = css('--ink'), grid = {stroke: 'rgba(128,128,128,.18)', width: 1};
+  const colours = {pv: css('--measured'), sp: css('--sp'), co: css('--after')};
   const wall = data.start_s !== null;
+  // The export's own clock, wherever the page is read.
+  const tzDate = (t) => uPlot.tzDate(new Date(t * 1e3), 'Etc/UTC');
+  const stamp = (t) => new Date(t * 1e3).toISOString();
+  const moments = (u, ticks, axis, space, step) => ticks.map((t, k) => {
+    const at = stamp(t), day = at.slice(0, 10);
+    if (step >= 86400) return day.slice(5) + (k === 0 ? '\n' + day.slice(0, 4) : '');
+    const begins = k === 0 || stamp(ticks[k - 1]).slice(0, 10) !== day;
+    return at.slice(11, step < 60 ? 19 : 16) + (begins ? '\n' + day : '');
+  });
+  const plots = [];
+  const keep = (u, box) => {
+    plots.push(() => { u.setSize({width: box.clientWidth, height: 260}); u.redraw(); });
+    new ResizeObserver(plots[plots.length - 1]).observe(box);
+  };
   const axes = (time) => [
-    {stroke: ink, grid, ...(time ? {} : {values: (u, ticks) => ticks.map((t) => t + ' s')})},
+    {stroke: ink, grid, values: time ? moments : (u, ticks) => ticks.map((t) => t + ' s')},
     {stroke: ink, grid, size: 60}, {stroke: colours.co, side: 1, grid: {show: false}, size: 60}];
   const draw = (id, t, what, time) => {
-    const box = document.getElementById(id), series = [{}], columns = [t];
+    const box = document.getElementById(id), columns = [t];
+    const series = [{value: (u, t) => t === null || t === undefined ? '--' : time ? stamp(t).slice(0, 19).replace('T', ' ') : t + ' s'}];
     for (const name of ['sp', 'pv', 'co']) {
       if (!what[name]) continue;
       series.push({label: name.toUpperCase(), stroke: colours[name], width: name === 'pv' ? 1.5 : 1, scale: name === 'co' ? 'co' : 'y',
         points: {show: false}});
       columns.push(what[name]);
     }
-    const u = new uPlot({width: box.clientWidth, height: 260, scales: {x: {time}}, axes: axes(time).map((a, k) =>
+    const u = new uPlot({width: box.clientWidth, height: 260, tzDate, scales: {x: {time}}, axes: axes(time).map((a, k) =>
       k === 2 ? {...a, scale: 'co'} : k === 1 ? {...a, scale: 'y'} : a), series}, columns, box);
-    new ResizeObserver(() => u.setSize({width: box.clientWidth, height: 260})).observe(box);
+    keep(u, box);
   };
   const p = data.picture, n = p.pv.length;
   const at = (s) => wall ? data.start_s + s : s;
@@ -30,7 +47,7 @@
     const dots = (u, series, from, to) => {
       const d = u.ctx, size = 3 * devicePixelRatio;
       d.save();
-      d.strokeStyle = colours.pv;
+      d.strokeStyle = colours.pv();
       d.globalAlpha = 0.55;
       d.beginPath();
       let pen = false;
@@ -56,7 +73,9 @@
         scales: {x: {time: false, range: () => xr}, y: {range: () => yr}},
         axes: [{stroke: ink, grid, label: 'CO', labelSize: 18}, {stroke: ink, grid, size: 60}],
         series: [{}, {stroke: ink, paths: dots, points: {show: false}}]}, [xs, ys], box);
-      new ResizeObserver(() => u.setSize({width: box.clientWidth, height: 260})).observe(box);
+      keep(u, box);
     }
   }
+  matchMedia('print').addEventListener('change', () => plots.forEach((draw) => draw()));
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => plots.forEach((draw) => draw()));
 })();

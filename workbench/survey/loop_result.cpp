@@ -2,7 +2,9 @@
 #include "workbench/survey/loop_result.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "model/numeric/statistics.hpp"
 #include "model/survey/window.hpp"
@@ -127,31 +129,38 @@ std::vector<double> likely_co_range(const record::Imported& imported) {
   return {0.0, 100.0};
 }
 
-json judge_loop(record::Imported imported, const SurveySettings& settings) {
-  DiagnosedLoop loop;
-  loop.co_range = settings.co_range.empty() ? likely_co_range(imported) : settings.co_range;
-  const double co_span = loop.co_range[1] - loop.co_range[0];
-  draw_for_judging(imported);
-  const record::Record& r = imported.record;
-  const diagnosis::LoopKind kind = settings.kind.empty()
-                                       ? diagnosis::kind_from_tag(imported.notes.tag)
-                                       : *diagnosis::loop_kind(settings.kind);
+namespace {
+
+// Windows of one length; what is left at the end makes the last one longer, or is one where it is half a window.
+struct Cuts {
+  std::size_t length;
+  std::size_t count;
+  std::size_t samples;
+
+  std::size_t from(std::size_t w) const { return w * length; }
+  std::size_t size(std::size_t w) const { return w + 1 == count ? samples - from(w) : length; }
+};
+
+Cuts cuts_of(const record::Record& r, double window_s) {
   const auto length = static_cast<std::size_t>(
-      std::max(static_cast<double>(kLeastWindow), std::floor(settings.window_s / r.period_s)));
-  // What is left at the end makes the last window longer, or is one where it is half a window.
-  const std::size_t count = std::max<std::size_t>(1, (r.size() + length / 2) / length);
-  const auto part = [](bool has, const std::vector<double>& column, std::size_t from,
-                       std::size_t size) {
-    return has ? std::span<const double>(column).subspan(from, size) : std::span<const double>();
-  };
+      std::max(static_cast<double>(kLeastWindow), std::floor(window_s / r.period_s)));
+  return {length, std::max<std::size_t>(1, (r.size() + length / 2) / length), r.size()};
+}
+
+std::vector<Window> judged_windows(const record::Imported& imported, const Cuts& cuts,
+                                   diagnosis::LoopKind kind, DiagnosedLoop& loop) {
+  const record::Record& r = imported.record;
   std::vector<Window> windows;
-  for (std::size_t w = 0; w < count; ++w) {
-    const std::size_t from = w * length;
-    const std::size_t size = w + 1 == count ? r.size() - from : length;
-    windows.push_back(survey::judge_window({.pv = part(true, r.pv, from, size),
-                                            .co = part(true, r.co, from, size),
-                                            .sp = part(r.has_sp, r.sp, from, size),
-                                            .automatic = part(r.has_mode, r.automatic, from, size),
+  for (std::size_t w = 0; w < cuts.count; ++w) {
+    const std::size_t from = cuts.from(w);
+    const std::size_t size = cuts.size(w);
+    const auto part = [&](bool has, const std::vector<double>& column) {
+      return has ? std::span<const double>(column).subspan(from, size) : std::span<const double>();
+    };
+    windows.push_back(survey::judge_window({.pv = part(true, r.pv),
+                                            .co = part(true, r.co),
+                                            .sp = part(r.has_sp, r.sp),
+                                            .automatic = part(r.has_mode, r.automatic),
                                             .sample_time_s = r.period_s,
                                             .co_low = loop.co_range[0],
                                             .co_high = loop.co_range[1],
@@ -165,15 +174,54 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
                             .diagnosis = windows.back().diagnosis,
                             .sees_from = windows.back().sees_from});
   }
-  loop.verdict = survey::judge_windows(windows, co_span);
-  const Window& like = windows[loop.verdict.like];
+  return windows;
+}
+
+json diagnosed_json(const DiagnosedLoop& loop, const std::vector<Window>& windows) {
   json diagnosed = diagnosis_json(loop);
-  if (count == 1) {
+  if (loop.windows.size() == 1) {
     diagnosed["windows"] = json::array({diagnosed});
     diagnosed["windows"][0]["from_s"] = loop.windows[0].from_s;
     diagnosed["windows"][0]["to_s"] = loop.windows[0].to_s;
     diagnosed["since_s"] = nullptr;
+  } else if (const auto since = survey::cause_since(windows, loop.verdict)) {
+    diagnosed["since_s"] = loop.windows[*since].from_s;
   }
+  return diagnosed;
+}
+
+// By the export's clock where it has one, else s of the record.
+json moment(const record::ImportNotes& notes, double at_s) {
+  if (!notes.start) return at_s;
+  const double at = notes.start->rest_s + at_s;
+  const double whole = std::floor(at);
+  return record::iso_text(notes.start->whole_s + static_cast<std::int64_t>(whole), at - whole,
+                          notes.start->zone_known);
+}
+
+json picture_of(const record::Record& r, const Cuts& cuts, std::size_t like, const Window& window) {
+  double zoom = static_cast<double>(kZoomSamples);
+  if (window.diagnosis.oscillating)
+    zoom = std::max(zoom / 4.0, kZoomPeriods * window.diagnosis.period_s / r.period_s);
+  const std::size_t size = std::min(cuts.size(like), static_cast<std::size_t>(zoom));
+  return picture_of(r, cuts.from(like) + (cuts.size(like) - size) / 2, size);
+}
+
+}  // namespace
+
+json judge_loop(record::Imported imported, const SurveySettings& settings) {
+  DiagnosedLoop loop;
+  loop.co_range = settings.co_range.empty() ? likely_co_range(imported) : settings.co_range;
+  const double co_span = loop.co_range[1] - loop.co_range[0];
+  draw_for_judging(imported);
+  const diagnosis::LoopKind kind = settings.kind.empty()
+                                       ? diagnosis::kind_from_tag(imported.notes.tag)
+                                       : *diagnosis::loop_kind(settings.kind);
+  const Cuts cuts = cuts_of(imported.record, settings.window_s);
+  const std::vector<Window> windows = judged_windows(imported, cuts, kind, loop);
+  loop.verdict = survey::judge_windows(windows, {imported.notes.pv, imported.notes.co}, co_span);
+  const Window& like = windows[loop.verdict.like];
+  const json diagnosed = diagnosed_json(loop, windows);
   json out = {{"tag", imported.notes.tag},
               {"files", imported.notes.files},
               {"import", import_json(imported.notes, {std::nullopt, co_span},
@@ -182,47 +230,34 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
                                          : std::nullopt)},
               {"co_range", loop.co_range},
               {"kind", diagnosed.at("kind")},
-              {"share_automatic", rounded(median_of(windows, &Window::automatic))},
-              {"complete", rounded(median_of(windows, &Window::complete))},
-              {"saturated", rounded(median_of(windows, &Window::saturated))},
-              {"error_rms", rounded(median_of(windows, &Window::error))},
-              {"crossings_per_hour", rounded(median_of(windows, &Window::crossings_per_hour))},
-              {"variability", rounded(median_of(windows, &Window::variability))},
-              {"dead_time_s", rounded(median_of(windows, &Window::dead_time_s))},
-              {"travel_per_hour", rounded(median_of(windows, &Window::travel_per_hour))},
-              {"reversals_per_hour", rounded(median_of(windows, &Window::reversals_per_hour))},
-              {"noise", rounded(median_of(windows, &Window::noise))},
-              {"nonlinearity", rounded(median_of(windows, &Window::nonlinearity))},
               {"regularity", rounded(like.regularity)},
               {"since_s", diagnosed.at("since_s")},
               {"since", nullptr}};
+  constexpr std::array<std::pair<const char*, double Window::*>, 11> kMedians{
+      {{"share_automatic", &Window::automatic},
+       {"complete", &Window::complete},
+       {"saturated", &Window::saturated},
+       {"error_rms", &Window::error},
+       {"crossings_per_hour", &Window::crossings_per_hour},
+       {"variability", &Window::variability},
+       {"dead_time_s", &Window::dead_time_s},
+       {"travel_per_hour", &Window::travel_per_hour},
+       {"reversals_per_hour", &Window::reversals_per_hour},
+       {"noise", &Window::noise},
+       {"nonlinearity", &Window::nonlinearity}}};
+  for (const auto& [key, what] : kMedians) out[key] = rounded(median_of(windows, what));
   for (const char* key : {"verdict", "grade", "effects", "cause", "reason", "settle", "evidence",
                           "against", "probability", "oscillating", "period_s"}) {
     out[key] = diagnosed.at(key);
   }
   if (diagnosed.contains("size_trend")) out["size_trend"] = diagnosed.at("size_trend");
-  if (!out["since_s"].is_null()) {
-    const double since_s = out["since_s"].get<double>();
-    if (imported.notes.start) {
-      const double at = imported.notes.start->rest_s + since_s;
-      out["since"] = record::iso_text(
-          imported.notes.start->whole_s + static_cast<std::int64_t>(std::floor(at)),
-          at - std::floor(at), imported.notes.start->zone_known);
-    } else {
-      out["since"] = since_s;
-    }
-  }
+  if (!out["since_s"].is_null())
+    out["since"] = moment(imported.notes, out["since_s"].get<double>());
   out["windows"] = json::array();
   for (std::size_t w = 0; w < windows.size(); ++w) {
     out["windows"].push_back(window_json(windows[w], diagnosed.at("windows")[w], co_span));
   }
-  const std::size_t like_from = loop.verdict.like * length;
-  const std::size_t like_size = loop.verdict.like + 1 == count ? r.size() - like_from : length;
-  double zoom = static_cast<double>(kZoomSamples);
-  if (like.diagnosis.oscillating)
-    zoom = std::max(zoom / 4.0, kZoomPeriods * like.diagnosis.period_s / r.period_s);
-  const std::size_t zoom_size = std::min(like_size, static_cast<std::size_t>(zoom));
-  out["picture"] = picture_of(r, like_from + (like_size - zoom_size) / 2, zoom_size);
+  out["picture"] = picture_of(imported.record, cuts, loop.verdict.like, like);
   return out;
 }
 

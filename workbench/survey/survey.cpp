@@ -25,6 +25,7 @@ using nlohmann::json;
 
 constexpr std::uint64_t kAtOnceBytes = 256ULL * 1024ULL * 1024ULL;  // of values in memory
 constexpr std::size_t kAtOnceLoops = 256;
+constexpr int kResultForm = 3;  // of a loop's file; one in another form is made anew
 
 std::optional<json> read_json(const fs::path& path) {
   std::ifstream in(path);
@@ -37,9 +38,9 @@ std::optional<json> read_json(const fs::path& path) {
 // What the result of a loop depends on: the version, the settings, and its files as they are.
 std::string key_of(const record::Importer& importer, const record::FoundLoop& loop,
                    const SurveyRun& run) {
-  std::string text =
-      fmt::format("{} {} {} {} {}", LOOPWARDEN_VERSION, run.settings.window_s, run.settings.kind,
-                  fmt::join(run.settings.co_range, " "), record::fingerprint(run.import));
+  std::string text = fmt::format(
+      "{} {} {} {} {} {}", LOOPWARDEN_VERSION, kResultForm, run.settings.window_s,
+      run.settings.kind, fmt::join(run.settings.co_range, " "), record::fingerprint(run.import));
   for (const std::string& name : loop.signals.names) text += "|" + name;
   for (const std::size_t file : loop.files) {
     std::error_code problem;
@@ -57,82 +58,130 @@ fs::path file_of(const fs::path& out, const std::string& tag) {
 
 }  // namespace
 
+namespace {
+
+// Of a loop's work this share is the reading.
+constexpr std::uint64_t kReadingParts = 1;
+constexpr std::uint64_t kJudgingParts = 9;
+
+struct OpenLoops {
+  std::vector<std::size_t> open;  // of Importer::loops()
+  std::set<fs::path> wanted;      // results of this share
+};
+
+// What there is to do, and what an earlier run has done.
+OpenLoops open_loops(const record::Importer& importer, const SurveyRun& run, SurveyCount& count) {
+  OpenLoops out;
+  for (std::size_t k = 0; k < importer.loops().size(); ++k) {
+    const record::FoundLoop& loop = importer.loops()[k];
+    if (!run.share.has(loop.tag)) continue;
+    const bool has_pv = loop.signals.has(record::Role::pv);
+    if (!has_pv || !loop.signals.has(record::Role::co)) {
+      count.failed.push_back(
+          {{"file", importer.files()[loop.files.front()].string()},
+           {"loop", loop.tag},
+           {"why", has_pv ? "no CO: nothing can be said of the valve" : "no PV"}});
+      continue;
+    }
+    ++count.loops;
+    const fs::path path = file_of(run.out, loop.tag);
+    out.wanted.insert(path);
+    const auto before = read_json(path);
+    if (before && before->value("key", "") == key_of(importer, loop, run)) {
+      ++count.resumed;
+    } else {
+      out.open.push_back(k);
+    }
+  }
+  return out;
+}
+
+struct ReadLoop {
+  std::size_t loop;
+  record::Imported imported;
+  json without = json::array();  // files of it that can't be read
+};
+
+std::vector<ReadLoop> read_loops(record::Importer& importer, std::span<const std::size_t> which,
+                                 json& failed, const record::ImportProgress& progress) {
+  std::vector<ReadLoop> loops;
+  std::map<std::size_t, json> broken;
+  importer.read(
+      which,
+      [&](std::size_t loop, record::Imported imported) {
+        loops.push_back({loop, std::move(imported)});
+        const auto at = broken.find(loop);
+        if (at == broken.end()) return;
+        loops.back().without = std::move(at->second);
+        broken.erase(at);
+      },
+      [&](std::size_t loop, std::size_t file, const record::RecordError& error) {
+        broken[loop].push_back({{"file", importer.files()[file].string()},
+                                {"loop", importer.loops()[loop].tag},
+                                {"why", error.what()}});
+      },
+      progress);
+  for (const auto& [loop, why] : broken) failed.insert(failed.end(), why.begin(), why.end());
+  return loops;
+}
+
+// Results of loops that are no longer asked for would stand in the list.
+void forget_others(const fs::path& folder, const std::set<fs::path>& wanted) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".json" && wanted.count(entry.path()) == 0) {
+      fs::remove(entry.path());
+    }
+  }
+}
+
+}  // namespace
+
 SurveyCount judge_all(const SurveyRun& run) {
-  record::Importer importer({run.paths.begin(), run.paths.end()}, run.import, true);
+  constexpr std::uint64_t kParts = 1000;
+  std::optional<Progress> looking(std::in_place, "survey: looking at files", kParts);
+  record::Importer importer(
+      {run.paths.begin(), run.paths.end()}, run.import, true, [&looking](double share) {
+        looking->update(static_cast<std::uint64_t>(share * static_cast<double>(kParts)));
+      });
+  looking.reset();
   OutputFiles folders;
   folders.make_folder(run.out);
   folders.make_folder(run.out / "loops");
   folders.commit();
   SurveyCount count;
-  json failed = json::array();
   for (const record::FileProblem& problem : importer.problems()) {
-    failed.push_back({{"file", problem.file}, {"why", problem.why}});
+    count.failed.push_back({{"file", problem.file}, {"why", problem.why}});
   }
-  std::vector<std::size_t> open;
-  std::set<fs::path> wanted;
-  for (std::size_t k = 0; k < importer.loops().size(); ++k) {
-    const record::FoundLoop& loop = importer.loops()[k];
-    if (!run.share.has(loop.tag)) continue;
-    const std::string file = importer.files()[loop.files.front()].string();
-    if (!loop.signals.has(record::Role::pv) || !loop.signals.has(record::Role::co)) {
-      failed.push_back(
-          {{"file", file},
-           {"loop", loop.tag},
-           {"why", loop.signals.has(record::Role::pv) ? "no CO: nothing can be said of the valve"
-                                                      : "no PV"}});
-      continue;
-    }
-    ++count.loops;
-    const fs::path path = file_of(run.out, loop.tag);
-    wanted.insert(path);
-    const auto before = read_json(path);
-    if (before && before->value("key", "") == key_of(importer, loop, run)) {
-      ++count.resumed;
-    } else {
-      open.push_back(k);
-    }
-  }
-  // Results of loops that are no longer asked for would stand in the list.
-  for (const auto& entry : fs::directory_iterator(run.out / "loops")) {
-    if (entry.path().extension() == ".json" && wanted.count(entry.path()) == 0) {
-      fs::remove(entry.path());
-    }
-  }
-  Progress progress("survey", open.size());
-  std::size_t done = 0;
+  const auto [open, wanted] = open_loops(importer, run, count);
+  forget_others(run.out / "loops", wanted);
+  constexpr std::uint64_t kOne = kReadingParts + kJudgingParts;
+  Progress progress("survey", kOne * open.size());
   for (std::size_t from = 0; from < open.size();) {
     std::size_t to = from;
     std::uint64_t bytes = 0;
     while (to < open.size() && to - from < kAtOnceLoops && (to == from || bytes < kAtOnceBytes)) {
       bytes += importer.bytes_of(open[to++]);
     }
-    std::vector<std::pair<std::size_t, record::Imported>> batch;
-    importer.read(
-        std::span(open).subspan(from, to - from),
-        [&](std::size_t loop, record::Imported imported) {
-          batch.emplace_back(loop, std::move(imported));
-        },
-        [&](std::size_t loop, const record::RecordError& error) {
-          failed.push_back(
-              {{"file", importer.files()[importer.loops()[loop].files.front()].string()},
-               {"loop", importer.loops()[loop].tag},
-               {"why", error.what()}});
+    const std::uint64_t reading = kReadingParts * (to - from);
+    std::vector<ReadLoop> batch = read_loops(
+        importer, std::span(open).subspan(from, to - from), count.failed, [&](double share) {
+          progress.update(kOne * from +
+                          static_cast<std::uint64_t>(share * static_cast<double>(reading)));
         });
     hal::os::parallel_for(
         batch.size(), run.jobs,
         [&](std::size_t k) {
-          const record::FoundLoop& loop = importer.loops()[batch[k].first];
-          json result = judge_loop(std::move(batch[k].second), run.settings);
+          const record::FoundLoop& loop = importer.loops()[batch[k].loop];
+          json result = judge_loop(std::move(batch[k].imported), run.settings);
           result["key"] = key_of(importer, loop, run);
+          result["without"] = std::move(batch[k].without);
           write_output(file_of(run.out, loop.tag), result.dump() + "\n");
         },
-        [&](std::size_t ready) { progress.update(done + ready); });
-    done += to - from;
+        [&](std::size_t ready) { progress.update(kOne * from + reading + kJudgingParts * ready); });
     count.judged += batch.size();
     from = to;
   }
-  count.failed = failed.size();
-  write_output(run.out / "failed.json", json{{"failed", failed}}.dump(2) + "\n");
+  write_output(run.out / "failed.json", json{{"failed", count.failed}}.dump(2) + "\n");
   return count;
 }
 
@@ -153,6 +202,8 @@ void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
                                                   entry.path().string()));
       }
       loop->erase("key");
+      for (const json& problem : loop->value("without", json::array())) failed.push_back(problem);
+      loop->erase("without");
       by_tag.insert_or_assign(loop->at("tag").get<std::string>(), std::move(*loop));
     }
   }

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "record/import/importer.hpp"
 #include "workbench/command_line/share.hpp"
 #include "workbench/survey/loop_result.hpp"
@@ -28,10 +30,10 @@ struct SurveyRun {
 };
 
 struct SurveyCount {
-  std::size_t loops = 0;    // of this share
-  std::size_t judged = 0;   // now
-  std::size_t resumed = 0;  // from an earlier run
-  std::size_t failed = 0;
+  std::size_t loops = 0;                            // of this share
+  std::size_t judged = 0;                           // now
+  std::size_t resumed = 0;                          // from an earlier run
+  nlohmann::json failed = nlohmann::json::array();  // file, loop, why; without a result
 };
 
 // Judges what is not judged yet. Throws RecordError where a path can't be looked at, OutputError.

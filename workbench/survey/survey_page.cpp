@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include "record/import/time_text.hpp"
 #include "workbench/report/assets.hpp"
@@ -40,6 +41,43 @@ std::string number_cell(const json& value, double factor = 1.0, int digits = 3) 
 std::string period_text(double s) {
   if (s < 100.0) return fmt::format("{:.3g} s", s);
   return s < 5400.0 ? fmt::format("{:.3g} min", s / 60.0) : fmt::format("{:.3g} h", s / 3600.0);
+}
+
+// By the export's clock, to the minute; where it has none, from its beginning.
+std::string moment_text(const json& loop, double s) {
+  const json& start = loop.at("import").at("start");
+  const auto at = start.is_string()
+                      ? record::parse_time(start.get<std::string>(), record::TimeForm::ymd)
+                      : std::nullopt;
+  if (!at) return period_text(s);
+  const auto whole = static_cast<std::int64_t>(std::floor(at->rest_s + s));
+  std::string text = record::iso_text(at->whole_s + whole, 0.0, false).substr(0, 16);
+  text[10] = ' ';
+  return text;
+}
+
+std::string since_text(const json& loop) {
+  if (!loop.at("since_s").is_number()) return {};
+  const double s = loop.at("since_s").get<double>();
+  return s > 0.0 ? moment_text(loop, s) : "the beginning";
+}
+
+std::string unit_of(const json& loop, const char* signal, const char* before) {
+  const auto unit = loop.at("import").at("units").value(signal, std::string());
+  return unit.empty() ? std::string() : before + unit;
+}
+
+// A tag may be broken behind what sets its parts apart, and nowhere else.
+std::string tag_html(const std::string& tag) {
+  std::string html;
+  std::string part;
+  for (const char c : tag) {
+    part += c;
+    if (std::string_view("./\\_-:| ").find(c) == std::string_view::npos) continue;
+    html += escaped(part) + "<wbr>";
+    part.clear();
+  }
+  return html + escaped(part);
 }
 
 std::string verdict_words(const json& loop) {
@@ -102,24 +140,27 @@ std::string page_name(const json& loop) {
                      file_name_for(loop.at("tag").get<std::string>()));
 }
 
-std::string list_page(const json& survey) {
-  std::map<std::string, int> next;
-  for (const json& loop : survey.at("loops")) ++next[loop.at("next").at("what").get<std::string>()];
-  std::string html = head("Survey", "assets/") + "</head><body>\n<h1>Survey</h1>\n";
-  html += fmt::format(
-      "<p class=\"note\">{} loops, worst first. Each line leads to what speaks for it.</p>\n<ul "
-      "class=\"counts\">",
-      survey.at("loops").size());
-  for (const char* what : {"repair", "tune", "look upstream", "look closer", "nothing"}) {
-    html += fmt::format("<li><b>{}</b>{}</li>", next[what], what);
+// Why a loop could not be judged stands below what was said of it.
+std::string verdict_html(const json& judged) {
+  std::string html = escaped(verdict_words(judged));
+  if (judged.at("reason").is_string()) {
+    html +=
+        fmt::format("<div class=\"why\">{}</div>", escaped(judged.at("reason").get<std::string>()));
   }
-  html += fmt::format("<li><b>{}</b>could not be read</li></ul>\n", survey.at("failed").size());
-  html +=
-      "<div class=\"filter\"><input type=\"search\" placeholder=\"tag, verdict, ...\" "
-      "aria-label=\"filter\">"
-      "<select aria-label=\"what to do\"><option value=\"\">all</option>";
-  for (const auto& [what, n] : next) html += fmt::format("<option>{}</option>", what);
-  html += "</select><span class=\"shown note\"></span></div>\n<table class=\"loops\"><thead><tr>";
+  return html;
+}
+
+std::string counts_html(const json& survey, const std::map<std::string, int>& next) {
+  std::string html = "<ul class=\"counts\">";
+  for (const char* what : {"repair", "tune", "look upstream", "look closer", "nothing"}) {
+    const auto at = next.find(what);
+    html += fmt::format("<li><b>{}</b>{}</li>", at == next.end() ? 0 : at->second, what);
+  }
+  return html +
+         fmt::format("<li><b>{}</b>could not be read</li></ul>\n", survey.at("failed").size());
+}
+
+std::string list_head() {
   struct Column {
     const char* name;
     const char* type;
@@ -137,157 +178,261 @@ std::string list_page(const json& survey) {
                                 Column{"Travel /h", "wide"},
                                 Column{"Since", "text wide"},
                                 Column{"Next", "text"}};
+  std::string html = "<table class=\"loops\"><thead><tr>";
   for (const Column& c : kColumns) {
     html += fmt::format("<th class=\"{}\"><button>{}</button></th>", c.type, c.name);
   }
-  html += "</tr></thead><tbody>\n";
-  for (const json& loop : survey.at("loops")) {
-    const std::string verdict = loop.at("verdict").get<std::string>();
+  return html + "</tr></thead><tbody>\n";
+}
+
+std::string list_row(const json& loop) {
+  const std::string next = escaped(loop.at("next").at("what").get<std::string>());
+  std::string html = fmt::format(
+      "<tr data-next=\"{}\"><td>{}</td><td class=\"text tag\"><a href=\"pages/{}\">{}</a></td><td "
+      "class=\"text\">{}</td>",
+      next, loop.at("rank").get<int>(), escaped(page_name(loop)),
+      tag_html(loop.at("tag").get<std::string>()), spark(loop.at("picture").at("pv")));
+  html += fmt::format("<td class=\"text verdict {}\">{}</td>",
+                      loop.at("verdict").get<std::string>(), verdict_html(loop));
+  html += number_cell(loop.at("probability"), 100.0, 2);
+  const json& period = loop.at("period_s");
+  html += period.is_number() ? fmt::format("<td class=\"wide\" data-v=\"{:.6g}\">{}</td>",
+                                           period.get<double>(), period_text(period.get<double>()))
+                             : "<td class=\"wide\"></td>";
+  html += number_cell(loop.at("group"));
+  html += number_cell(loop.at("share_automatic"), 100.0) + number_cell(loop.at("saturated"), 100.0);
+  html += number_cell(loop.at("variability"), 1.0, 2) + number_cell(loop.at("travel_per_hour"));
+  html += fmt::format("<td class=\"text wide when\">{}</td>", escaped(since_text(loop)));
+  return html + fmt::format("<td class=\"text\">{}</td></tr>\n", next);
+}
+
+using PageNames = std::map<std::string, std::string>;  // by tag
+
+std::string groups_html(const json& groups, const PageNames& pages) {
+  if (groups.empty()) return {};
+  std::string html =
+      "<h2>Loops that swing together</h2>\n<p class=\"note\">Where to look first stands first. A "
+      "list to look at, no finding: loops may swing at one period by "
+      "chance.</p>\n<table><thead><tr><th>Group</th><th>Period</th><th "
+      "class=\"text\">Loops</th></tr></thead><tbody>\n";
+  for (const json& group : groups) {
+    std::string members;
+    for (const json& member : group.at("loops")) {
+      const std::string tag = member.get<std::string>();
+      const std::string link =
+          fmt::format("<a href=\"pages/{}\">{}</a>", escaped(pages.at(tag)), tag_html(tag));
+      members += members.empty() ? "<b>" + link + "</b>" : ", " + link;
+    }
+    html += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
+                        group.at("group").get<int>(),
+                        period_text(group.at("period_s").get<double>()), members);
+  }
+  return html + "</tbody></table>\n";
+}
+
+std::string failed_html(const json& failed) {
+  if (failed.empty()) return {};
+  std::string html =
+      "<h2>Could not be read</h2>\n<table><thead><tr><th class=\"text\">File</th><th "
+      "class=\"text\">Loop</th><th class=\"text\">Why</th></tr></thead><tbody>\n";
+  for (const json& f : failed) {
     html += fmt::format(
-        "<tr data-next=\"{}\"><td>{}</td><td class=\"text\"><a href=\"pages/{}\">{}</a></td><td "
-        "class=\"text\">{}</td>",
-        escaped(loop.at("next").at("what").get<std::string>()), loop.at("rank").get<int>(),
-        escaped(page_name(loop)), escaped(loop.at("tag").get<std::string>()),
-        spark(loop.at("picture").at("pv")));
-    html +=
-        fmt::format("<td class=\"text verdict {}\">{}</td>", verdict, escaped(verdict_words(loop)));
-    html += number_cell(loop.at("probability"), 100.0, 2);
-    const json& period = loop.at("period_s");
-    html += period.is_number()
-                ? fmt::format("<td class=\"wide\" data-v=\"{:.6g}\">{}</td>", period.get<double>(),
-                              period_text(period.get<double>()))
-                : "<td class=\"wide\"></td>";
-    html += number_cell(loop.at("group"));
-    html +=
-        number_cell(loop.at("share_automatic"), 100.0) + number_cell(loop.at("saturated"), 100.0);
-    html += number_cell(loop.at("variability"), 1.0, 2) + number_cell(loop.at("travel_per_hour"));
-    html += fmt::format("<td class=\"text wide\">{}</td>", escaped(text_of_json(loop.at("since"))));
-    html += fmt::format("<td class=\"text\">{}</td></tr>\n",
-                        escaped(loop.at("next").at("what").get<std::string>()));
+        "<tr><td class=\"text\">{}</td><td class=\"text\">{}</td><td class=\"text\">{}</td></tr>\n",
+        escaped(f.at("file").get<std::string>()), escaped(f.value("loop", "")),
+        escaped(f.at("why").get<std::string>()));
   }
+  return html + "</tbody></table>\n";
+}
+
+std::string list_page(const json& survey, const PageNames& pages) {
+  std::map<std::string, int> next;
+  for (const json& loop : survey.at("loops")) ++next[loop.at("next").at("what").get<std::string>()];
+  std::string html = head("Survey", "assets/") + "</head><body>\n<h1>Survey</h1>\n";
+  html += fmt::format(
+      "<p class=\"note\">{} loops, worst first. Each line leads to what speaks for it.</p>\n",
+      survey.at("loops").size());
+  html += counts_html(survey, next);
+  html +=
+      "<div class=\"filter\"><input type=\"search\" placeholder=\"tag, verdict, ...\" "
+      "aria-label=\"filter\">"
+      "<select aria-label=\"what to do\"><option value=\"\">all</option>";
+  for (const auto& [what, n] : next) html += fmt::format("<option>{}</option>", what);
+  html += "</select><span class=\"shown note\"></span></div>\n" + list_head();
+  for (const json& loop : survey.at("loops")) html += list_row(loop);
   html += "</tbody></table>\n";
-  if (!survey.at("groups").empty()) {
-    html +=
-        "<h2>Loops that swing together</h2>\n<p class=\"note\">Where to look first stands first. A "
-        "list to look at, no finding: "
-        "loops may swing at one period by "
-        "chance.</p>\n<table><thead><tr><th>Group</th><th>Period</th><th "
-        "class=\"text\">Loops</th></tr></thead><tbody>\n";
-    for (const json& group : survey.at("groups")) {
-      std::string members;
-      for (const json& tag : group.at("loops")) {
-        members += (members.empty() ? "<b>" : ", ") + escaped(tag.get<std::string>()) +
-                   (members.empty() ? "</b>" : "");
-      }
-      html += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
-                          group.at("group").get<int>(),
-                          period_text(group.at("period_s").get<double>()), members);
-    }
-    html += "</tbody></table>\n";
-  }
-  if (!survey.at("failed").empty()) {
-    html +=
-        "<h2>Could not be read</h2>\n<table><thead><tr><th class=\"text\">File</th><th "
-        "class=\"text\">Loop</th><th class=\"text\">Why</th></tr></thead><tbody>\n";
-    for (const json& f : survey.at("failed")) {
-      html += fmt::format(
-          "<tr><td class=\"text\">{}</td><td class=\"text\">{}</td><td "
-          "class=\"text\">{}</td></tr>\n",
-          escaped(f.at("file").get<std::string>()), escaped(f.value("loop", "")),
-          escaped(f.at("why").get<std::string>()));
-    }
-    html += "</tbody></table>\n";
-  }
+  html += groups_html(survey.at("groups"), pages) + failed_html(survey.at("failed"));
   return html + "<script src=\"assets/survey.js\"></script></body></html>\n";
 }
 
-std::string row(const char* name, const std::string& value) {
-  return value.empty() ? std::string()
-                       : fmt::format("<dt>{}</dt><dd>{}</dd>", name, escaped(value));
+std::string row_html(const char* name, const std::string& html) {
+  return html.empty() ? std::string() : fmt::format("<dt>{}</dt><dd>{}</dd>", name, html);
 }
 
-std::string loop_page(const json& loop) {
-  const std::string tag = loop.at("tag").get<std::string>();
-  const std::string verdict = loop.at("verdict").get<std::string>();
-  std::string html = head(tag, "../assets/") +
-                     "<link rel=\"stylesheet\" href=\"../assets/uPlot.min.css\">\n</head><body>\n";
-  html += fmt::format(
-      "<p><a href=\"../survey.html\">Survey</a></p>\n<h1>{}. {}: <span "
-      "class=\"{}\">{}</span></h1>\n",
-      loop.at("rank").get<int>(), escaped(tag), verdict, escaped(verdict_words(loop)));
-  html +=
-      fmt::format("<p><b>{}</b>: {}.</p>\n", escaped(loop.at("next").at("what").get<std::string>()),
-                  escaped(loop.at("next").at("why").get<std::string>()));
-  html += "<dl>" + row("Because", text_of_json(loop.at("evidence"))) +
-          row("Against it", text_of_json(loop.at("against"))) +
-          row("What would settle it", text_of_json(loop.at("settle")));
+std::string row(const char* name, const std::string& value) {
+  return row_html(name, escaped(value));
+}
+
+// How large the effect is, how sure that is, and what becomes of it.
+std::string size_rows(const json& loop) {
+  if (loop.at("effects").empty()) return {};
+  const json& effect = loop.at("effects").at(0);
+  const json& range = loop.at("co_range");
+  const double span = range[1].get<double>() - range[0].get<double>();
+  const json& interval = effect.at("interval").begin().value();
+  std::string html =
+      row("Size",
+          fmt::format("{:.2g} % of the CO span ({:g} to {:g}{}), in nine of ten cases {:.2g} "
+                      "to {:.2g} %; {}",
+                      effect.at("percent_of_span").get<double>(), range[0].get<double>(),
+                      range[1].get<double>(), unit_of(loop, "co", " "),
+                      100.0 * interval[0].get<double>() / span,
+                      100.0 * interval[1].get<double>() / span, text_of_json(loop.at("grade"))));
+  const json trend = loop.value("size_trend", json(nullptr));
+  if (trend.is_object()) {
+    html += row("Size over the windows",
+                fmt::format("{:.2g} % at first, {:.2g} % at last; {:+.2g} % a window",
+                            trend.at("first_percent_of_span").get<double>(),
+                            trend.at("last_percent_of_span").get<double>(),
+                            trend.at("percent_of_span_per_window").get<double>()));
+  }
+  return html;
+}
+
+// The other loops of its group, the likely source first.
+std::string group_row(const json& loop, const json& groups, const PageNames& pages) {
+  if (!loop.at("group").is_number()) return {};
+  constexpr std::size_t kMost = 8;
+  const json& members = groups.at(loop.at("group").get<std::size_t>() - 1).at("loops");
+  std::string html;
+  std::size_t shown = 0;
+  for (const json& member : members) {
+    const std::string tag = member.get<std::string>();
+    if (member == loop.at("tag") || shown == kMost) continue;
+    html += fmt::format("{}<a href=\"{}\">{}</a>", shown++ > 0 ? ", " : "", escaped(pages.at(tag)),
+                        tag_html(tag));
+  }
+  if (members.size() - 1 > shown) html += fmt::format(" and {} more", members.size() - 1 - shown);
+  // A loop whose own valve shows it needs no other source.
+  const bool own = loop.at("verdict") == "valve_effect";
+  if (loop.at("likely_source") != loop.at("tag") && !own)
+    html += ": look first at the first of them";
+  return row_html("Swings like", html);
+}
+
+std::string compression_row(const json& import) {
+  if (import.at("compression").at("kind") == "none") return {};
+  const json& sees = import.at("sees_from_percent");
+  return row(
+      "Compressed",
+      import.at("compression").at("kind").get<std::string>() +
+          (sees.is_number() ? fmt::format("; effects below {:.2g} % of the CO span can't be seen",
+                                          sees.get<double>())
+                            : std::string("; what was lost is not known")));
+}
+
+std::string facts_html(const json& loop, const json& groups, const PageNames& pages) {
+  std::string html = "<dl>" + row("Because", text_of_json(loop.at("evidence"))) +
+                     row("Against it", text_of_json(loop.at("against"))) +
+                     row("What would settle it", text_of_json(loop.at("settle")));
   if (loop.at("probability").is_number()) {
     html += row("Probability of a valve effect",
                 fmt::format("{:.0f} %", 100.0 * loop.at("probability").get<double>()));
   }
-  html += row("Since", text_of_json(loop.at("since")));
+  html += size_rows(loop) + row("Since", since_text(loop));
   if (loop.at("period_s").is_number()) {
-    html += row("Swings every", period_text(loop.at("period_s").get<double>()));
+    const json& regularity = loop.at("regularity");
+    html += row("Swings every", period_text(loop.at("period_s").get<double>()) +
+                                    (regularity.is_number() ? fmt::format(", regularity {:.2g}",
+                                                                          regularity.get<double>())
+                                                            : std::string()));
   }
-  if (!loop.at("likely_source").is_null() && loop.at("likely_source") != loop.at("tag")) {
-    html += row("Swings with", loop.at("likely_source").get<std::string>() + " (look there first)");
+  html += group_row(loop, groups, pages) + compression_row(loop.at("import"));
+  const json& start = loop.at("import").at("start");
+  if (start.is_string()) {
+    html += row("Clock", start.get<std::string>().ends_with('Z') ? "UTC" : "as in the export");
   }
-  const json& import = loop.at("import");
-  if (import.at("compression").at("kind") != "none") {
-    const json& sees = import.at("sees_from_percent");
-    html += row(
-        "Compressed",
-        import.at("compression").at("kind").get<std::string>() +
-            (sees.is_number() ? fmt::format("; effects below {:.2g} % of the CO span can't be seen",
-                                            sees.get<double>())
-                              : std::string("; what was lost is not known")));
-  }
-  html += row("Read from", text_of_json(loop.at("files"))) + "</dl>\n";
-  html +=
-      "<figure><figcaption>The whole export</figcaption><div id=\"trend\" "
+  return html + row("Read from", text_of_json(loop.at("files"))) + "</dl>\n";
+}
+
+std::string pictures_html(const json& loop) {
+  const std::string pv = "PV" + unit_of(loop, "pv", " in ");
+  const std::string co = "CO" + unit_of(loop, "co", " in ");
+  return fmt::format(
+      "<figure><figcaption>The whole export: {0} left, {1} right</figcaption><div id=\"trend\" "
       "class=\"plot\"></div></figure>\n"
       "<div class=\"pictures\"><figure><figcaption>The stretch that stands for it</figcaption><div "
       "id=\"zoom\" class=\"plot\"></div></figure>"
-      "<figure><figcaption>PV over CO there</figcaption><div id=\"phase\" "
-      "class=\"plot\"></div></figure></div>\n";
-  html += "<h2>Windows</h2>\n<div class=\"strip\" role=\"img\" aria-label=\"verdict by window\">";
+      "<figure><figcaption>{0} over {1} there</figcaption><div id=\"phase\" "
+      "class=\"plot\"></div></figure></div>\n",
+      escaped(pv), escaped(co));
+}
+
+std::string window_row(const json& loop, const json& w) {
+  const auto cell = [&w](const char* key, double factor = 1.0) {
+    const json& value = w.at(key);
+    return value.is_number() ? fmt::format("<td>{:.3g}</td>", factor * value.get<double>())
+                             : std::string("<td></td>");
+  };
+  std::string html =
+      fmt::format("<tr><td class=\"text when\">{}</td><td class=\"text verdict {}\">{}</td>",
+                  moment_text(loop, w.at("from_s").get<double>()),
+                  w.at("verdict").get<std::string>(), verdict_html(w));
+  html += cell("probability", 100.0);
+  html += w.at("period_s").is_number()
+              ? "<td>" + period_text(w.at("period_s").get<double>()) + "</td>"
+              : "<td></td>";
+  html += cell("regularity") + cell("share_automatic", 100.0) + cell("saturated", 100.0) +
+          cell("error_rms") + cell("crossings_per_hour") + cell("variability") +
+          cell("dead_time_s") + cell("travel_per_hour") + cell("reversals_per_hour");
+  return html + cell("noise") + "</tr>\n";
+}
+
+std::string windows_html(const json& loop) {
+  std::string html =
+      "<h2>Windows</h2>\n<div class=\"strip\" role=\"img\" aria-label=\"verdict by window\">";
   for (const json& w : loop.at("windows")) {
     html += fmt::format("<span class=\"{}\" title=\"{}\"></span>",
                         w.at("verdict").get<std::string>(), escaped(verdict_words(w)));
   }
-  html +=
-      "</div>\n<table><thead><tr><th class=\"text\">From</th><th class=\"text\">Verdict</th><th>p "
-      "%</th><th>Period</th><th>Automatic %</th>"
-      "<th>At limit %</th><th>Error rms</th><th>Variability</th><th>Dead time s</th><th>Travel "
-      "/h</th><th>Turns /h</th></tr></thead><tbody>\n";
-  const auto cell = [](const json& value, double factor = 1.0) {
-    return value.is_number() ? fmt::format("<td>{:.3g}</td>", factor * value.get<double>())
-                             : std::string("<td></td>");
-  };
-  for (const json& w : loop.at("windows")) {
-    html += fmt::format("<tr><td class=\"text\">{}</td><td class=\"text verdict {}\">{}</td>",
-                        period_text(w.at("from_s").get<double>()),
-                        w.at("verdict").get<std::string>(), escaped(verdict_words(w)));
-    html += cell(w.at("probability"), 100.0) +
-            (w.at("period_s").is_number()
-                 ? "<td>" + period_text(w.at("period_s").get<double>()) + "</td>"
-                 : "<td></td>") +
-            cell(w.at("share_automatic"), 100.0) + cell(w.at("saturated"), 100.0) +
-            cell(w.at("error_rms")) + cell(w.at("variability")) + cell(w.at("dead_time_s")) +
-            cell(w.at("travel_per_hour")) + cell(w.at("reversals_per_hour")) + "</tr>\n";
-  }
-  html += "</tbody></table>\n";
+  html += fmt::format(
+      "</div>\n<div class=\"scroll\"><table><thead><tr><th class=\"text\">From</th><th "
+      "class=\"text\">Verdict</th><th>p %</th><th>Period</th><th>Regularity</th><th>Automatic "
+      "%</th><th>At limit %</th><th>Error rms{0}</th><th>SP crossings "
+      "/h</th><th>Variability</th><th>Dead time s</th><th>Travel /h</th><th>Turns "
+      "/h</th><th>Noise{0}</th></tr></thead><tbody>\n",
+      escaped(unit_of(loop, "pv", " ")));
+  for (const json& w : loop.at("windows")) html += window_row(loop, w);
+  return html + "</tbody></table></div>\n";
+}
+
+std::string data_html(const json& loop) {
   json data = {{"picture", loop.at("picture")}, {"start_s", nullptr}};
-  if (import.at("start").is_string()) {
-    const auto start =
-        record::parse_time(import.at("start").get<std::string>(), record::TimeForm::ymd);
-    if (start) data["start_s"] = static_cast<double>(start->whole_s) + start->rest_s;
+  const json& start = loop.at("import").at("start");
+  if (start.is_string()) {
+    const auto at = record::parse_time(start.get<std::string>(), record::TimeForm::ymd);
+    if (at) data["start_s"] = static_cast<double>(at->whole_s) + at->rest_s;
   }
   std::string text = data.dump();
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) {
     text.replace(at, 1, "\\u003c");
   }
-  html += "<script type=\"application/json\" id=\"data\">" + text + "</script>\n";
+  return "<script type=\"application/json\" id=\"data\">" + text + "</script>\n";
+}
+
+std::string loop_page(const json& loop, const json& groups, const PageNames& pages) {
+  const std::string tag = loop.at("tag").get<std::string>();
+  std::string html = head(tag, "../assets/") +
+                     "<link rel=\"stylesheet\" href=\"../assets/uPlot.min.css\">\n</head><body>\n";
+  html += fmt::format(
+      "<p><a href=\"../survey.html\">Survey</a></p>\n<h1>{}. {}: <span "
+      "class=\"{}\">{}</span></h1>\n",
+      loop.at("rank").get<int>(), tag_html(tag), loop.at("verdict").get<std::string>(),
+      escaped(verdict_words(loop)));
+  html +=
+      fmt::format("<p><b>{}</b>: {}.</p>\n", escaped(loop.at("next").at("what").get<std::string>()),
+                  escaped(loop.at("next").at("why").get<std::string>()));
+  html +=
+      facts_html(loop, groups, pages) + pictures_html(loop) + windows_html(loop) + data_html(loop);
   return html +
          "<script src=\"../assets/uPlot.iife.min.js\"></script><script "
          "src=\"../assets/loop.js\"></script></body></html>\n";
@@ -303,19 +448,24 @@ void write_survey_pages(const json& survey, const fs::path& out, OutputFiles& fi
   files.add(out / "assets/loop.js", kSurveyLoopScript);
   files.add(out / "assets/uPlot.min.css", kUplotStyle);
   files.add(out / "assets/uPlot.iife.min.js", kUplotScript);
-  std::set<std::string> pages;
+  PageNames pages;
+  std::set<std::string> written;
   for (const json& loop : survey.at("loops")) {
-    pages.insert(page_name(loop));
-    files.add(out / "pages" / page_name(loop), loop_page(loop));
+    pages[loop.at("tag").get<std::string>()] = page_name(loop);
+    written.insert(page_name(loop));
+  }
+  for (const json& loop : survey.at("loops")) {
+    files.add(out / "pages" / page_name(loop), loop_page(loop, survey.at("groups"), pages));
   }
   // Those of an earlier run that nothing leads to any more.
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(out / "pages", none)) {
-    if (entry.path().extension() == ".html" && pages.count(entry.path().filename().string()) == 0) {
+    if (entry.path().extension() == ".html" &&
+        written.count(entry.path().filename().string()) == 0) {
       fs::remove(entry.path(), none);
     }
   }
-  files.add(out / "survey.html", list_page(survey));
+  files.add(out / "survey.html", list_page(survey, pages));
 }
 
 }  // namespace loopwarden::workbench

@@ -118,5 +118,28 @@ TEST_CASE("a window: share in automatic, at the limit, travel, error and turns",
   CHECK(std::isnan(moded.error));
 }
 
+TEST_CASE("since when another cause swings a loop", "[survey]") {
+  using diagnosis::Cause;
+  using diagnosis::DiagnosisVerdict;
+  const auto window = [](DiagnosisVerdict verdict, Cause cause) {
+    survey::Window w;
+    w.diagnosis.verdict = verdict;
+    w.diagnosis.cause = cause;
+    return w;
+  };
+  const std::vector<survey::Window> windows{window(DiagnosisVerdict::other_cause, Cause::tuning),
+                                            window(DiagnosisVerdict::healthy, Cause::none),
+                                            window(DiagnosisVerdict::other_cause, Cause::tuning),
+                                            window(DiagnosisVerdict::other_cause, Cause::tuning)};
+  diagnosis::LoopVerdict verdict;
+  verdict.verdict = DiagnosisVerdict::other_cause;
+  verdict.cause = Cause::tuning;
+  CHECK(survey::cause_since(windows, verdict) == 2U);
+  verdict.cause = Cause::saturation;
+  CHECK_FALSE(survey::cause_since(windows, verdict));
+  verdict.verdict = DiagnosisVerdict::healthy;
+  CHECK_FALSE(survey::cause_since(windows, verdict));
+}
+
 }  // namespace
 }  // namespace loopwarden::tests::survey_test

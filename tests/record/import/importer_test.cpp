@@ -12,8 +12,10 @@
 #include <functional>
 #include <iomanip>
 #include <locale>
+#include <map>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/numeric/random.hpp"
@@ -284,6 +286,20 @@ TEST_CASE("jittered times are drawn onto a constant period, and what that moves 
     CHECK(got.record.pv[k] == Approx(loop().pv[k]).margin(0.2));
 }
 
+TEST_CASE("values polled at no constant period are drawn onto one, and are no archive's",
+          "[import]") {
+  numeric::Random random(6);
+  std::vector<double> at(kSamples);
+  for (std::size_t k = 0; k < kSamples; ++k)
+    at[k] = static_cast<double>(k) + (k > 0 ? random.uniform(-0.45, 0.45) : 0.0);
+  const Imported got = imported(
+      wide("Time (s),PV,OP,SP", [&](std::size_t k) { return fmt::format("{:.3f}", at[k]); }));
+  CHECK(got.record.period_s == Approx(1.0).epsilon(2e-3));
+  CHECK_FALSE(got.notes.compressed());
+  CHECK(got.notes.moved_pv > 0.0);
+  CHECK(got.notes.resampled.find("at no constant period") != std::string::npos);
+}
+
 TEST_CASE("rows that are missing become missing samples", "[import]") {
   std::string text = "Timestamp,PV,OP,SP\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
@@ -443,6 +459,95 @@ TEST_CASE(
   same(importer.read_one(0));
 }
 
+// What Importer::read gives of a folder.
+struct ReadAll {
+  std::map<std::string, std::size_t> samples;  // by tag
+  std::vector<std::string> failures;
+};
+
+ReadAll read_all(const fs::path& folder) {
+  Importer importer({folder}, {});
+  std::vector<std::size_t> which(importer.loops().size());
+  for (std::size_t k = 0; k < which.size(); ++k) which[k] = k;
+  ReadAll out;
+  importer.read(
+      which,
+      [&](std::size_t k, const Imported& one) {
+        out.samples[importer.loops()[k].tag] = one.record.size();
+      },
+      [&](std::size_t k, std::size_t file, const RecordError& e) {
+        out.failures.push_back(importer.loops()[k].tag + " " +
+                               importer.files()[file].filename().string() + " " + e.what());
+      });
+  return out;
+}
+
+TEST_CASE("a cell that can't be read costs its loop, and not the others of the file", "[import]") {
+  for (const bool is_long : {false, true}) {
+    INFO(is_long);
+    std::string text =
+        is_long ? "Tag,Timestamp,Value\n" : "Timestamp,FIC1.PV,FIC1.OP,FIC2.PV,FIC2.OP\n";
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      const std::string pv = k == 700 ? "Wartung" : number(loop().pv[k]);
+      const std::string co = number(loop().co[k]);
+      if (!is_long) {
+        text += iso(k) + "," + pv + "," + co + "," + number(loop().pv[k]) + "," + co + "\n";
+        continue;
+      }
+      for (const auto& [tag, value] : {std::pair{"FIC1.PV", pv},
+                                       {"FIC1.OP", co},
+                                       {"FIC2.PV", number(loop().pv[k])},
+                                       {"FIC2.OP", co}}) {
+        text += std::string(tag) + "," + iso(k) + "," + value + "\n";
+      }
+    }
+    const TemporaryFolder folder;
+    write_file(folder / "e.csv", text);
+    const ReadAll got = read_all(folder.path());
+    CHECK(got.samples == std::map<std::string, std::size_t>{{"FIC2", kSamples}});
+    REQUIRE(got.failures.size() == 1);
+    CHECK(got.failures.front().starts_with("FIC1 e.csv"));
+    CHECK(got.failures.front().find("--bad-value 'Wartung'") != std::string::npos);
+  }
+}
+
+TEST_CASE("of a loop in several files a bad one is left out and listed", "[import]") {
+  const auto part = [&](std::size_t from, std::size_t to, const std::string& broken) {
+    std::string text = "Timestamp,FIC101.PV,FIC101.OP\n";
+    for (std::size_t k = from; k < to; ++k) {
+      text += iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) +
+              (k == to - 5 ? broken : "") + "\n";
+    }
+    return text;
+  };
+  const TemporaryFolder folder;
+  write_file(folder / "1.csv", part(0, 300, ""));
+  write_file(folder / "2.csv", part(300, 600, ",1,2,3"));
+  write_file(folder / "3.csv", part(600, kSamples, ""));
+  const ReadAll got = read_all(folder.path());
+  CHECK(got.samples.at("FIC101") == kSamples);  // the hours between are missing samples
+  REQUIRE(got.failures.size() == 1);
+  CHECK(got.failures.front().starts_with("FIC101 2.csv"));
+  // A command that takes one record wants all of it.
+  CHECK_THROWS_AS(import_record(folder.path(), "", {}), RecordError);
+}
+
+TEST_CASE("what the taker of a loop throws comes through", "[import]") {
+  const TemporaryFolder folder;
+  write_file(folder / "e.csv", wide("time,pv,co,sp", seconds));
+  Importer importer({folder / "e.csv"}, {});
+  const std::vector<std::size_t> which{0};
+  bool failed = false;
+  CHECK_THROWS_AS(importer.read(
+                      which,
+                      [](std::size_t, const Imported&) {
+                        throw RecordError(RecordError::Kind::io, 0, 0, "no space");
+                      },
+                      [&](std::size_t, std::size_t, const RecordError&) { failed = true; }),
+                  RecordError);
+  CHECK_FALSE(failed);
+}
+
 TEST_CASE("modes tell what was in automatic", "[import]") {
   std::string text = "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP,FIC101.MODE\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
@@ -460,6 +565,14 @@ TEST_CASE("modes tell what was in automatic", "[import]") {
 }
 
 TEST_CASE("what is no export says so", "[import]") {
+  ImportOptions semicolon;
+  semicolon.delimiter = ';';
+  CHECK(failure(wide("time,pv,co,sp", seconds), semicolon).find("is set apart by ';'") !=
+        std::string::npos);
+  ImportOptions column;
+  column.time_column = "Zeit";
+  CHECK(failure(wide("time,pv,co,sp", seconds), column).find("the first line has 'time', 'pv'") !=
+        std::string::npos);
   CHECK(failure("").find("empty") != std::string::npos);
   CHECK_FALSE(failure("one column\n1\n2\n").empty());
   CHECK(failure("a,b,c\nx,y,z\nx,y,z\n").find("--time-column") != std::string::npos);

@@ -110,6 +110,49 @@ TEST_CASE("import writes a record a loop in the fixed format, and a note", "[imp
   CHECK(loopwarden("import /nonexistent.csv --list").exit_code == 74);
 }
 
+TEST_CASE("a row a value from standard input, and loops that no name tells", "[import][program]") {
+  Plant plant;
+  const record::Record r = plant.simulated(5.0, 2);
+  std::string text = "Tag,Timestamp,Value\n";
+  std::string nameless = "time,A,B\n";
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    char rows[200];
+    std::snprintf(rows, sizeof rows, "F1.PV,%zu,%.4f\nF1.OP,%zu,%.4f\n", 1772359200 + k, r.pv[k],
+                  1772359200 + k, r.co[k]);
+    text += rows;
+    std::snprintf(rows, sizeof rows, "%zu,%.4f,%.4f\n", k, r.pv[k], r.co[k]);
+    nameless += rows;
+  }
+  write_file(plant.folder() / "long.csv", text);
+  const ShellOutcome listed =
+      run("cat " + plant.path("long.csv") + " | " LOOPWARDEN_CLI " import - --check 2>&1");
+  INFO(listed.text);
+  CHECK(listed.exit_code == 0);
+  CHECK(listed.text.find("standard input: F1: pv 'F1.PV' co 'F1.OP'") != std::string::npos);
+  write_file(plant.folder() / "n.csv", nameless);
+  const ShellOutcome asked = loopwarden("import --check " + plant.path("n.csv"));
+  CHECK(asked.exit_code == 65);
+  CHECK(asked.text.find("--map pv=NAME,co=NAME") != std::string::npos);
+  const ShellOutcome told =
+      loopwarden("survey " + plant.path("n.csv") + " --map pv=A,co=B --out " + plant.path("s"));
+  INFO(told.text);
+  CHECK(told.exit_code == 0);
+  CHECK(read_json(plant.folder() / "s/survey.json")["loops"][0]["tag"] == "n");
+}
+
+TEST_CASE("a full disk ends import and survey with its own exit code", "[import][program]") {
+  Plant plant;
+  plant.write_export("e.csv", {{"FIC1", plant.simulated(0.0, 1)}});
+  for (const std::string command : {"import", "survey"}) {
+    // Files of 4 kB at most stand for the disk.
+    const ShellOutcome full = run("ulimit -f 4; trap '' XFSZ; " LOOPWARDEN_CLI " " + command + " " +
+                                  plant.path("e.csv") + " --out " + plant.path(command) + " 2>&1");
+    INFO(full.text);
+    CHECK(full.exit_code == 74);
+    CHECK(full.text.find(".tmp") == std::string::npos);
+  }
+}
+
 TEST_CASE("a format file tells what can't be found out, and its errors have their place",
           "[import][program]") {
   Plant plant;
@@ -234,6 +277,17 @@ TEST_CASE("a record in % is offered as one, before any effect is named", "[impor
   CHECK(asked.text.find("--pv-range") != std::string::npos);
   const ShellOutcome told = run(LOOPWARDEN_CLI " " + gap + " --pv-range 0 100 --json 2>/dev/null");
   CHECK(json::parse(told.text)["verdict"] == "no_gap");
+  // CO as a share of its range, once told as controller_mismatch and output_bias.
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    r.pv[k] /= 2.5;
+    r.sp[k] /= 2.5;
+    r.co[k] /= 100.0;
+  }
+  record::write_record(r, plant.folder() / "share.csv");
+  const ShellOutcome share = loopwarden("gap " + plant.path("share.csv") + " --model " +
+                                        plant.path("model.yaml") + " --out " + plant.path("g"));
+  CHECK(share.exit_code == 65);
+  CHECK(share.text.find("--co-range 0 1;") != std::string::npos);
   // Who says that the units are the same gets the effects.
   const ShellOutcome denied = run(LOOPWARDEN_CLI " " + gap + " --pv-range 0 40 --json 2>/dev/null");
   CHECK(json::parse(denied.text)["verdict"] == "missing_effect");
@@ -249,14 +303,17 @@ TEST_CASE(
   plant.write_export("b.csv",
                      {{"FIC103", plant.simulated(6.0, 3)}, {"FIC104", plant.simulated(0.0, 4)}});
   write_file(plant.folder() / "broken.csv", "not an export\n");
-  const std::string files =
-      plant.path("a.csv") + " " + plant.path("b.csv") + " " + plant.path("broken.csv");
+  write_file(plant.folder() / "old.csv",  // an earlier day of one of the loops, cut in the middle
+             "Timestamp,FIC103.PV,FIC103.OP\n2026-02-01T10:00:00Z,1,2\n2026-02-01T10:00:01Z,1,2\n"
+             "2026-02-01T10:00:02Z,1,\"2\n2026-02-01T10:00:03Z,1,2\n");
+  const std::string files = plant.path("a.csv") + " " + plant.path("b.csv") + " " +
+                            plant.path("broken.csv") + " " + plant.path("old.csv");
   const ShellOutcome one = loopwarden("survey " + files + " --jobs 1 --out " + plant.path("one"));
   INFO(one.text);
   REQUIRE(one.exit_code == 0);
   const json survey = read_json(plant.folder() / "one/survey.json");
   REQUIRE(survey["loops"].size() == 4);
-  REQUIRE(survey["failed"].size() == 1);
+  REQUIRE(survey["failed"].size() == 2);
   CHECK(survey["failed"][0]["why"].get<std::string>().find("broken.csv") != std::string::npos);
   for (int rank = 0; rank < 2; ++rank) {
     const json& sick = survey["loops"][static_cast<std::size_t>(rank)];
@@ -272,6 +329,15 @@ TEST_CASE(
   const std::string page = read_file(plant.folder() / "one/survey.html");
   CHECK(page.find("FIC102") != std::string::npos);
   CHECK(page.find("http") == std::string::npos);
+  // A loop's own page: by the export's clock, with sizes, and what each window says.
+  const std::string own =
+      read_file(plant.folder() / "one/pages" /
+                ("0001-" + survey["loops"][0]["tag"].get<std::string>() + ".html"));
+  for (const char* part : {"2026-03-01 10:00", "in nine of ten cases", "SP crossings /h",
+                           "<dt>Clock</dt><dd>UTC</dd>", "\"start_s\":1772359200.0"}) {
+    INFO(part);
+    CHECK(own.find(part) != std::string::npos);
+  }
   CHECK(read_file(plant.folder() / "one/survey.csv").find("\n1,FIC10") != std::string::npos);
 
   CHECK(loopwarden("survey " + files + " --jobs 3 --out " + plant.path("three")).exit_code == 0);
