@@ -37,7 +37,8 @@ RegisterKind kind_of(const std::string& name) {
   if (name == "bool") return {DataType::boolean, 0.0, 1.0};
   if (name == "u16") return {DataType::uint16, 0.0, 65535.0};
   if (name == "i16") return {DataType::int16, -32768.0, 32767.0};
-  if (name == "u32") return {DataType::uint32, 0.0, 4294967295.0};
+  // Not UInt32: by the specification it is an int_value, and clients in use look for a long_value.
+  if (name == "u32") return {DataType::uint64, 0.0, 4294967295.0};
   if (name == "i32") return {DataType::int32, -2147483648.0, 2147483647.0};
   return {DataType::float32, 0.0, 0.0};
 }

@@ -60,7 +60,8 @@ bool Device::differs(std::size_t index, const Reading::Item& item) const {
   if (now == nullptr || then == nullptr || item.good != before.good) return true;
   const MetricSpec& spec = specs_[index];
   const double whole = spec.low && spec.high ? *spec.high - *spec.low : std::abs(*then);
-  return std::abs(*now - *then) > spec.dead_band_percent / 100.0 * whole;
+  constexpr double kRounding = 1e-9;
+  return std::abs(*now - *then) > (1.0 + kRounding) * spec.dead_band_percent / 100.0 * whole;
 }
 
 std::vector<Metric> Device::changes(const Reading& now, std::uint64_t time_ms,

@@ -26,6 +26,7 @@ constexpr std::size_t kStalled = 500;
 constexpr std::size_t kMostWaiting = 20'000;
 constexpr std::size_t kPartsALook = 8;
 constexpr std::chrono::seconds kGoodbye{2};
+constexpr std::chrono::seconds kFirstConnection{2};
 
 mqtt::ClientSettings settings_of(const EdgeConfig& config) {
   mqtt::ClientSettings settings = config.mqtt;
@@ -70,9 +71,15 @@ EdgeNode::EdgeNode(EdgeConfig config)
       client_(settings_of(config_)) {}
 
 void EdgeNode::start() {
-  next_look_ = Clock::now();
-  look();
   connect();
+  // Whether the broker is there decides if the first reading is told or kept.
+  const std::vector<mqtt::Event> events = client_.events(kFirstConnection);
+  next_look_ = Clock::now();
+  starting_ = true;
+  look();
+  starting_ = false;
+  for (const mqtt::Event& event : events) take(event);
+  if (daemon_there_ && !session_.live()) keep_births();
 }
 
 void EdgeNode::round() {
@@ -138,15 +145,23 @@ void EdgeNode::daemon_came(bool changed) {
   spdlog::info("daemon: {} loops", view_.model().loops().size());
   if (changed) make_devices();
   if (!session_.live()) {
-    // Where nobody hears a birth, what it would say is kept.
-    for (std::size_t i = 0; i < devices_.size(); ++i) {
-      outbox_.keep({devices_[i].name(), devices_[i].birth(view_.loop_reading(i), now_ms())});
-    }
+    if (!starting_) keep_births();
   } else if (changed) {
     births();
   } else {
     device_births();
     tell_changes();
+  }
+}
+
+// Where nobody hears a birth, what it would say is kept.
+void EdgeNode::keep_births() {
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    Report report{devices_[i].name(), devices_[i].birth(view_.loop_reading(i), now_ms())};
+    std::erase_if(report.metrics,
+                  [](const Metric& metric) { return metric.value == sparkplug::Value{}; });
+    for (Metric& metric : report.metrics) metric.properties.clear();
+    outbox_.keep(std::move(report));
   }
 }
 
@@ -237,7 +252,7 @@ void EdgeNode::follow(Next next) {
 
 void EdgeNode::births() {
   std::vector<Metric> metrics = node_.birth(node_reading(), now_ms());
-  publish(MessageType::nbirth, "", std::move(metrics), Types::sent);
+  publish(MessageType::nbirth, "", std::move(metrics));
   if (daemon_there_) device_births();
 }
 
@@ -245,13 +260,12 @@ void EdgeNode::device_births() {
   const std::uint64_t time_ms = now_ms();
   for (std::size_t i = 0; i < devices_.size(); ++i) {
     publish(MessageType::dbirth, devices_[i].name(),
-            devices_[i].birth(view_.loop_reading(i), time_ms), Types::sent);
+            devices_[i].birth(view_.loop_reading(i), time_ms));
   }
 }
 
 void EdgeNode::device_deaths() {
-  for (const Device& device : devices_)
-    publish(MessageType::ddeath, device.name(), {}, Types::sent);
+  for (const Device& device : devices_) publish(MessageType::ddeath, device.name(), {});
 }
 
 // The primary host is gone: its own death, and a new connection that waits for it.
@@ -337,13 +351,12 @@ void EdgeNode::tell_outcomes() {
 
 // --- out ---
 
-bool EdgeNode::publish(MessageType type, const std::string& device, std::vector<Metric> metrics,
-                       Types types) {
+bool EdgeNode::publish(MessageType type, const std::string& device, std::vector<Metric> metrics) {
   const std::uint8_t seq = type == MessageType::nbirth ? session_.birth_seq() : session_.next_seq();
   const Payload payload{.time_ms = system_ms(), .seq = seq, .metrics = std::move(metrics)};
   return client_.publish(
       {.topic = sparkplug::to_text(Topic{config_.group, type, config_.edge, device}),
-       .payload = sparkplug::encode(payload, types),
+       .payload = sparkplug::encode(payload, Types::sent),
        .qos = mqtt::Qos::at_most_once,
        .retain = false});
 }
@@ -366,7 +379,8 @@ bool EdgeNode::send(const Report& report, bool historical) {
     metric.historical = historical;
   }
   const MessageType type = report.device.empty() ? MessageType::ndata : MessageType::ddata;
-  return publish(type, report.device, std::move(metrics), Types::left_out);
+  // The specification would rather have no types in data; clients in use can't read values without.
+  return publish(type, report.device, std::move(metrics));
 }
 
 void EdgeNode::report(Report report) {

@@ -45,6 +45,7 @@ class EdgeNode {
   void look();
   void daemon_came(bool changed);
   void daemon_went(const std::string& why);
+  void keep_births();
   void make_devices();
   void tell_changes();
 
@@ -67,7 +68,7 @@ class EdgeNode {
 
   // --- out ---
   bool publish(sparkplug::MessageType type, const std::string& device,
-               std::vector<sparkplug::Metric> metrics, sparkplug::Types types);
+               std::vector<sparkplug::Metric> metrics);
   bool send(const Report& report, bool historical);
   void report(Report report);
   void send_files();
@@ -87,6 +88,7 @@ class EdgeNode {
   std::vector<Device> devices_;  // one a loop, in the daemon's order
   std::map<std::string, std::size_t> by_name_;
   bool daemon_there_ = false;
+  bool starting_ = false;
   std::string daemon_trouble_;
   std::uint64_t last_ms_ = 0;
   Clock::time_point next_look_;
