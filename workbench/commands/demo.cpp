@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden demo: walks through what ./demo shows, on a daemon that runs config/examples/demo: the
 // set point moves, the valve begins to stick, the jacket is switched on, and a table sums it up.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <set>
 #include <span>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "hal/os/child_process.hpp"
 #include "model/analysis/loop_metrics.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "workbench/live/daemon_client.hpp"
@@ -28,6 +32,8 @@ namespace {
 struct DemoOptions {
   std::string socket;
   std::string loop = "FIC-101";
+  std::string page;  // address of the page, without a slash at its end; empty: there is none
+  bool open_page = false;
   bool keep = false;
   bool json = false;
 };
@@ -39,6 +45,7 @@ struct Phase {
   double until_s;
   double measured_from_s;  // after things have settled
   nlohmann::json command;  // at its start; null: none
+  bool worth_a_look = false;  // the page is opened at its start, if at all
 };
 
 // The times go with the fault schedule of config/examples/demo/models/plant1-sticking.yaml.
@@ -51,7 +58,12 @@ std::vector<Phase> phases() {
        90.0,
        {{"set_point", 5.0}}},
       {"", "The packing tightens: stiction grows.", 260.0, 0.0, nullptr},
-      {"", "Set point to 6 L/min: the valve sticks, then jumps.", 360.0, 0.0, {{"set_point", 6.0}}},
+      {"",
+       "Set point to 6 L/min: the valve sticks, then jumps.",
+       360.0,
+       0.0,
+       {{"set_point", 6.0}},
+       true},
       {"sticking", "Limit cycle: CO a saw-tooth, PV square.", 860.0, 360.0, nullptr},
       {"", "The stickband jacket is switched on.", 960.0, 0.0, {{"jacket", "on"}}},
       {"sticking, jacket", "Same valve, same tuning, with the jacket.", 1960.0, 960.0, nullptr},
@@ -66,7 +78,12 @@ struct Measured {
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : daemon_(options.socket), trend_(options.loop), loop_(options.loop), json_(options.json) {
+      : daemon_(options.socket),
+        trend_(options.loop),
+        loop_(options.loop),
+        json_(options.json),
+        open_page_(options.open_page) {
+    if (!options.page.empty()) page_ = fmt::format("{}/#/loop/{}", options.page, options.loop);
     if (is_terminal(STDOUT_FILENO) && is_terminal(STDIN_FILENO) && !options.json) {
       screen_.emplace();
     }
@@ -78,6 +95,7 @@ class Demo {
     for (const Phase& phase : phases()) {
       if (!phase.command.is_null()) daemon_.set(loop_, phase.command);
       if (!screen_) say(fmt::format("{:6.0f} s  {}", now_s(), phase.story));
+      if (phase.worth_a_look) open_page();
       if (!play(phase)) return false;
       left_automatic_ = !in_automatic();
       if (left_automatic_) return false;
@@ -176,6 +194,21 @@ class Demo {
     std::fflush(stdout);
   }
 
+  // In the browser of this desktop; where there is none the address is enough.
+  void open_page() {
+    if (page_.empty()) return;
+    if (!screen_) say(fmt::format("          in a browser: {}", page_));
+    if (!open_page_ || (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY"))) return;
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);  // its words would tear the screen
+    try {
+      browser_.emplace("/usr/bin/xdg-open", std::vector<std::string>{page_},
+                       hal::os::ChildSettings{.output = nowhere, .idle = false});
+    } catch (const std::system_error&) {
+      open_page_ = false;  // no such program
+    }
+    ::close(nowhere);
+  }
+
   double now_s() {
     const auto& rows = trend_.rows();
     return rows.period.empty() ? 0.0 : static_cast<double>(rows.period.back()) * rows.sample_time_s;
@@ -238,9 +271,10 @@ class Demo {
       text += line + "\n";
     }
     text += "\n" + coloured(fmt::format("  {:4.0f} s  {}", now_s(), story), Colour::bold) + "\n\n";
+    if (!page_.empty()) text += fmt::format("  in a browser: {}\n\n", page_);
     if (!alarms_.empty()) text += coloured(alarms_.back(), Colour::red) + "\n\n";
     for (const std::string& line :
-         trend_view(*loop, trend_.rows(), 300.0, size.columns, size.rows - 11)) {
+         trend_view(*loop, trend_.rows(), 300.0, size.columns, size.rows - (page_.empty() ? 11 : 13))) {
       text += line + "\n";
     }
     screen_->show(text);
@@ -269,6 +303,9 @@ class Demo {
   TrendBuffer trend_;
   std::string loop_;
   bool json_;
+  bool open_page_;
+  std::string page_;  // the loop's view; empty: there is no page
+  std::optional<hal::os::ChildProcess> browser_;
   std::string record_;
   std::vector<Measured> measured_;
   std::set<std::string> active_;     // alarms
@@ -307,6 +344,9 @@ void add_demo(CLI::App& app, int& exit_code) {
   CLI::App* sub = app.add_subcommand("demo", "the demonstration that ./demo shows");
   add_socket_option(*sub, options->socket);
   sub->add_option("--loop", options->loop, "tag of the demonstrated loop")->capture_default_str();
+  sub->add_option("--page", options->page, "address of a loopwarden-page that shows this daemon");
+  sub->add_flag("--open", options->open_page, "open it where the valve begins to stick")
+      ->needs("--page");
   sub->add_flag("--keep", options->keep, "go on watching until q is pressed");
   add_json_flag(*sub, options->json);
   sub->footer("Example: ./demo (starts the daemon, then this)");
