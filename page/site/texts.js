@@ -19,8 +19,8 @@ const en = {
   goOn: 'Continue …',
   copy: 'Copy',
   copied: 'Copied',
-  print: 'Print',
-  noReading: 'no value',
+  
+  
   notFound: 'There is no such page.',
   simulated: 'simulated',
   accelerated: '{factor} × real time',
@@ -52,8 +52,8 @@ const en = {
     returned_unacknowledged: 'gone, unacknowledged', latched_unacknowledged: 'latched, unacknowledged',
     latched_acknowledged: 'latched, acknowledged', shelved: 'shelved', suppressed: 'suppressed'},
   priority: {high: 'act now', low: 'plan'},
-  values: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem', pvLong: 'process variable', spLong: 'set point', coLong: 'controller output',
-    stemLong: 'valve stem, read back'},
+  values: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem', 
+    },
   flags: {at_low: 'output at its low limit', at_high: 'output at its high limit', rate_limited: 'output rate limited',
     output_lost: 'output does not reach the valve', jacket_acts: 'jacket acts', compensator_acts: 'compensator acts'},
   overview: {
@@ -80,9 +80,9 @@ const en = {
     every: 'every sample', bucket: 'lowest and highest of each {step}', reaches: 'The recorder reaches back to {time}.',
     upper: 'Trend of PV and set point', lower: 'Trend of controller output and stem', table: 'The span in numbers',
     quantity: 'Value', at: 'At the cursor', atNewest: 'Newest', lowest: 'Lowest', highest: 'Highest',
-    alarmsAbove: 'Bars at the top: an alarm was on.',
+    
   },
-  phase: {label: 'PV over CO in the span of the trend', older: 'older', newer: 'newer'},
+  phase: {label: 'PV over CO in the span of the trend', older: 'older', },
   conditions: {
     caption: 'Condition indices: 100 is as good as can be seen, 0 as bad as counts',
     index: 'Index', value: 'Value', means: 'What it is', cannot: 'What it can’t know',
@@ -102,7 +102,7 @@ const en = {
   },
   windows: {
     caption: 'Newest windows, the newest first: probability of each class, and small what its specialist leaves unexplained, (% of span)²', time: 'Ended', verdict: 'Verdict', severity: 'Size',
-    none: 'No window has been judged yet.', suppressed: 'not judged: {why}', noSpecialists: 'This loop has no specialists.',
+    none: 'No window has been judged yet.', suppressed: 'not judged: {why}', 
     verdicts: {no_fault: 'no fault', not_enough_movement: 'not enough movement', stiction: 'stiction', backlash: 'backlash', hysteresis: 'hysteresis',
       low_air_supply: 'low air supply', unknown: 'unknown', healthy: 'healthy', suppressed: 'not judged', fault: 'fault'},
   },
@@ -124,7 +124,7 @@ const en = {
     evidenceUpper: 'Evidence: PV and set point', evidenceLower: 'Evidence: output and stem', replay: 'Judge it once more, on this box', history: 'History', historyCaption: 'Lines of the journal on this alarm, the newest first',
     worst: 'worst {size}', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'Explained by another alarm of this valve.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm.',
     acknowledge: 'Acknowledge', reset: 'Reset', shelve: 'Shelve …', unshelve: 'Take off the shelf', noActing: 'Acting on alarms from this page is off (loopwardend.yaml: page: alarms).',
-    needsOperator: 'To acknowledge or shelve, log in as an operator.', isNormal: 'This alarm is normal.', sizeUnknown: 'has no size',
+    needsOperator: 'To acknowledge or shelve, log in as an operator.', 
     reason: 'Reason', reasonOptional: 'Reason (optional)', minutes: 'For', minutesUnit: '{n} min', hoursUnit: '{n} h', done: 'Done: {loop}, {alarm}: {state}', notOnDisk: 'Done, but the journal is not on the disk yet.',
     dialog: {acknowledge: 'Acknowledge {alarm} of {loop}?', reset: 'Reset {alarm} of {loop}?', shelve: 'Shelve {alarm} of {loop}', unshelve: 'Take {alarm} of {loop} off the shelf?'},
     open: 'Open the loop', verdict: 'Verdict', chance: 'Probability of each fault', back: 'All alarms',
@@ -138,7 +138,7 @@ const en = {
   journal: {
     title: 'Journal', search: 'Search', loop: 'Loop', kind: 'Kind', from: 'From', to: 'To', any: 'All', apply: 'Search', reset: 'Clear', csv: 'Download CSV', older: 'Older lines', nothing: 'No line is like that.',
     caption: 'Lines of the journal, the newest first', time: 'Time', alarm: 'Alarm', what: 'What', change: 'From → to', who: 'Who', result: 'Result', reason: 'Reason',
-    kinds: {alarm: 'Alarm', operator: 'Operator', register: 'Register', system: 'System'}, daemon: 'daemon', newer: 'There are newer lines', end: 'This is the oldest line.',
+    kinds: {alarm: 'Alarm', operator: 'Operator', register: 'Register', system: 'System'}, daemon: 'daemon', end: 'This is the oldest line.',
   },
   reports: {
     title: 'Reports', caption: 'Reports in the state directory, the newest first', kind: 'Kind', name: 'Title', loop: 'Loop', made: 'Made', size: 'Size', nothing: 'There are no reports in the state directory yet. “loopwarden commission”, “gap”, “survey” and “train” write them with --out.', filter: 'Kind', all: 'All',
@@ -150,7 +150,7 @@ const en = {
     version: 'Loopwarden', configHash: 'Configuration', modelHash: 'Models', filesInForce: 'Files are in force', waitingRestart: 'Waits for a restart: {file}: {key} ({why})', refusedFile: 'The changed files were refused: {text}', started: 'Running since', uptime: 'for {long}', stateDirectory: 'State directory',
     zone: 'Time zone', host: 'Host', noRealTime: 'No real-time rights: {text}', overrunsWarn: '{n} cycles came too late.', eventsLost: '{n} events were lost.', rowsLost: '{loop}: {n} rows were not recorded.', journalError: 'The journal does not reach the disk: {text}', evidenceError: 'Evidence does not reach the disk: {text}', diskWait: 'The disk has not answered for {long}.',
     linkDown: '{loop}: no connection to the device.', journal: 'Journal', journalWritten: '{n} lines written, {waiting} waiting, {lost} lost', evidence: 'Evidence', explanations: 'Explanations', explained: '{n} made, {waiting} waiting, {failed} failed', windows: 'Windows judged', backlog: 'Loops behind', dropped: 'Cycles dropped', logLost: 'Log lines lost', free: 'Free',
-    modbus: 'Modbus server', port: 'port {port}', clients: 'Clients', requests: 'Requests', malformed: 'Malformed', busCaption: 'Buses by loop', downCaption: 'The daemon does not answer; nothing is known of it.', counters: 'Counters', freeOf: '{free} of {all}', journalDamaged: '{n} journal files were damaged and moved aside.',
+    modbus: 'Modbus server', port: 'port {port}', clients: 'Clients', requests: 'Requests', malformed: 'Malformed', busCaption: 'Buses by loop', freeOf: '{free} of {all}', journalDamaged: '{n} journal files were damaged and moved aside.',
   },
   login: {title: 'Log in', user: 'User', password: 'Password', enter: 'Log in', wrong: 'User or password is wrong.', later: 'Too many attempts. Try again in {long}.', off: 'This page has no users: it is read-only, for this computer alone.', needed: 'Log in to see this box.', as: 'You are logged in as {user}.'},
 };

@@ -2,7 +2,7 @@
 // Numbers, lengths of time and wall-clock time as a reader expects them. Pure: no document, no clock.
 
 export const NONE = '–';
-const THIN_SPACE = ' ';
+const THIN_SPACE = '\u2009';
 
 // Decimals that show a thousandth of the span: 10 L/min have two, 100 % one, 16 000 kg/h none.
 export function decimalsFor(range) {

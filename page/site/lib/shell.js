@@ -45,7 +45,9 @@ export class Shell {
     this.link = el('span', {class: 'link'}, el('span', {class: 'dot', 'aria-hidden': 'true'}), el('span', {}, texts.head.live));
     this.summary = el('a', {class: 'summary', href: '#/alarms'}, icon('ok'), el('span', {}, texts.head.alarmsNone));
     this.clock = el('time', {class: 'clock'});
-    this.zone = el('span', {class: 'zone'});
+    this.zoneName = el('span', {class: 'zone-name'});
+    this.zoneOffset = el('span', {});
+    this.zone = el('span', {class: 'zone'}, this.zoneName, ' ', this.zoneOffset);
     this.user = el('span', {class: 'user'});
     return el('header', {class: 'head'},
       el('a', {class: 'brand', href: '#/'}, icon('valve'), el('span', {}, texts.brand)), this.host, this.note, this.link,
@@ -125,7 +127,8 @@ export class Shell {
   #tick() {
     const now = Date.now();
     setText(this.clock, clock.time(now));
-    setText(this.zone, `${clock.zone} ${clock.offsetText(now)}`);
+    setText(this.zoneName, clock.zone);
+    setText(this.zoneOffset, clock.offsetText(now));
     this.zone.title = fill(texts.head.zone, {zone: clock.zone, offset: clock.offsetText(now)});
     if (live.stale) setText(this.bannerAge, fill(texts.stale.for, {long: duration(Math.max(0, Math.round((now - live.stale.since_ms) / 1000)))}));
   }

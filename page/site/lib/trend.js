@@ -21,11 +21,11 @@ export function loadPlotter() {
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 // A stroke of a curve's colour and dash, for its name.
-export const swatch = (style, dash) => svg('svg', {class: `swatch stroke-${style}`, viewBox: '0 0 22 8', 'aria-hidden': 'true'},
+export const swatch = (ink, dash) => svg('svg', {class: `swatch stroke-${ink}`, viewBox: '0 0 22 8', 'aria-hidden': 'true'},
   svg('path', {d: 'M1 4h20', 'stroke-dasharray': dash ? dash.join(' ') : null}));
 
 export class Trend {
-  // panes: [{label, unit, range, high, curves: [{key, name, style, dash}]}]; x: {clock} for UTC ms on a wall clock,
+  // panes: [{label, unit, range, high, curves: [{key, name, ink, dash}]}]; x: {clock} for UTC ms on a wall clock,
   // {unit} for seconds. onSpan([from, to]): the reader wants another span. keys: id of the text on keys.
   constructor(uPlot, box, {panes, x, onSpan, onCursor, keys, limits = () => null, least = 1000}) {
     Object.assign(this, {uPlot, box, panes, x, onSpan, onCursor, limits, least, bands: [], data: {t: []}, span: [0, 1], at: null});
@@ -42,7 +42,7 @@ export class Trend {
   #pane(pane, number, keys) {
     const heads = pane.curves.map((curve) => {
       const value = el('span', {class: 'value'});
-      return {curve, value, node: el('span', {class: 'curve'}, swatch(curve.style, curve.dash), el('span', {}, curve.name), value)};
+      return {curve, value, node: el('span', {class: 'curve'}, swatch(curve.ink, curve.dash), el('span', {}, curve.name), value)};
     });
     const holder = el('div', {class: 'plot', tabindex: 0, role: 'img', 'aria-label': pane.label, 'aria-describedby': keys ?? null});
     if (keys) holder.setAttribute('role', 'application');
@@ -64,7 +64,7 @@ export class Trend {
       scales: {x: {time: false, range: () => this.span}, y: {range: () => this.#scale(pane)}},
       axes: [{...axis, size: 26, splits: (u) => this.#marks(u), values: (u, splits) => splits.map((at) => this.#mark(at))},
         {...axis, size: 52, space: 32, values: (u, splits) => splits.map((v) => fixed(v, this.#decimals(splits)))}],
-      series: [{}, ...pane.curves.map((curve) => ({label: curve.name, stroke: () => colour(curve.style), width: curve.width ?? 1.5,
+      series: [{}, ...pane.curves.map((curve) => ({label: curve.name, stroke: () => colour(curve.ink), width: curve.width ?? 1.5,
         dash: curve.dash, points: {show: false}, spanGaps: false}))],
       hooks: {
         drawClear: [(u) => this.#tint(u)],

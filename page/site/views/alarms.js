@@ -70,8 +70,8 @@ async function evidencePart(id, loop, scope) {
   // Drawn when it stands in the page and has a width.
   const draw = () => {
     const trend = new Trend(uPlot, box, {x: {unit: 's'}, least: 10 * step, panes: [
-      {label: t.evidenceUpper, unit: loop?.pv_unit, range: ranges.pv_range, high: 190, curves: [{key: 'sp', name: v.sp, style: 'sp', dash: [6, 4]}, {key: 'pv', name: v.pv, style: 'measured'}]},
-      {label: t.evidenceLower, unit: loop?.co_unit, range: ranges.co_range, high: 150, curves: [{key: 'co', name: v.co, style: 'co'}, ...(stem ? [{key: 'stem', name: v.stem, style: 'stem', dash: [3, 3]}] : [])]}]});
+      {label: t.evidenceUpper, unit: loop?.pv_unit, range: ranges.pv_range, high: 190, curves: [{key: 'sp', name: v.sp, ink: 'sp', dash: [6, 4]}, {key: 'pv', name: v.pv, ink: 'measured'}]},
+      {label: t.evidenceLower, unit: loop?.co_unit, range: ranges.co_range, high: 150, curves: [{key: 'co', name: v.co, ink: 'co'}, ...(stem ? [{key: 'stem', name: v.stem, ink: 'stem', dash: [3, 3]}] : [])]}]});
     trend.show({...evidence, t: times}, [times[0], times.at(-1)]);
     scope.on(live, 'theme', () => trend.redraw());
     scope.atEnd(() => trend.end());

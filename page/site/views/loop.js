@@ -102,9 +102,9 @@ class LoopTrend {
   #panes() {
     const {loop} = this, v = texts.values;
     return [
-      {label: tt.upper, unit: loop.pv_unit, range: loop.pv_range, high: 270, curves: [{key: 'sp', name: v.sp, style: 'sp', dash: [6, 4], width: 1.5}, {key: 'pv', name: v.pv, style: 'measured', width: 1.7}]},
-      {label: tt.lower, unit: loop.co_unit, range: loop.co_range, high: 190, curves: [{key: 'co', name: v.co, style: 'co', width: 1.7},
-        ...(loop.stem ? [{key: 'stem', name: v.stem, style: 'stem', dash: [3, 3], width: 1.7}] : [])]}];
+      {label: tt.upper, unit: loop.pv_unit, range: loop.pv_range, high: 270, curves: [{key: 'sp', name: v.sp, ink: 'sp', dash: [6, 4], width: 1.5}, {key: 'pv', name: v.pv, ink: 'measured', width: 1.7}]},
+      {label: tt.lower, unit: loop.co_unit, range: loop.co_range, high: 190, curves: [{key: 'co', name: v.co, ink: 'co', width: 1.7},
+        ...(loop.stem ? [{key: 'stem', name: v.stem, ink: 'stem', dash: [3, 3], width: 1.7}] : [])]}];
   }
 
   #tools() {

@@ -82,7 +82,7 @@ class Item {
     const number = (name, u) => el('td', {role: 'cell', class: 'number'}, this.values[name], unit(u));
     return el('tr', {role: 'row', class: 'line'},
       el('th', {scope: 'row', role: 'rowheader'}, el('a', {href: loopHref(loop.tag)}, loop.tag), el('span', {class: 'about'}, loop.description ?? '')),
-      cell(this.ne107, this.state), cell(this.mode), number('pv', loop.pv_unit), number('sp', loop.pv_unit), number('co', loop.co_unit),
+      el('td', {role: 'cell', class: 'how'}, this.ne107, this.state), cell(this.mode), number('pv', loop.pv_unit), number('sp', loop.pv_unit), number('co', loop.co_unit),
       el('td', {role: 'cell', class: 'number'}, this.condition), el('td', {role: 'cell', class: 'trend'}, this.canvas, unseen(t.spark)));
   }
 
