@@ -171,7 +171,7 @@ std::filesystem::path folder_of(const Context& context, const PlantLoop& loop) {
 
 http::Response past(Context& context, const Call& call) {
   check_query(call.request, {"from_ms", "to_ms", "points"});
-  const Box::Now now = context.box.now();
+  const Box::Now now = context.now();
   const PlantLoop& loop = loop_at(now.plant, call.request.part(2));
   const history::Stretch stretch = stretch_of(call.request);
   const auto points = static_cast<std::size_t>(
@@ -188,7 +188,7 @@ http::Response past(Context& context, const Call& call) {
 
 http::Response past_csv(Context& context, const Call& call) {
   check_query(call.request, {"from_ms", "to_ms"});
-  const auto plant = context.box.now().plant;
+  const auto plant = context.now().plant;
   const PlantLoop& loop = loop_at(plant, call.request.part(2));
   const history::Stretch stretch = stretch_of(call.request);
   http::Response response;
