@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -57,6 +58,15 @@ bool has_begun_anew(const std::shared_ptr<const std::vector<double>>& before,
     if (now[i] < (*before)[i]) return true;
   }
   return false;
+}
+
+// How long the plant has run, by the loop that is furthest.
+std::int64_t plant_ms(const Plant& plant, const std::vector<double>& periods) {
+  double longest_s = 0.0;
+  for (std::size_t i = 0; i < std::min(periods.size(), plant.loops.size()); ++i) {
+    longest_s = std::fmax(longest_s, periods[i] * plant.loops[i].sample_time_s);
+  }
+  return static_cast<std::int64_t>(1000.0 * longest_s);
 }
 
 }  // namespace
@@ -118,7 +128,7 @@ Box::Now Box::now() const {
 
 std::string Box::sparklines() const {
   const std::lock_guard lock(mutex_);
-  return sparklines_.json();
+  return sparklines_.json(now_.now_ms);
 }
 
 void Box::run() {
@@ -167,7 +177,7 @@ void Box::look_at(const std::string& text) {
     const std::lock_guard lock(mutex_);
     now_.now_ms = overview.at("now_ms").get<std::int64_t>();
     now_.periods = std::move(periods);
-    sparklines_.add(now_.now_ms, numbers(overview, "pv"));
+    sparklines_.add(plant_ms(*now_.plant, *now_.periods), numbers(overview, "pv"));
   }
   std::string columns = alarm_columns(overview);
   if (columns != alarm_columns_ || Clock::now() >= alarms_due_) {

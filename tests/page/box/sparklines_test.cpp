@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -16,8 +17,9 @@ constexpr std::int64_t kStart = 1'000'000;
 TEST_CASE("ten minutes in sixty steps of extremes") {
   Sparklines lines;
   for (int s = 0; s < 1000; ++s) lines.add(kStart + s * 1000, {static_cast<double>(s % 10), std::nan("")});
-  const json all = json::parse(lines.json());
+  const json all = json::parse(lines.json(7));
   CHECK(all["step_s"] == 10);
+  CHECK(all["until_ms"] == 7);
   REQUIRE(all["pv"].size() == 2);
   REQUIRE(all["pv"][0].size() == 120);
   CHECK(all["pv"][0][0] == 0.0);
@@ -29,12 +31,12 @@ TEST_CASE("a stretch without values is empty, not what was there an hour ago") {
   Sparklines lines;
   lines.add(kStart, {5.0});
   lines.add(kStart + 100'000, {6.0});
-  const json pv = json::parse(lines.json())["pv"][0];
+  const json pv = json::parse(lines.json(7))["pv"][0];
   CHECK(pv[119] == 6.0);
   CHECK(pv[117].is_null());
   CHECK(pv[99] == 5.0);
   lines.add(kStart + 3'600'000, {7.0});
-  const json later = json::parse(lines.json())["pv"][0];
+  const json later = json::parse(lines.json(7))["pv"][0];
   CHECK(later[119] == 7.0);
   CHECK(std::count_if(later.begin(), later.end(), [](const json& v) { return !v.is_null(); }) == 2);
 }
@@ -43,10 +45,10 @@ TEST_CASE("another number of loops, or a clock that goes back, begins anew") {
   Sparklines lines;
   lines.add(kStart, {5.0});
   lines.add(kStart, {5.0, 6.0});
-  CHECK(json::parse(lines.json())["pv"].size() == 2);
+  CHECK(json::parse(lines.json(7))["pv"].size() == 2);
   lines.add(kStart - 100'000, {7.0, 8.0});
-  CHECK(json::parse(lines.json())["pv"][0][117].is_null());
-  CHECK(json::parse(Sparklines().json())["pv"].empty());
+  CHECK(json::parse(lines.json(7))["pv"][0][117].is_null());
+  CHECK(json::parse(Sparklines().json(7))["pv"].empty());
 }
 
 }  // namespace loopwarden::tests::sparklines_test

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "tests/support/temporary_folder.hpp"
+
 namespace loopwarden::tests::page_settings_test {
 
 using namespace page;
@@ -61,6 +63,18 @@ TEST_CASE("errors name place, key and the nearest one") {
   CHECK(trouble("updates: 6\n").find("page.yaml:1:10: error: updates:") == 0);
   CHECK(trouble("listen: [{address: box}]\n").find("must be a numeric address (got 'box')") != std::string::npos);
   CHECK(trouble("listen: [{port: 0}]\n").find("listen[0].port") != std::string::npos);
+}
+
+TEST_CASE("a time zone is one that the box knows") {
+  CHECK(trouble("time_zone: Etc/UTC\n").empty());
+  for (const char* zone : {"Mars/Olympus", "../../etc/passwd", "/etc/passwd"}) {
+    CHECK(trouble(std::string("time_zone: ") + zone + "\n").find("this box knows no zone") != std::string::npos);
+  }
+}
+
+TEST_CASE("the keys in docs/page.md are those of the program") {
+  const std::string document = read_file(LOOPWARDEN_SOURCE_DIR "/docs/page.md");
+  CHECK(document.find(config::to_markdown(describe_page())) != std::string::npos);
 }
 
 }  // namespace loopwarden::tests::page_settings_test
