@@ -31,11 +31,10 @@ function stateCell(alarm) {
 function listOf(chosen) {
   const alarms = arrangedAlarms(live.alarms.filter((alarm) => shown(alarm.state)));
   if (!alarms.length) return el('p', {class: 'nothing'}, t.nothing);
-  const columns = [{head: t.state}, {head: t.alarm, row: true}, {head: t.loop}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}, {head: t.priority}];
-  const node = table(t.caption, columns, alarms.map((alarm) => [stateCell(alarm),
+  const columns = [{head: t.state}, {head: t.alarm, row: true}, {head: t.loop}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
+  const node = table(t.caption, columns, alarms.map((alarm) => [[stateCell(alarm), el('small', {}, texts.priority[priority(alarm, severe())])],
     el('span', {}, el('a', {href: hrefOf(alarm), class: 'choose'}, nameOf(alarm.alarm)), alarm.first_out ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null),
-    el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, alarm.loop), sizeOf(alarm), wall().dateTime(alarm.raised_ms),
-    texts.priority[priority(alarm, severe())]]), {captionHidden: true, class: 'lines alarms'});
+    el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, alarm.loop), sizeOf(alarm), wall().dateTime(alarm.raised_ms)]), {captionHidden: true, class: 'lines alarms'});
   node.querySelectorAll('tbody tr').forEach((row, i) => {
     const is = alarms[i].loop === chosen?.loop && alarms[i].alarm === chosen?.alarm;
     row.classList.toggle('chosen', is);
