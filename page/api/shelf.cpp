@@ -24,6 +24,7 @@ json report_json(const files::Report& report) {
               {"utc_ms", report.utc_ms},
               {"bytes", report.bytes}};
   if (!report.loop.empty()) one["loop"] = report.loop;
+  if (report.kind == "explanation") one["evidence"] = report.parts[1];
   return one;
 }
 

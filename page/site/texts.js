@@ -119,7 +119,7 @@ const en = {
   },
   alarm: {
     title: 'Alarms', caption: 'Alarms that are not normal, what waits first', state: 'State', loop: 'Loop', alarm: 'Alarm', size: 'Size', raised: 'Raised', times: 'Times',
-    priority: 'Priority', first: 'First-out', firstOut: 'first', nothing: 'No alarm is on, and none waits.', pick: 'Choose an alarm to see what it means and what to do.',
+    firstOut: 'first', nothing: 'No alarm is on, and none waits.', pick: 'Choose an alarm to see what it means and what to do.',
     cause: 'What it means', consequence: 'If nothing is done', action: 'What to do', evidence: 'Evidence', evidenceFor: '{n} samples that raised it, every {step}', noEvidence: 'No evidence is kept for this alarm.',
     evidenceUpper: 'Evidence: PV and set point', evidenceLower: 'Evidence: output and stem', replay: 'Judge it once more, on this box', history: 'History', historyCaption: 'Lines of the journal on this alarm, the newest first',
     worst: 'worst {size}', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'Explained by another alarm of this valve.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm.',

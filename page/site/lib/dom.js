@@ -37,7 +37,7 @@ export function setAttribute(node, name, value) {
 // columns: [{head, class, scope of the cell: 'row' for its head}]; rows: arrays of text or nodes.
 export function table(caption, columns, rows, {captionHidden = false, ...attributes} = {}) {
   const cell = (value, i) => el(columns[i].row ? 'th' : 'td', {class: columns[i].class, scope: columns[i].row ? 'row' : null},
-    value ?? '');
+    ...[value ?? ''].flat());
   return el('table', attributes,
     el('caption', {class: captionHidden ? 'unseen' : null}, caption),
     el('thead', {}, el('tr', {}, columns.map((column) => el('th', {scope: 'col', class: column.class}, column.head)))),

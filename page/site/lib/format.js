@@ -2,6 +2,7 @@
 // Numbers, lengths of time and wall-clock time as a reader expects them. Pure: no document, no clock.
 
 export const NONE = '–';
+const SPACE = '\u00A0'; // a number and its unit stay on one line
 const THIN_SPACE = '\u2009';
 
 // Decimals that show a thousandth of the span: 10 L/min have two, 100 % one, 16 000 kg/h none.
@@ -25,12 +26,12 @@ export function significant(value, digits = 3) {
 
 export function quantity(value, range, unit) {
   const text = fixed(value, decimalsFor(range));
-  return text === NONE || !unit ? text : `${text} ${unit}`;
+  return text === NONE || !unit ? text : `${text}${SPACE}${unit}`;
 }
 
 export function percent(value, decimals = 0) {
   const text = fixed(value, decimals);
-  return text === NONE ? text : `${text} %`;
+  return text === NONE ? text : `${text}${SPACE}%`;
 }
 
 // 1234567 as "1 234 567": a space is a separator in no language's decimals.
@@ -47,28 +48,28 @@ export function bytes(value) {
     value /= 1000;
     ++power;
   }
-  return `${power === 0 ? Math.round(value) : significant(value, 3)} ${units[power]}`;
+  return `${power === 0 ? Math.round(value) : significant(value, 3)}${SPACE}${units[power]}`;
 }
 
 // The two greatest units: "3 d 4 h", "5 min 12 s", "0.8 s".
 export function duration(seconds) {
   if (typeof seconds !== 'number' || !Number.isFinite(seconds)) return NONE;
   const s = Math.abs(seconds);
-  if (s < 10) return `${significant(s, 2)} s`;
+  if (s < 10) return `${significant(s, 2)}${SPACE}s`;
   const whole = Math.round(s);
   const parts = [[86400, 'd'], [3600, 'h'], [60, 'min'], [1, 's']];
   const at = parts.findIndex(([size]) => whole >= size);
   const [size, unit] = parts[at];
-  const first = `${Math.floor(whole / size)} ${unit}`;
+  const first = `${Math.floor(whole / size)}${SPACE}${unit}`;
   const next = parts[at + 1];
   const rest = next ? Math.floor((whole % size) / next[0]) : 0;
-  return rest ? `${first} ${rest} ${next[1]}` : first;
+  return rest ? `${first} ${rest}${SPACE}${next[1]}` : first;
 }
 
 export function microseconds(us) {
   if (typeof us !== 'number' || !Number.isFinite(us)) return NONE;
-  if (us < 1000) return `${significant(us, 3)} µs`;
-  return us < 1e6 ? `${significant(us / 1000, 3)} ms` : `${significant(us / 1e6, 3)} s`;
+  if (us < 1000) return `${significant(us, 3)}${SPACE}µs`;
+  return us < 1e6 ? `${significant(us / 1000, 3)}${SPACE}ms` : `${significant(us / 1e6, 3)}${SPACE}s`;
 }
 
 function fieldsIn(zone) {

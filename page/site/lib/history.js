@@ -89,21 +89,20 @@ export class Spark {
   constructor(steps, step_s) {
     this.step_s = step_s;
     this.pairs = new Array(2 * steps).fill(null);
-    this.step = null; // number of the newest step on the clock of add()
+    this.step = null; // number of the newest step
     this.version = 0;
   }
-  // `pairs`: lowest and highest of each step, the newest last.
-  load(pairs, step_s) {
+  // `pairs`: lowest and highest of each step, the newest last; it ends at `until_s`.
+  load(pairs, step_s, until_s) {
     this.step_s = step_s;
     this.pairs = pairs.slice();
-    this.step = null;
+    this.step = Math.round(until_s / step_s) - 1;
     ++this.version;
   }
-  // `time_s`: of the plant.
   add(time_s, value) {
     const step = Math.floor(time_s / this.step_s), n = this.pairs.length;
     if (this.step === null) this.step = step;
-    if (step < this.step) this.step = step; // the daemon has started again
+    if (step < this.step) this.step = step; // the box's clock was set back
     const moved = Math.min(step - this.step, n / 2);
     for (let k = 0; k < moved; ++k) {
       this.pairs.shift();

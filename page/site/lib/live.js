@@ -56,19 +56,22 @@ export class Live extends EventTarget {
   // The session may have ended, or another server answers now.
   async #comeBack() {
     try {
-      this.session = await get('/api/session');
-      keepCsrf(this.session.csrf);
-      this.#soon('session');
+      await this.#fetchSession();
       if (!this.session.must_login) this.connect();
     } catch {
       this.#retry = setTimeout(() => this.#comeBack(), 1000);
     }
   }
 
-  async renewSession() {
+  async #fetchSession() {
+    const before = JSON.stringify({...this.session, utc_offset_s: 0});
     this.session = await get('/api/session');
     keepCsrf(this.session.csrf);
-    this.#soon('session');
+    if (JSON.stringify({...this.session, utc_offset_s: 0}) !== before) this.#soon('session');
+  }
+
+  async renewSession() {
+    await this.#fetchSession();
     if (this.session.must_login) this.#source?.close();
     else this.connect();
   }
@@ -85,9 +88,8 @@ export class Live extends EventTarget {
         this.overview = null;
         this.#periods = [];
       }
-      this.#sparks_due = 0;
       this.#soon('describe');
-      await this.#fetchSparks();
+      await Promise.all([this.#fetchSparks(), this.#fetchSession()]); // what may be done is the daemon's to say
     } catch {
       // The stream tells of it, and asks again when it is back.
     }
@@ -95,9 +97,9 @@ export class Live extends EventTarget {
 
   async #fetchSparks() {
     this.#sparks_due = performance.now() + 300_000;
-    const {step_s, pv} = await get('/api/sparklines');
+    const {step_s, until_ms, pv} = await get('/api/sparklines');
     if (pv.length !== this.sparks.length) return;
-    pv.forEach((pairs, i) => { this.sparks[i].load(pairs, step_s); });
+    pv.forEach((pairs, i) => { this.sparks[i].load(pairs, step_s, until_ms / 1000); });
     this.#soon('overview');
   }
 
@@ -109,7 +111,7 @@ export class Live extends EventTarget {
     for (let i = 0; i < loops.length; ++i) {
       if (o.period[i] === this.#periods[i]) continue;
       this.#moved[i] = now;
-      if (o.period[i] !== null) this.sparks[i].add(o.period[i] * loops[i].sample_time_s, o.pv[i]);
+      if (o.period[i] !== null) this.sparks[i].add(o.now_ms / 1000, o.pv[i]);
     }
     this.#periods = o.period;
     this.overview = o;

@@ -3,7 +3,7 @@
 import {actions, ask, field} from '../lib/dialog.js';
 import {decimalsFor, fixed} from '../lib/format.js';
 import {el, facts, unit} from '../lib/dom.js';
-import {loopPath, post} from '../lib/api.js';
+import {get, loopPath, post} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {MODES} from '../lib/codes.js';
 import {fill, texts} from '../texts.js';
@@ -13,32 +13,32 @@ const ta = texts.alarm;
 
 export const operator = () => ['operator', 'engineer'].includes(live.session.role) && Boolean(live.session.user);
 
-const WORDS = {manual: 'man', automatic: 'auto', fallback: 'fallback'};
-
-// What can be ordered: key, name, unit, limits, value in force.
-function quantityOf(loop, what) {
+// What can be ordered: key, name, unit, limits, value in force. The stream rounds values; this asks for all their digits,
+// since nothing is changed where another value is in force than the operator saw.
+async function quantityOf(loop, what) {
   const o = live.overview, i = live.places.get(loop.tag);
-  if (what === 'mode') return {what, name: t.mode, now: WORDS[MODES[o.requested_mode?.[i] ?? o.mode[i]]]};
-  const setPoint = what === 'set_point';
+  if (what === 'mode') return {what, name: t.mode, now: MODES[o.requested_mode[i]] ?? null};
+  const setPoint = what === 'set_point', now = await get(loopPath(loop.tag));
   const range = setPoint ? loop.pv_range : loop.co_range;
-  return {what, name: setPoint ? t.setPoint : t.output, unit: setPoint ? loop.pv_unit : loop.co_unit,
-    limits: (setPoint ? loop.sp_limits : loop.output_limits) ?? range, decimals: decimalsFor(range), now: (setPoint ? o.sp : o.co)[i]};
+  return {what, name: setPoint ? t.setPoint : t.output, unit: setPoint ? loop.pv_unit : loop.co_unit, limits: setPoint ? loop.sp_limits : loop.output_limits,
+    decimals: decimalsFor(range), now: (setPoint ? now.set_point_wanted ?? now.sp : now.co) ?? null};
 }
 
 const shownValue = (q, value) => {
-  if (q.what !== 'mode') return `${fixed(value, Math.max(q.decimals, String(value).split('.')[1]?.length ?? 0))}${q.unit ? ` ${q.unit}` : ''}`;
-  const mode = Object.keys(WORDS).find((key) => WORDS[key] === value);
-  return mode ? texts.modes[mode] : texts.notKnown;
+  if (q.what === 'mode') return texts.modes[value] ?? texts.notKnown;
+  // What was typed is shown as it was typed, though it has more digits than the display.
+  const typed = String(Number(value?.toPrecision(7))).split('.')[1]?.length ?? 0;
+  return `${fixed(value, Math.min(6, Math.max(q.decimals, typed)))}${q.unit ? ` ${q.unit}` : ''}`;
 };
 
 function entry(q) {
   if (q.what === 'mode') {
-    const choice = (mode) => el('label', {class: 'choice'}, el('input', {type: 'radio', name: 'value', value: WORDS[mode], required: true,
-      checked: WORDS[mode] === q.now}), `${texts.modes[mode]} (${texts.modesLong[mode]})`);
+    const choice = (mode) => el('label', {class: 'choice'}, el('input', {type: 'radio', name: 'value', value: mode, required: true,
+      checked: mode === q.now}), `${texts.modes[mode]} (${texts.modesLong[mode]})`);
     return el('fieldset', {}, el('legend', {}, t.new), choice('automatic'), choice('manual'), el('small', {}, t.modeHint));
   }
   const [low, high] = q.limits;
-  const input = el('input', {name: 'value', type: 'text', inputmode: 'decimal', autocomplete: 'off', required: true, value: fixed(q.now, q.decimals)});
+  const input = el('input', {name: 'value', type: 'text', inputmode: 'decimal', autocomplete: 'off', required: true, value: q.now === null ? '' : fixed(q.now, q.decimals)});
   setTimeout(() => input.select());
   return el('div', {class: 'entry'}, field(t.new, input, fill(t.range, {low, high, unit: q.unit ?? ''})), unit(q.unit));
 }
@@ -51,8 +51,14 @@ function read(q, text) {
   return value;
 }
 
-export function order(loop, what) {
-  const q = quantityOf(loop, what);
+export async function order(loop, what) {
+  let q;
+  try {
+    q = await quantityOf(loop, what);
+  } catch (error) {
+    toast(fill(t.refused, {why: error.message}));
+    return;
+  }
   ask({
     title: fill(t.title, {what: q.name, tag: loop.tag}), label: texts.goOn,
     body: [el('p', {}, `${t.now}: `, el('strong', {class: 'value'}, shownValue(q, q.now))), entry(q)],
@@ -73,8 +79,9 @@ function confirm(loop, q, value) {
       try {
         answer = await post(loopPath(loop.tag, 'order'), {set: {[q.what]: value}, confirm: {tag: loop.tag, old: q.now, new: value}});
       } catch (error) {
-        if (error.status === 409 && error.body.value !== undefined) throw new Error(fill(t.conflict, {value: shownValue(q, error.body.value)}));
-        throw error;
+        if (error.status !== 409 || error.body.now === undefined) throw error;
+        const now = fill(t.conflict, {value: q.what === 'mode' ? texts.modes[error.body.now] ?? error.body.now : shownValue(q, error.body.now)});
+        throw new Error(now);
       }
       if (answer.state === 'refused') throw new Error(fill(t.refused, {why: answer.why}));
       toast(answer.state === 'done' ? fill(t.done, {tag: loop.tag, what: q.name, value: shownValue(q, value)}) : t.waiting);
@@ -87,7 +94,7 @@ const MINUTES = [15, 30, 60, 120, 240, 480];
 // Acknowledge, reset, shelve, unshelve.
 export function act(loop, alarm, action) {
   const names = {loop, alarm: texts.alarms[alarm] ?? alarm}, shelve = action === 'shelve';
-  const minutes = el('select', {name: 'minutes'}, MINUTES.map((m) => el('option', {value: m, selected: m === 60},
+  const minutes = el('select', {name: 'minutes'}, MINUTES.filter((m) => m <= (live.describe.alarms?.shelve_limit_min ?? 480)).map((m) => el('option', {value: m, selected: m === 60},
     m < 60 ? fill(ta.minutesUnit, {n: m}) : fill(ta.hoursUnit, {n: m / 60}))));
   const reason = el('input', {name: 'reason', maxlength: 200, required: shelve, autocomplete: 'off'});
   ask({

@@ -31,11 +31,10 @@ function stateCell(alarm) {
 function listOf(chosen) {
   const alarms = arrangedAlarms(live.alarms.filter((alarm) => shown(alarm.state)));
   if (!alarms.length) return el('p', {class: 'nothing'}, t.nothing);
-  const columns = [{head: t.state}, {head: t.alarm, row: true}, {head: t.loop}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}, {head: t.times, class: 'number'}, {head: t.priority}];
-  const node = table(t.caption, columns, alarms.map((alarm) => [stateCell(alarm),
+  const columns = [{head: t.state}, {head: t.alarm, row: true}, {head: t.loop}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
+  const node = table(t.caption, columns, alarms.map((alarm) => [[stateCell(alarm), el('small', {}, texts.priority[priority(alarm, severe())])],
     el('span', {}, el('a', {href: hrefOf(alarm), class: 'choose'}, nameOf(alarm.alarm)), alarm.first_out ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null),
-    el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, alarm.loop), sizeOf(alarm), wall().dateTime(alarm.raised_ms), count(alarm.times_raised),
-    texts.priority[priority(alarm, severe())]]), {captionHidden: true, class: 'lines alarms'});
+    el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, alarm.loop), sizeOf(alarm), wall().dateTime(alarm.raised_ms)]), {captionHidden: true, class: 'lines alarms'});
   node.querySelectorAll('tbody tr').forEach((row, i) => {
     const is = alarms[i].loop === chosen?.loop && alarms[i].alarm === chosen?.alarm;
     row.classList.toggle('chosen', is);
@@ -111,7 +110,7 @@ class Detail {
     alarm.consequence ? el('p', {}, t.consequenceOf) : '', el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, t.open)));
     this.guide.replaceChildren(el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
       .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key])))));
-    const id = e.evidence?.id ?? null, report = reports.find((one) => one.kind === 'explanation' && id && one.id.includes(id));
+    const id = e.evidence?.id ?? null, report = id && reports.find((one) => one.evidence === id);
     this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
     const lines = e.history ?? [];
     this.history.replaceChildren(...(lines.length ? [el('h3', {}, t.history), scroller(t.history, table(t.historyCaption, HISTORY, lines.map((line) => [wall().dateTime(line.utc_ms),

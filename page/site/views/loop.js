@@ -329,7 +329,7 @@ function followDetails(loop, places, scope) {
       put('measures', now.monitor, () => measureTable(now.monitor));
       put('health', [now.io, now.recording, now.pv_age_ms], () => healthTable(now));
       put('windows', windows.windows, () => windowTable(windows.windows));
-      const report = now.explanation && reports.find((one) => one.kind === 'explanation' && one.id.includes(now.explanation.folder.split('/').at(-1)));
+      const folder = now.explanation?.folder.split('/').at(-1), report = folder && reports.find((one) => one.evidence === folder);
       put('explanation', [now.explanation, report?.id], () => (now.explanation ? explanationPart(now.explanation, report?.id ?? null)
         : el('p', {class: 'nothing'}, loop.twin ? texts.explain.none : texts.explain.noTwin)));
     } catch (error) {

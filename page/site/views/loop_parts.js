@@ -38,8 +38,8 @@ const verdictText = (name) => texts.windows.verdicts[name] ?? name;
 
 // A class's probability, and below it what its specialist leaves unexplained.
 function classCell(window, name) {
-  if (window.suppressed) return '';
-  const specialist = (window.specialists ?? []).find((one) => (one.class ?? one.name) === name), p = window.probability?.[name] ?? specialist?.probability;
+  if (!window.specialists.length) return '';
+  const specialist = window.specialists.find((one) => one.class === name), p = specialist?.probability;
   return el('span', {class: known(p) && p >= 0.5 ? 'likely' : null}, known(p) ? percent(100 * p) : NONE,
     specialist ? el('small', {}, significant(specialist.mse, 2)) : null);
 }
@@ -47,11 +47,11 @@ function classCell(window, name) {
 export function windowTable(windows) {
   const t = texts.windows;
   if (!windows.length) return el('p', {class: 'nothing'}, t.none);
-  const classes = [...new Set(windows.flatMap((w) => [...Object.keys(w.probability ?? {}), ...(w.specialists ?? []).map((one) => one.class ?? one.name)]))];
+  const classes = [...new Set(windows.flatMap((w) => w.specialists.map((one) => one.class)))];
   const columns = [{head: t.time, row: true, class: 'time'}, {head: t.verdict}, {head: t.severity, class: 'number'},
     ...classes.map((name) => ({head: verdictText(name), class: 'number'}))];
-  return scroller(texts.loop.windows, table(t.caption, columns, windows.map((w) => [
-    wall().dateTime(w.time_ms), w.suppressed ? fill(t.suppressed, {why: w.suppressed}) : verdictText(w.verdict),
+  return scroller(texts.loop.windows, table(t.caption, columns, [...windows].reverse().map((w) => [
+    wall().dateTime(w.time_ms), w.verdict ? verdictText(w.verdict) : fill(t.suppressed, {why: w.suppressed}),
     percent(w.severity_percent, 1), ...classes.map((name) => classCell(w, name))]), {class: 'windows'}));
 }
 

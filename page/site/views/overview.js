@@ -63,7 +63,6 @@ class Item {
     this.ne107 = el('span', {class: 'ne107'});
     this.condition = el('span', {class: 'value'}, NONE);
     this.canvas = el('canvas', {'aria-hidden': 'true', class: 'spark'});
-    this.canvas.tall = asTable ? 26 : 40;
     this.node = asTable ? this.#row() : this.#tile();
   }
 
@@ -122,6 +121,7 @@ class Overview {
     this.main = main;
     this.wish = {filter: FILTERS[options.show] ? options.show : 'all', search: '', sort: 'urgency', descending: true};
     this.asTable = recall('overview') === 'table';
+    this.items = [];
     this.visible = new Set();
     this.list = el('div', {class: 'loops'});
     this.shown = el('p', {class: 'unseen', role: 'status'});
@@ -173,6 +173,7 @@ class Overview {
     this.watcher.disconnect();
     this.visible.clear();
     this.order = '';
+    this.room = 0;
     this.arrangedAt = 0;
     this.items = live.describe ? live.describe.loops.map((loop, i) => new Item(loop, i, this.asTable)) : [];
     this.nothing = el('p', {class: 'nothing', hidden: true}, live.describe ? t.empty : texts.loading);
@@ -202,10 +203,11 @@ class Overview {
   }
 
   #measure() {
-    const canvas = this.items?.find((item) => this.visible.has(item.node))?.canvas ?? this.items?.[0]?.canvas;
-    const room = this.asTable ? 150 : canvas?.isConnected ? canvas.clientWidth : 0;
-    if (!room) return;
-    for (const item of this.items) item.canvas.room = room;
+    const canvas = (this.items.find((item) => this.visible.has(item.node)) ?? this.items[0])?.canvas;
+    const {clientWidth: room, clientHeight: tall} = canvas?.isConnected ? canvas : {};
+    if (!room || (room === this.room && tall === this.tall)) return;
+    [this.room, this.tall] = [room, tall];
+    for (const item of this.items) Object.assign(item.canvas, {room, tall});
   }
 
   #sees(entries) {

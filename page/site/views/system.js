@@ -22,7 +22,7 @@ function histogram(title, h) {
     table(`${title}: ${t.histogram}`, [{head: t.bin, row: true, class: 'number'}, {head: '', class: 'gauge'}, {head: t.count, class: 'number'}, {head: t.share, class: 'number'}], rows, {captionHidden: true, class: 'pairs'}));
 }
 
-function warningsOf(d, buses) {
+function warningsOf(d, loops) {
   const c = d.configuration ?? {}, list = [];
   const add = (when, text, values = {}) => { if (when) list.push(fill(text, values)); };
   add(d.real_time_missing, t.noRealTime, {text: d.real_time_missing});
@@ -34,18 +34,19 @@ function warningsOf(d, buses) {
   add(d.recorder?.disk_wait_s > 1, t.diskWait, {long: duration(d.recorder?.disk_wait_s)});
   for (const waiting of c.waiting_for_restart ?? []) add(true, t.waitingRestart, waiting);
   add(c.refused?.length, t.refusedFile, {text: [c.refused].flat().join('; ')});
-  for (const bus of buses) {
-    add(bus.connected === false, t.linkDown, {loop: bus.loop});
-    add(bus.rows_lost > 0, t.rowsLost, {loop: bus.loop, n: count(bus.rows_lost)});
+  for (const {loop, io, recording} of loops) {
+    const lost = recording.dropped + (recording.queue_dropped ?? 0) + recording.rows_lost;
+    add(!io.connected, t.linkDown, {loop});
+    add(lost > 0, t.rowsLost, {loop, n: count(lost)});
   }
   return list;
 }
 
-function busTable(buses) {
+function busTable(loops) {
   const h = texts.health, names = ['transactions', 'timeouts', 'device_exceptions', 'invalid_replies', 'reconnects', 'write_errors'];
   const columns = [{head: texts.overview.tag, row: true}, {head: h.connected}, ...names.map((name) => ({head: h[name], class: 'number'}))];
-  return scroller(t.buses, table(t.busCaption, columns, buses.map((bus) => [el('a', {href: `#/loop/${encodeURIComponent(bus.loop)}`}, bus.loop), bus.connected ? texts.yes : texts.no,
-    ...names.map((name) => count(bus[name]))]), {captionHidden: true, class: 'lines'}));
+  return scroller(t.buses, table(t.busCaption, columns, loops.map(({loop, io}) => [el('a', {href: `#/loop/${encodeURIComponent(loop)}`}, loop), io.connected ? texts.yes : texts.no,
+    ...names.map((name) => count(io[name]))]), {captionHidden: true, class: 'lines'}));
 }
 
 function pairsOf(object) {
@@ -54,23 +55,23 @@ function pairsOf(object) {
 }
 
 function parts(answer) {
-  const d = answer.daemon ?? {}, buses = answer.buses ?? [], c = d.configuration ?? {}, disk = answer.disk ?? {};
-  const warnings = warningsOf(d, buses);
+  const d = answer.daemon ?? {}, loops = answer.loops ?? [], c = d.configuration ?? {}, disk = answer.disk ?? {};
+  const warnings = warningsOf(d, loops);
   return [
-    panel(t.warnings, warnings.length ? el('ul', {class: 'warnings'}, warnings.map((text) => el('li', {}, icon('low'), text))) : el('p', {class: 'calm'}, icon('ok'), t.noWarnings)),
+    el('div', {class: 'wider'}, panel(t.warnings, warnings.length ? el('ul', {class: 'warnings'}, warnings.map((text) => el('li', {}, icon('low'), text))) : el('p', {class: 'calm'}, icon('ok'), t.noWarnings))),
     panel(t.versions, facts([[t.version, d.version ?? NONE], [t.configHash, el('code', {}, hex(d.config_hash))], [t.modelHash, el('code', {}, hex(d.model_hash))],
       [t.filesInForce, c.files_in_force ? texts.yes : texts.no], [t.started, `${wall().dateTime(live.describe?.started_ms)} (${fill(t.uptime, {long: duration(d.uptime_s)})})`],
       [t.zone, live.session.time_zone], [t.host, live.session.host ?? NONE], live.describe?.state_directory ? [t.stateDirectory, el('code', {}, live.describe.state_directory)] : null])),
     el('div', {class: 'across'}, panel(t.cycle, facts([[t.ticks, count(d.ticks)], [t.overruns, count(d.overruns)], [t.skipped, count(d.skipped_ticks)]]),
       el('div', {class: 'two'}, d.wake_up_us ? histogram(t.wake, d.wake_up_us) : null, d.work_us ? histogram(t.work, d.work_us) : null))),
-    panel(t.disk, facts([disk.free_bytes !== undefined ? [t.free, fill(t.freeOf, {free: bytes(disk.free_bytes), all: bytes(disk.bytes ?? disk.capacity_bytes)})] : null,
+    panel(t.disk, facts([disk.free_bytes !== undefined ? [t.free, fill(t.freeOf, {free: bytes(disk.free_bytes), all: bytes(disk.bytes)})] : null,
       [t.journal, fill(t.journalWritten, {n: count(d.journal?.written), waiting: count(d.journal?.waiting), lost: count(d.journal?.lost)})],
       [t.evidence, fill(t.journalWritten, {n: count(d.evidence?.written), waiting: count(d.evidence?.waiting), lost: count(d.evidence?.lost)})], [t.logLost, count(d.log_lines_lost)]])),
     panel(t.monitor, facts([[t.windows, count(d.monitor?.windows)], [t.backlog, count(d.monitor?.backlog)], [t.dropped, count(d.monitor?.dropped)],
       [t.explanations, fill(t.explained, {n: count(d.explanations?.explained), waiting: count(d.explanations?.waiting), failed: count(d.explanations?.failed)})]])),
     d.modbus_server ? panel(t.modbus, facts([[t.modbus, fill(t.port, {port: d.modbus_server.port})], [t.clients, count(d.modbus_server.clients)], [t.requests, count(d.modbus_server.requests)], [t.malformed, count(d.modbus_server.malformed)]])) : null,
     answer.page ? panel(t.page, facts(pairsOf(answer.page))) : null,
-    buses.length ? el('div', {class: 'across'}, panel(t.buses, busTable(buses))) : null,
+    loops.length ? el('div', {class: 'across'}, panel(t.buses, busTable(loops))) : null,
   ].filter(Boolean);
 }
 

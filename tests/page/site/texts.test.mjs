@@ -55,9 +55,9 @@ test('no text is left over', () => {
 
 test('no text is missing', () => {
   for (const [name, source] of sources) {
-    const short = {texts};
-    for (const [, key, path] of source.matchAll(/const (\w+) = (?:texts)\.(\w+);/g)) short[key] = texts[path];
-    for (const [whole, object, first, second] of source.matchAll(/(?<![\w./])(texts|tt|ta|t)\.(\w+)(?:\.(\w+))?/g)) {
+    const short = {texts}; // what a module calls a group of texts
+    for (const [, key, path] of source.matchAll(/^const (\w+) = texts\.(\w+);/gm)) short[key] = texts[path];
+    for (const [whole, object, first, second] of source.matchAll(/(?<![\w./])(texts|tt|ta|t)\.(?!js\b)(\w+)(?:\.(\w+))?/g)) {
       const group = short[object]?.[first];
       if (!short[object]) continue;
       assert.notEqual(group, undefined, `${name}: ${whole}`);
