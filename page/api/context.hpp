@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the handlers work with. Each is used by several threads.
+#pragma once
+
+#include <functional>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "page/box/box.hpp"
+#include "page/box/daemon_door.hpp"
+#include "page/files/report_shelf.hpp"
+#include "page/history/history.hpp"
+#include "page/http/assets.hpp"
+#include "page/http/message.hpp"
+#include "page/http/server.hpp"
+#include "page/settings/page_settings.hpp"
+#include "page/users/log_in_guard.hpp"
+#include "page/users/sessions.hpp"
+#include "page/users/user_file.hpp"
+
+namespace loopwarden::page::api {
+
+struct Context {
+  const PageSettings& settings;
+  std::set<std::string> hosts;  // names in a browser's address line, in lower case, beside addresses
+  std::function<Box::Now()> now;
+  std::function<std::string()> sparklines;
+  Daemon& daemon;  // status.sock
+  Daemon& orders;  // page.sock
+  UserDirectory& users;
+  Sessions& sessions;
+  LogInGuard& guard;
+  history::History& history;
+  files::ReportShelf& reports;
+  std::function<http::Response(const http::Request&)> site;
+  std::function<http::Counters()> counters;
+};
+
+// A request on its way to a handler, and who asks.
+struct Call {
+  const http::Request& request;
+  Identity who;
+};
+
+// Ends a handler; becomes {"error": what, "field": field}.
+class ApiError : public std::runtime_error {
+ public:
+  ApiError(int status, const std::string& what, std::string field = {})
+      : std::runtime_error(what), status_(status), field_(std::move(field)) {}
+  int status() const noexcept { return status_; }
+  const std::string& field() const noexcept { return field_; }
+
+ private:
+  int status_;
+  std::string field_;
+};
+
+}  // namespace loopwarden::page::api

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Set point, output and mode: the only handler that moves a valve.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string_view>
+#include <thread>
+
+#include "page/api/body.hpp"
+#include "page/api/handlers.hpp"
+#include "page/api/tags.hpp"
+
+namespace loopwarden::page::api {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+struct Wish {
+  std::string what;  // set_point, output or mode
+  json value;
+  json old;  // what the page showed
+};
+
+void check_value(const std::string& what, const json& value, const char* name) {
+  const bool sound = what == "mode" ? value == "automatic" || value == "manual"
+                                    : value.is_number() && std::isfinite(value.get<double>());
+  if (!sound) {
+    throw ApiError(400, what == "mode" ? "expected \"automatic\" or \"manual\"" : "expected a number",
+                   name);
+  }
+}
+
+bool same(const json& a, const json& b) {
+  if (!a.is_number() || !b.is_number()) return a == b;
+  return a.get<double>() == b.get<double>();
+}
+
+Wish wish_of(const http::Request& request, const std::string& tag) {
+  const json body = object_of(request, {"set", "confirm"});
+  if (!body.contains("set") || !body.contains("confirm")) {
+    throw ApiError(400, "a body has set and confirm");
+  }
+  check_keys(body["set"], "set", {"set_point", "output", "mode"});
+  check_keys(body["confirm"], "confirm", {"tag", "old", "new"});
+  if (body["set"].size() != 1) throw ApiError(400, "one value is set at a time", "set");
+  const auto wanted = body["set"].begin();
+  Wish wish{wanted.key(), wanted.value(), body["confirm"].value("old", json())};
+  check_value(wish.what, wish.value, "set");
+  if (!wish.old.is_null()) check_value(wish.what, wish.old, "confirm.old");
+  if (body["confirm"].value("tag", json()) != tag) {
+    throw ApiError(400, "the confirmation is for another loop", "confirm.tag");
+  }
+  if (!same(body["confirm"].value("new", json()), wish.value)) {
+    throw ApiError(400, "the confirmation is for another value", "confirm.new");
+  }
+  return wish;
+}
+
+// "the set point is 5 by now, 4 was expected", as the daemon says it: 5; null: it says something else.
+json value_by_now(const std::string& why) {
+  constexpr std::string_view kBefore = " is ";
+  const std::size_t end = why.find(" by now");
+  if (end == std::string::npos) return nullptr;
+  const std::size_t begin = why.rfind(kBefore, end);
+  if (begin == std::string::npos) return nullptr;
+  const std::size_t first = begin + kBefore.size();
+  const std::string word = why.substr(first, end - std::min(end, first));
+  const json number = json::parse(word, nullptr, false);
+  return number.is_number() ? number : json(word);
+}
+
+http::Response changed_meanwhile(const std::string& why) {
+  http::Response response = json_response({{"error", why}, {"now", value_by_now(why)}});
+  response.status = 409;
+  return response;
+}
+
+// Until the loop's cycle has taken the order; true in "on_disk" where the journal's line is there too.
+json outcome(Context& context, const std::string& tag, const json& sent) {
+  constexpr std::chrono::milliseconds kBetweenLooks{40};
+  constexpr std::chrono::milliseconds kForDisk{1000};
+  const auto begun = Clock::now();
+  const auto patience = std::chrono::duration<double>(5.0 + 3.0 * sent.value("sample_time_s", 0.1));
+  for (;;) {
+    json now = context.orders.ask(
+        {{"request", "order"}, {"loop", tag}, {"order", sent.at("order")}});
+    const std::string state = now.at("state").get<std::string>();
+    const bool done = state == "done";
+    if (state == "refused" || (done && (now.value("on_disk", false) || Clock::now() - begun > kForDisk))) {
+      return now;
+    }
+    if (!done && Clock::now() - begun > patience) return now;
+    std::this_thread::sleep_for(kBetweenLooks);
+  }
+}
+
+}  // namespace
+
+http::Response order(Context& context, const Call& call) {
+  const auto plant = context.now().plant;
+  const PlantLoop& loop = loop_at(plant, call.request.part(2));
+  if (!context.settings.control) throw ApiError(403, "page.yaml has no control: true");
+  if (!plant->control) {
+    throw ApiError(403, "loopwardend.yaml has no page: {control: true}, so nothing is set from here");
+  }
+  const Wish wish = wish_of(call.request, loop.tag);
+  json request = {{"request", "set"},
+                  {"loop", loop.tag},
+                  {wish.what, wish.value},
+                  {"user", call.who.user},
+                  {"address", call.request.peer}};
+  // Nothing known is no value to hold the order to: a loop that has not run yet.
+  if (!wish.old.is_null()) request["expect"] = {{wish.what, wish.old}};
+  try {
+    const json now = outcome(context, loop.tag, context.orders.ask(request));
+    const std::string why = now.value("why", std::string());
+    return value_by_now(why).is_null() ? json_response(now) : changed_meanwhile(why);
+  } catch (const DaemonRefused& e) {
+    if (value_by_now(e.what()).is_null()) throw;
+    return changed_meanwhile(e.what());
+  }
+}
+
+}  // namespace loopwarden::page::api

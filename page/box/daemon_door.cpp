@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "page/box/daemon_door.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <utility>
+
+namespace loopwarden::page {
+namespace {
+
+// Places at the daemon's socket that a page keeps while nobody asks.
+constexpr std::size_t kMostIdle = 3;
+
+}  // namespace
+
+std::unique_ptr<LineClient> DaemonDoor::take() {
+  const std::lock_guard lock(mutex_);
+  if (idle_.empty()) return nullptr;
+  std::unique_ptr<LineClient> client = std::move(idle_.back());
+  idle_.pop_back();
+  return client;
+}
+
+void DaemonDoor::give_back(std::unique_ptr<LineClient> client) {
+  const std::lock_guard lock(mutex_);
+  if (connections_ == Connections::reused && idle_.size() < kMostIdle) idle_.push_back(std::move(client));
+}
+
+std::string DaemonDoor::ask_text(const std::string& request) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point until = Clock::now() + patience_;
+  // Connections of a daemon that has ended since are used up first.
+  for (;;) {
+    std::unique_ptr<LineClient> client = take();
+    const bool fresh = client == nullptr;
+    try {
+      if (fresh) client = std::make_unique<LineClient>(socket_);
+      std::string answer = client->request(request, patience_);
+      give_back(std::move(client));
+      return answer;
+    } catch (const DaemonDown&) {
+      if (fresh || Clock::now() >= until) throw;
+    }
+  }
+}
+
+nlohmann::json DaemonDoor::ask(const nlohmann::json& request) {
+  using nlohmann::json;
+  const std::string text =
+      ask_text(request.dump(-1, ' ', false, json::error_handler_t::replace));
+  json answer = json::parse(text, nullptr, false);
+  if (!answer.is_object()) throw DaemonDown("what answers at the socket is no daemon");
+  if (!answer.value("ok", false)) {
+    throw DaemonRefused(answer.value("error", std::string("the daemon refused")));
+  }
+  answer.erase("ok");
+  return answer;
+}
+
+}  // namespace loopwarden::page

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows in a row as their extremes. No files.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "record/record_row.hpp"
+
+namespace loopwarden::page::history {
+
+enum Column : std::size_t { kPv, kSp, kCo, kStem };
+inline constexpr std::size_t kColumns = 4;
+
+// Least and greatest value of one column; NaN: there was none.
+struct Extremes {
+  float low;
+  float high;
+  bool low_first;  // the least came before the greatest
+};
+
+struct Block {
+  std::int64_t first_ms = 0;  // UTC
+  std::int64_t last_ms = 0;
+  std::uint64_t first_period = 0;
+  std::uint64_t last_period = 0;
+  std::uint64_t run = 0;        // of the daemon; periods count within one
+  std::uint32_t first_row = 0;  // places in its segment, damaged ones counted
+  std::uint32_t end_row = 0;    // behind the last
+  std::uint32_t rows = 0;       // undamaged
+  std::array<Extremes, kColumns> columns{};
+  std::uint8_t mode = 0;        // of the last row, control::Mode
+};
+
+Block block_of(const record::RecordRow& row, std::int64_t utc_ms, std::uint64_t run,
+               std::uint32_t index);
+
+// `later` comes after `block`.
+void append(Block& block, const Block& later);
+
+// Missing periods that are drawn over: as many as the monitor's windows bear.
+inline constexpr std::uint64_t kBridgedPeriods = 4;
+
+// Whether something is missing between the two, so that no line is to join them.
+constexpr bool gap_between(const Block& earlier, const Block& later) noexcept {
+  return earlier.run != later.run || later.first_period <= earlier.last_period ||
+         later.first_period - earlier.last_period > kBridgedPeriods + 1;
+}
+
+}  // namespace loopwarden::page::history

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "page/http/server.hpp"
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/v6_only.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/ssl.hpp>
+
+#include <spdlog/spdlog.h>
+
+#include <netdb.h>
+#include <sys/socket.h>
+
+#include <list>
+#include <stdexcept>
+
+#include "page/http/connection.hpp"
+#include "page/http/tls.hpp"
+
+namespace loopwarden::page::http {
+namespace {
+
+using asio::ip::tcp;
+
+// argon2 takes 64 MiB and a second of a small box's processor: one at a time.
+constexpr std::array<LaneSize, kLanes> kLaneSizes{{{"pg-here", 0, 0},
+                                                   {"pg-daemon", 3, 64},
+                                                   {"pg-disk", 2, 32},
+                                                   {"pg-login", 1, 8},
+                                                   {"pg-orders", 2, 16}}};
+
+Peer peer_of(const tcp::endpoint& endpoint) {
+  asio::ip::address address = endpoint.address();
+  if (address.is_v6() && address.to_v6().is_v4_mapped()) {
+    address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+  }
+  Peer peer{.address = address.to_string(), .network = {}, .loopback = address.is_loopback()};
+  peer.network = peer.address;
+  if (address.is_v6() && !peer.loopback) {
+    auto bytes = address.to_v6().to_bytes();
+    std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
+    peer.network = asio::ip::address_v6(bytes).to_string();
+  }
+  return peer;
+}
+
+sockaddr_storage name_of(int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
+  return address;
+}
+
+}  // namespace
+
+std::string address_of_socket(int fd) {
+  const sockaddr_storage address = name_of(fd);
+  if (address.ss_family != AF_INET && address.ss_family != AF_INET6) return {};
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  ::getnameinfo(reinterpret_cast<const sockaddr*>(&address), sizeof address, text.data(),
+                static_cast<socklen_t>(text.size()), nullptr, 0, NI_NUMERICHOST);
+  return text.data();
+}
+
+class Server::Body {
+ public:
+  Body(ServerSettings settings, Handler& handler) : house_(settings, handler, kLaneSizes) {
+    if (house_.settings.tls) load_certificate();
+  }
+
+  void load_certificate() {
+    // Connections made before keep theirs alive (SSL_CTX is counted).
+    tls_ = std::make_shared<asio::ssl::context>(make_tls_context(*house_.settings.tls));
+  }
+
+  std::uint16_t listen(const std::string& address, std::uint16_t port) {
+    const tcp::endpoint endpoint(asio::ip::make_address(address), port);
+    tcp::acceptor acceptor(house_.loop);
+    acceptor.open(endpoint.protocol());
+    acceptor.set_option(asio::socket_base::reuse_address(true));
+    if (endpoint.protocol() == tcp::v6()) acceptor.set_option(asio::ip::v6_only(true));
+    acceptor.bind(endpoint);
+    acceptor.listen(kBacklog);
+    return keep(std::move(acceptor));
+  }
+
+  std::uint16_t adopt(int fd) {
+    tcp::acceptor acceptor(house_.loop);
+    acceptor.assign(name_of(fd).ss_family == AF_INET6 ? tcp::v6() : tcp::v4(), fd);
+    return keep(std::move(acceptor));
+  }
+
+  void every(std::chrono::milliseconds interval, std::function<void()> work) {
+    timers_.push_back(Timer{asio::steady_timer(house_.loop), interval, std::move(work)});
+    tick(timers_.back());
+  }
+
+  void on_signal(int number, std::function<void()> work) {
+    signals_.emplace_back(house_.loop, number, std::move(work));
+    wait_for(signals_.back());
+  }
+
+  void run() {
+    for (tcp::acceptor& acceptor : acceptors_) accept(acceptor);
+    while (!serve()) {
+    }
+    house_.lanes.stop();
+    close_all();
+  }
+
+  House& house() noexcept { return house_; }
+
+ private:
+  static constexpr int kBacklog = 128;
+
+  struct Timer {
+    asio::steady_timer timer;
+    std::chrono::milliseconds interval;
+    std::function<void()> work;
+  };
+  struct Signal {
+    Signal(asio::io_context& loop, int number, std::function<void()> then)
+        : signals(loop, number), work(std::move(then)) {}
+    asio::signal_set signals;
+    std::function<void()> work;
+  };
+
+  // False where a callback has thrown: for lack of memory one connection may end, not the server.
+  bool serve() {
+    try {
+      house_.loop.run();
+      return true;
+    } catch (const std::exception& e) {
+      spdlog::error("connection: {}", e.what());
+      return false;
+    }
+  }
+
+  std::uint16_t keep(tcp::acceptor acceptor) {
+    acceptors_.push_back(std::move(acceptor));
+    return acceptors_.back().local_endpoint().port();
+  }
+
+  static void tick(Timer& timer) {
+    timer.timer.expires_after(timer.interval);
+    timer.timer.async_wait([&timer](beast::error_code error) {
+      if (error) return;
+      timer.work();
+      tick(timer);
+    });
+  }
+
+  static void wait_for(Signal& signal) {
+    signal.signals.async_wait([&signal](beast::error_code error, int) {
+      if (error) return;
+      signal.work();
+      wait_for(signal);
+    });
+  }
+
+  void accept(tcp::acceptor& acceptor) {
+    acceptor.async_accept([this, &acceptor](beast::error_code error, tcp::socket socket) {
+      if (error == asio::error::operation_aborted) return;
+      if (!error) {
+        welcome(std::move(socket));
+        return accept(acceptor);
+      }
+      // Out of descriptors: who waits stays in the queue, and this loop does not spin on it.
+      auto pause = std::make_shared<asio::steady_timer>(house_.loop, std::chrono::milliseconds(500));
+      pause->async_wait([this, pause, &acceptor](beast::error_code) { accept(acceptor); });
+    });
+  }
+
+  void welcome(tcp::socket socket) {
+    beast::error_code error;
+    const tcp::endpoint endpoint = socket.remote_endpoint(error);
+    if (error) return;
+    Peer peer = peer_of(endpoint);
+    const Doorkeeper::Admission admission =
+        house_.door.admit(peer.network, peer.loopback, std::chrono::steady_clock::now());
+    house_.counters.displaced = house_.door.displaced();
+    house_.counters.turned_away = house_.door.turned_away();
+    if (admission.displaced) displace(*admission.displaced);
+    if (admission.id == 0) return;
+    socket.set_option(tcp::no_delay(true), error);
+    ++house_.counters.accepted;
+    ++house_.counters.connections;
+    if (tls_) {
+      begin(std::make_shared<Connection<beast::ssl_stream<beast::tcp_stream>>>(
+                house_, std::move(peer), admission.id, std::move(socket), *tls_),
+            admission.id);
+    } else {
+      begin(std::make_shared<Connection<beast::tcp_stream>>(house_, std::move(peer), admission.id,
+                                                            std::move(socket)),
+            admission.id);
+    }
+  }
+
+  template <class T>
+  void begin(const std::shared_ptr<T>& guest, std::uint64_t id) {
+    house_.guests[id] = guest;
+    guest->start();
+  }
+
+  void displace(std::uint64_t id) {
+    const auto guest = house_.guests.find(id);
+    if (guest == house_.guests.end()) return;
+    if (const auto known = guest->second.lock()) known->close();
+  }
+
+  void close_all() {
+    const auto guests = house_.guests;
+    for (const auto& [id, guest] : guests) {
+      if (const auto known = guest.lock()) known->close();
+    }
+  }
+
+  House house_;
+  std::shared_ptr<asio::ssl::context> tls_;
+  std::list<tcp::acceptor> acceptors_;
+  std::list<Timer> timers_;
+  std::list<Signal> signals_;
+};
+
+Server::Server(ServerSettings settings, Handler& handler)
+    : body_(std::make_unique<Body>(std::move(settings), handler)) {}
+
+Server::~Server() = default;
+
+std::uint16_t Server::listen(const std::string& address, std::uint16_t port) {
+  try {
+    return body_->listen(address, port);
+  } catch (const std::exception& e) {
+    throw std::runtime_error("can't listen at " + address + " port " + std::to_string(port) + ": " +
+                             e.what());
+  }
+}
+
+std::uint16_t Server::adopt(int listening_socket) { return body_->adopt(listening_socket); }
+
+void Server::every(std::chrono::milliseconds interval, std::function<void()> work) {
+  body_->every(interval, std::move(work));
+}
+
+void Server::on_signal(int number, std::function<void()> work) {
+  body_->on_signal(number, std::move(work));
+}
+
+void Server::on_streams(std::function<void(std::size_t)> work) {
+  body_->house().on_streams = std::move(work);
+}
+
+void Server::run() { body_->run(); }
+
+void Server::stop() { body_->house().loop.stop(); }
+
+void Server::publish(EventKind kind, std::string data) {
+  House& house = body_->house();
+  asio::post(house.loop, [&house, kind, data = std::move(data)] {
+    house.board.publish(kind, data);
+    const std::set<Guest*> streams = house.streams;
+    for (Guest* guest : streams) {
+      // One that has gone meanwhile has taken itself out.
+      if (house.streams.contains(guest)) guest->news();
+    }
+  });
+}
+
+void Server::reload_certificate() {
+  if (body_->house().settings.tls) body_->load_certificate();
+}
+
+Counters Server::counters() const {
+  const LiveCounters& live = body_->house().counters;
+  return {.connections = live.connections,
+          .streams = live.streams,
+          .accepted = live.accepted,
+          .displaced = live.displaced,
+          .turned_away = live.turned_away,
+          .timed_out = live.timed_out,
+          .refused = live.refused,
+          .requests = live.requests,
+          .bytes_sent = live.bytes_sent};
+}
+
+}  // namespace loopwarden::page::http

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// page.yaml: what the page serves, where, and to whom.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/diagnostic.hpp"
+#include "config/key_reference.hpp"
+
+namespace loopwarden::page {
+
+struct Endpoint {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 8480;
+};
+
+// Numeric 127.0.0.0/8 or ::1.
+bool is_loopback(const std::string& address);
+
+struct PageSettings {
+  std::vector<Endpoint> listen{Endpoint{}};
+  std::filesystem::path certificate;  // empty: plain HTTP
+  std::filesystem::path key;
+  std::filesystem::path users;      // empty: none; everybody on this host looks, nobody writes
+  std::vector<std::string> hosts;   // names in a browser's address line, beside those of the certificate
+  std::filesystem::path status_socket = "/run/loopwardend/status.sock";
+  std::filesystem::path page_socket = "/run/loopwardend/page.sock";
+  std::filesystem::path state_directory = "/var/lib/loopwardend";
+  std::size_t clients = 200;        // connections at a time
+  double requests_per_s = 50.0;     // of one address
+  double updates_per_s = 2.0;       // live values
+  bool control = false;             // set points, outputs and modes from here
+  double session_hours = 12.0;      // longest, from the log-in
+  double session_idle_minutes = 30.0;
+  std::string time_zone;            // empty: the box's
+
+  bool has_tls() const noexcept { return !certificate.empty(); }
+};
+
+config::Loaded<PageSettings> read_page_file(const std::filesystem::path& path);
+// `file`: the name that diagnostics carry, and where relative paths start.
+config::Loaded<PageSettings> read_page_text(const std::string& file, std::string_view text);
+config::KeyReference describe_page();
+
+// Why this host must not offer the page there; empty: it may. Off this host only with TLS and users.
+std::string why_not_at(const PageSettings& settings, const std::string& address);
+
+}  // namespace loopwarden::page

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Begins: the stream, the frame of the page, and the view that the address names.
+import {live} from './lib/live.js';
+import {Scope} from './lib/scope.js';
+import {Shell} from './lib/shell.js';
+import {el} from './lib/dom.js';
+import {fill, texts} from './texts.js';
+
+const VIEWS = {
+  '': () => import('./views/overview.js'), loop: () => import('./views/loop.js'), alarms: () => import('./views/alarms.js'),
+  journal: () => import('./views/journal.js'), reports: () => import('./views/reports.js'),
+  system: () => import('./views/system.js'), login: () => import('./views/login.js'),
+};
+
+const shell = new Shell(document.getElementById('app'));
+let scope = null;
+let first = true;
+let route = null;
+
+// "#/loop/FIC-101?from=1&to=2" is {view: 'loop', parts: ['FIC-101'], options: {from: '1', to: '2'}}
+function address() {
+  const [path, search = ''] = location.hash.replace(/^#\/?/, '').split('?');
+  const parts = path.split('/').map((part) => {
+    try {
+      return decodeURIComponent(part);
+    } catch {
+      return part;
+    }
+  });
+  return {view: parts[0], parts: parts.slice(1), options: Object.fromEntries(new URLSearchParams(search))};
+}
+
+function trouble(main, error) {
+  main.replaceChildren(el('section', {class: 'panel'}, el('h1', {tabindex: -1}, texts.brand),
+    el('p', {}, fill(texts.failed, {why: error.message})),
+    el('button', {click: () => show()}, texts.again)));
+}
+
+async function show() {
+  const wanted = live.session?.must_login ? {view: 'login', parts: [], options: {}} : address();
+  // A view that can follow the address by itself does: the list of alarms stays where it is.
+  if (route?.view === wanted.view && scope?.follow?.(wanted)) { route = wanted; return; }
+  route = wanted;
+  scope?.end();
+  const mine = scope = new Scope();
+  const load = VIEWS[wanted.view];
+  shell.mark(wanted.view === 'loop' ? '' : wanted.view);
+  const main = shell.main;
+  try {
+    if (!load) throw new Error(texts.notFound);
+    const view = await load();
+    if (mine.over) return;
+    main.replaceChildren();
+    main.dataset.view = wanted.view || 'overview';
+    await view.show(main, wanted, mine);
+  } catch (error) {
+    if (mine.over || error.name === 'AbortError') return;
+    trouble(main, error);
+  }
+  if (mine.over) return;
+  shell.title(main.querySelector('h1')?.textContent ?? texts.brand);
+  // The reader is told where he is, but for the first time, when the page itself is.
+  if (!first) main.querySelector('h1')?.focus({preventScroll: true});
+  if (!first) scrollTo(0, 0);
+  first = false;
+}
+
+addEventListener('hashchange', show);
+live.addEventListener('session', () => { shell.session(); show(); });
+
+async function begin() {
+  try {
+    await live.start();
+  } catch (error) {
+    trouble(shell.main, error);
+    setTimeout(begin, 2000);
+    return;
+  }
+  shell.session();
+  show();
+}
+begin();

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon's codes, as its headers number them. Names here are keys of texts.js.
+
+export const MODES = ['manual', 'automatic', 'fallback']; // control::Mode
+export const FAULTS = ['none', 'starting', 'bad_pv', 'output_lost', 'late_cycle', 'not_finite', 'enable_open', 'stop'];
+export const ALARM_STATES = ['normal', 'unacknowledged', 'acknowledged', 'returned_unacknowledged',
+  'latched_unacknowledged', 'latched_acknowledged', 'shelved', 'suppressed'];
+export const ALARM_KINDS = ['stiction', 'backlash', 'hysteresis', 'low_air_supply', 'unknown', 'model_gap'];
+export const NE107 = ['normal', 'maintenance_required', 'out_of_specification', 'function_check', 'failure'];
+export const CONDITIONS = ['control_performance', 'valve', 'actuator', 'positioner', 'environment'];
+export const FLAGS = {at_low: 1, at_high: 2, rate_limited: 4, late_cycle: 8, jacket_acts: 16, output_lost: 32,
+  compensator_acts: 64};
+
+// hal::Quality has the numbers of the OPC quality byte.
+export function quality(code) {
+  return code >= 192 ? 'good' : code >= 64 ? 'uncertain' : 'bad';
+}
+
+// What waits for an operator.
+const WAITS = new Set(['unacknowledged', 'returned_unacknowledged', 'latched_unacknowledged']);
+export const waits = (state) => WAITS.has(state);
+// What an operator sees: a suppressed alarm is one that could not come.
+export const shown = (state) => state !== 'normal' && state !== 'suppressed';
+
+const ACTIONS = {
+  unacknowledged: ['acknowledge', 'shelve'],
+  acknowledged: ['shelve'],
+  returned_unacknowledged: ['acknowledge', 'shelve'],
+  latched_unacknowledged: ['acknowledge', 'shelve'],
+  latched_acknowledged: ['reset', 'shelve'],
+  shelved: ['unshelve'],
+  normal: ['shelve'],
+  suppressed: ['shelve'],
+};
+export const actionsOf = (state) => ACTIONS[state] ?? [];
+
+// Two steps of urgency, as every alarm of the same two needs the same haste: 'high' is acted on now.
+export function priority(alarm, severe_percent) {
+  if (alarm.alarm === 'low_air_supply') return 'high';
+  return typeof alarm.severity_percent === 'number' && alarm.severity_percent >= severe_percent ? 'high' : 'low';
+}

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Questions to the operator. The browser's own dialog keeps the focus inside and gives it back.
+import {el} from './dom.js';
+import {texts} from '../texts.js';
+
+// What the shell lends to whoever acts.
+export const actions = {say: () => {}};
+
+// Shows a form. `accept(data, dialog)` returns a promise; what it throws is shown, and the form stays.
+export function ask({title, body, accept, label, grave = false, onCancel}) {
+  const trouble = el('p', {class: 'trouble', role: 'alert', hidden: true});
+  const go = el('button', {type: 'submit', class: grave ? 'grave' : 'main'}, label);
+  const form = el('form', {}, el('h2', {id: 'dialog-title'}, title), body, trouble,
+    el('div', {class: 'buttons'}, el('button', {type: 'button', click: () => dialog.close('cancel')}, texts.cancel), go));
+  const dialog = el('dialog', {'aria-labelledby': 'dialog-title'}, form);
+  form.addEventListener('submit', async (event) => {
+    event.preventDefault();
+    go.disabled = true;
+    trouble.hidden = true;
+    try {
+      await accept(new FormData(form));
+      dialog.close('done');
+    } catch (error) {
+      trouble.textContent = error.message;
+      trouble.hidden = false;
+    } finally {
+      go.disabled = false;
+    }
+  });
+  dialog.addEventListener('close', () => {
+    dialog.remove();
+    if (dialog.returnValue !== 'done') onCancel?.();
+  });
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
+}
+
+export const field = (label, input, hint) => {
+  const id = `field-${field.next = (field.next ?? 0) + 1}`;
+  input.id = id;
+  const about = hint ? el('small', {id: `${id}-hint`}, hint) : null;
+  if (about) input.setAttribute('aria-describedby', about.id);
+  return el('div', {class: 'field'}, el('label', {for: id}, label), input, about);
+};

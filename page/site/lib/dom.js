@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Elements. All text goes in as text: tags, reasons and names are whatever their writers wanted them to be.
+
+const SVG = 'http://www.w3.org/2000/svg';
+
+function put(node, attributes, children) {
+  for (const [name, value] of Object.entries(attributes ?? {})) {
+    if (value === null || value === undefined || value === false) continue;
+    if (typeof value === 'function') node.addEventListener(name, value);
+    else node.setAttribute(name, value === true ? '' : value);
+  }
+  node.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  return node;
+}
+
+// el('button', {class: 'plain', click: act}, 'text', node, [nodes])
+export const el = (name, attributes, ...children) => put(document.createElement(name), attributes, children);
+export const svg = (name, attributes, ...children) => put(document.createElementNS(SVG, name), attributes, children);
+
+// A sign of index.html's sheet. Without a label it is an ornament beside text that says the same.
+export function icon(name, label) {
+  const use = svg('use', {href: `#i-${name}`});
+  return svg('svg', {class: `icon icon-${name}`, viewBox: '0 0 16 16', ...(label ? {role: 'img', 'aria-label': label} : {'aria-hidden': 'true'})}, use);
+}
+
+export function setText(node, text) {
+  if (node.shown === text) return;
+  node.shown = text;
+  node.textContent = text;
+}
+
+export function setAttribute(node, name, value) {
+  if (value === null || value === false) { if (node.hasAttribute(name)) node.removeAttribute(name); }
+  else if (node.getAttribute(name) !== value) node.setAttribute(name, value);
+}
+
+// columns: [{head, class, scope of the cell: 'row' for its head}]; rows: arrays of text or nodes.
+export function table(caption, columns, rows, {captionHidden = false, ...attributes} = {}) {
+  const cell = (value, i) => el(columns[i].row ? 'th' : 'td', {class: columns[i].class, scope: columns[i].row ? 'row' : null},
+    ...[value ?? ''].flat());
+  return el('table', attributes,
+    el('caption', {class: captionHidden ? 'unseen' : null}, caption),
+    el('thead', {}, el('tr', {}, columns.map((column) => el('th', {scope: 'col', class: column.class}, column.head)))),
+    el('tbody', {}, rows.map((row) => el('tr', {}, row.map(cell)))));
+}
+
+// A table that may be wider than the page: scrolled by itself, by keys too.
+export const scroller = (label, child) => el('div', {class: 'scroller', tabindex: 0, role: 'region', 'aria-label': label}, child);
+
+export const unseen = (text) => el('span', {class: 'unseen'}, text);
+export const unit = (text) => (text ? el('span', {class: 'unit'}, text) : null);
+
+// name: [term, description] pairs
+export const facts = (pairs) => el('dl', {class: 'facts'},
+  pairs.filter(Boolean).map(([term, ...what]) => el('div', {}, el('dt', {}, term), el('dd', {}, what))));

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stretches of a loop's history as the server gives them: columns over `t` (UTC, ms). Pure.
+
+export const COLUMNS = ['pv', 'sp', 'co', 'stem', 'mode'];
+
+function first(times, at) { // place of the first time that is not before `at`
+  let a = 0, b = times.length;
+  while (a < b) {
+    const m = (a + b) >> 1;
+    if (times[m] < at) a = m + 1; else b = m;
+  }
+  return a;
+}
+
+// `whole` with what `tail` knows better: from its first row on the tail is right. Neither is changed.
+export function merged(whole, tail) {
+  if (!whole || !whole.t.length) return tail;
+  if (!tail.t.length) return {...whole, newest_ms: tail.newest_ms ?? whole.newest_ms};
+  const cut = first(whole.t, tail.t[0]);
+  const result = {...whole, newest_ms: tail.newest_ms, oldest_ms: tail.oldest_ms, t: whole.t.slice(0, cut).concat(tail.t)};
+  for (const name of COLUMNS) {
+    if (!whole[name] && !tail[name]) continue;
+    const empty = (n) => Array(n).fill(null);
+    result[name] = (whole[name] ?? empty(whole.t.length)).slice(0, cut).concat(tail[name] ?? empty(tail.t.length));
+  }
+  return result;
+}
+
+// Without the rows before `from_ms`, but for one, so that the line begins at the edge.
+export function trimmed(history, from_ms) {
+  const cut = Math.max(0, first(history.t, from_ms) - 1);
+  if (!cut) return history;
+  const result = {...history, t: history.t.slice(cut)};
+  for (const name of COLUMNS) if (history[name]) result[name] = history[name].slice(cut);
+  return result;
+}
+
+// Lowest and highest of the columns within a stretch; null where there is nothing.
+export function extent(history, names, from_ms = -Infinity, to_ms = Infinity) {
+  let low = Infinity, high = -Infinity;
+  const a = first(history.t, from_ms), b = first(history.t, to_ms);
+  for (const name of names) {
+    const column = history[name];
+    if (!column) continue;
+    for (let i = a; i < b; ++i) {
+      const v = column[i];
+      if (v === null || v === undefined) continue;
+      if (v < low) low = v;
+      if (v > high) high = v;
+    }
+  }
+  return low <= high ? [low, high] : null;
+}
+
+// What a scale shows of values between low and high: some room around, and never less than `share` of the range, so that
+// noise does not look like a storm.
+export function scaleOf(found, range, share = 0.02) {
+  const span = range ? range[1] - range[0] : 1;
+  if (!found) return range ? [range[0], range[1]] : [0, 1];
+  let [low, high] = found;
+  const least = share * span;
+  if (high - low < least) {
+    const middle = (low + high) / 2;
+    low = middle - least / 2;
+    high = middle + least / 2;
+  }
+  const room = 0.08 * (high - low);
+  return [low - room, high + room];
+}
+
+// Row nearest to a time; -1 in an empty stretch.
+export function nearest(times, at) {
+  if (!times.length) return -1;
+  const i = first(times, at);
+  if (i === 0) return 0;
+  if (i === times.length) return i - 1;
+  return at - times[i - 1] <= times[i] - at ? i - 1 : i;
+}
+
+// Span of time between two limits, not shorter than `least` and kept within them as far as it fits.
+export function kept([from, to], [low, high], least) {
+  const width = Math.min(Math.max(to - from, least), Math.max(high - low, least));
+  const begin = Math.min(Math.max((from + to - width) / 2, low), Math.max(high - width, low));
+  return [begin, begin + width];
+}
+
+// The last ten minutes of a value as lowest and highest of equal steps, as the server's sparklines have them.
+export class Spark {
+  constructor(steps, step_s) {
+    this.step_s = step_s;
+    this.pairs = new Array(2 * steps).fill(null);
+    this.step = null; // number of the newest step
+    this.version = 0;
+  }
+  // `pairs`: lowest and highest of each step, the newest last; it ends at `until_s`.
+  load(pairs, step_s, until_s) {
+    this.step_s = step_s;
+    this.pairs = pairs.slice();
+    this.step = Math.round(until_s / step_s) - 1;
+    ++this.version;
+  }
+  add(time_s, value) {
+    const step = Math.floor(time_s / this.step_s), n = this.pairs.length;
+    if (this.step === null) this.step = step;
+    if (step < this.step) this.step = step; // the box's clock was set back
+    const moved = Math.min(step - this.step, n / 2);
+    for (let k = 0; k < moved; ++k) {
+      this.pairs.shift();
+      this.pairs.shift();
+      this.pairs.push(null, null);
+    }
+    this.step = step;
+    if (typeof value !== 'number') { if (moved) ++this.version; return; }
+    const low = this.pairs[n - 2], high = this.pairs[n - 1];
+    if (low !== null && value >= low && value <= high) { if (moved) ++this.version; return; }
+    this.pairs[n - 2] = low === null ? value : Math.min(low, value);
+    this.pairs[n - 1] = high === null ? value : Math.max(high, value);
+    ++this.version;
+  }
+}
+
+const SECOND = 1000, MINUTE = 60 * SECOND, HOUR = 60 * MINUTE, DAY = 24 * HOUR;
+const STEPS_MS = [1, 2, 5, 10, 20, 50, 100, 200, 500, SECOND, 2 * SECOND, 5 * SECOND, 10 * SECOND, 15 * SECOND, 30 * SECOND,
+  MINUTE, 2 * MINUTE, 5 * MINUTE, 10 * MINUTE, 15 * MINUTE, 30 * MINUTE, HOUR, 2 * HOUR, 3 * HOUR, 6 * HOUR, 12 * HOUR,
+  DAY, 2 * DAY, 7 * DAY, 14 * DAY, 28 * DAY, 91 * DAY, 182 * DAY, 364 * DAY];
+
+// Times for the marks of an axis, at most about `most`, at round times of a wall clock that is `offset_ms` before UTC.
+export function timeMarks(from_ms, to_ms, most, offset_ms) {
+  const step = STEPS_MS.find((s) => (to_ms - from_ms) / s <= most) ?? STEPS_MS.at(-1);
+  const marks = [];
+  for (let at = Math.ceil((from_ms + offset_ms) / step) * step - offset_ms; at <= to_ms; at += step) marks.push(at);
+  return {step, marks};
+}

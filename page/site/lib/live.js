@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the box sends by itself: one stream of server-sent events for all views. It says when values have become old, and
+// gets them back without a hand.
+import {Spark} from './history.js';
+import {get, keepCsrf} from './api.js';
+
+const OLD_AFTER_MS = 1500; // with the look each 250 ms within two seconds
+const STEPS = 60;
+
+export class Live extends EventTarget {
+  session = null;
+  describe = null; // the daemon's, with `loops`
+  overview = null; // columns in the order of describe.loops
+  alarms = [];
+  sparks = []; // one for each loop
+  daemon = {up: true, since_ms: null, why: ''};
+  heard_ms = 0; // when the newest overview came, on this computer's clock
+  stale = null; // {since_ms, why} while values are old
+  places = new Map(); // tag -> place
+  #source = null;
+  #frame = 0;
+  #fresh = new Set();
+  #moved = []; // for each loop when its cycle last moved on
+  #periods = [];
+  #retry = 0;
+  #sparks_due = 0;
+
+  async start() {
+    this.heard_ms = Date.now();
+    this.session = await get('/api/session');
+    keepCsrf(this.session.csrf);
+    if (this.session.must_login) return;
+    this.connect();
+    setInterval(() => this.#watch(), 250);
+    document.addEventListener('visibilitychange', () => { if (!document.hidden) this.#watch(); });
+  }
+
+  connect() {
+    this.#source?.close();
+    const source = new EventSource('/api/events');
+    this.#source = source;
+    const on = (type, act) => source.addEventListener(type, (event) => act(event.data ? JSON.parse(event.data) : null));
+    on('overview', (o) => this.#take(o));
+    on('alarms', (a) => { this.alarms = Array.isArray(a) ? a : a.alarms; this.#soon('alarms'); });
+    on('daemon', (d) => { this.daemon = d; this.#watch(); this.#soon('daemon'); });
+    on('describe', () => this.#fetchDescribe());
+    source.onopen = () => { this.#retry = 0; this.#fetchDescribe(); };
+    source.onerror = () => {
+      // Where the server was away the browser comes back by itself; where it refused, nobody does.
+      if (source.readyState !== EventSource.CLOSED) return;
+      clearTimeout(this.#retry);
+      this.#retry = setTimeout(() => this.#comeBack(), 1000);
+    };
+  }
+
+  // The session may have ended, or another server answers now.
+  async #comeBack() {
+    try {
+      await this.#fetchSession();
+      if (!this.session.must_login) this.connect();
+    } catch {
+      this.#retry = setTimeout(() => this.#comeBack(), 1000);
+    }
+  }
+
+  async #fetchSession() {
+    const before = JSON.stringify({...this.session, utc_offset_s: 0});
+    this.session = await get('/api/session');
+    keepCsrf(this.session.csrf);
+    if (JSON.stringify({...this.session, utc_offset_s: 0}) !== before) this.#soon('session');
+  }
+
+  async renewSession() {
+    await this.#fetchSession();
+    if (this.session.must_login) this.#source?.close();
+    else this.connect();
+  }
+
+  async #fetchDescribe() {
+    try {
+      const describe = await get('/api/describe');
+      if (describe.up === false && this.describe) return;
+      const same = JSON.stringify(describe.loops?.map((l) => l.tag)) === JSON.stringify(this.describe?.loops?.map((l) => l.tag));
+      this.describe = {...describe, loops: describe.loops ?? []};
+      if (!same) {
+        this.places = new Map(this.describe.loops.map((loop, i) => [loop.tag, i]));
+        this.sparks = this.describe.loops.map(() => new Spark(STEPS, 10));
+        this.overview = null;
+        this.#periods = [];
+      }
+      this.#soon('describe');
+      await Promise.all([this.#fetchSparks(), this.#fetchSession()]); // what may be done is the daemon's to say
+    } catch {
+      // The stream tells of it, and asks again when it is back.
+    }
+  }
+
+  async #fetchSparks() {
+    this.#sparks_due = performance.now() + 300_000;
+    const {step_s, until_ms, pv} = await get('/api/sparklines');
+    if (pv.length !== this.sparks.length) return;
+    pv.forEach((pairs, i) => { this.sparks[i].load(pairs, step_s, until_ms / 1000); });
+    this.#soon('overview');
+  }
+
+  #take(o) {
+    const loops = this.describe?.loops;
+    this.heard_ms = Date.now();
+    if (!loops || o.pv.length !== loops.length) return; // the description of these columns is on its way
+    const now = performance.now();
+    for (let i = 0; i < loops.length; ++i) {
+      if (o.period[i] === this.#periods[i]) continue;
+      this.#moved[i] = now;
+      if (o.period[i] !== null) this.sparks[i].add(o.now_ms / 1000, o.pv[i]);
+    }
+    this.#periods = o.period;
+    this.overview = o;
+    if (this.stale) this.#watch();
+    this.#soon('overview');
+    if (now > this.#sparks_due) this.#fetchSparks().catch(() => {});
+  }
+
+  // A loop whose cycle no longer moves on, though the daemon answers.
+  stands(i) {
+    const limit = 2000 + 3000 * this.describe.loops[i].sample_time_s / (this.describe.accelerate || 1);
+    return performance.now() - (this.#moved[i] ?? 0) > limit;
+  }
+
+  #watch() {
+    if (!this.heard_ms && !this.daemon) return;
+    const silent = Date.now() - this.heard_ms > OLD_AFTER_MS;
+    let stale = null;
+    if (this.daemon.up === false) stale = {since_ms: this.daemon.since_ms ?? this.heard_ms, why: 'daemon', words: this.daemon.why};
+    else if (silent) stale = {since_ms: this.heard_ms || Date.now(), why: 'silent', words: ''};
+    if (stale && this.stale && stale.why === this.stale.why) return;
+    if (!stale && !this.stale) return;
+    this.stale = stale;
+    this.#soon('stale');
+    this.#soon('overview');
+  }
+
+  // All that came since the last frame is shown with the next one. A page that nobody sees has no frames.
+  #soon(type) {
+    this.#fresh.add(type);
+    if (this.#frame) return;
+    const tell = () => {
+      this.#frame = 0;
+      const types = [...this.#fresh];
+      this.#fresh.clear();
+      for (const one of types) this.dispatchEvent(new Event(one));
+    };
+    this.#frame = document.hidden ? setTimeout(tell, 100) : requestAnimationFrame(tell);
+  }
+}
+
+export const live = new Live();

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which loop comes first, and which is shown. Pure: works on the daemon's columns.
+import {ALARM_STATES, FAULTS, MODES, NE107, quality, shown, waits} from './codes.js';
+
+const STATE_RANK = {unacknowledged: 90, latched_unacknowledged: 80, acknowledged: 60, returned_unacknowledged: 50,
+  latched_acknowledged: 30, shelved: 8};
+const NE107_RANK = {failure: 70, out_of_specification: 20, maintenance_required: 10, function_check: 2, normal: 0};
+// A loop that starts or has been told to stop is as it should be.
+const CALM_FAULTS = new Set(['none', 'starting', 'stop']);
+
+export const faulty = (o, i) => !CALM_FAULTS.has(FAULTS[o.fault[i]] ?? 'none');
+export const alarmed = (o, i) => shown(ALARM_STATES[o.alarm[i]] ?? 'normal') && ALARM_STATES[o.alarm[i]] !== 'shelved';
+export const notAutomatic = (o, i) => o.mode[i] !== null && MODES[o.mode[i]] !== 'automatic';
+export const badQuality = (o, i) => o.quality[i] !== null && quality(o.quality[i]) !== 'good';
+export const poor = (o, i) => o.condition[i] !== null && o.condition[i] < 50;
+export const abnormal = (o, i) =>
+  faulty(o, i) || alarmed(o, i) || notAutomatic(o, i) || badQuality(o, i) || poor(o, i);
+
+// The greater the sooner. Condition counts in steps of ten, so that loops don't change places with every window.
+export function urgency(o, i) {
+  const state = ALARM_STATES[o.alarm[i]] ?? 'normal';
+  let rank = Math.max(STATE_RANK[state] ?? 0, NE107_RANK[NE107[o.ne107[i]] ?? 'normal'] ?? 0, faulty(o, i) ? 70 : 0);
+  if (waits(state)) rank += Math.min(o.alarms_unacknowledged?.[i] ?? 0, 6);
+  if (badQuality(o, i)) rank += 5;
+  if (notAutomatic(o, i)) rank += 3;
+  const condition = o.condition[i];
+  const steps = typeof condition === 'number' ? 10 - Math.floor(Math.min(Math.max(condition, 0), 99.9) / 10) : 0;
+  return rank * 100 + steps;
+}
+
+export const FILTERS = {
+  all: () => true,
+  abnormal,
+  alarm: alarmed,
+  fault: (o, i) => faulty(o, i) || badQuality(o, i),
+  manual: notAutomatic,
+  condition: poor,
+};
+
+const collator = new Intl.Collator('en', {numeric: true, sensitivity: 'base'});
+export const byTag = (a, b) => collator.compare(a, b);
+
+const KEYS = {
+  pv: (o, i) => o.pv[i], sp: (o, i) => o.sp[i], co: (o, i) => o.co[i], mode: (o, i) => o.mode[i],
+  condition: (o, i) => o.condition[i], alarm: (o, i) => urgency(o, i), urgency: (o, i) => urgency(o, i),
+};
+
+function matches(loop, words) {
+  const text = `${loop.tag} ${loop.description ?? ''}`.toLowerCase();
+  return words.every((word) => text.includes(word));
+}
+
+// Places of the loops in `o`, in the order in which they are shown. What has no value comes last, either way; what is
+// equal is in the order of tags.
+export function arranged(loops, o, {filter = 'all', search = '', sort = 'urgency', descending = true} = {}) {
+  const words = search.toLowerCase().split(/\s+/).filter(Boolean);
+  const keep = FILTERS[filter] ?? FILTERS.all;
+  const places = [];
+  for (let i = 0; i < loops.length; ++i) {
+    if (matches(loops[i], words) && keep(o, i)) places.push(i);
+  }
+  const turn = descending ? -1 : 1;
+  if (sort === 'tag') return places.sort((a, b) => turn * byTag(loops[a].tag, loops[b].tag));
+  const keys = new Map(places.map((i) => [i, KEYS[sort]?.(o, i) ?? null]));
+  return places.sort((a, b) => {
+    const x = keys.get(a), y = keys.get(b);
+    if (x === null || y === null) return (x === null) - (y === null) || byTag(loops[a].tag, loops[b].tag);
+    return turn * (x - y) || byTag(loops[a].tag, loops[b].tag);
+  });
+}
+
+export function counts(loops, o) {
+  const result = {};
+  for (const [name, keep] of Object.entries(FILTERS)) {
+    result[name] = 0;
+    for (let i = 0; i < loops.length; ++i) result[name] += keep(o, i) ? 1 : 0;
+  }
+  return result;
+}
+
+// Alarms: what waits first, of the same the newest.
+export function arrangedAlarms(alarms) {
+  return [...alarms].sort((a, b) => (STATE_RANK[b.state] ?? 0) - (STATE_RANK[a.state] ?? 0) ||
+    b.raised_ms - a.raised_ms || byTag(a.loop, b.loop));
+}

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stays on every view: the head with alarms, clock and user, the way to the views, the word that values are old.
+import {actions} from './dialog.js';
+import {shown, waits} from './codes.js';
+import {el, icon, setAttribute, setText} from './dom.js';
+import {WallClock, duration} from './format.js';
+import {live} from './live.js';
+import {remember} from './memory.js';
+import {post} from './api.js';
+import {readColours} from './spark.js';
+import {fill, texts} from '../texts.js';
+
+const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system']];
+
+let clock = new WallClock('UTC');
+export const wall = () => clock;
+
+export class Shell {
+  #links = new Map();
+  #known = null; // alarms that have been told
+  #title = texts.brand;
+
+  constructor(root) {
+    document.documentElement.lang = texts.language;
+    this.main = el('main', {id: 'content', tabindex: -1});
+    this.status = el('div', {class: 'unseen', role: 'status', 'aria-live': 'polite'});
+    this.banner = el('div', {class: 'banner', role: 'alert', hidden: true});
+    this.bannerText = el('span', {});
+    this.bannerAge = el('span', {class: 'age', 'aria-hidden': 'true'});
+    root.append(
+      el('a', {class: 'skip', href: '#content', click: (event) => { event.preventDefault(); this.main.focus(); }}, texts.skip),
+      this.#head(), this.#nav(), this.banner, this.main, this.status);
+    actions.say = (text) => this.say(text);
+    readColours();
+    live.addEventListener('stale', () => this.#stale());
+    live.addEventListener('alarms', () => this.#alarms());
+    live.addEventListener('describe', () => this.#box());
+    setInterval(() => this.#tick(), 1000);
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#recolour());
+  }
+
+  #head() {
+    this.host = el('span', {class: 'host'});
+    this.note = el('span', {class: 'note-chip', hidden: true});
+    this.link = el('span', {class: 'link'}, el('span', {class: 'dot', 'aria-hidden': 'true'}), el('span', {}, texts.head.live));
+    this.summary = el('a', {class: 'summary', href: '#/alarms'}, icon('ok'), el('span', {}, texts.head.alarmsNone));
+    this.clock = el('time', {class: 'clock'});
+    this.zoneName = el('span', {class: 'zone-name'});
+    this.zoneOffset = el('span', {});
+    this.zone = el('span', {class: 'zone'}, this.zoneName, ' ', this.zoneOffset);
+    this.user = el('span', {class: 'user'});
+    return el('header', {class: 'head'},
+      el('a', {class: 'brand', href: '#/'}, icon('valve'), el('span', {}, texts.brand)), this.host, this.note, this.link,
+      el('span', {class: 'stretch'}), this.summary,
+      el('span', {class: 'now'}, this.clock, this.zone), this.#theme(), this.user);
+  }
+
+  #theme() {
+    const wish = document.documentElement.dataset.theme ?? 'system';
+    const choices = [['system', texts.head.themeSystem], ['dark', texts.head.themeDark], ['light', texts.head.themeLight]];
+    const select = el('select', {'aria-label': texts.head.theme, class: 'theme', change: () => this.#wish(select.value)},
+      choices.map(([value, text]) => el('option', {value, selected: value === wish}, text)));
+    return select;
+  }
+
+  #wish(theme) {
+    if (theme === 'system') delete document.documentElement.dataset.theme;
+    else document.documentElement.dataset.theme = theme;
+    remember('theme', theme === 'system' ? null : theme);
+    this.#recolour();
+  }
+
+  #recolour() {
+    readColours();
+    live.dispatchEvent(new Event('theme'));
+  }
+
+  #nav() {
+    return el('nav', {class: 'nav', 'aria-label': texts.nav.label}, el('ul', {}, VIEWS.map(([path, name]) => {
+      const badge = el('span', {class: 'badge', hidden: true});
+      const link = el('a', {href: `#/${path}`}, icon(name), el('span', {}, texts.nav[name]), badge);
+      this.#links.set(path, link);
+      if (name === 'alarms') this.badge = badge;
+      return el('li', {}, link);
+    })));
+  }
+
+  mark(path) {
+    for (const [name, link] of this.#links) setAttribute(link, 'aria-current', name === path ? 'page' : null);
+  }
+
+  title(text) {
+    this.#title = text;
+    const n = live.alarms.filter((alarm) => waits(alarm.state)).length;
+    document.title = `${n ? `(${n}) ` : ''}${text} – ${texts.brand}`;
+  }
+
+  // For a screen reader, and sparingly.
+  say(text) {
+    this.status.textContent = text;
+  }
+
+  session() {
+    const s = live.session;
+    clock = new WallClock(s.time_zone);
+    setText(this.host, s.host ?? '');
+    this.#tick();
+    this.user.replaceChildren();
+    if (s.user) {
+      this.user.append(el('span', {class: 'who'}, fill(texts.head.user, {user: s.user, role: texts.roles[s.role] ?? s.role})),
+        el('button', {class: 'plain', click: async () => { await post('/api/logout', {}); await live.renewSession(); }}, texts.head.logout));
+    } else if (s.login) {
+      this.user.append(el('a', {class: 'button plain', href: '#/login'}, texts.head.login));
+    } else {
+      this.user.append(el('span', {class: 'who'}, texts.head.readOnly));
+    }
+  }
+
+  #box() {
+    const parts = [];
+    if (live.describe.loops.some((loop) => loop.simulated)) parts.push(texts.simulated);
+    if ((live.describe.accelerate ?? 1) !== 1) parts.push(fill(texts.accelerated, {factor: live.describe.accelerate}));
+    this.note.hidden = !parts.length;
+    setText(this.note, parts.join(', '));
+  }
+
+  #tick() {
+    const now = Date.now();
+    setText(this.clock, clock.time(now));
+    setText(this.zoneName, clock.zone);
+    setText(this.zoneOffset, clock.offsetText(now));
+    this.zone.title = fill(texts.head.zone, {zone: clock.zone, offset: clock.offsetText(now)});
+    if (live.stale) setText(this.bannerAge, fill(texts.stale.for, {long: duration(Math.max(0, Math.round((now - live.stale.since_ms) / 1000)))}));
+  }
+
+  #stale() {
+    const {stale} = live;
+    document.body.classList.toggle('stale', Boolean(stale));
+    setText(this.link.lastChild, stale ? texts.head.old : texts.head.live);
+    this.banner.hidden = !stale;
+    if (!stale) {
+      this.banner.replaceChildren();
+      this.say(texts.stale.back);
+      return;
+    }
+    const words = stale.words ? ` ${fill(texts.stale.words, {words: stale.words})}` : '';
+    setText(this.bannerText, fill(texts.stale[stale.why], {time: clock.dateTime(stale.since_ms)}) + words);
+    this.banner.replaceChildren(icon('bad'), this.bannerText, this.bannerAge);
+    this.#tick();
+  }
+
+  #alarms() {
+    const alarms = live.alarms.filter((alarm) => shown(alarm.state));
+    const wait = alarms.filter((alarm) => waits(alarm.state)), active = alarms.filter((alarm) => alarm.active && alarm.state !== 'shelved');
+    const parts = [wait.length ? fill(texts.head.alarmsWait, {n: wait.length}) : null, active.length ? fill(texts.head.alarmsActive, {n: active.length}) : null];
+    this.summary.replaceChildren(icon(wait.length ? 'high' : active.length ? 'low' : 'ok'),
+      el('span', {}, parts.filter(Boolean).join(', ') || texts.head.alarmsNone));
+    this.summary.classList.toggle('waits', wait.length > 0);
+    this.summary.classList.toggle('active', active.length > 0);
+    this.badge.hidden = !wait.length;
+    setText(this.badge, String(wait.length));
+    this.title(this.#title);
+    const keys = new Map(wait.map((alarm) => [`${alarm.loop}\n${alarm.alarm}\n${alarm.raised_ms}`, alarm]));
+    const fresh = this.#known ? [...keys].filter(([key]) => !this.#known.has(key)).map(([, alarm]) => alarm) : [];
+    this.#known = new Set(keys.keys());
+    if (fresh.length === 1) this.say(fill(texts.announce.alarm, {loop: fresh[0].loop, alarm: texts.alarms[fresh[0].alarm] ?? fresh[0].alarm}));
+    else if (fresh.length) this.say(fill(texts.announce.alarms, {n: fresh.length}));
+  }
+}

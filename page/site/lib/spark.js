@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ten minutes of PV in a strip, the set point as a dashed line, and beside it where PV stands in its range.
+import {scaleOf} from './history.js';
+
+let colours = {};
+const NAMES = ['ink', 'soft', 'line', 'measured', 'sp', 'high', 'low', 'track'];
+
+// After a change of theme.
+export function readColours() {
+  const style = getComputedStyle(document.documentElement);
+  colours = Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+  return colours;
+}
+
+function fitted(canvas) {
+  const dots = Math.min(devicePixelRatio || 1, 2), width = canvas.room ?? 200, height = canvas.tall ?? 34;
+  if (canvas.width !== Math.round(width * dots) || canvas.height !== Math.round(height * dots)) {
+    canvas.width = Math.round(width * dots);
+    canvas.height = Math.round(height * dots);
+  }
+  const ctx = canvas.getContext('2d');
+  ctx.setTransform(dots, 0, 0, dots, 0, 0);
+  ctx.clearRect(0, 0, width, height);
+  return [ctx, width, height];
+}
+
+function gauge(ctx, x, height, pv, sp, range) {
+  const top = 2, tall = height - 4, at = (v) => top + tall * (1 - Math.min(Math.max((v - range[0]) / (range[1] - range[0]), 0), 1));
+  ctx.fillStyle = colours.track;
+  ctx.fillRect(x, top, 7, tall);
+  if (typeof pv === 'number') {
+    ctx.fillStyle = colours.soft;
+    ctx.fillRect(x, at(pv), 7, top + tall - at(pv));
+  }
+  if (typeof sp === 'number') {
+    const y = at(sp);
+    ctx.fillStyle = colours.ink;
+    ctx.beginPath();
+    ctx.moveTo(x - 1, y);
+    ctx.lineTo(x - 6, y - 3.5);
+    ctx.lineTo(x - 6, y + 3.5);
+    ctx.fill();
+    ctx.fillRect(x - 1, y - 0.75, 9, 1.5);
+  }
+}
+
+// Each step is a column from its lowest to its highest, joined to the next.
+function strip(ctx, pairs, width, at) {
+  const steps = pairs.length / 2, step = width / steps;
+  ctx.beginPath();
+  let pen = false;
+  for (let k = 0; k < steps; ++k) {
+    const low = pairs[2 * k], high = pairs[2 * k + 1];
+    if (low === null || low === undefined) { pen = false; continue; }
+    const x = (k + 0.5) * step;
+    if (pen) ctx.lineTo(x, at(low)); else ctx.moveTo(x, at(low));
+    ctx.lineTo(x, at(high) - 0.01);
+    pen = true;
+  }
+  ctx.strokeStyle = colours.measured;
+  ctx.lineWidth = 1.2;
+  ctx.lineJoin = 'round';
+  ctx.stroke();
+}
+
+export function draw(canvas, spark, pv, sp, range) {
+  const [ctx, width, height] = fitted(canvas), room = width - 18;
+  let low = Infinity, high = -Infinity;
+  for (const v of spark.pairs) {
+    if (v === null) continue;
+    if (v < low) low = v;
+    if (v > high) high = v;
+  }
+  if (typeof sp === 'number') { low = Math.min(low, sp); high = Math.max(high, sp); }
+  const scale = scaleOf(low <= high ? [low, high] : null, range, 0.1);
+  const at = (v) => 2 + (height - 4) * (1 - (v - scale[0]) / (scale[1] - scale[0]));
+  if (typeof sp === 'number') {
+    ctx.strokeStyle = colours.sp;
+    ctx.lineWidth = 1;
+    ctx.setLineDash([4, 3]);
+    ctx.beginPath();
+    ctx.moveTo(0, at(sp));
+    ctx.lineTo(room, at(sp));
+    ctx.stroke();
+    ctx.setLineDash([]);
+  }
+  strip(ctx, spark.pairs, room, at);
+  gauge(ctx, width - 8, height, pv, sp, range);
+}

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// An operator's hand on a loop or an alarm. Nothing acts on the process before tag, old and new value were read once more.
+import {actions, ask, field} from '../lib/dialog.js';
+import {decimalsFor, fixed} from '../lib/format.js';
+import {el, facts, unit} from '../lib/dom.js';
+import {get, loopPath, post} from '../lib/api.js';
+import {live} from '../lib/live.js';
+import {MODES} from '../lib/codes.js';
+import {fill, texts} from '../texts.js';
+
+const t = texts.acting;
+const ta = texts.alarm;
+
+export const operator = () => ['operator', 'engineer'].includes(live.session.role) && Boolean(live.session.user);
+
+// What can be ordered: key, name, unit, limits, value in force. The stream rounds values; this asks for all their digits,
+// since nothing is changed where another value is in force than the operator saw.
+async function quantityOf(loop, what) {
+  const o = live.overview, i = live.places.get(loop.tag);
+  if (what === 'mode') return {what, name: t.mode, now: MODES[o.requested_mode[i]] ?? null};
+  const setPoint = what === 'set_point', now = await get(loopPath(loop.tag));
+  const range = setPoint ? loop.pv_range : loop.co_range;
+  return {what, name: setPoint ? t.setPoint : t.output, unit: setPoint ? loop.pv_unit : loop.co_unit, limits: setPoint ? loop.sp_limits : loop.output_limits,
+    decimals: decimalsFor(range), now: (setPoint ? now.set_point_wanted ?? now.sp : now.co) ?? null};
+}
+
+const shownValue = (q, value) => {
+  if (q.what === 'mode') return texts.modes[value] ?? texts.notKnown;
+  // What was typed is shown as it was typed, though it has more digits than the display.
+  const typed = String(Number(value?.toPrecision(7))).split('.')[1]?.length ?? 0;
+  return `${fixed(value, Math.min(6, Math.max(q.decimals, typed)))}${q.unit ? ` ${q.unit}` : ''}`;
+};
+
+function entry(q) {
+  if (q.what === 'mode') {
+    const choice = (mode) => el('label', {class: 'choice'}, el('input', {type: 'radio', name: 'value', value: mode, required: true,
+      checked: mode === q.now}), `${texts.modes[mode]} (${texts.modesLong[mode]})`);
+    return el('fieldset', {}, el('legend', {}, t.new), choice('automatic'), choice('manual'), el('small', {}, t.modeHint));
+  }
+  const [low, high] = q.limits;
+  const input = el('input', {name: 'value', type: 'text', inputmode: 'decimal', autocomplete: 'off', required: true, value: q.now === null ? '' : fixed(q.now, q.decimals)});
+  setTimeout(() => input.select());
+  return el('div', {class: 'entry'}, field(t.new, input, fill(t.range, {low, high, unit: q.unit ?? ''})), unit(q.unit));
+}
+
+function read(q, text) {
+  if (q.what === 'mode') return text;
+  const value = Number(String(text).trim().replace(',', '.'));
+  const [low, high] = q.limits;
+  if (text.trim() === '' || !Number.isFinite(value) || value < low || value > high) throw new Error(fill(t.invalid, {low, high}));
+  return value;
+}
+
+export async function order(loop, what) {
+  let q;
+  try {
+    q = await quantityOf(loop, what);
+  } catch (error) {
+    toast(fill(t.refused, {why: error.message}));
+    return;
+  }
+  ask({
+    title: fill(t.title, {what: q.name, tag: loop.tag}), label: texts.goOn,
+    body: [el('p', {}, `${t.now}: `, el('strong', {class: 'value'}, shownValue(q, q.now))), entry(q)],
+    accept: async (data) => {
+      const value = read(q, String(data.get('value')));
+      if (value === q.now) throw new Error(t.same);
+      setTimeout(() => confirm(loop, q, value));
+    },
+  });
+}
+
+function confirm(loop, q, value) {
+  ask({
+    title: t.confirmTitle, grave: true, label: fill(t.apply, {tag: loop.tag, value: shownValue(q, value)}),
+    body: [el('p', {}, t.confirm), facts([[t.tag, loop.tag], [t.what, q.name], [t.old, shownValue(q, q.now)], [t.new, el('strong', {}, shownValue(q, value))]])],
+    accept: async () => {
+      let answer;
+      try {
+        answer = await post(loopPath(loop.tag, 'order'), {set: {[q.what]: value}, confirm: {tag: loop.tag, old: q.now, new: value}});
+      } catch (error) {
+        if (error.status !== 409 || error.body.now === undefined) throw error;
+        const now = fill(t.conflict, {value: q.what === 'mode' ? texts.modes[error.body.now] ?? error.body.now : shownValue(q, error.body.now)});
+        throw new Error(now);
+      }
+      if (answer.state === 'refused') throw new Error(fill(t.refused, {why: answer.why}));
+      toast(answer.state === 'done' ? fill(t.done, {tag: loop.tag, what: q.name, value: shownValue(q, value)}) : t.waiting);
+    },
+  });
+}
+
+const MINUTES = [15, 30, 60, 120, 240, 480];
+
+// Acknowledge, reset, shelve, unshelve.
+export function act(loop, alarm, action) {
+  const names = {loop, alarm: texts.alarms[alarm] ?? alarm}, shelve = action === 'shelve';
+  const minutes = el('select', {name: 'minutes'}, MINUTES.filter((m) => m <= (live.describe.alarms?.shelve_limit_min ?? 480)).map((m) => el('option', {value: m, selected: m === 60},
+    m < 60 ? fill(ta.minutesUnit, {n: m}) : fill(ta.hoursUnit, {n: m / 60}))));
+  const reason = el('input', {name: 'reason', maxlength: 200, required: shelve, autocomplete: 'off'});
+  ask({
+    title: fill(ta.dialog[action], names), label: ta[action].replace(' …', ''),
+    body: [shelve ? field(ta.minutes, minutes) : null, field(shelve ? ta.reason : ta.reasonOptional, reason)],
+    accept: async (data) => {
+      const body = {action, reason: String(data.get('reason') ?? '')};
+      if (shelve) body.minutes = Number(data.get('minutes'));
+      const answer = await post(loopPath(loop, 'alarms', alarm), body);
+      const state = answer.alarm?.state;
+      toast(answer.on_disk === false ? ta.notOnDisk : fill(ta.done, {...names, state: texts.alarmStates[state] ?? ''}));
+      live.dispatchEvent(new Event('acted'));
+    },
+  });
+}
+
+// A word on what was done, seen and heard, that goes by itself.
+function toast(text) {
+  document.querySelector('.toast')?.remove();
+  const node = el('div', {class: 'toast'}, text);
+  document.body.append(node);
+  actions.say(text);
+  setTimeout(() => node.remove(), 6000);
+}

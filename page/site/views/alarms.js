@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// The list of alarms, and of the one that is chosen what it means, what to do, why it came, and the operator's hands.
+import {ALARM_KINDS, actionsOf, priority, shown, waits} from '../lib/codes.js';
+import {Trend, loadPlotter} from '../lib/trend.js';
+import {arrangedAlarms} from '../lib/order.js';
+import {el, facts, icon, scroller, setAttribute, table} from '../lib/dom.js';
+import {count, duration, percent} from '../lib/format.js';
+import {get, loopPath} from '../lib/api.js';
+import {live} from '../lib/live.js';
+import {meter} from '../lib/charts.js';
+import {wall} from '../lib/shell.js';
+import {act, operator} from './acting.js';
+import {changeOf} from './journal.js';
+import {explanationPart} from './loop_parts.js';
+import {signOf} from './overview.js';
+import {fill, texts} from '../texts.js';
+
+const t = texts.alarm;
+const HISTORY = [{head: texts.journal.time, row: true, class: 'time'}, {head: texts.journal.change}, {head: texts.journal.who}, {head: texts.journal.reason, class: 'words'}];
+const nameOf = (kind) => texts.alarms[kind] ?? kind;
+const hrefOf = (alarm) => `#/alarms/${encodeURIComponent(alarm.loop)}/${encodeURIComponent(alarm.alarm)}`;
+const severe = () => live.describe?.alarms?.severe_percent ?? 5;
+const sizeOf = (alarm) => (typeof alarm.severity_percent === 'number' ? percent(alarm.severity_percent, 1) : '–');
+
+function stateCell(alarm) {
+  const grave = priority(alarm, severe());
+  const look = waits(alarm.state) ? `${grave} waits` : alarm.state === 'acknowledged' ? `${grave} seen` : 'soft';
+  return el('span', {class: `state ${look}`}, el('span', {class: 'sign'}, icon(signOf(alarm.state, grave))), el('span', {}, texts.alarmStates[alarm.state]));
+}
+
+function listOf(chosen) {
+  const alarms = arrangedAlarms(live.alarms.filter((alarm) => shown(alarm.state)));
+  if (!alarms.length) return el('p', {class: 'nothing'}, t.nothing);
+  const columns = [{head: t.state}, {head: t.alarm, row: true}, {head: t.loop}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
+  const node = table(t.caption, columns, alarms.map((alarm) => [[stateCell(alarm), el('small', {}, texts.priority[priority(alarm, severe())])],
+    el('span', {}, el('a', {href: hrefOf(alarm), class: 'choose'}, nameOf(alarm.alarm)), alarm.first_out ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null),
+    el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, alarm.loop), sizeOf(alarm), wall().dateTime(alarm.raised_ms)]), {captionHidden: true, class: 'lines alarms'});
+  node.querySelectorAll('tbody tr').forEach((row, i) => {
+    const is = alarms[i].loop === chosen?.loop && alarms[i].alarm === chosen?.alarm;
+    row.classList.toggle('chosen', is);
+    setAttribute(row.querySelector('a.choose'), 'aria-current', is ? 'true' : null);
+  });
+  return scroller(t.title, node);
+}
+
+function hands(alarm) {
+  const actions = actionsOf(alarm.state);
+  if (!live.session.can?.alarms) return el('p', {class: 'soft small'}, live.session.login && !operator() ? t.needsOperator : t.noActing);
+  return el('div', {class: 'hands'}, actions.map((action, i) => el('button', {type: 'button', class: i === 0 && waits(alarm.state) ? 'main' : null,
+    click: () => act(alarm.loop, alarm.alarm, action)}, t[action])));
+}
+
+async function evidencePart(id, loop, scope) {
+  const [evidence, uPlot] = await Promise.all([get(`/api/evidence/${encodeURIComponent(id)}`, scope.signal), loadPlotter()]);
+  if (scope.over) return el('div', {});
+  const times = evidence.t_s, step = times.length > 1 ? times[1] - times[0] : 0, about = evidence.evidence, v = texts.values;
+  const box = el('div', {class: 'panes'}), ranges = about.window ?? {}, stem = evidence.stem?.some((x) => x !== null);
+  const node = el('div', {class: 'evidence'}, el('h3', {}, t.evidence), el('p', {class: 'soft'}, fill(t.evidenceFor, {n: times.length, step: duration(step)})), box);
+  const verdict = about.verdict ?? {}, chances = Object.entries(verdict.probability ?? {});
+  if (chances.length) {
+    node.append(el('h4', {}, t.chance), el('ul', {class: 'chances'}, chances.sort((a, b) => b[1] - a[1]).map(([name, p]) =>
+      el('li', {}, el('span', {}, nameOf(name)), meter(p), el('span', {class: 'value'}, percent(100 * p))))));
+  }
+  const command = el('code', {tabindex: 0}, evidence.replay), copied = el('span', {class: 'soft', role: 'status'});
+  node.append(el('h4', {}, t.replay), el('p', {class: 'command'}, command, navigator.clipboard ? el('button', {type: 'button', click: async () => {
+    await navigator.clipboard.writeText(evidence.replay);
+    copied.textContent = texts.copied;
+  }}, texts.copy) : null, copied));
+  // Drawn when it stands in the page and has a width.
+  const draw = () => {
+    const trend = new Trend(uPlot, box, {x: {unit: 's'}, least: 10 * step, panes: [
+      {label: t.evidenceUpper, unit: loop?.pv_unit, range: ranges.pv_range, high: 190, curves: [{key: 'sp', name: v.sp, ink: 'sp', dash: [6, 4]}, {key: 'pv', name: v.pv, ink: 'measured'}]},
+      {label: t.evidenceLower, unit: loop?.co_unit, range: ranges.co_range, high: 150, curves: [{key: 'co', name: v.co, ink: 'co'}, ...(stem ? [{key: 'stem', name: v.stem, ink: 'stem', dash: [3, 3]}] : [])]}]});
+    trend.show({...evidence, t: times}, [times[0], times.at(-1)]);
+    scope.on(live, 'theme', () => trend.redraw());
+    scope.atEnd(() => trend.end());
+  };
+  return {node, draw};
+}
+
+class Detail {
+  constructor(chosen, scope) {
+    Object.assign(this, {chosen, scope});
+    this.head = el('h2', {tabindex: -1}, `${nameOf(chosen.alarm)} – ${chosen.loop}`);
+    this.about = el('div', {});
+    this.guide = el('div', {});
+    this.why = el('div', {});
+    this.evidence = el('div', {});
+    this.history = el('div', {});
+    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.evidence, this.history);
+  }
+
+  async load() {
+    const {loop, alarm} = this.chosen;
+    try {
+      const [e, reports] = await Promise.all([get(loopPath(loop, 'alarms', alarm), this.scope.signal), get('/api/reports', this.scope.signal).catch(() => [])]);
+      if (this.scope.over) return;
+      this.#fill(e, reports);
+    } catch (error) {
+      if (error.name !== 'AbortError') this.about.replaceChildren(el('p', {class: 'trouble', role: 'alert'}, fill(texts.failed, {why: error.message})));
+    }
+  }
+
+  #fill(e, reports) {
+    const {alarm} = e, loop = live.describe?.loops[live.places.get(alarm.loop)];
+    this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm), hands(alarm)), facts([
+      [t.size, `${sizeOf(alarm)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`],
+      [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)],
+      alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
+    alarm.consequence ? el('p', {}, t.consequenceOf) : '', el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, t.open)));
+    this.guide.replaceChildren(el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
+      .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key])))));
+    const id = e.evidence?.id ?? null, report = id && reports.find((one) => one.evidence === id);
+    this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
+    const lines = e.history ?? [];
+    this.history.replaceChildren(...(lines.length ? [el('h3', {}, t.history), scroller(t.history, table(t.historyCaption, HISTORY, lines.map((line) => [wall().dateTime(line.utc_ms),
+      line.what || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines history'}))] : []));
+    this.#evidence(id, loop);
+  }
+
+  async #evidence(id, loop) {
+    if (this.id === id && this.evidence.firstChild) return;
+    this.id = id;
+    if (!id) { this.evidence.replaceChildren(el('h3', {}, t.evidence), el('p', {class: 'soft'}, t.noEvidence)); return; }
+    try {
+      const part = await evidencePart(id, loop, this.scope);
+      if (this.scope.over || this.id !== id) return;
+      this.evidence.replaceChildren(part.node);
+      part.draw();
+    } catch (error) {
+      if (error.name !== 'AbortError') this.evidence.replaceChildren(el('h3', {}, t.evidence), el('p', {class: 'trouble'}, fill(texts.failed, {why: error.message})));
+    }
+  }
+}
+
+export function show(main, {parts}, scope) {
+  const list = el('section', {class: 'panel list'}), side = el('div', {class: 'side'});
+  let chosen = null, detail = null, inner = null, key = '';
+  const showList = () => {
+    const fresh = JSON.stringify([live.alarms, chosen, live.describe?.alarms]);
+    if (fresh === key) return;
+    key = fresh;
+    const held = document.activeElement?.getAttribute?.('href'), inside = list.contains(document.activeElement);
+    list.replaceChildren(listOf(chosen));
+    if (inside && held) list.querySelector(`a[href="${CSS.escape(held)}"]`)?.focus({preventScroll: true});
+  };
+  const choose = ([loop, alarm]) => {
+    inner?.end();
+    inner = null;
+    chosen = loop && ALARM_KINDS.includes(alarm) ? {loop, alarm} : null;
+    main.classList.toggle('chosen', Boolean(chosen));
+    showList();
+    if (!chosen) { side.replaceChildren(el('section', {class: 'panel detail'}, el('p', {class: 'nothing'}, t.pick))); return; }
+    inner = new (scope.constructor)();
+    detail = new Detail(chosen, inner);
+    side.replaceChildren(detail.node);
+    detail.load();
+  };
+  main.append(el('h1', {tabindex: -1}, t.title), el('div', {class: 'alarm-view'}, list, side));
+  choose(parts);
+  scope.atEnd(() => { inner?.end(); main.classList.remove('chosen'); });
+  scope.on(live, 'alarms', () => { showList(); if (chosen) detail.load(); });
+  scope.on(live, 'acted', () => { if (chosen) detail.load(); });
+  scope.on(live, 'describe', showList);
+  scope.follow = (wanted) => {
+    choose(wanted.parts);
+    (chosen ? detail.head : main.querySelector('h1')).focus({preventScroll: !matchMedia('(max-width: 1100px)').matches});
+    return true;
+  };
+}

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+// One loop: faceplate, trend, and what is known of its valve.
+import {ALARM_STATES, FAULTS, FLAGS, MODES, NE107, priority, quality, shown} from '../lib/codes.js';
+import {Trend, loadPlotter, zoomButton} from '../lib/trend.js';
+import {bandsOf, lanes} from '../lib/bands.js';
+import {bar, drawPhase} from '../lib/charts.js';
+import {byTag} from '../lib/order.js';
+import {decimalsFor, duration, fixed, quantity} from '../lib/format.js';
+import {el, icon, scroller, setAttribute, setText, table, unseen} from '../lib/dom.js';
+import {extent, kept, merged, trimmed} from '../lib/history.js';
+import {field} from '../lib/dialog.js';
+import {get, loopPath, query} from '../lib/api.js';
+import {live} from '../lib/live.js';
+import {wall} from '../lib/shell.js';
+import {conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
+import {operator, order} from './acting.js';
+import {signOf} from './overview.js';
+import {fill, texts} from '../texts.js';
+
+const t = texts.loop;
+const tt = texts.trend;
+const SPANS_S = [60, 600, 3600, 28800, 86400, 604800, 0];
+
+const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), what);
+
+class Faceplate {
+  constructor(loop) {
+    this.loop = loop;
+    const v = texts.values;
+    this.pv = bar({name: v.pv, range: loop.pv_range, unit: loop.pv_unit});
+    this.sp = bar({name: v.sp, range: loop.pv_range, unit: loop.pv_unit, limits: loop.sp_limits});
+    this.co = bar({name: v.co, range: loop.co_range, unit: loop.co_unit, limits: loop.output_limits});
+    this.mode = el('span', {class: 'mode big'});
+    this.asked = el('span', {class: 'soft'});
+    this.notes = el('ul', {class: 'notes'});
+    this.stem = el('span', {class: 'value'});
+    this.node = el('section', {class: 'panel faceplate', 'aria-label': t.faceplate}, el('h2', {class: 'unseen'}, t.faceplate),
+      el('div', {class: 'mode-line'}, el('span', {class: 'soft'}, t.mode), this.mode, this.asked),
+      el('div', {class: 'bars'}, this.pv.node, this.sp.node, this.co.node),
+      loop.stem ? el('p', {class: 'stem-line'}, `${v.stem} `, this.stem) : null, this.notes, this.#hands());
+  }
+
+  #hands() {
+    const {session} = live;
+    if (!session.can?.control) {
+      return el('p', {class: 'soft small'}, session.login && !operator() && live.describe.page?.control ? t.needsOperator : t.noControl);
+    }
+    const hand = (what, text) => el('button', {type: 'button', click: () => order(this.loop, what)}, text);
+    return el('div', {class: 'hands', role: 'group', 'aria-label': t.operate}, hand('mode', `${t.mode} …`), hand('set_point', `${t.setPoint} …`),
+      this.outputHand = hand('output', `${t.output} …`), this.outputWhy = el('small', {class: 'soft'}, texts.acting.outputAuto));
+  }
+
+  update(o, i) {
+    const mode = MODES[o.mode[i]], asked = MODES[o.requested_mode?.[i]];
+    this.pv.set(o.pv[i], o.sp[i]);
+    this.sp.set(o.sp[i]);
+    this.co.set(o.co[i], o.stem[i]);
+    setText(this.mode, mode ? texts.modes[mode] : texts.notKnown);
+    setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode big odd' : 'mode big');
+    setText(this.asked, asked && asked !== mode ? fill(t.requested, {mode: texts.modes[asked]}) : '');
+    setText(this.stem, quantity(o.stem[i], this.loop.co_range, this.loop.co_unit));
+    if (this.outputHand) {
+      this.outputHand.disabled = mode === 'automatic';
+      this.outputWhy.hidden = !this.outputHand.disabled;
+    }
+    const words = [], fault = FAULTS[o.fault[i]];
+    if (fault && fault !== 'none') words.push([texts.faults[fault], fault === 'starting' || fault === 'stop' ? null : 'bad']);
+    if (o.quality[i] !== null && quality(o.quality[i]) !== 'good') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
+    if (live.stands(i)) words.push([texts.stale.loop, 'bad']);
+    for (const [name, bit] of Object.entries(FLAGS)) if (o.flags[i] & bit && texts.flags[name]) words.push([texts.flags[name], null]);
+    const key = JSON.stringify(words);
+    if (key === this.said) return;
+    this.said = key;
+    this.notes.replaceChildren(...words.map(([text, sign]) => el('li', {class: sign ? 'odd' : null}, sign ? icon(sign) : null, text)));
+  }
+}
+
+class LoopTrend {
+  constructor(loop, scope, uPlot, options) {
+    Object.assign(this, {loop, scope, history: null, asked: 0, lines: [], before: [], follow: true, span_s: 600});
+    const from = Number(options.from), to = Number(options.to);
+    if (from > 0 && to > from) this.fixedSpan = [from, to];
+    this.box = el('div', {class: 'panes'});
+    this.note = el('p', {class: 'soft small'});
+    this.csv = el('a', {class: 'button', download: `${loop.tag}.csv`}, tt.csv);
+    this.numbers = el('div', {});
+    this.spans = SPANS_S.map((s) => el('button', {type: 'button', class: 'chip-button', 'aria-pressed': 'false', click: () => this.pick(s)}, tt.spans[s]));
+    this.followButton = el('button', {type: 'button', class: 'chip-button', 'aria-pressed': 'true', click: () => this.pick(this.span_s, true)}, tt.now);
+    this.node = el('section', {class: 'panel trend'}, el('h2', {class: 'unseen'}, t.trend), this.#tools(), this.box,
+      el('p', {class: 'unseen', id: 'trend-keys'}, tt.keys), el('div', {class: 'under'}, this.note, el('span', {class: 'stretch'}), this.#jump(), this.csv), this.numbers);
+    this.canvas = el('canvas', {role: 'img', 'aria-label': texts.phase.label});
+    this.phase = panel(t.phase, el('div', {class: 'phase'}, this.canvas));
+    this.trend = new Trend(uPlot, this.box, {panes: this.#panes(), x: {clock: wall()}, keys: 'trend-keys', least: 2000 * loop.sample_time_s / (live.describe.accelerate || 1),
+      limits: () => (this.history ? [this.history.oldest_ms, Math.max(this.newest(), this.history.newest_ms)] : null), onSpan: (span) => this.want(span)});
+    scope.atEnd(() => { this.trend.end(); clearTimeout(this.timer); });
+    scope.on(live, 'theme', () => { this.trend.redraw(); this.#draw(); });
+    const sizes = new ResizeObserver(() => this.history && this.#phase());
+    sizes.observe(this.phase);
+    scope.atEnd(() => sizes.disconnect());
+  }
+
+  #panes() {
+    const {loop} = this, v = texts.values;
+    return [
+      {label: tt.upper, unit: loop.pv_unit, range: loop.pv_range, high: 270, curves: [{key: 'sp', name: v.sp, ink: 'sp', dash: [6, 4], width: 1.5}, {key: 'pv', name: v.pv, ink: 'measured', width: 1.7}]},
+      {label: tt.lower, unit: loop.co_unit, range: loop.co_range, high: 190, curves: [{key: 'co', name: v.co, ink: 'co', width: 1.7},
+        ...(loop.stem ? [{key: 'stem', name: v.stem, ink: 'stem', dash: [3, 3], width: 1.7}] : [])]}];
+  }
+
+  #tools() {
+    return el('div', {class: 'tools'}, el('div', {class: 'chips', role: 'group', 'aria-label': tt.span}, this.spans), el('span', {class: 'stretch'}),
+      el('div', {class: 'chips', role: 'group', 'aria-label': t.trend}, zoomButton('back', tt.earlier, () => this.trend.move(-0.5)),
+        zoomButton('on', tt.later, () => this.trend.move(0.5)), zoomButton('closer', tt.closer, () => this.trend.zoom(0.5)),
+        zoomButton('wider', tt.wider, () => this.trend.zoom(2)), this.followButton));
+  }
+
+  #jump() {
+    const from = el('input', {type: 'datetime-local', step: 1, required: true}), to = el('input', {type: 'datetime-local', step: 1, required: true});
+    const form = el('form', {class: 'filters', submit: (event) => {
+      event.preventDefault();
+      const span = [wall().fromInput(from.value), wall().fromInput(to.value)];
+      if (span[1] > span[0]) this.want(span);
+    }}, field(`${tt.from} (${wall().zone})`, from), field(tt.to, to), el('button', {type: 'submit'}, tt.go));
+    const details = el('details', {class: 'jump'}, el('summary', {}, tt.jump), form);
+    details.addEventListener('toggle', () => { [from.value, to.value] = this.span().map((ms) => wall().toInput(ms)); });
+    return details;
+  }
+
+  // The newest time that the box told, carried on by this computer's clock between its words.
+  newest() {
+    const told = this.history?.newest_ms ?? live.overview?.now_ms ?? Date.now();
+    return live.stale || !live.overview ? told : Math.max(told, live.overview.now_ms);
+  }
+
+  span() {
+    if (this.fixedSpan) return this.fixedSpan;
+    const to = this.newest();
+    return [this.span_s ? to - 1000 * this.span_s : Math.min(this.history?.oldest_ms ?? to - 600_000, to - 60_000), to];
+  }
+
+  pick(seconds, keep = false) {
+    if (!keep) this.before.push(this.fixedSpan);
+    this.span_s = seconds;
+    this.fixedSpan = null;
+    this.load();
+  }
+
+  // null: the span before; 'all': all there is.
+  want(span) {
+    if (span === 'all') { this.pick(0); return; }
+    if (span === null) this.fixedSpan = this.before.pop() ?? null;
+    else { this.before.push(this.fixedSpan); this.fixedSpan = span; }
+    if (this.before.length > 20) this.before.shift();
+    this.#draw();
+    clearTimeout(this.soon);
+    this.soon = setTimeout(() => this.load(), 120);
+  }
+
+  points() { return Math.round(Math.min(4000, Math.max(400, 2 * this.box.clientWidth))); }
+
+  async load() {
+    clearTimeout(this.timer);
+    const mine = ++this.asked, span = this.span().map(Math.round);
+    try {
+      const history = await get(loopPath(this.loop.tag, 'history') + query({from_ms: span[0], to_ms: span[1], points: this.points()}), this.scope.signal);
+      const lines = await get(`/api/journal${query({loop: this.loop.tag, kind: 'alarm', most: 200})}`, this.scope.signal).catch(() => ({lines: this.lines}));
+      if (mine !== this.asked) return;
+      this.history = history;
+      this.lines = lines.lines;
+      this.loaded = performance.now();
+      this.#draw();
+      this.#numbers();
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      setText(this.note, fill(texts.failed, {why: error.message}));
+    }
+    this.#next();
+  }
+
+  // While it follows, what is new: rows where every sample is shown, else all of it when a bucket is full.
+  #next() {
+    clearTimeout(this.timer);
+    if (this.scope.over || this.fixedSpan) return;
+    const fine = this.history && this.history.bucket_s === null;
+    const pause = fine ? 1000 : Math.min(30_000, Math.max(3000, 1000 * (this.history?.bucket_s ?? 3)));
+    this.timer = setTimeout(() => {
+      if (live.stale || document.hidden) { this.#next(); return; }
+      if (fine) this.#tail(); else this.load();
+    }, pause);
+  }
+
+  async #tail() {
+    const mine = this.asked, from = this.history.t.at(-1) ?? this.span()[0];
+    try {
+      const tail = await get(loopPath(this.loop.tag, 'history') + query({from_ms: Math.round(from), to_ms: Math.round(this.newest() + 60_000), points: 4000}), this.scope.signal);
+      if (mine !== this.asked) return;
+      if (tail.bucket_s !== null || this.history.t.length > 12_000) { await this.load(); return; }
+      this.history = trimmed(merged(this.history, tail), this.span()[0]);
+      this.#draw();
+      if (performance.now() - this.loaded > 15_000) { await this.load(); return; }
+    } catch (error) {
+      if (error.name === 'AbortError') return; // else the stream's banner says that nothing comes
+    }
+    this.#next();
+  }
+
+  bands() {
+    const severe = live.describe.alarms?.severe_percent ?? 5, standing = live.alarms.filter((alarm) => alarm.loop === this.loop.tag);
+    const bands = bandsOf(this.lines, standing).map((band) => ({...band, label: texts.alarms[band.alarm] ?? band.alarm,
+      priority: priority(standing.find((alarm) => alarm.alarm === band.alarm) ?? band, severe)}));
+    lanes(bands);
+    return bands;
+  }
+
+  #draw() {
+    if (!this.history) return;
+    const span = this.span(), {bucket_s} = this.history;
+    this.trend.show(this.history, span, this.bands());
+    const empty = !this.history.t.some((at) => at >= span[0] && at <= span[1]);
+    setText(this.note, [empty ? tt.empty : bucket_s === null ? tt.every : fill(tt.bucket, {step: duration(bucket_s)}),
+      fill(tt.reaches, {time: wall().dateTime(this.history.oldest_ms)})].join('. ').replace('..', '.'));
+    this.csv.href = loopPath(this.loop.tag, 'history.csv') + query({from_ms: Math.round(span[0]), to_ms: Math.round(span[1])});
+    setAttribute(this.followButton, 'aria-pressed', String(!this.fixedSpan));
+    this.spans.forEach((button, k) => setAttribute(button, 'aria-pressed', String(!this.fixedSpan && SPANS_S[k] === this.span_s)));
+    this.box.dataset.from = Math.round(span[0]);
+    this.box.dataset.to = Math.round(span[1]);
+    this.box.dataset.rows = this.history.t.length;
+    this.#phase();
+  }
+
+  #phase() {
+    const {loop} = this;
+    drawPhase(this.canvas, this.history, this.span(), {pv: loop.pv_range, co: loop.co_range},
+      [`${texts.values.co} ${loop.co_unit}`, `${texts.values.pv} ${loop.pv_unit}`]);
+  }
+
+  #numbers() {
+    const {loop} = this, v = texts.values;
+    const row = (key, name, range, u) => {
+      const found = extent(this.history, [key], ...this.span()), d = decimalsFor(range);
+      return [`${name}${u ? `, ${u}` : ''}`, fixed(this.history[key]?.findLast((x) => x !== null), d), fixed(found?.[0], d), fixed(found?.[1], d)];
+    };
+    const rows = [row('pv', v.pv, loop.pv_range, loop.pv_unit), row('sp', v.sp, loop.pv_range, loop.pv_unit), row('co', v.co, loop.co_range, loop.co_unit)];
+    if (loop.stem) rows.push(row('stem', v.stem, loop.co_range, loop.co_unit));
+    const columns = [{head: tt.quantity, row: true}, {head: tt.atNewest, class: 'number'}, {head: tt.lowest, class: 'number'}, {head: tt.highest, class: 'number'}];
+    const open = this.numbers.querySelector('details')?.open;
+    this.numbers.replaceChildren(el('details', {open}, el('summary', {}, tt.table), table(tt.table, columns, rows, {captionHidden: true, class: 'pairs'})));
+  }
+}
+
+function header(loop) {
+  const tags = live.describe.loops.map((one) => one.tag).sort(byTag), at = tags.indexOf(loop.tag);
+  const to = (tag, sign, label) => (tag === undefined ? null : el('a', {class: 'button square', href: `#/loop/${encodeURIComponent(tag)}`, 'aria-label': `${label}: ${tag}`, title: tag}, icon(sign)));
+  const ne107 = el('span', {class: 'ne107 wide'});
+  const alarms = el('ul', {class: 'loop-alarms', 'aria-label': t.alarms});
+  const node = el('div', {class: 'title'}, el('h1', {tabindex: -1}, loop.tag), el('span', {class: 'about'}, loop.description ?? ''), ne107, alarms,
+    el('span', {class: 'stretch'}), to(tags[at - 1], 'back', t.previous), to(tags[at + 1], 'on', t.next));
+  const update = (o, i) => {
+    const [letter, meaning] = texts.ne107[NE107[o.ne107[i]]] ?? ['–', texts.notKnown];
+    if (ne107.shown !== letter) {
+      ne107.shown = letter;
+      setAttribute(ne107, 'class', `ne107 wide ne-${letter}${loop.simulated ? ' sim' : ''}`);
+      ne107.replaceChildren(unseen(`${t.ne107}: `), el('b', {}, letter), ` ${meaning}`);
+    }
+    const list = live.alarms.filter((alarm) => alarm.loop === loop.tag && shown(alarm.state)), key = JSON.stringify(list);
+    if (alarms.shownKey === key) return;
+    alarms.shownKey = key;
+    alarms.replaceChildren(...list.map((alarm) => {
+      const grave = priority(alarm, live.describe.alarms?.severe_percent ?? 5);
+      return el('li', {}, el('a', {class: `alarm-chip ${alarm.state === 'shelved' ? '' : grave}`, href: `#/alarms/${encodeURIComponent(loop.tag)}/${alarm.alarm}`},
+        icon(signOf(alarm.state, grave)), `${texts.alarms[alarm.alarm] ?? alarm.alarm}, ${texts.alarmStates[alarm.state]}`));
+    }));
+  };
+  return {node, update};
+}
+
+function described(tag, scope) {
+  return new Promise((done) => {
+    const look = () => live.describe && done(live.describe.loops[live.places.get(tag)] ?? null);
+    if (live.describe) look(); else scope.on(live, 'describe', look);
+  });
+}
+
+export async function show(main, {parts: [tag = ''], options}, scope) {
+  main.append(el('p', {class: 'nothing'}, texts.loading));
+  const [uPlot, loop] = await Promise.all([loadPlotter(), described(tag, scope)]);
+  if (scope.over) return;
+  if (!loop) {
+    main.replaceChildren(el('section', {class: 'panel'}, el('h1', {tabindex: -1}, fill(t.noLoop, {tag}))));
+    return;
+  }
+  const head = header(loop), faceplate = new Faceplate(loop);
+  main.replaceChildren(head.node);
+  const trend = new LoopTrend(loop, scope, uPlot, options);
+  const places = {condition: el('div', {}), measures: el('div', {}), windows: el('div', {}), health: el('div', {}), explanation: el('div', {})};
+  main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
+    el('div', {class: 'loop-rest'}, trend.phase, panel(t.measures, places.measures), panel(t.explanation, places.explanation),
+      el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'wider'}, panel(t.windows, places.windows)), panel(t.health, places.health)));
+  const i = live.places.get(tag);
+  const update = () => {
+    if (!live.overview) return;
+    head.update(live.overview, i);
+    faceplate.update(live.overview, i);
+  };
+  scope.on(live, 'overview', update);
+  scope.on(live, 'alarms', update);
+  update();
+  await trend.load();
+  followDetails(loop, places, scope);
+}
+
+// What changes slowly, each 5 s, and only where it changed: a reader's selection and scroll stay.
+function followDetails(loop, places, scope) {
+  const put = (name, key, make) => {
+    const text = JSON.stringify(key);
+    if (places[name].key === text) return;
+    places[name].key = text;
+    const scrolled = places[name].querySelector('.scroller')?.scrollLeft ?? 0;
+    places[name].replaceChildren(make());
+    const fresh = places[name].querySelector('.scroller');
+    if (fresh) fresh.scrollLeft = scrolled;
+  };
+  scope.every(5000, async () => {
+    if (live.stale) return;
+    try {
+      const [now, windows, reports] = await Promise.all([get(loopPath(loop.tag), scope.signal), get(loopPath(loop.tag, 'windows'), scope.signal).catch(() => ({windows: []})),
+        get('/api/reports', scope.signal).catch(() => [])]);
+      put('condition', now.monitor.condition, () => conditionTable(now.monitor.condition));
+      put('measures', now.monitor, () => measureTable(now.monitor));
+      put('health', [now.io, now.recording, now.pv_age_ms], () => healthTable(now));
+      put('windows', windows.windows, () => windowTable(windows.windows));
+      const folder = now.explanation?.folder.split('/').at(-1), report = folder && reports.find((one) => one.evidence === folder);
+      put('explanation', [now.explanation, report?.id], () => (now.explanation ? explanationPart(now.explanation, report?.id ?? null)
+        : el('p', {class: 'nothing'}, loop.twin ? texts.explain.none : texts.explain.noTwin)));
+    } catch (error) {
+      if (error.name !== 'AbortError' && !places.condition.key) places.condition.replaceChildren(el('p', {class: 'trouble'}, fill(texts.failed, {why: error.message})));
+    }
+  });
+}

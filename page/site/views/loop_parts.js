@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of a loop's view that are tables and words.
+import {CONDITIONS} from '../lib/codes.js';
+import {el, facts, scroller, table} from '../lib/dom.js';
+import {NONE, bytes, count, duration, fixed, percent, significant} from '../lib/format.js';
+import {meter} from '../lib/charts.js';
+import {wall} from '../lib/shell.js';
+import {fill, texts} from '../texts.js';
+import {reportHref} from './reports.js';
+
+const known = (value) => typeof value === 'number' && Number.isFinite(value);
+
+export function conditionTable(condition) {
+  const t = texts.conditions;
+  const columns = [{head: t.index, row: true}, {head: t.value, class: 'number'}, {head: '', class: 'gauge'}, {head: t.means, class: 'words'}, {head: t.cannot, class: 'words'}];
+  return scroller(texts.loop.condition, table(t.caption, columns, CONDITIONS.map((name) => {
+    const value = condition?.[name], [title, means, cannot] = t[name];
+    return [title, known(value) ? el('span', {class: value < 50 ? 'value poor' : 'value'}, fixed(value, 0)) : texts.notKnown,
+      meter(known(value) ? value / 100 : NaN, value < 50 ? 'poor' : ''), means, cannot];
+  })));
+}
+
+export function measureTable(m) {
+  const t = texts.measures, index = significant(m.oscillation_index, 2);
+  const rows = [
+    [t.state, m.window_state], [t.windows, fill(t.suppressed, {n: count(m.windows), m: count(m.windows_suppressed)})],
+    [t.oscillation, m.oscillation_index > 1 ? fill(t.oscillates, {period: duration(m.oscillation_period_s), index}) : fill(t.steady, {index})],
+    [t.stick, known(m.stick_percent) ? fill(t.stickBy, {value: percent(m.stick_percent, 1), source: m.stick_source}) : NONE],
+    [t.variability, percent(m.variability_percent, 2)], [t.meanError, percent(m.mean_error_percent, 2)], [t.saturated, percent(m.saturated_percent, 0)],
+    [t.travel, fill(t.percentPerHour, {value: count(m.travel_percent_per_hour)})], [t.reversals, fill(t.perHour, {value: count(m.reversals_per_hour)})],
+    [t.bridged, count(m.bridged_cycles)],
+    [t.hours, [m.hours_automatic, m.hours_manual, m.hours_at_limit].map((h) => `${significant(h, 3)} h`).join(', ')],
+  ];
+  return table(t.caption, [{head: t.measure, row: true}, {head: t.value, class: 'number'}], rows, {captionHidden: true, class: 'pairs'});
+}
+
+const verdictText = (name) => texts.windows.verdicts[name] ?? name;
+
+// A class's probability, and below it what its specialist leaves unexplained.
+function classCell(window, name) {
+  if (!window.specialists.length) return '';
+  const specialist = window.specialists.find((one) => one.class === name), p = specialist?.probability;
+  return el('span', {class: known(p) && p >= 0.5 ? 'likely' : null}, known(p) ? percent(100 * p) : NONE,
+    specialist ? el('small', {}, significant(specialist.mse, 2)) : null);
+}
+
+export function windowTable(windows) {
+  const t = texts.windows;
+  if (!windows.length) return el('p', {class: 'nothing'}, t.none);
+  const classes = [...new Set(windows.flatMap((w) => w.specialists.map((one) => one.class)))];
+  const columns = [{head: t.time, row: true, class: 'time'}, {head: t.verdict}, {head: t.severity, class: 'number'},
+    ...classes.map((name) => ({head: verdictText(name), class: 'number'}))];
+  return scroller(texts.loop.windows, table(t.caption, columns, [...windows].reverse().map((w) => [
+    wall().dateTime(w.time_ms), w.verdict ? verdictText(w.verdict) : fill(t.suppressed, {why: w.suppressed}),
+    percent(w.severity_percent, 1), ...classes.map((name) => classCell(w, name))]), {class: 'windows'}));
+}
+
+export function healthTable(loop) {
+  const t = texts.health, {io, recording} = loop, yes = (v) => (v ? texts.yes : texts.no);
+  const names = ['transactions', 'timeouts', 'device_exceptions', 'invalid_replies', 'stale_replies_discarded', 'reconnects', 'writes', 'write_errors', 'old_commands_withheld'];
+  const lost = recording.dropped + (recording.queue_dropped ?? 0) + recording.rows_lost;
+  const age = (ms) => (known(ms) ? `${significant(ms, 3)} ms` : NONE);
+  const rows = [[t.connected, yes(io.connected)], [t.pvAge, age(loop.pv_age_ms)], [t.positionAge, age(loop.position_age_ms)],
+    ...names.map((name) => [t[name], count(io[name])]), [t.refused, count(loop.orders_refused)],
+    [t.rows, count(recording.rows)], [t.lost, count(lost)], [t.bytes, bytes(recording.bytes)],
+    recording.disk_errors ? [t.disk, fill(t.diskError, {n: recording.disk_errors, text: recording.last_disk_error})] : null];
+  return table(t.caption, [{head: t.what, row: true}, {head: t.value, class: 'number'}], rows.filter(Boolean), {captionHidden: true, class: 'pairs'});
+}
+
+// `report`: its id among the reports, or null.
+export function explanationPart(e, report) {
+  const t = texts.explain, size = fill(t.sizeWithin, {size: percent(e.size_percent, 1), low: fixed(e.low_percent, 1), high: percent(e.high_percent, 1)});
+  const name = (kind) => texts.alarms[kind] ?? kind;
+  return el('div', {class: 'explanation'}, el('p', {class: 'sentence'}, e.sentence),
+    facts([
+      e.remedy ? [t.remedy, el('strong', {}, e.remedy)] : null,
+      e.effect ? [t.effect, e.effect.replaceAll('_', ' ')] : null, known(e.size_percent) ? [t.size, size] : null,
+      [t.agrees, e.agrees ? texts.yes : texts.no], e.final_name ? [t.finalName, name(e.final_name)] : null,
+      known(e.confidence) ? [t.confidence, percent(100 * e.confidence)] : null, known(e.gap_closed) ? [t.closed, percent(100 * e.gap_closed)] : null,
+      known(e.since_s) ? [t.since, fill(t.before, {long: duration(e.since_s)})] : null,
+      e.alternatives?.length ? [t.alternatives, e.alternatives.map((a) => a.replaceAll('_', ' ')).join(', ')] : null]),
+    el('p', {class: 'soft'}, fill(t.of, {time: wall().dateTime(e.ended_ms), alarm: name(e.alarm)}),
+      report ? [' · ', el('a', {href: reportHref(report), target: '_blank', rel: 'noopener'}, t.report)] : null));
+}

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace loopwarden::page {
+
+// Each may do what the one before may: viewer looks; operator acknowledges, shelves and, where it is allowed, sets;
+// engineer is told apart in the journal only.
+enum class Role : std::uint8_t { none, viewer, operator_, engineer };
+
+constexpr std::array<std::string_view, 4> kRoleNames{"none", "viewer", "operator", "engineer"};
+
+constexpr std::string_view to_text(Role role) noexcept {
+  return kRoleNames[static_cast<std::size_t>(role)];
+}
+
+// Nothing for "none" and for what is no role.
+constexpr std::optional<Role> role_of(std::string_view name) noexcept {
+  for (std::size_t i = 1; i < kRoleNames.size(); ++i) {
+    if (name == kRoleNames[i]) return static_cast<Role>(i);
+  }
+  return std::nullopt;
+}
+
+}  // namespace loopwarden::page
