@@ -155,11 +155,11 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   }
 
   void on_head(const beast::error_code& error) {
-    using beast::http::error;
-    if (error == error::header_limit) return refuse({431, "the head is too large"});
-    if (error == error::body_limit) return refuse({413, "a body has at most 64 KiB"});
-    if (error == error::end_of_stream || error == error::partial_message) return close();
-    if (error && error.category() == beast::http::make_error_code(error::bad_method).category()) {
+    using Code = beast::http::error;
+    if (error == Code::header_limit) return refuse({431, "the head is too large"});
+    if (error == Code::body_limit) return refuse({413, "a body has at most 64 KiB"});
+    if (error == Code::end_of_stream || error == Code::partial_message) return close();
+    if (error && error.category() == beast::http::make_error_code(Code::bad_method).category()) {
       return refuse({400, "that is no HTTP"});
     }
     if (error) return give_up(error);

@@ -2,6 +2,7 @@
 #include "page/http/server.hpp"
 
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/v6_only.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/ssl.hpp>
 
@@ -90,12 +91,12 @@ class Server::Body {
   }
 
   void every(std::chrono::milliseconds interval, std::function<void()> work) {
-    timers_.push_back({asio::steady_timer(house_.loop), interval, std::move(work)});
+    timers_.push_back(Timer{asio::steady_timer(house_.loop), interval, std::move(work)});
     tick(timers_.back());
   }
 
   void on_signal(int number, std::function<void()> work) {
-    signals_.push_back({asio::signal_set(house_.loop, number), std::move(work)});
+    signals_.emplace_back(house_.loop, number, std::move(work));
     wait_for(signals_.back());
   }
 
@@ -118,6 +119,8 @@ class Server::Body {
     std::function<void()> work;
   };
   struct Signal {
+    Signal(asio::io_context& loop, int number, std::function<void()> then)
+        : signals(loop, number), work(std::move(then)) {}
     asio::signal_set signals;
     std::function<void()> work;
   };
