@@ -58,7 +58,7 @@ def free_port():
 class Box:
     """Daemon and page in a folder of their own; use with `with`. healthy: how many loops beside FIC-101, which sticks."""
 
-    def __init__(self, healthy=3, accelerate=25, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
+    def __init__(self, healthy=3, accelerate=10, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
                  time_zone="Africa/Johannesburg"):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="loopwarden-page-"))
         self.port = port or free_port()
@@ -86,7 +86,7 @@ class Box:
         calm = self.folder / "calm.yaml"
         calm.write_text(text[:text.index("  faults:")], encoding="utf-8")
         sick = self.folder / "sick.yaml"
-        sick.write_text(text.replace("from: 120, ramp: 180", "from: 0, ramp: 1"), encoding="utf-8")
+        sick.write_text(text.replace("from: 120, ramp: 180", "from: 0, ramp: 1").replace("j: 0.4", "j: 0.9"), encoding="utf-8")
         names = ["Feed to reactor R-1", "Cooling water E-204", "Reflux T-301", "Caustic dosing", "Condensate return", "Quench Q-7"]
         for n in range(healthy + 1):
             first = n == 0 and sticking
@@ -147,8 +147,8 @@ class Box:
                 answer += some
         return json.loads(answer)
 
-    def write_old_segment(self, tag="FIC-101", ago_s=86400, seconds=600, period_s=0.1, sequence=1):
-        """What the recorder would have left of another day: a sine with one spike, in the format of record/segment_format.hpp.
+    def write_old_segment(self, tag="FIC-101", ago_s=86400, seconds=3600, period_s=0.1, sequence=1):
+        """What the recorder would have left of another day: a sine with one spike to 8.5, in the format of record/segment_format.hpp.
         Returns when the spike was, UTC ms. Before the daemon starts."""
         folder = self.state / "segments" / tag
         folder.mkdir(parents=True, exist_ok=True)
@@ -161,7 +161,7 @@ class Box:
         rows = [head + struct.pack("<I", crc)]
         count = int(seconds / period_s)
         for k in range(count):
-            pv = 4 + math.sin(k * period_s / 20) + (3 if k == count // 2 else 0)
+            pv = 8.5 if k == count // 2 else 4 + math.sin(k * period_s / 20)
             row = struct.pack("<qQddddfffff8BfI", int(k * period_s * 1e9), k, 4.0, pv, 5.0, 5.0, 5.0, 0, 0, 0, 0, 1, 0, 192, 0, 0, 0, 1, 0, 1.0, k)
             rows.append(row + struct.pack("<I", zlib.crc32(row, crc)))
         (folder / f"{sequence:010}.lwseg").write_bytes(b"".join(rows))
