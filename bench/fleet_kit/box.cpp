@@ -22,7 +22,8 @@ constexpr std::int64_t kResendWindowMs = 60'000;
 constexpr int kMostResentAtOnce = 5;  // a tick, so that values of now are not late
 constexpr std::array kNames{"pv", "sp", "co", "stem", "variability", "travel"};
 
-Metric metric(const std::string& name, DataType type, sparkplug::Value value, std::int64_t time_ms) {
+Metric metric(const std::string& name, DataType type, sparkplug::Value value,
+              std::int64_t time_ms) {
   Metric made;
   made.name = name;
   made.type = type;
@@ -66,11 +67,13 @@ void Box::connect() {
   Payload death;
   death.metrics.push_back(metric("bdSeq", DataType::int64, std::int64_t{bd_seq}, 0));
   const sparkplug::Topic topic{settings_.group, MessageType::ndeath, settings_.edge, {}};
-  client_.connect(mqtt::Message{to_text(topic), encode(death, Types::sent), mqtt::Qos::at_least_once, false});
+  client_.connect(
+      mqtt::Message{to_text(topic), encode(death, Types::sent), mqtt::Qos::at_least_once, false});
 }
 
 void Box::tick(std::int64_t now_ms, bool sample) {
-  for (const mqtt::Event& event : client_.events(std::chrono::milliseconds(0))) handle(event, now_ms);
+  for (const mqtt::Event& event : client_.events(std::chrono::milliseconds(0)))
+    handle(event, now_ms);
   if (sample) take_samples(now_ms);
   if (session_.live()) send_waiting(now_ms);
 }
@@ -153,7 +156,8 @@ std::vector<Metric> Box::device_birth(int loop) const {
     // Before the first sample there is no value.
     sparkplug::Value value;
     if (numbers_[place] > 0) value = static_cast<double>(numbers_[place]);
-    Metric one = metric(kNames[i], DataType::float64, std::move(value), std::max<std::int64_t>(time_ms, 1));
+    Metric one =
+        metric(kNames[i], DataType::float64, std::move(value), std::max<std::int64_t>(time_ms, 1));
     if (time_ms == 0) one.time_ms.reset();
     one.alias = alias_of(loop, i);
     one.properties = {{"unit", DataType::string, std::string("L/min")},
@@ -172,7 +176,8 @@ void Box::take_samples(std::int64_t now_ms) {
     std::int64_t& due = due_ms_[place];
     const std::int64_t stagger = settings_.period_ms * loop / settings_.loops + settings_.offset_ms;
     // At the start, and where the clock was set.
-    if (due == 0 || due > now_ms + 2 * settings_.period_ms || due < now_ms - 2 * settings_.period_ms) {
+    if (due == 0 || due > now_ms + 2 * settings_.period_ms ||
+        due < now_ms - 2 * settings_.period_ms) {
       due = now_ms + stagger;
     }
     if (now_ms < due) continue;

@@ -9,12 +9,10 @@
 namespace loopwarden::fleet {
 namespace {
 
-constexpr std::array kParameters{std::pair{"connect_timeout", "5"},
-                                 std::pair{"tcp_user_timeout", "15000"},
-                                 std::pair{"keepalives_idle", "5"},
-                                 std::pair{"keepalives_interval", "5"},
-                                 std::pair{"keepalives_count", "2"},
-                                 std::pair{"application_name", "loopwarden-fleet"}};
+constexpr std::array kParameters{
+    std::pair{"connect_timeout", "5"},  std::pair{"tcp_user_timeout", "15000"},
+    std::pair{"keepalives_idle", "5"},  std::pair{"keepalives_interval", "5"},
+    std::pair{"keepalives_count", "2"}, std::pair{"application_name", "loopwarden-fleet"}};
 
 // What the URL says itself counts.
 std::string with_parameters(std::string url) {
@@ -39,7 +37,8 @@ std::unique_ptr<pqxx::connection> open_database(const DatabaseSettings& settings
   }
   auto connection = std::make_unique<pqxx::connection>(with_parameters(settings.url));
   pqxx::nontransaction setting(*connection);
-  setting.exec("SET statement_timeout = '60s'; SET TIME ZONE 'UTC'; SET client_min_messages = warning");
+  setting.exec(
+      "SET statement_timeout = '60s'; SET TIME ZONE 'UTC'; SET client_min_messages = warning");
   return connection;
 }
 

@@ -39,7 +39,7 @@ enum class Verdict : std::uint8_t {
 };
 
 struct TrackerSettings {
-  std::size_t window = 16;                  // messages that wait, at most 100
+  std::size_t window = 16;                 // messages that wait, at most 100
   std::int64_t reorder_timeout_ms = 2000;  // from the first that waits
 };
 
@@ -65,7 +65,7 @@ class EdgeTracker {
 
   std::optional<std::uint8_t> bd_seq() const noexcept { return bd_seq_; }
   std::uint8_t newest_seq() const noexcept { return static_cast<std::uint8_t>(next_ - 1); }
-  std::uint64_t missing() const noexcept { return missing_; }      // messages given up, since the start
+  std::uint64_t missing() const noexcept { return missing_; }  // messages given up, since the start
   std::uint64_t conflicts() const noexcept { return conflicts_; }  // since the start
 
  private:
@@ -83,8 +83,9 @@ class EdgeTracker {
   bool wants_rebirth_ = false;
   std::optional<std::uint8_t> bd_seq_;
   std::uint8_t next_ = 0;
-  std::array<std::uint64_t, 256> times_{};  // of the newest message of each seq; 0: none since the birth
-  std::map<std::uint8_t, Message> held_;    // by how far they are beyond `next_`
+  std::array<std::uint64_t, 256>
+      times_{};  // of the newest message of each seq; 0: none since the birth
+  std::map<std::uint8_t, Message> held_;  // by how far they are beyond `next_`
   std::int64_t gap_since_ms_ = 0;
   std::uint64_t missing_ = 0;
   std::uint64_t conflicts_ = 0;

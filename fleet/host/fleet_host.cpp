@@ -136,7 +136,8 @@ void FleetHost::hold_leases() {
       if (!group->owned() && taken > 0 && rounds_ < kFirstRounds) continue;
       const bool mine = hold_lease(*leases_, lease_name(*group), owner_);
       if (mine == group->owned()) continue;
-      spdlog::info("group {}: {}", lease_name(*group), mine ? "served from now on" : "another host has it");
+      spdlog::info("group {}: {}", lease_name(*group),
+                   mine ? "served from now on" : "another host has it");
       group->own(mine);
       if (mine) ++taken;
     }

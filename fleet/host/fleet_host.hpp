@@ -41,7 +41,7 @@ class FleetHost {
   DatabaseSettings database_;
   std::vector<std::unique_ptr<GroupHost>> groups_;
   std::unique_ptr<pqxx::connection> leases_;  // of the main thread
-  int rounds_ = 0;                           // of leases
+  int rounds_ = 0;                            // of leases
   std::atomic<bool> schema_ready_{false};
   std::atomic<bool> quit_{false};
   hal::os::Thread maintenance_;

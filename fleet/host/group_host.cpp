@@ -31,7 +31,8 @@ mqtt::Message command(const EdgeName& edge, const std::string& device, const std
   metric.time_ms = now;
   metric.type = type;
   metric.value = std::move(value);
-  const sparkplug::Payload payload{.time_ms = now, .seq = std::nullopt, .metrics = {std::move(metric)}};
+  const sparkplug::Payload payload{
+      .time_ms = now, .seq = std::nullopt, .metrics = {std::move(metric)}};
   return {.topic = to_text(sparkplug::Topic{edge.group, kind, edge.edge, device}),
           .payload = encode(payload, sparkplug::Types::sent),
           .qos = mqtt::Qos::at_most_once,

@@ -45,7 +45,8 @@ mqtt::Secret read_secret_section(MapReader& in, std::string_view key, const char
   return secret;
 }
 
-std::optional<std::string> broker_error(const std::string& text, std::optional<mqtt::BrokerUrl>& url) {
+std::optional<std::string> broker_error(const std::string& text,
+                                        std::optional<mqtt::BrokerUrl>& url) {
   try {
     url = mqtt::parse_broker_url(text);
     return std::nullopt;
@@ -128,18 +129,22 @@ void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
       in.maybe_texts("groups", "groups to serve; without: all, as one");
   config.groups = groups.value;
   if (const auto error = groups_error(config.groups)) in.error("groups", *error);
-  const Value<std::string> id =
-      in.text("host_id", "identifier of the host application: HOST_ID-GROUP, or HOST_ID for all groups",
-              config.host_id);
+  const Value<std::string> id = in.text(
+      "host_id", "identifier of the host application: HOST_ID-GROUP, or HOST_ID for all groups",
+      config.host_id);
   config.host_id = id;
   if (id.valid && !sparkplug::is_identifier(config.host_id)) {
     in.error("host_id", "must have no / + # and no control characters");
   }
   config.state_directory = config::resolve(
       file, in.text("state_directory", "for the spool", config.state_directory.string()));
-  config.spool_bytes = kMebibyte * static_cast<std::uint64_t>(in.integer(
-      "spool", {16, 1'000'000, "MiB", "on the disk a group, while the database is away"},
-      static_cast<std::int64_t>(config.spool_bytes / kMebibyte)).value);
+  config.spool_bytes =
+      kMebibyte *
+      static_cast<std::uint64_t>(
+          in.integer("spool",
+                     {16, 1'000'000, "MiB", "on the disk a group, while the database is away"},
+                     static_cast<std::int64_t>(config.spool_bytes / kMebibyte))
+              .value);
   if (std::optional<MapReader> evidence = in.maybe_section("evidence", "of alarms")) {
     config.writer.ask_evidence =
         evidence->flag("ask", "ask the box for it when an alarm is raised", true);

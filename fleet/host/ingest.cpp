@@ -63,7 +63,8 @@ class Ingest::Preparation {
       return;
     }
     const EdgeName name{message.topic.group, message.topic.edge};
-    if (ingest_.edges_.size() + batch_.edges.size() > kMostEdges && !ingest_.edges_.contains(name)) {
+    if (ingest_.edges_.size() + batch_.edges.size() > kMostEdges &&
+        !ingest_.edges_.contains(name)) {
       ++batch_.counts.garbage;
       return;
     }

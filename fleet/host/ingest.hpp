@@ -41,8 +41,9 @@ struct Position {
 struct EdgeState {
   EdgeTracker tracker;
   RebirthWait rebirth{};
-  int id = 0;                                // in table edge; 0: not there yet
-  std::int64_t stored_received_ms = 0;       // of the newest message in the database when this host began
+  int id = 0;  // in table edge; 0: not there yet
+  std::int64_t stored_received_ms =
+      0;  // of the newest message in the database when this host began
   std::map<std::string, BookPointer> books{};  // by device; "": the box
   Position position{};
 };
@@ -59,11 +60,11 @@ struct LifeEvent {
 
 struct IngestCounts {
   std::uint64_t messages = 0;
-  std::uint64_t garbage = 0;    // no topic or payload of Sparkplug, or without seq
+  std::uint64_t garbage = 0;  // no topic or payload of Sparkplug, or without seq
   std::uint64_t duplicates = 0;
   std::uint64_t old_deaths = 0;
-  std::uint64_t unborn = 0;     // dropped: no birth was known
-  std::uint64_t missing = 0;    // sequence numbers that never came
+  std::uint64_t unborn = 0;   // dropped: no birth was known
+  std::uint64_t missing = 0;  // sequence numbers that never came
   std::uint64_t conflicts = 0;
   std::uint64_t unknown_metrics = 0;
   std::uint64_t bad_times = 0;
@@ -74,15 +75,15 @@ struct IngestCounts {
 };
 
 struct Batch {
-  std::map<EdgeName, EdgeState> edges;  // those that changed, as they are after it
+  std::map<EdgeName, EdgeState> edges;                  // those that changed, as they are after it
   std::vector<std::pair<EdgeName, BookPointer>> books;  // of births: not in the database yet
-  std::vector<LifeEvent> events;        // in order
+  std::vector<LifeEvent> events;                        // in order
   std::vector<EdgeName> conflicts;
   Rows rows;
   std::vector<EdgeName> ask_rebirth;  // once it is written
-  std::vector<std::int64_t> times_ms; // of the messages that were taken, for the delay from edge to row
+  std::vector<std::int64_t>
+      times_ms;  // of the messages that were taken, for the delay from edge to row
   IngestCounts counts;
-
 };
 
 inline constexpr std::size_t kMostEdges = 20'000;  // of a group; messages of more are garbage

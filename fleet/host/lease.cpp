@@ -14,7 +14,8 @@ bool hold_lease(pqxx::connection& connection, const std::string& group, const st
   return !result.empty();
 }
 
-void release_lease(pqxx::connection& connection, const std::string& group, const std::string& owner) {
+void release_lease(pqxx::connection& connection, const std::string& group,
+                   const std::string& owner) {
   pqxx::work work(connection);
   work.exec_params("DELETE FROM lease WHERE group_name = $1 AND owner = $2", group, owner);
   work.commit();

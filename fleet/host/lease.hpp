@@ -15,6 +15,7 @@ inline constexpr int kRenewSeconds = 2;  // so that a lost owner is replaced wit
 // Takes or keeps the lease of `group`; false: another owner has it. Throws pqxx's exceptions.
 bool hold_lease(pqxx::connection& connection, const std::string& group, const std::string& owner);
 // So that another process need not wait. Of another owner's it is left as it is.
-void release_lease(pqxx::connection& connection, const std::string& group, const std::string& owner);
+void release_lease(pqxx::connection& connection, const std::string& group,
+                   const std::string& owner);
 
 }  // namespace loopwarden::fleet

@@ -25,7 +25,8 @@ namespace fleet = loopwarden::fleet;
 
 constexpr const char* kFooter =
     "Exit codes: 0 done, 64 usage, 74 I/O, 78 bad configuration.\n"
-    "Example: loopwarden-fleet --broker mqtt://localhost --database postgresql:///loopwarden --groups North,South";
+    "Example: loopwarden-fleet --broker mqtt://localhost --database postgresql:///loopwarden "
+    "--groups North,South";
 
 void block_signals() {
   sigset_t set;
@@ -45,8 +46,9 @@ int run(const fleet::CommandLine& command_line, bool check) {
   fmt::print(stderr, "{}", loopwarden::config::to_text(config.diagnostics));
   if (!config) return kExitConfiguration;
   if (check) {
-    fmt::print("broker {}, {}, no errors\n", to_text(*config->broker),
-               config->groups.empty() ? "all groups" : fmt::format("{} groups", config->groups.size()));
+    fmt::print(
+        "broker {}, {}, no errors\n", to_text(*config->broker),
+        config->groups.empty() ? "all groups" : fmt::format("{} groups", config->groups.size()));
     return kExitOk;
   }
   block_signals();
@@ -71,14 +73,16 @@ std::string hint(const CLI::App& cli, const std::vector<std::string>& words) {
 }
 
 int run_command_line(int argc, char** argv) {
-  CLI::App cli("loopwarden-fleet - Sparkplug B host: a plant's boxes into PostgreSQL", "loopwarden-fleet");
+  CLI::App cli("loopwarden-fleet - Sparkplug B host: a plant's boxes into PostgreSQL",
+               "loopwarden-fleet");
   fleet::CommandLine command_line;
   bool check = false;
   cli.add_option("--broker", command_line.broker, "mqtt://HOST[:PORT] or mqtts://HOST[:PORT]");
   cli.add_option("--database", command_line.database, "postgresql://[USER@]HOST[:PORT]/NAME");
   cli.add_option("--groups", command_line.groups, "groups to serve, A,B,...; without: all, as one")
       ->delimiter(',');
-  cli.add_option("--config", command_line.config_file, "fleet.yaml: the same, TLS, passwords, retention");
+  cli.add_option("--config", command_line.config_file,
+                 "fleet.yaml: the same, TLS, passwords, retention");
   cli.add_flag("--check", check, "validate the configuration and exit");
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);

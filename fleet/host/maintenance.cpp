@@ -38,12 +38,16 @@ int keep_partitions(pqxx::connection& connection, const Retention& retention) {
   // Who reads for long must not stop the flow of values, which waits behind this.
   work.exec("SET LOCAL lock_timeout = '2s'");
   work.exec_params("SELECT make_partitions($1)", kPartitionDaysAhead);
-  const int values = work.exec_params1(
-      "SELECT drop_partitions('value', 'time', 'day', now() - $1 * interval '1 day')",
-      retention.values_days)[0].as<int>();
+  const int values =
+      work.exec_params1(
+              "SELECT drop_partitions('value', 'time', 'day', now() - $1 * interval '1 day')",
+              retention.values_days)[0]
+          .as<int>();
   const int history = work.exec_params1(
-      "SELECT drop_partitions('history_decimated', 'bucket', 'month', now() - $1 * interval '1 day')",
-      retention.history_days)[0].as<int>();
+                              "SELECT drop_partitions('history_decimated', 'bucket', 'month', "
+                              "now() - $1 * interval '1 day')",
+                              retention.history_days)[0]
+                          .as<int>();
   work.exec_params(kDropOld, retention.history_days, retention.evidence_days);
   work.commit();
   return values + history;
@@ -63,8 +67,9 @@ std::vector<DueRequest> take_due_requests(pqxx::connection& connection, const st
   pqxx::work work(connection);
   std::vector<DueRequest> requests;
   for (const pqxx::row row : work.exec_params(kTakeDue, group)) {
-    requests.push_back({row[0].as<std::string>(), row[1].as<std::string>(), row[2].as<std::string>(),
-                        row[3].as<std::string>(), row[4].as<std::string>()});
+    requests.push_back({row[0].as<std::string>(), row[1].as<std::string>(),
+                        row[2].as<std::string>(), row[3].as<std::string>(),
+                        row[4].as<std::string>()});
   }
   work.commit();
   return requests;

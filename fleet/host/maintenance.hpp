@@ -11,8 +11,9 @@
 namespace loopwarden::fleet {
 
 struct Retention {
-  int values_days = 31;       // every value
-  int history_days = 3 * 366;  // a quarter of an hour's mean, low, high, last; alarms and events too
+  int values_days = 31;  // every value
+  int history_days =
+      3 * 366;  // a quarter of an hour's mean, low, high, last; alarms and events too
   int evidence_days = 366;
 };
 

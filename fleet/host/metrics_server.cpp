@@ -22,9 +22,10 @@ MetricsEndpoint::MetricsEndpoint(const std::string& address, std::uint16_t port,
   httplib::Server& http = server_->http;
   http.new_task_queue = [] { return new httplib::ThreadPool(2); };  // httplib deletes it
   http.set_payload_max_length(1024);
-  http.Get("/metrics", [text = std::move(text)](const httplib::Request&, httplib::Response& answer) {
-    answer.set_content(text(), "text/plain; version=0.0.4; charset=utf-8");
-  });
+  http.Get("/metrics",
+           [text = std::move(text)](const httplib::Request&, httplib::Response& answer) {
+             answer.set_content(text(), "text/plain; version=0.0.4; charset=utf-8");
+           });
   if (!http.bind_to_port(address, port)) {
     throw std::runtime_error(fmt::format("metrics: {}:{} can't be listened at", address, port));
   }

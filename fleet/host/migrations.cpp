@@ -9,7 +9,8 @@
 namespace loopwarden::fleet {
 namespace {
 
-constexpr const char* kLock = "SELECT pg_advisory_xact_lock(hashtext('loopwarden-fleet migrations'))";
+constexpr const char* kLock =
+    "SELECT pg_advisory_xact_lock(hashtext('loopwarden-fleet migrations'))";
 
 }  // namespace
 
@@ -18,11 +19,14 @@ int migrate(pqxx::connection& connection) {
   const int wanted = static_cast<int>(all.size());
   pqxx::work work(connection);
   work.exec(kLock);
-  work.exec("CREATE TABLE IF NOT EXISTS migration(number integer PRIMARY KEY, applied timestamptz DEFAULT now())");
+  work.exec(
+      "CREATE TABLE IF NOT EXISTS migration(number integer PRIMARY KEY, applied timestamptz "
+      "DEFAULT now())");
   const int present = work.exec1("SELECT coalesce(max(number), 0) FROM migration")[0].as<int>();
   if (present > wanted) {
-    throw std::runtime_error(fmt::format(
-        "the database has migration {}, this program knows {}: it is of a newer one", present, wanted));
+    throw std::runtime_error(
+        fmt::format("the database has migration {}, this program knows {}: it is of a newer one",
+                    present, wanted));
   }
   for (int number = present; number < wanted; ++number) {
     work.exec(all[static_cast<std::size_t>(number)]);

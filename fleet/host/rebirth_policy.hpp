@@ -43,7 +43,8 @@ class RebirthBudget {
       : per_second_(per_second), burst_(burst), left_(burst) {}
 
   bool take(std::int64_t now_ms) noexcept {
-    const double passed_s = static_cast<double>(std::max<std::int64_t>(0, now_ms - filled_ms_)) / 1e3;
+    const double passed_s =
+        static_cast<double>(std::max<std::int64_t>(0, now_ms - filled_ms_)) / 1e3;
     left_ = std::min(burst_, left_ + passed_s * per_second_);
     filled_ms_ = now_ms;
     if (left_ < 1.0) return false;

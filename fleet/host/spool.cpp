@@ -84,8 +84,7 @@ Spool::Spool(SpoolSettings settings) : settings_(std::move(settings)) {
   std::error_code error;
   fs::create_directories(settings_.folder, error);
   if (error) {
-    throw std::runtime_error(
-        fmt::format("{}: {}", settings_.folder.string(), error.message()));
+    throw std::runtime_error(fmt::format("{}: {}", settings_.folder.string(), error.message()));
   }
   take_over_files();
 }
@@ -139,7 +138,8 @@ bool Spool::spill() {
 
 bool Spool::append(const Arrival& arrival) {
   while (!files_.empty() && bytes_on_disk() >= settings_.limit_bytes) drop_oldest();
-  const bool room = !files_.empty() && writer_.is_open() && files_.back().bytes < settings_.file_bytes;
+  const bool room =
+      !files_.empty() && writer_.is_open() && files_.back().bytes < settings_.file_bytes;
   if (!room && !open_file()) return false;
   Head head{.topic_bytes = static_cast<std::uint32_t>(arrival.topic.size()),
             .payload_bytes = static_cast<std::uint32_t>(arrival.payload.size()),

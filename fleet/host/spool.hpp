@@ -83,8 +83,9 @@ class Spool {
   mutable std::mutex mutex_;
   std::deque<Arrival> memory_;
   std::size_t memory_bytes_ = 0;
-  std::deque<File> files_;  // oldest first; while there are any, memory_ holds what the disk refused
-  std::ofstream writer_;    // of the newest
+  std::deque<File>
+      files_;             // oldest first; while there are any, memory_ holds what the disk refused
+  std::ofstream writer_;  // of the newest
   std::uint64_t next_number_ = 1;
   std::uint64_t dropped_ = 0;
   // Of the newest peek().

@@ -48,8 +48,8 @@ class Page {
  private:
   std::back_insert_iterator<std::string> out() { return std::back_inserter(text_); }
   void head(const char* name, const char* type, const char* help) {
-    fmt::format_to(out(), "# HELP loopwarden_fleet_{0} {2}\n# TYPE loopwarden_fleet_{0} {1}\n", name,
-                   type, help);
+    fmt::format_to(out(), "# HELP loopwarden_fleet_{0} {2}\n# TYPE loopwarden_fleet_{0} {1}\n",
+                   name, type, help);
   }
   void delay(const char* name, const GroupStatus& group) {
     const std::string of = label(group.group);

@@ -15,7 +15,7 @@ namespace loopwarden::fleet {
 // From the time in a message to its row being there for all to see.
 class DelayHistogram {
  public:
-  static constexpr std::array kEdgesS{0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5,
+  static constexpr std::array kEdgesS{0.005, 0.01, 0.02, 0.05, 0.1,  0.2,  0.5,
                                       1.0,   2.0,  5.0,  10.0, 30.0, 60.0, 300.0};
 
   void add(double delay_s) noexcept;

@@ -237,9 +237,9 @@ class Writer::Transaction {
                         lows.text(), highs.text(), aliases.text());
       work_.exec_params(kForgetAliases, ids.text(), devices.text(), names.text());
     }
-    for (const pqxx::row row :
-         work_.exec_params("SELECT device_id, name, id FROM metric WHERE device_id = ANY($1::integer[])",
-                           ids.text())) {
+    for (const pqxx::row row : work_.exec_params(
+             "SELECT device_id, name, id FROM metric WHERE device_id = ANY($1::integer[])",
+             ids.text())) {
       const std::string name = row[1].as<std::string>();
       for (DeviceBook* book : books[row[0].as<int>()]) {
         const auto found = book->by_name.find(name);
@@ -253,7 +253,8 @@ class Writer::Transaction {
       const int edge = edge_id(event.edge);
       if (!event.of_node) {
         work_.exec_params(
-            "UPDATE device SET online = $2, born = CASE WHEN $2 THEN to_timestamp($3) ELSE born END WHERE id = $1",
+            "UPDATE device SET online = $2, born = CASE WHEN $2 THEN to_timestamp($3) ELSE born "
+            "END WHERE id = $1",
             event.book->device_id, event.online, in_seconds(event.born_ms));
         continue;
       }
@@ -284,9 +285,9 @@ class Writer::Transaction {
       if (row.number) waiting_.emplace(row.book->edge_id, row.time_ms / kBucketMs * kBucketMs);
     }
     if (metrics.empty()) return;
-    const pqxx::row row = work_.exec_params1(kInsertValues, metrics.text(), times.text(),
-                                             numbers.text(), texts.text(), births.text(),
-                                             historical.text(), transient.text());
+    const pqxx::row row =
+        work_.exec_params1(kInsertValues, metrics.text(), times.text(), numbers.text(),
+                           texts.text(), births.text(), historical.text(), transient.text());
     written_.values = row[0].as<std::uint64_t>();
     written_.duplicates = row[1].as<std::uint64_t>() - written_.values;
     write_waiting();
@@ -322,15 +323,19 @@ class Writer::Transaction {
 
   void write_explanations() {
     for (const ExplanationRow& row : batch_.rows.explanations) {
-      work_.exec_params(kInsertExplanation, row.book->device_id, in_seconds(row.time_ms), row.parts);
+      work_.exec_params(kInsertExplanation, row.book->device_id, in_seconds(row.time_ms),
+                        row.parts);
     }
   }
 
   void write_files() {
     for (const FilePartRow& row : batch_.rows.file_parts) {
-      const int id = work_.exec_params1(kInsertEvidence, row.book->device_id, row.name, row.sha256,
-                                        row.parts)[0].as<int>();
-      work_.exec_params(kInsertPart, id, row.part, hex_of(row.bytes), settings_.most_evidence_bytes);
+      const int id = work_
+                         .exec_params1(kInsertEvidence, row.book->device_id, row.name, row.sha256,
+                                       row.parts)[0]
+                         .as<int>();
+      work_.exec_params(kInsertPart, id, row.part, hex_of(row.bytes),
+                        settings_.most_evidence_bytes);
       work_.exec_params(kCompleteEvidence, id);
     }
   }
@@ -384,10 +389,11 @@ sparkplug::DataType type_of(const std::string& text) {
 
 std::map<std::string, BookPointer> books_of(pqxx::work& work, int edge_id) {
   std::map<std::string, BookPointer> books;
-  for (const pqxx::row row : work.exec_params(
-           "SELECT d.name, d.id, d.tag, m.name, m.type, m.alias, m.id FROM device d JOIN metric m ON m.device_id = d.id "
-           "WHERE d.edge_id = $1 AND (d.online OR d.name = '')",
-           edge_id)) {
+  for (const pqxx::row row :
+       work.exec_params("SELECT d.name, d.id, d.tag, m.name, m.type, m.alias, m.id FROM device d "
+                        "JOIN metric m ON m.device_id = d.id "
+                        "WHERE d.edge_id = $1 AND (d.online OR d.name = '')",
+                        edge_id)) {
     BookPointer& book = books[row[0].as<std::string>()];
     if (!book) {
       book = std::make_shared<DeviceBook>();
@@ -416,7 +422,8 @@ void restore(pqxx::connection& connection, const std::string& group, bool with_b
   pqxx::work work(connection);
   for (const pqxx::row row : work.exec_params(
            "SELECT e.group_name, e.name, e.id, e.online, p.bd_seq, p.seq, "
-           "  (extract(epoch FROM p.time) * 1000)::bigint, (extract(epoch FROM p.received) * 1000)::bigint "
+           "  (extract(epoch FROM p.time) * 1000)::bigint, (extract(epoch FROM p.received) * "
+           "1000)::bigint "
            "FROM edge e JOIN ingest_position p ON p.edge_id = e.id WHERE $1 IN ('', e.group_name)",
            group)) {
     const int id = row[2].as<int>();
