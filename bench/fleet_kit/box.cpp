@@ -80,11 +80,16 @@ void Box::tick(std::int64_t now_ms, bool sample) {
 
 void Box::handle(const mqtt::Event& event, std::int64_t now_ms) {
   switch (event.kind) {
-    case mqtt::Event::Kind::connected: return follow(session_.connected(), now_ms);
+    case mqtt::Event::Kind::connected:
+      follow(session_.connected(), now_ms);
+      // What is retained may come before the last subscription is granted.
+      if (early_state_) hear(*std::exchange(early_state_, std::nullopt), now_ms);
+      return;
     case mqtt::Event::Kind::message: return hear(event.message, now_ms);
     case mqtt::Event::Kind::disconnected: break;
   }
   if (session_.live()) lost(now_ms);
+  early_state_.reset();
   session_.disconnected();
   connect();
 }
@@ -93,6 +98,7 @@ void Box::hear(const mqtt::Message& message, std::int64_t now_ms) {
   if (message.topic == sparkplug::state_topic(settings_.host)) {
     const auto state = sparkplug::parse_host_state(message.payload);
     if (!state) return;
+    if (session_.state() == sparkplug::EdgeSession::State::offline) early_state_ = message;
     const bool was_live = session_.live();
     const auto next = session_.host_said(*state);
     if (was_live && !session_.live()) lost(now_ms);

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,7 @@ class Box {
   BoxSettings settings_;
   sparkplug::EdgeSession session_;
   mqtt::Client client_;
+  std::optional<mqtt::Message> early_state_;  // of the host, before the connection counts
   std::deque<Sample> samples_;  // by time
   std::vector<std::int64_t> numbers_;
   std::vector<std::int64_t> times_ms_;  // of the newest sample of each loop

@@ -157,6 +157,8 @@ class Plant:
             with connection.cursor() as cursor:
                 cursor.execute(text, values)
                 return cursor.fetchall() if cursor.description else []
+        except psycopg2.errors.UndefinedTable:
+            return None  # not yet
         finally:
             connection.close()
 
