@@ -56,7 +56,7 @@ Box::Box(BoxSettings settings)
     : settings_(std::move(settings)),
       session_(!settings_.host.empty(), std::nullopt),
       client_(client_settings(settings_)),
-      numbers_(static_cast<std::size_t>(settings_.loops), 0),
+      numbers_(static_cast<std::size_t>(settings_.loops), settings_.count_from),
       times_ms_(static_cast<std::size_t>(settings_.loops), 0),
       due_ms_(static_cast<std::size_t>(settings_.loops), 0) {
   connect();
@@ -161,7 +161,7 @@ std::vector<Metric> Box::device_birth(int loop) const {
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     // Before the first sample there is no value.
     sparkplug::Value value;
-    if (numbers_[place] > 0) value = static_cast<double>(numbers_[place]);
+    if (numbers_[place] > settings_.count_from) value = static_cast<double>(numbers_[place]);
     Metric one =
         metric(kNames[i], DataType::float64, std::move(value), std::max<std::int64_t>(time_ms, 1));
     if (time_ms == 0) one.time_ms.reset();
@@ -234,7 +234,9 @@ bool Box::publish(MessageType type, const std::string& device, Payload payload, 
                           encode(payload, types), mqtt::Qos::at_most_once, false});
 }
 
-bool Box::drained() const { return session_.live() && waiting_from_ == samples_.size(); }
+bool Box::drained() const {
+  return session_.live() && waiting_from_ == samples_.size() && client_.waiting() == 0;
+}
 
 std::size_t Box::stored() const { return samples_.size() - waiting_from_; }
 

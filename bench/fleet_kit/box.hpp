@@ -26,6 +26,7 @@ struct BoxSettings {
   int loops = 20;
   std::int64_t period_ms = 10'000;  // of each loop
   std::int64_t offset_ms = 0;       // of the first loop's first message
+  std::int64_t count_from = 0;      // the first value of each loop is one more
   int births_to_lose = 0;           // that many times a DBIRTH of the first loop is not sent
 };
 
@@ -71,7 +72,7 @@ class Box {
   sparkplug::EdgeSession session_;
   mqtt::Client client_;
   std::optional<mqtt::Message> early_state_;  // of the host, before the connection counts
-  std::deque<Sample> samples_;  // by time
+  std::deque<Sample> samples_;                // by time
   std::vector<std::int64_t> numbers_;
   std::vector<std::int64_t> times_ms_;  // of the newest sample of each loop
   std::vector<std::int64_t> due_ms_;

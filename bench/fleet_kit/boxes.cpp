@@ -35,6 +35,7 @@ struct Options {
   double period_s = 10.0;
   double seconds = 60.0;
   double drain_s = 120.0;
+  std::int64_t count_from = 0;
   int births_to_lose = 0;
 };
 
@@ -57,6 +58,7 @@ Boxes make_boxes(const Options& options) {
     settings.loops = options.loops;
     settings.period_ms = static_cast<std::int64_t>(options.period_s * 1e3);
     settings.offset_ms = settings.period_ms * i / options.boxes / options.loops;
+    settings.count_from = options.count_from;
     settings.births_to_lose = options.births_to_lose;
     boxes.push_back(std::make_unique<Box>(settings));
   }
@@ -132,6 +134,7 @@ int main(int argc, char** argv) {
   cli.add_option("--period", options.period_s, "s, between a loop's messages");
   cli.add_option("--seconds", options.seconds);
   cli.add_option("--drain", options.drain_s, "s, at most, to send what is stored");
+  cli.add_option("--count-from", options.count_from, "each loop's first value is one more");
   cli.add_option("--lose-births", options.births_to_lose);
   CLI11_PARSE(cli, argc, argv);
   std::signal(SIGTERM, [](int) { g_asked_to_end = 1; });

@@ -77,9 +77,8 @@ def clock_stepped(_plant, _args):
 
 def two_edges(plant, args):
     """A second box with the name of the first, its own client identifier, and values of its own."""
-    twin = plant.start_boxes('twin', boxes=1, loops=args.loops, period=1e6, seconds=20, drain=0, host='',
-                             client_suffix='-twin')
-    time.sleep(22)
+    twin = plant.start_boxes('twin', boxes=1, loops=args.loops, period=args.period, seconds=40, drain=0, host='',
+                             client_suffix='-twin', count_from=measure.TWIN)
     twin.process.wait()
     seen = plant.sql("SELECT count(*) FROM edge WHERE conflict IS NOT NULL")[0][0]
     return recovery(plant), f'named as in conflict: {seen}'

@@ -3,14 +3,15 @@
 import collections
 import time
 
+TWIN = 10 ** 9  # values of another box with the name of one are above
 METRICS = ('pv', 'sp', 'co', 'stem', 'variability', 'travel')
 Result = collections.namedtuple('Result', 'expected lost twice')
 
 # Each value's number once: a metric of a loop has 1 .. n, whatever its time.
 COUNTS = """
-SELECT l.group_name || '/' || l.edge, l.device, count(*) FILTER (WHERE v.number >= 1), count(DISTINCT v.number)
+SELECT l.group_name || '/' || l.edge, l.device, count(*), count(DISTINCT v.number)
   FROM loop l JOIN metric m ON m.device_id = l.device_id AND m.name = ANY(%s) JOIN value v ON v.metric_id = m.id
-  WHERE v.number IS NOT NULL GROUP BY l.group_name, l.edge, l.device, m.id"""
+  WHERE v.number <= 1000000000 GROUP BY l.group_name, l.edge, l.device, m.id"""
 
 
 def settle(condition, what, patience_s=90):

@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import pwd
+import random
 import shutil
 import signal
 import socket
@@ -28,7 +29,8 @@ def postgres_folder():
 
 
 def free_port(wanted=range(21600, 21700)):
-    for port in wanted:
+    # Of several that run at once each begins elsewhere.
+    for port in random.sample(list(wanted), len(wanted)):
         with socket.socket() as s:
             s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
@@ -81,7 +83,7 @@ class Plant:
         self.logs = {}
         atexit.register(self.close)
         self.broker_port = free_port()
-        self.database_port = free_port(range(self.broker_port + 1, 21700))
+        self.database_port = free_port([port for port in range(21600, 21700) if port != self.broker_port])
         self.broker_address = '127.0.0.1'
 
     # --- processes ---

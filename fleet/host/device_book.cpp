@@ -20,6 +20,12 @@ std::string birth_text(const Metric& metric, const char* key) {
   return text == nullptr ? std::string() : *text;
 }
 
+// The specification names no property for it; clients write either.
+std::string unit_of(const Metric& metric) {
+  std::string unit = birth_text(metric, "engUnit");
+  return unit.empty() ? birth_text(metric, "unit") : unit;
+}
+
 }  // namespace
 
 std::optional<double> number_of(const sparkplug::Value& value) noexcept {
@@ -53,7 +59,7 @@ std::shared_ptr<DeviceBook> book_of(const std::string& device, const std::vector
     book->metrics.push_back({.name = metric.name,
                              .type = metric.type,
                              .alias = metric.alias,
-                             .unit = birth_text(metric, "unit"),
+                             .unit = unit_of(metric),
                              .low = birth_number(metric, "engLow"),
                              .high = birth_number(metric, "engHigh")});
     const auto* text = std::get_if<std::string>(&metric.value);

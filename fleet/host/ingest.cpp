@@ -2,6 +2,7 @@
 #include "fleet/host/ingest.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "fleet/sparkplug/payload.hpp"
 
@@ -142,6 +143,7 @@ class Ingest::Preparation {
     ++batch_.counts.births;
     state.rebirth.born(now_ms_);
     const BookPointer book = new_book(name, message);
+    if (state.unread_bd_seq != state.tracker.bd_seq()) drop_unread(state);
     state.books = {{"", book}};
     happened(name, state, message, book, true);
     apply_rows(state, message, book);
@@ -149,14 +151,34 @@ class Ingest::Preparation {
 
   void apply_node_death(const EdgeName& name, EdgeState& state, const Message& message) {
     state.books.clear();
+    drop_unread(state);
     happened(name, state, message, nullptr, false);
   }
 
   void apply_device_birth(const EdgeName& name, EdgeState& state, const Message& message) {
     const BookPointer book = new_book(name, message);
     state.books[message.topic.device] = book;
+    read_unread(state, book);
     happened(name, state, message, book, true);
     apply_rows(state, message, book);
+  }
+
+  // An edge node gives its metrics the same aliases in each birth of a connection.
+  void read_unread(EdgeState& state, const BookPointer& book) {
+    std::vector<Message> others;
+    for (Message& message : std::exchange(state.unread, {})) {
+      if (message.topic.device == book->device) {
+        apply_rows(state, message, book);
+      } else {
+        others.push_back(std::move(message));
+      }
+    }
+    state.unread = std::move(others);
+  }
+
+  void drop_unread(EdgeState& state) {
+    batch_.counts.unborn += state.unread.size();
+    state.unread.clear();
   }
 
   void apply_device_death(const EdgeName& name, EdgeState& state, const Message& message) {
@@ -168,12 +190,14 @@ class Ingest::Preparation {
 
   void apply_data(EdgeState& state, const Message& message) {
     const auto found = state.books.find(message.topic.device);
-    if (found == state.books.end()) {
+    if (found != state.books.end()) return apply_rows(state, message, found->second);
+    state.tracker.want_rebirth();
+    if (state.unread.size() < kMostUnread) {
+      state.unread_bd_seq = state.tracker.bd_seq();
+      state.unread.push_back(message);
+    } else {
       ++batch_.counts.unborn;
-      state.tracker.want_rebirth();
-      return;
     }
-    apply_rows(state, message, found->second);
   }
 
   void apply_rows(EdgeState& state, const Message& message, const BookPointer& book) {

@@ -45,6 +45,9 @@ struct EdgeState {
   std::int64_t stored_received_ms =
       0;  // of the newest message in the database when this host began
   std::map<std::string, BookPointer> books{};  // by device; "": the box
+  // Data of devices whose birth was lost: read when it comes, if the connection is still the same.
+  std::vector<Message> unread{};
+  std::optional<std::uint8_t> unread_bd_seq{};
   Position position{};
 };
 
@@ -86,6 +89,8 @@ struct Batch {
   IngestCounts counts;
 };
 
+inline constexpr std::size_t kMostUnread =
+    1000;  // messages of an edge node that wait for a device's birth
 inline constexpr std::size_t kMostEdges = 20'000;  // of a group; messages of more are garbage
 
 class Ingest {

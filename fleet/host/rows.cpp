@@ -90,10 +90,7 @@ class Reducer {
     const sparkplug::Value value = sparkplug::retyped(metric.value, info->type);
     take_value(metric, *info, time_ms, value);
     if (begins_with(info->name, kAlarm)) take_alarm_part(info->name, time_ms, value);
-    if (begins_with(info->name, kExplanation)) {
-      explanation_[info->name.substr(kExplanation.size())] = json_of(value);
-      explanation_time_ms_ = std::max(explanation_time_ms_, time_ms);
-    }
+    if (begins_with(info->name, kExplanation)) take_explanation_part(info->name, time_ms, value);
   }
 
   std::int64_t time_of(const Metric& metric) {
@@ -136,6 +133,15 @@ class Reducer {
     if (part == "severity") severities_[alarm] = number_of(value);
     const std::optional<std::string> state = part == "state" ? state_of(value) : std::nullopt;
     if (state) states_.push_back({book_, alarm, time_ms, *state, std::nullopt});
+  }
+
+  void take_explanation_part(const std::string& name, std::int64_t time_ms,
+                             const sparkplug::Value& value) {
+    const nlohmann::json part = json_of(value);
+    // Of a loop whose alarms were never explained a birth has all parts, without a value.
+    if (of_birth() && (part.is_null() || part == "")) return;
+    explanation_[name.substr(kExplanation.size())] = part;
+    explanation_time_ms_ = std::max(explanation_time_ms_, time_ms);
   }
 
   void take_alarms() {

@@ -52,8 +52,9 @@ log_level: warn
 }
 
 TEST_CASE("errors name file, place, key, what was expected, and the nearest key") {
-  CHECK_THAT(errors_of("brokr: mqtt://x\n"), Catch::Contains("fleet.yaml:1:1: error: unknown key 'brokr'") &&
-                                                  Catch::Contains("did you mean 'broker'"));
+  CHECK_THAT(errors_of("brokr: mqtt://x\n"),
+             Catch::Contains("fleet.yaml:1:1: error: unknown key 'brokr'") &&
+                 Catch::Contains("did you mean 'broker'"));
   CHECK_THAT(errors_of("broker: http://x\n"), Catch::Contains("fleet.yaml:1:9: error: broker"));
   CHECK_THAT(errors_of("database: mysql://x\n"), Catch::Contains("must be postgresql://"));
   CHECK_THAT(errors_of("groups: [A, B/C]\n"), Catch::Contains("'B/C' can't be a group's name"));
@@ -63,7 +64,8 @@ TEST_CASE("errors name file, place, key, what was expected, and the nearest key"
 }
 
 TEST_CASE("passwords have no place in URLs") {
-  CHECK_THAT(errors_of("database: postgresql://u:secret@h/d\n"), Catch::Contains("holds a password"));
+  CHECK_THAT(errors_of("database: postgresql://u:secret@h/d\n"),
+             Catch::Contains("holds a password"));
   CHECK_THAT(errors_of("database: 'postgresql://u@h/d?password=secret'\n"),
              Catch::Contains("holds a password"));
   CHECK_THAT(errors_of("broker: mqtt://u:secret@h\n"), Catch::Contains("error: broker"));
@@ -73,7 +75,8 @@ TEST_CASE("passwords have no place in URLs") {
 TEST_CASE("the command line counts before the file") {
   const tests::TemporaryFolder folder;
   tests::write_file(folder / "fleet.yaml", "broker: mqtt://file\ngroups: [A]\n");
-  fleet::CommandLine line{(folder / "fleet.yaml").string(), "mqtt://line", "postgresql:///d", {"B"}};
+  fleet::CommandLine line{
+      (folder / "fleet.yaml").string(), "mqtt://line", "postgresql:///d", {"B"}};
   const auto config = fleet::read_host_config(line);
   REQUIRE(config);
   CHECK(config->broker->host == "line");

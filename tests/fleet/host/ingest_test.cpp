@@ -67,8 +67,19 @@ TEST_CASE("a device without a birth, an alias nobody gave and a lost message ask
   Ingest ingest;
   const Arrival birth = edge.nbirth();
   Batch batch = taken(ingest, {birth, edge.pv(1.0)});
-  CHECK(batch.counts.unborn == 1);
+  CHECK(batch.rows.values.size() == 2);  // the box's own
   CHECK(batch.ask_rebirth.size() == 1);
+  // The rebirth says what it was; the next connection's would not.
+  batch = taken(ingest, {edge.nbirth(), edge.dbirth(3.0)});
+  CHECK(batch.counts.unborn == 0);
+  const auto pv = std::find_if(batch.rows.values.begin(), batch.rows.values.end(),
+                               [](const auto& row) { return row.number == 1.0; });
+  CHECK(pv != batch.rows.values.end());
+  EdgeMessages again;
+  Ingest elsewhere;
+  taken(elsewhere, {again.nbirth(), again.pv(1.0)});
+  ++again.bd_seq;
+  CHECK(taken(elsewhere, {again.nbirth(), again.dbirth(3.0)}).counts.unborn == 1);
 
   Ingest other;
   EdgeMessages second;
@@ -143,11 +154,10 @@ TEST_CASE("alarms, explanations and files have rows of their own") {
                      {"parts", DataType::int32, std::int64_t{2}},
                      {"sha256", DataType::string, std::string("00ff")}};
   const Batch batch = taken(
-      ingest,
-      {edge.data({metric("", DataType::unknown, std::uint64_t{1}, edge.time_ms, 3),
-                  metric("", DataType::unknown, 6.1, edge.time_ms, 4),
-                  metric("", DataType::unknown, std::string("stiction"), edge.time_ms, 5)}),
-       edge.data({file})});
+      ingest, {edge.data({metric("", DataType::unknown, std::uint64_t{1}, edge.time_ms, 3),
+                          metric("", DataType::unknown, 6.1, edge.time_ms, 4),
+                          metric("", DataType::unknown, std::string("stiction"), edge.time_ms, 5)}),
+               edge.data({file})});
   REQUIRE(batch.rows.alarms.size() == 1);
   CHECK(batch.rows.alarms[0].name == "stiction");
   CHECK(batch.rows.alarms[0].state == "unacknowledged");

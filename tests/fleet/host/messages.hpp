@@ -38,8 +38,9 @@ class EdgeMessages {
 
   fleet::Arrival nbirth() {
     seq_ = 0;
-    return message(sparkplug::MessageType::nbirth, "",
-                   {bd_seq_metric(), metric("version", sparkplug::DataType::string, std::string("0.2.0"))});
+    return message(
+        sparkplug::MessageType::nbirth, "",
+        {bd_seq_metric(), metric("version", sparkplug::DataType::string, std::string("0.2.0"))});
   }
   fleet::Arrival ndeath() {
     sparkplug::Payload payload;
@@ -68,8 +69,8 @@ class EdgeMessages {
     return message(sparkplug::MessageType::ddata, "FIC-101", std::move(metrics));
   }
   fleet::Arrival pv(double value, bool historical = false, std::uint64_t taken_ms = 0) {
-    sparkplug::Metric one = metric("", sparkplug::DataType::unknown, value,
-                                   taken_ms == 0 ? time_ms : taken_ms, 1);
+    sparkplug::Metric one =
+        metric("", sparkplug::DataType::unknown, value, taken_ms == 0 ? time_ms : taken_ms, 1);
     one.historical = historical;
     return data({one});
   }

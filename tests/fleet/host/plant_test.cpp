@@ -40,15 +40,16 @@ using tests::EdgeMessages;
 using tests::metric;
 
 bool installed() {
-  const bool all = std::filesystem::exists("/usr/sbin/mosquitto") && !tests::Postgres::programs().empty();
+  const bool all =
+      std::filesystem::exists("/usr/sbin/mosquitto") && !tests::Postgres::programs().empty();
   if (!all) WARN("left out: mosquitto or postgresql is not installed (tools/debian-packages.txt)");
   return all;
 }
 
 class HostProcess {
  public:
-  HostProcess(const tests::Postgres& database, int broker_port, std::string name, std::string groups = "A",
-              std::string more = "")
+  HostProcess(const tests::Postgres& database, int broker_port, std::string name,
+              std::string groups = "A", std::string more = "")
       : name_(std::move(name)) {
     tests::write_file(folder_ / "fleet.yaml", "state_directory: " + (folder_ / "state").string() +
                                                   "\nmetrics: {port: 0}\n" + more);
@@ -152,7 +153,8 @@ class Wire {
 const std::string kPvRows =
     "SELECT count(*) FROM value v JOIN metric m ON m.id = v.metric_id WHERE m.name = 'pv'";
 const std::string kPvDifferent =
-    "SELECT count(DISTINCT v.number) FROM value v JOIN metric m ON m.id = v.metric_id WHERE m.name = 'pv'";
+    "SELECT count(DISTINCT v.number) FROM value v JOIN metric m ON m.id = v.metric_id WHERE m.name "
+    "= 'pv'";
 
 struct Plant {
   tests::MqttBroker broker;
@@ -186,7 +188,8 @@ TEST_CASE("a box that is born, says values and an alarm, and dies, is in the dat
   CHECK(database.ask("SELECT number FROM value_now WHERE name = 'pv'") == "2.5");
   CHECK(database.ask("SELECT percent FROM condition WHERE name = 'valve'") == "97");
   CHECK(eventually([&] { return database.ask("SELECT severity FROM worst_valve") == "6.1"; }, 30s));
-  CHECK(database.ask("SELECT parts ->> 'effect' FROM explanation ORDER BY time DESC") == "stiction");
+  CHECK(database.ask("SELECT parts ->> 'effect' FROM explanation ORDER BY time DESC") ==
+        "stiction");
   CHECK(database.ask("SELECT raised FROM alarm_rate") == "1");
   // The evidence of that alarm is asked for, and comes in two parts.
   const std::string asked = "spBv1.0/A/DCMD/box1/FIC-101";
@@ -238,7 +241,8 @@ TEST_CASE("what comes twice counts once, by whatever message it comes", "[plant]
   CHECK(plant.database.ask("SELECT number FROM value_now WHERE name = 'pv'") == "3");
 }
 
-TEST_CASE("a lost birth and a gap make the host ask for a rebirth, not more often than it may", "[plant]") {
+TEST_CASE("a lost birth and a gap make the host ask for a rebirth, not more often than it may",
+          "[plant]") {
   if (!installed()) return;
   Plant plant;
   const HostProcess host(plant.database, plant.broker.port(), "host");
@@ -269,14 +273,19 @@ TEST_CASE("garbage changes nothing", "[plant]") {
   edge.time_ms = now_ms();
   wire.send(edge.nbirth());
   wire.send(edge.dbirth());
-  for (const char* topic : {"spBv1.0/A/DDATA/box1/FIC-101", "spBv1.0/A/NBIRTH/box1", "spBv1.0/A/NDEATH/x",
-                            "spBv1.0/A/DBIRTH/x/y"}) {
+  for (const char* topic : {"spBv1.0/A/DDATA/box1/FIC-101", "spBv1.0/A/NBIRTH/box1",
+                            "spBv1.0/A/NDEATH/x", "spBv1.0/A/DBIRTH/x/y"}) {
     for (const char* bytes : {"", "\xFF\xFF", "{\"metrics\": []}", "\x12\x02\x0A\x00"}) {
       wire.send({topic, bytes, 0, false});
     }
   }
   wire.send(edge.pv(5.0));
-  CHECK(eventually([&] { return plant.database.ask_or_nothing("SELECT number FROM value_now WHERE name = 'pv'") == "5"; }, 30s));
+  CHECK(eventually(
+      [&] {
+        return plant.database.ask_or_nothing("SELECT number FROM value_now WHERE name = 'pv'") ==
+               "5";
+      },
+      30s));
   CHECK(plant.database.ask("SELECT count(*) FROM edge") == "1");
 }
 
@@ -293,9 +302,7 @@ TEST_CASE("while the database is away the spool keeps what comes, also over kill
   CHECK(eventually([&] { return plant.database.ask_or_nothing(kPvRows) == "1"; }, 30s));
   plant.database.stop();
   wire.send(edge.pv(1.0));
-  const auto on_disk = [&] {
-    return !std::filesystem::is_empty(host.state() / "spool/A");
-  };
+  const auto on_disk = [&] { return !std::filesystem::is_empty(host.state() / "spool/A"); };
   CHECK(eventually(on_disk, 30s));
   for (int n = 2; n <= 500; ++n) wire.send(edge.pv(n));
   std::this_thread::sleep_for(2s);
@@ -347,7 +354,8 @@ TEST_CASE("a group has one owner; a second host takes over within 10 s of its de
   CHECK_THAT(second.log(), Catch::Contains("served from now on"));
 }
 
-TEST_CASE("an owner that was stopped for long finds its group with another and lets it be", "[plant]") {
+TEST_CASE("an owner that was stopped for long finds its group with another and lets it be",
+          "[plant]") {
   if (!installed()) return;
   Plant plant;
   HostProcess first(plant.database, plant.broker.port(), "first");
@@ -359,7 +367,8 @@ TEST_CASE("an owner that was stopped for long finds its group with another and l
   CHECK(eventually([&] { return plant.database.ask("SELECT owner FROM lease") != owner; }, 60s));
   CHECK(eventually([&] { return wire.host_online(); }, 60s));
   first.thaw();
-  CHECK(eventually([&] { return first.log().find("another host has it") != std::string::npos; }, 60s));
+  CHECK(eventually([&] { return first.log().find("another host has it") != std::string::npos; },
+                   60s));
   CHECK(eventually([&] { return wire.host_online(); }, 60s));
   CHECK(plant.database.ask("SELECT owner FROM lease") != owner);
 }
@@ -370,7 +379,9 @@ TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
   std::vector<std::thread> programs;
   std::atomic<int> applied{0};
   for (int i = 0; i < 4; ++i) {
-    programs.emplace_back([&] { applied += fleet::migrate(*fleet::open_database({database.url(), {}})); });
+    programs.emplace_back([&] {
+      applied += fleet::migrate(*fleet::open_database({database.url(), {}}));
+    });
   }
   for (std::thread& program : programs) program.join();
   CHECK(applied == 3);
@@ -379,17 +390,21 @@ TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
   CHECK_THROWS_WITH(fleet::migrate(*connection), Catch::Contains("newer"));
 }
 
-TEST_CASE("partitions are made ahead, take in what lay outside, and go when they are old", "[plant]") {
+TEST_CASE("partitions are made ahead, take in what lay outside, and go when they are old",
+          "[plant]") {
   if (!installed()) return;
   const tests::Postgres database;
   const auto connection = fleet::open_database({database.url(), {}});
   fleet::migrate(*connection);
   const auto exec = [&](const std::string& sql) { pqxx::nontransaction(*connection).exec(sql); };
-  exec("INSERT INTO value VALUES(1, now() + interval '2 days', 7), (1, now() - interval '100 days', 8)");
+  exec(
+      "INSERT INTO value VALUES(1, now() + interval '2 days', 7), (1, now() - interval '100 days', "
+      "8)");
   fleet::keep_partitions(*connection, {});
   CHECK(database.ask("SELECT count(*) FROM value_rest") == "0");
   CHECK(database.ask("SELECT count(*) FROM value") == "1");
-  CHECK(database.ask("SELECT count(*) FROM pg_inherits WHERE inhparent = 'value'::regclass") == "6");
+  CHECK(database.ask("SELECT count(*) FROM pg_inherits WHERE inhparent = 'value'::regclass") ==
+        "6");
   exec("SELECT make_partition('value', 'time', 'day', now() - interval '40 days')");
   exec("INSERT INTO value VALUES(1, now() - interval '40 days', 9)");
   CHECK(fleet::keep_partitions(*connection, {}) == 1);
@@ -411,7 +426,8 @@ TEST_CASE("the decimated history is that of the values, also of those that come 
     INSERT INTO history_waiting SELECT 1, date_bin('15 minutes', now(), 'epoch') - interval '1 hour')");
   CHECK(fleet::decimate_history(*connection, "B", 10) == 0);
   CHECK(fleet::decimate_history(*connection, "A", 10) == 1);
-  CHECK(database.ask("SELECT (count, mean, low, high, last)::text FROM history_decimated") == "(10,4.5,0,9,9)");
+  CHECK(database.ask("SELECT (count, mean, low, high, last)::text FROM history_decimated") ==
+        "(10,4.5,0,9,9)");
   exec(R"(INSERT INTO value SELECT 1, bucket + interval '14 minutes', 100 FROM history_decimated;
     INSERT INTO history_waiting SELECT 1, bucket FROM history_decimated)");
   CHECK(fleet::decimate_history(*connection, "", 10) == 1);

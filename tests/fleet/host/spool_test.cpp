@@ -19,10 +19,15 @@ using fleet::Spool;
 using fleet::SpoolSettings;
 namespace property = tests::property;
 
-Arrival arrival(int n) { return {"spBv1.0/A/DDATA/box/" + std::to_string(n), std::string(100, 'x'), n, false}; }
+Arrival arrival(int n) {
+  return {"spBv1.0/A/DDATA/box/" + std::to_string(n), std::string(100, 'x'), n, false};
+}
 
 SpoolSettings small(const tests::TemporaryFolder& folder) {
-  return {.folder = folder / "spool", .limit_bytes = 20'000, .memory_bytes = 1'000, .file_bytes = 2'000};
+  return {.folder = folder / "spool",
+          .limit_bytes = 20'000,
+          .memory_bytes = 1'000,
+          .file_bytes = 2'000};
 }
 
 std::vector<std::int64_t> numbers(const std::vector<Arrival>& arrivals) {
