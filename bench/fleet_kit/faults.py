@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What can go wrong between a box and its rows: each while everything runs, with what was lost and how long it took.
+
+A fault takes (plant, args) and returns a word on what else was seen. `took` is from the fault's end, or from the fault
+where it does not end, to the first rows of values that are newer.
+"""
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+
+import measure
+from plant import Plant, wait_for
+
+
+def newest(plant):
+    found = plant.sql("SELECT extract(epoch FROM max(v.time))::float8 FROM value v JOIN metric m ON m.id = v.metric_id "
+                      "WHERE m.name = 'pv' AND v.time < now() + interval '1 minute'")
+    return found[0][0] if found and found[0][0] is not None else 0.0
+
+
+def recovery(plant, patience_s=240):
+    """Seconds until values of now are rows again."""
+    start = time.monotonic()
+    since = time.time()
+    wait_for(lambda: newest(plant) > since, 'new rows', patience_s)
+    return time.monotonic() - start
+
+
+def broker_killed(plant, _args):
+    plant.kill('mosquitto')
+    time.sleep(5)
+    plant.start_broker()
+    return recovery(plant), 'away 5 s'
+
+
+def host_killed(plant, _args):
+    plant.kill('host1')
+    time.sleep(2)
+    plant.start_host('host1')
+    return recovery(plant), 'started again after 2 s'
+
+
+def host_taken_over(plant, _args):
+    plant.start_host('host2')
+    time.sleep(4)
+    plant.kill('host1')
+    return recovery(plant), 'a second host takes over'
+
+
+def database_stopped(plant, args):
+    plant.kill('postgresql', signal.SIGINT)
+    time.sleep(args.away)
+    spool = sum(f.stat().st_size for f in (plant.folder / 'host1/spool').rglob('*.spool'))
+    plant.start_database()
+    return recovery(plant), f'away {args.away:g} s, spool {spool / 1048576:.1f} MiB'
+
+
+def database_stopped_host_killed(plant, args):
+    plant.kill('postgresql', signal.SIGINT)
+    time.sleep(args.away / 4)
+    plant.kill('host1')
+    time.sleep(args.away / 4)
+    plant.start_host('host1')
+    time.sleep(2)
+    plant.start_database()
+    return recovery(plant), f'away {args.away / 2:g} s, host killed meanwhile'
+
+
+def clock_stepped(_plant, _args):
+    # The boxes' clock goes an hour back in the middle: see OPTIONS.
+    time.sleep(45)
+    return 0.0, "the boxes' clock an hour behind and then set right"
+
+
+def two_edges(plant, args):
+    """A second box with the name of the first, its own client identifier, and values of its own."""
+    twin = plant.start_boxes('twin', boxes=1, loops=args.loops, period=args.period, seconds=40, drain=0, host='',
+                             client_suffix='-twin', count_from=measure.TWIN)
+    twin.process.wait()
+    seen = plant.sql("SELECT count(*) FROM edge WHERE conflict IS NOT NULL")[0][0]
+    return recovery(plant), f'named as in conflict: {seen}'
+
+
+def birth_lost(plant, _args):
+    asked = plant.log('host1').count('a rebirth is asked for')
+    return recovery(plant), f'rebirths asked for: {asked}'
+
+
+def garbage(plant, _args):
+    """Random bytes, and true payloads with some bytes changed, on the topics of boxes that exist."""
+    import paho.mqtt.client as mqtt
+    client = mqtt.Client('garbage')
+    client.connect('127.0.0.1', plant.broker_port)
+    client.loop_start()
+    chance = random.Random(1)
+    count = 5000
+    for n in range(count):
+        kind = chance.choice(['DDATA/box9999/FIC-101', 'NBIRTH/box9999', 'NDEATH/box0001', 'DBIRTH/box9999/x', 'NDATA/box9999'])
+        client.publish(f'spBv1.0/A/{kind}', bytes(chance.randrange(256) for _ in range(chance.randrange(200))))
+        if n % 500 == 0:
+            time.sleep(0.1)
+    client.disconnect()
+    return recovery(plant), f'{count} messages'
+
+
+class Network:
+    """The broker behind a network of its own, which can be cut in each direction."""
+
+    def __init__(self):
+        self.name = f'lwfleet{os.getpid()}'
+
+    def run(self, *words):
+        subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+    def make(self):
+        self.run('ip', 'netns', 'add', self.name)
+        self.run('ip', 'link', 'add', 'lwf0', 'type', 'veth', 'peer', 'name', 'lwf1', 'netns', self.name)
+        self.run('ip', 'addr', 'add', '10.213.77.1/30', 'dev', 'lwf0')
+        self.run('ip', 'link', 'set', 'lwf0', 'up')
+        self.inside('ip', 'addr', 'add', '10.213.77.2/30', 'dev', 'lwf1')
+        self.inside('ip', 'link', 'set', 'lwf1', 'up')
+        self.inside('ip', 'link', 'set', 'lo', 'up')
+
+    def inside(self, *words):
+        self.run('ip', 'netns', 'exec', self.name, *words)
+
+    def remove(self):
+        subprocess.run(['ip', 'netns', 'del', self.name], check=False, stderr=subprocess.DEVNULL)
+
+
+def network_cut(device_inside):
+    """Everything that goes through one end of the cable is lost for 40 s; connections stay open on both sides."""
+    def fault(plant, _args):
+        where = plant.network.inside if device_inside else plant.network.run
+        device = 'lwf1' if device_inside else 'lwf0'
+        where('tc', 'qdisc', 'add', 'dev', device, 'root', 'netem', 'loss', '100%')
+        time.sleep(40)
+        where('tc', 'qdisc', 'del', 'dev', device, 'root')
+        return recovery(plant), '40 s; ' + ('towards the edges' if device_inside else 'towards the host')
+    return fault
+
+
+FAULTS = {
+    'broker killed': broker_killed,
+    'host killed -9': host_killed,
+    'host killed -9, another takes over': host_taken_over,
+    'database stopped': database_stopped,
+    'database stopped, host killed -9': database_stopped_host_killed,
+    'network cut, host to broker': network_cut(False),
+    'network cut, broker to host': network_cut(True),
+    'clock stepped': clock_stepped,
+    'two edges of one name': two_edges,
+    'a birth lost': birth_lost,
+    'garbage payloads': garbage,
+}
+
+# Of the simulated boxes, where a fault is theirs.
+OPTIONS = {'a birth lost': {'lose_births': 1}}
+
+
+def faketime_env(plant):
+    """The boxes' clock, in a file that libfaketime reads again each second."""
+    library = next((p for p in ('/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1',
+                                '/usr/lib/aarch64-linux-gnu/faketime/libfaketimeMT.so.1') if os.path.exists(p)), None)
+    if library is None:
+        return None
+    (plant.folder / 'clock').write_text('-1h')
+    return {'LD_PRELOAD': library, 'FAKETIME_TIMESTAMP_FILE': str(plant.folder / 'clock'), 'FAKETIME_NO_CACHE': '0',
+            'FAKETIME_CACHE_DURATION': '1', 'DONT_FAKE_MONOTONIC': '1'}
+
+
+def can_run(name):
+    if name.startswith('network') and (os.getuid() != 0 or shutil.which('tc') is None):
+        return 'needs root and tc'
+    if name.startswith('network') and subprocess.run(
+            ['unshare', '--net', 'true'], check=False, stderr=subprocess.DEVNULL).returncode != 0:
+        return 'needs network namespaces'
+    return ''
+
+
+def run_fault(name, fault, args):
+    why = can_run(name)
+    if why:
+        print(f'  {name:<36} left out: {why}', flush=True)
+        return True
+    plant = Plant()
+    try:
+        return observe(plant, name, fault, args)
+    finally:
+        plant.close()
+        if getattr(plant, 'network', None):
+            plant.network.remove()
+
+
+def start_all(plant, name, args):
+    plant.start_database()
+    boxes = {'boxes': args.boxes, 'loops': args.loops, 'period': args.period, 'drain': 180,
+             'seconds': 1e6, **OPTIONS.get(name, {})}
+    if name.startswith('network'):
+        # The host is on this side of the cable, broker and boxes on the other.
+        plant.network = Network()
+        plant.network.make()
+        inside = ('ip', 'netns', 'exec', plant.network.name)
+        config = plant.folder / 'mosquitto.conf'
+        config.write_text(f'listener {plant.broker_port} 0.0.0.0\nallow_anonymous true\nuser root\n')
+        plant.start('mosquitto', [*inside, 'mosquitto', '-c', config])
+        time.sleep(1)
+        plant.start_host('host1', broker=f'mqtt://10.213.77.2:{plant.broker_port}')
+        return plant.start_boxes(prefix=inside, **boxes)
+    plant.start_broker()
+    plant.start_host('host1')
+    env = faketime_env(plant) if name == 'clock stepped' else None
+    simulated = plant.start_boxes(env=env, **boxes)
+    if env:
+        time.sleep(25)
+        (plant.folder / 'clock').write_text('+0')
+    return simulated
+
+
+def observe(plant, name, fault, args):
+    boxes = start_all(plant, name, args)
+    measure.settle(lambda: boxes.state['live'] == args.boxes and (measure.rows(plant) or 0) > 0, f'{name}: births')
+    time.sleep(max(5.0, args.period))
+    took, seen = fault(plant, args)
+    time.sleep(max(5.0, args.period))
+    boxes.process.send_signal(signal.SIGTERM)
+    numbers = boxes.finish()
+    result = measure.compare(plant, numbers)
+    good = result.lost == 0 and result.twice == 0
+    print(f'  {name:<36} values {result.expected:8}, lost {result.lost}, twice {result.twice}; rows of now after '
+          f'{took:5.1f} s; {seen}', flush=True)
+    return good

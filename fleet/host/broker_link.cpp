@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/host/broker_link.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "fleet/host/utc.hpp"
+#include "fleet/sparkplug/host_state.hpp"
+#include "fleet/sparkplug/topic.hpp"
+
+namespace loopwarden::fleet {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kTick{50};
+constexpr milliseconds kGoodbye{2000};
+constexpr std::size_t kMostWaiting = 10'000;
+
+std::vector<mqtt::Subscription> subscriptions_of(const LinkSettings& settings) {
+  const std::string group = settings.group.empty() ? "+" : settings.group;
+  std::vector<mqtt::Subscription> all{{sparkplug::state_topic(settings.host_id)}};
+  for (const char* type : {"NBIRTH", "NDEATH", "NDATA"}) {
+    all.push_back({"spBv1.0/" + group + "/" + type + "/+"});
+  }
+  for (const char* type : {"DBIRTH", "DDEATH", "DDATA"}) {
+    all.push_back({"spBv1.0/" + group + "/" + type + "/+/+"});
+  }
+  return all;
+}
+
+}  // namespace
+
+BrokerLink::BrokerLink(LinkSettings settings, Spool& spool)
+    : settings_(std::move(settings)), spool_(spool) {
+  thread_.start({.name = "lw-broker", .stack_bytes = 1024UL * 1024UL}, [this] { run(); });
+}
+
+BrokerLink::~BrokerLink() { stop(); }
+
+void BrokerLink::stop() {
+  quit_ = true;
+  thread_.join();
+}
+
+void BrokerLink::send(mqtt::Message message) {
+  const std::lock_guard lock(mutex_);
+  if (waiting_.size() >= kMostWaiting) waiting_.pop_front();
+  waiting_.push_back(std::move(message));
+}
+
+void BrokerLink::run() {
+  while (!quit_) {
+    if (owned_) {
+      serve();
+    } else {
+      client_.reset();
+      connected_ = false;
+      std::this_thread::sleep_for(kTick);
+    }
+  }
+  say_goodbye();
+}
+
+void BrokerLink::serve() {
+  if (!client_) open();
+  for (mqtt::Event& event : client_->events(kTick)) handle(std::move(event));
+  if (!connected_) return;
+  if (said_online_ != accepting_.load()) say_state(accepting_);
+  send_waiting();
+}
+
+void BrokerLink::open() {
+  mqtt::ClientSettings settings = settings_.client;
+  settings.client_id = settings_.host_id;
+  settings.subscriptions = subscriptions_of(settings_);
+  client_ = std::make_unique<mqtt::Client>(std::move(settings));
+  try_connection();
+}
+
+void BrokerLink::try_connection() {
+  connected_ = false;
+  said_online_.reset();
+  // Also where this machine's clock was set back, later than whatever was said before.
+  state_time_ms_ = std::max(state_time_ms_ + 1, static_cast<std::uint64_t>(utc_ms()));
+  client_->connect(mqtt::Message{.topic = sparkplug::state_topic(settings_.host_id),
+                                 .payload = to_text(sparkplug::HostState{false, state_time_ms_}),
+                                 .qos = mqtt::Qos::at_least_once,
+                                 .retain = true});
+}
+
+void BrokerLink::handle(mqtt::Event event) {
+  switch (event.kind) {
+    case mqtt::Event::Kind::connected:
+      spdlog::info("{}: connected to {}", settings_.host_id, to_text(settings_.client.broker));
+      connected_ = true;
+      ++connections_;
+      return;
+    case mqtt::Event::Kind::disconnected:
+      spdlog::warn("{}: broker: {}", settings_.host_id, event.why);
+      try_connection();
+      return;
+    case mqtt::Event::Kind::message: break;
+  }
+  if (sparkplug::parse_state_topic(event.message.topic)) return hear_own_state(event.message);
+  // Births and data are never retained; what is was left there by somebody else's mistake.
+  if (event.message.retain) return;
+  spool_.push({std::move(event.message.topic), std::move(event.message.payload), utc_ms(), false});
+}
+
+void BrokerLink::hear_own_state(const mqtt::Message& message) {
+  const auto state = sparkplug::parse_host_state(message.payload);
+  if (!state) return;
+  if (state->time_ms > state_time_ms_) {
+    // Edges take the newest word: this connection's would not count.
+    spdlog::warn("{}: the broker has a state of a later time; connecting again", settings_.host_id);
+    state_time_ms_ = state->time_ms;
+    if (client_) client_->leave();
+    return;
+  }
+  // The will of an older connection that came late.
+  if (said_online_ == true && !state->online) said_online_.reset();
+}
+
+void BrokerLink::say_state(bool online) {
+  const mqtt::Message message{.topic = sparkplug::state_topic(settings_.host_id),
+                              .payload = to_text(sparkplug::HostState{online, state_time_ms_}),
+                              .qos = mqtt::Qos::at_least_once,
+                              .retain = true};
+  if (client_->publish(message)) said_online_ = online;
+}
+
+void BrokerLink::send_waiting() {
+  const std::lock_guard lock(mutex_);
+  while (!waiting_.empty() && client_->publish(waiting_.front())) waiting_.pop_front();
+}
+
+void BrokerLink::say_goodbye() {
+  if (!client_) return;
+  if (connected_ && owned_) {
+    say_state(false);
+    client_->leave();
+    const auto end = std::chrono::steady_clock::now() + kGoodbye;
+    while (connected_ && std::chrono::steady_clock::now() < end) {
+      for (mqtt::Event& event : client_->events(kTick)) {
+        if (event.kind == mqtt::Event::Kind::disconnected) connected_ = false;
+        if (event.kind == mqtt::Event::Kind::message) handle(std::move(event));
+      }
+    }
+  }
+  connected_ = false;
+  client_.reset();
+}
+
+}  // namespace loopwarden::fleet

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/host/fleet_host.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "fleet/host/lease.hpp"
+#include "fleet/host/maintenance.hpp"
+#include "fleet/host/metrics_server.hpp"
+#include "fleet/host/migrations.hpp"
+#include "hal/os/exit_code.hpp"
+
+namespace loopwarden::fleet {
+namespace {
+
+using std::chrono::seconds;
+using std::chrono::steady_clock;
+
+constexpr seconds kBetweenPartitions{600};
+constexpr seconds kBetweenDecimations{5};
+constexpr int kMostDecimations = 50;  // edges' quarters of an hour at a time
+constexpr std::chrono::milliseconds kUpkeepTick{500};
+constexpr seconds kBetweenAttempts{2};
+constexpr int kFirstRounds = 3;
+constexpr const char* kAllGroups = "*";
+
+void log_lost(const char* what, const std::exception& e) {
+  const std::string why = e.what();
+  spdlog::warn("{}: {}", what, why.substr(0, why.find('\n')));
+}
+
+std::string owner_name() {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return fmt::format("{}:{}", host.data(), ::getpid());
+}
+
+std::string lease_name(const GroupHost& group) {
+  return group.group().empty() ? kAllGroups : group.group();
+}
+
+GroupSettings settings_of(const HostConfig& config, const std::string& group) {
+  mqtt::ClientSettings client;
+  client.broker = *config.broker;
+  client.user = config.user;
+  client.password = config.password;
+  client.ca_file = config.ca_file;
+  client.certificate_file = config.certificate_file;
+  client.key = config.key;
+  client.keep_alive = std::chrono::seconds(10);
+  client.reconnect_max = std::chrono::milliseconds(5000);
+  client.most_waiting = 1000;
+  const std::string folder = group.empty() ? kAllGroups : group;
+  return {.link = {std::move(client), group, host_id_of(config, group)},
+          .spool = {.folder = config.state_directory / "spool" / folder,
+                    .limit_bytes = config.spool_bytes},
+          .database = {config.database, config.database_password},
+          .writer = config.writer};
+}
+
+}  // namespace
+
+FleetHost::FleetHost(HostConfig config)
+    : config_(std::move(config)),
+      owner_(owner_name()),
+      database_{config_.database, config_.database_password} {}
+
+FleetHost::~FleetHost() { quit_ = true; }
+
+std::string FleetHost::metrics() const {
+  std::vector<GroupStatus> groups;
+  groups.reserve(groups_.size());
+  for (const auto& group : groups_) groups.push_back(group->status());
+  return metrics_text(groups);
+}
+
+int FleetHost::run() {
+  hold_leases();  // the tables, if the database is there
+  const std::vector<std::string> names =
+      config_.groups.empty() ? std::vector<std::string>{""} : config_.groups;
+  for (const std::string& name : names) {
+    groups_.push_back(std::make_unique<GroupHost>(settings_of(config_, name)));
+  }
+  const MetricsServer& wanted = config_.metrics;
+  MetricsEndpoint endpoint(wanted.address, wanted.port, [this] { return metrics(); });
+  maintenance_.start({.name = "lw-upkeep", .stack_bytes = 1024UL * 1024UL}, [this] { maintain(); });
+  sd_notify(0, "READY=1");
+  do {
+    hold_leases();
+    sd_notify(0, "WATCHDOG=1");
+  } while (wait_for_signal(kRenewSeconds) == 0);
+  sd_notify(0, "STOPPING=1");
+  quit_ = true;
+  for (const auto& group : groups_) group->stop();
+  release_leases();
+  maintenance_.join();
+  return kExitOk;
+}
+
+// 0: none came.
+int FleetHost::wait_for_signal(int patience_s) const {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGINT);
+  const timespec patience{patience_s, 0};
+  return std::max(0, ::sigtimedwait(&set, nullptr, &patience));
+}
+
+void FleetHost::prepare_database() {
+  if (!leases_) leases_ = open_database(database_);
+  if (schema_ready_) return;
+  const int applied = migrate(*leases_);
+  if (applied > 0) spdlog::info("database: {} migrations applied", applied);
+  keep_partitions(*leases_, config_.retention);
+  schema_ready_ = true;
+}
+
+// While the database is away everybody keeps what they had: nobody else can take it.
+void FleetHost::hold_leases() {
+  try {
+    prepare_database();
+    std::size_t taken = 0;
+    for (const auto& group : groups_) {
+      // Of several processes that begin together each gets some.
+      if (!group->owned() && taken > 0 && rounds_ < kFirstRounds) continue;
+      const bool mine = hold_lease(*leases_, lease_name(*group), owner_);
+      if (mine == group->owned()) continue;
+      spdlog::info("group {}: {}", lease_name(*group),
+                   mine ? "served from now on" : "another host has it");
+      group->own(mine);
+      if (mine) ++taken;
+    }
+    ++rounds_;
+  } catch (const std::exception& e) {
+    log_lost("database", e);
+    leases_.reset();
+  }
+}
+
+void FleetHost::release_leases() {
+  try {
+    for (const auto& group : groups_) {
+      if (leases_ && group->owned()) release_lease(*leases_, lease_name(*group), owner_);
+    }
+  } catch (const std::exception& e) {
+    log_lost("leases", e);  // they run out by themselves
+  }
+}
+
+// Upkeep has a connection and a thread of its own, so that leases and values never wait for it.
+void FleetHost::maintain() {
+  std::unique_ptr<pqxx::connection> connection;
+  steady_clock::time_point partitions = steady_clock::now();
+  steady_clock::time_point decimation{};
+  while (!quit_) {
+    std::this_thread::sleep_for(kUpkeepTick);
+    if (!schema_ready_) continue;
+    try {
+      if (!connection) connection = open_database(database_);
+      const auto now = steady_clock::now();
+      if (now - partitions >= kBetweenPartitions) {
+        keep_partitions(*connection, config_.retention);
+        partitions = now;
+      }
+      ask_what_is_due(*connection);
+      if (now - decimation < kBetweenDecimations) continue;
+      decimate(*connection);
+      decimation = now;
+    } catch (const std::exception& e) {
+      log_lost("upkeep", e);
+      connection.reset();
+      std::this_thread::sleep_for(kBetweenAttempts);
+    }
+  }
+}
+
+void FleetHost::ask_what_is_due(pqxx::connection& connection) {
+  for (const auto& group : groups_) {
+    if (!group->owned()) continue;
+    for (const DueRequest& request : take_due_requests(connection, group->group())) {
+      group->ask(request);
+    }
+  }
+}
+
+void FleetHost::decimate(pqxx::connection& connection) {
+  for (const auto& group : groups_) {
+    if (group->owned()) decimate_history(connection, group->group(), kMostDecimations);
+  }
+}
+
+}  // namespace loopwarden::fleet

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/host/host_config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "config/map_reader.hpp"
+#include "config/source_file.hpp"
+#include "config/yaml_document.hpp"
+#include "fleet/sparkplug/topic.hpp"
+
+namespace loopwarden::fleet {
+namespace {
+
+using config::Choice;
+using config::MapReader;
+using config::Report;
+using config::Value;
+
+constexpr std::array kLogLevels{
+    Choice<const char*>{"debug", "debug"}, Choice<const char*>{"info", "info"},
+    Choice<const char*>{"warn", "warn"}, Choice<const char*>{"error", "error"}};
+constexpr std::uint64_t kMebibyte = 1024ULL * 1024ULL;
+constexpr std::size_t kMostGroups = 100;
+
+mqtt::Secret read_secret_section(MapReader& in, std::string_view key, const char* meaning,
+                                 const std::string& file) {
+  mqtt::Secret secret;
+  std::optional<MapReader> section = in.maybe_section(key, meaning);
+  if (!section) return secret;
+  const Value<std::string> credential =
+      section->text("credential", "its name, as in LoadCredential= of the unit", "");
+  const Value<std::string> path = section->text("file", "a file whose first line it is", "");
+  secret.credential = credential;
+  if (path.given && path.valid) secret.file = config::resolve(file, path.value);
+  if (!section->describing() && credential.given == path.given) {
+    section->error("must have one of credential and file");
+  }
+  return secret;
+}
+
+std::optional<std::string> broker_error(const std::string& text,
+                                        std::optional<mqtt::BrokerUrl>& url) {
+  try {
+    url = mqtt::parse_broker_url(text);
+    return std::nullopt;
+  } catch (const std::invalid_argument& e) {
+    return e.what();
+  }
+}
+
+// "postgresql://user:secret@host": whoever may read the file, or the list of processes, would have it.
+std::optional<std::string> database_error(const std::string& text) {
+  if (!text.starts_with("postgresql://") && !text.starts_with("postgres://")) {
+    return fmt::format("must be postgresql://[USER@]HOST[:PORT]/NAME (got '{}')",
+                       config::quotable(text));
+  }
+  const std::string_view behind = std::string_view(text).substr(text.find("//") + 2);
+  const std::string_view user = behind.substr(0, behind.find_first_of("@/"));
+  const bool has_user = behind.substr(0, behind.find('/')).find('@') != std::string_view::npos;
+  if ((has_user && user.find(':') != std::string_view::npos) ||
+      text.find("password=") != std::string::npos) {
+    return "holds a password; use database_password with a credential or a file";
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> groups_error(const std::vector<std::string>& groups) {
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (!sparkplug::is_identifier(groups[i]) || groups[i] == "STATE") {
+      return fmt::format("'{}' can't be a group's name", config::quotable(groups[i]));
+    }
+    if (std::find(groups.begin(), groups.begin() + static_cast<std::ptrdiff_t>(i), groups[i]) !=
+        groups.begin() + static_cast<std::ptrdiff_t>(i)) {
+      return fmt::format("has '{}' twice", config::quotable(groups[i]));
+    }
+  }
+  if (groups.size() > kMostGroups) return fmt::format("has more than {} groups", kMostGroups);
+  return std::nullopt;
+}
+
+void read_broker(MapReader& in, HostConfig& config, const std::string& file) {
+  const Value<std::string> url = in.text("broker", "mqtt://HOST[:PORT] or mqtts://HOST[:PORT]", "");
+  if (url.given && url.valid) {
+    if (const auto error = broker_error(url.value, config.broker)) in.error("broker", *error);
+  }
+  config.user = in.text("user", "at the broker; without: anonymous", "");
+  config.password = read_secret_section(in, "password", "of that user", file);
+  if (std::optional<MapReader> tls = in.maybe_section("tls", "of mqtts://")) {
+    const auto path = [&](const char* key, const char* meaning) {
+      const Value<std::string> name = tls->text(key, meaning, "");
+      return name.given && name.valid ? config::resolve(file, name.value).string() : std::string();
+    };
+    config.ca_file = path("ca", "certificates to trust (PEM); without: those of the system");
+    config.certificate_file = path("certificate", "the host's own (PEM)");
+    config.key = read_secret_section(*tls, "key", "of that certificate (PEM)", file);
+  }
+}
+
+void read_database(MapReader& in, HostConfig& config, const std::string& file) {
+  const Value<std::string> database =
+      in.text("database", "postgresql://[USER@]HOST[:PORT]/NAME", "");
+  config.database = database;
+  if (database.given && database.valid) {
+    if (const auto error = database_error(database.value)) in.error("database", *error);
+  }
+  config.database_password =
+      read_secret_section(in, "database_password", "of the database's user", file);
+  if (std::optional<MapReader> keep = in.maybe_section("keep", "how long rows are kept")) {
+    const auto days = [&](const char* key, const char* meaning, int fallback) {
+      return static_cast<int>(keep->integer(key, {1, 36'600, "days", meaning}, fallback));
+    };
+    Retention& retention = config.retention;
+    retention.values_days = days("values", "every value", retention.values_days);
+    retention.history_days =
+        days("history", "quarters of an hour, alarms, explanations", retention.history_days);
+    retention.evidence_days = days("evidence", "files of alarms", retention.evidence_days);
+  }
+}
+
+void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
+  const Value<std::vector<std::string>> groups =
+      in.maybe_texts("groups", "groups to serve; without: all, as one");
+  config.groups = groups.value;
+  if (const auto error = groups_error(config.groups)) in.error("groups", *error);
+  const Value<std::string> id = in.text(
+      "host_id", "identifier of the host application: HOST_ID-GROUP, or HOST_ID for all groups",
+      config.host_id);
+  config.host_id = id;
+  if (id.valid && !sparkplug::is_identifier(config.host_id)) {
+    in.error("host_id", "must have no / + # and no control characters");
+  }
+  config.state_directory = config::resolve(
+      file, in.text("state_directory", "for the spool", config.state_directory.string()));
+  config.spool_bytes =
+      kMebibyte *
+      static_cast<std::uint64_t>(
+          in.integer("spool",
+                     {16, 1'000'000, "MiB", "on the disk a group, while the database is away"},
+                     static_cast<std::int64_t>(config.spool_bytes / kMebibyte))
+              .value);
+  if (std::optional<MapReader> evidence = in.maybe_section("evidence", "of alarms")) {
+    config.writer.ask_evidence =
+        evidence->flag("ask", "ask the box for it when an alarm is raised", true);
+    config.writer.evidence_delay_s = static_cast<int>(evidence->integer(
+        "delay", {0, 86'400, "s", "from the alarm to that"}, config.writer.evidence_delay_s));
+  }
+  if (std::optional<MapReader> metrics = in.maybe_section("metrics", "HTTP for Prometheus")) {
+    config.metrics.address = metrics->text("address", "to listen at", config.metrics.address);
+    config.metrics.port = static_cast<std::uint16_t>(
+        metrics->integer("port", {0, 65'535, "", "0: none"}, config.metrics.port));
+  }
+  config.log_level =
+      in.one_of("log_level", kLogLevels, "least grave message that is logged", kLogLevels[1].value);
+}
+
+void read_file(const std::string& file, std::string_view text, Report& report, HostConfig& config) {
+  std::optional<config::YamlNode> root = config::parse_yaml(text, report);
+  if (!root) return;
+  MapReader in(*root, "", report);
+  read_broker(in, config, file);
+  read_database(in, config, file);
+  read_rest(in, config, file);
+  config::report_unknown_keys(*root, report);
+}
+
+// An error of the command line has no place in a file.
+void complain(Report& report, std::string_view option, const std::optional<std::string>& error) {
+  if (error) report.error({}, option, *error);
+}
+
+}  // namespace
+
+config::Loaded<HostConfig> read_host_text(const std::string& file, std::string_view text) {
+  Report report(file);
+  HostConfig config;
+  read_file(file, text, report, config);
+  return config::loaded(std::move(config), report);
+}
+
+config::Loaded<HostConfig> read_host_config(const CommandLine& command_line) {
+  const bool has_file = !command_line.config_file.empty();
+  Report report(has_file ? command_line.config_file : "command line");
+  HostConfig config;
+  if (has_file) {
+    if (const auto text = config::read_source_file(command_line.config_file, report)) {
+      read_file(command_line.config_file, *text, report, config);
+    }
+  }
+  if (!command_line.broker.empty()) {
+    complain(report, "--broker", broker_error(command_line.broker, config.broker));
+  }
+  if (!command_line.database.empty()) {
+    config.database = command_line.database;
+    complain(report, "--database", database_error(config.database));
+  }
+  if (!command_line.groups.empty()) {
+    config.groups = command_line.groups;
+    complain(report, "--groups", groups_error(config.groups));
+  }
+  if (!report.has_errors() && !config.broker) {
+    report.error({}, "broker", "must be given, here or as --broker");
+  }
+  if (!report.has_errors() && config.database.empty()) {
+    report.error({}, "database", "must be given, here or as --database");
+  }
+  return config::loaded(std::move(config), report);
+}
+
+std::string host_id_of(const HostConfig& config, const std::string& group) {
+  return group.empty() ? config.host_id : config.host_id + '-' + group;
+}
+
+}  // namespace loopwarden::fleet
