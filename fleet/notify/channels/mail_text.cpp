@@ -16,8 +16,7 @@ namespace loopwarden::notify {
 namespace {
 
 constexpr std::size_t kLongestLine = 76;
-// "=?UTF-8?B?" and "?=" around 60 characters of base64: below the 75 of RFC 2047.
-constexpr std::size_t kEncodedWordBytes = 45;
+constexpr std::size_t kEncodedWordMarks = 12;  // "=?UTF-8?B?" and "?="
 
 std::string base64(std::string_view bytes) {
   std::string text(BASE64_ENCODE_RAW_LENGTH(bytes.size()), '\0');
@@ -59,11 +58,15 @@ std::string header_field(std::string_view name, std::string_view raw) {
   if (is_plain(text) && name.size() + 2 + text.size() <= kLongestLine) {
     return fmt::format("{}: {}\n", name, text);
   }
-  std::string field = fmt::format("{}:", name);
+  std::string field = fmt::format("{}: ", name);
+  std::size_t column = field.size();
   for (std::string_view rest = text; !rest.empty();) {
-    const std::string_view part = head(rest, kEncodedWordBytes);
-    field += fmt::format("{}=?UTF-8?B?{}?=", field.back() == ':' ? " " : "\n ", base64(part));
+    // As much as leaves the line within 76 characters (RFC 2047), whole characters in each word.
+    const std::size_t room = (kLongestLine - column - kEncodedWordMarks) / 4 * 3;
+    const std::string_view part = head(rest, room);
     rest.remove_prefix(part.size());
+    field += fmt::format("=?UTF-8?B?{}?={}", base64(part), rest.empty() ? "" : "\n ");
+    column = 1;
   }
   return field + "\n";
 }

@@ -32,7 +32,7 @@ std::string parameter(const char* name, std::string_view value) {
 
 std::string structured_data(const Event& event, const Message& message, const Sender& sender,
                             std::int64_t enterprise) {
-  constexpr std::size_t kMostBytes = 200;
+  constexpr std::size_t kMostBytes = 100;  // of each: all of them fit into a datagram, escaped
   std::string data = fmt::format("[loopwarden@{}", enterprise);
   const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) data += parameter(name, head(value, kMostBytes));

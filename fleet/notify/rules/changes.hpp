@@ -18,7 +18,7 @@ struct AlarmReading {
   std::string state;
   bool unacknowledged = false;  // waits for the operator
   std::int64_t times_raised = 0;
-  std::optional<double> severity_percent;
+  std::optional<double> severity_percent{};
 };
 
 // An alarm as it was told last. Survives a restart.
@@ -26,7 +26,7 @@ struct AlarmPicture {
   std::string state = "normal";
   bool unacknowledged = false;
   std::int64_t times_raised = 0;
-  std::optional<double> worst_percent;  // since it came
+  std::optional<double> worst_percent{};  // since it came
   std::int64_t since_ms = 0;     // when it came, or became so severe that more are told
   std::int64_t reminded_ms = 0;  // what fell due until then was told
 
