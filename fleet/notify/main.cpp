@@ -30,12 +30,14 @@ constexpr const char* kFooter =
     "  loopwarden-notify --config /etc/loopwarden-notify/notify.yaml --test mail\n"
     "  loopwarden-notify --config /etc/loopwarden-notify/notify.yaml --list 20";
 
+constexpr std::size_t kListed = 50;
+
 struct Options {
   std::string config;
   bool check = false;
   std::string only;  // the channel to test
   bool test = false;
-  std::size_t most = 50;
+  std::size_t most = 0;  // notifications to list; 0: none given
   bool list = false;
   bool json = false;
 };
@@ -58,12 +60,15 @@ int run(const Options& options) {
   fmt::print(stderr, "{}", loopwarden::config::to_text(config.diagnostics));
   if (!config) return kExitConfiguration;
   if (options.check) {
-    fmt::print("{}: {} channel{}, {} route{}, no errors\n", options.config,
-               config->channels.size(), config->channels.size() == 1 ? "" : "s",
-               config->rules.routes.size(), config->rules.routes.size() == 1 ? "" : "s");
+    fmt::print("{}: {} channel{}, {} route{}, no errors\n", options.config, config->channels.size(),
+               config->channels.size() == 1 ? "" : "s", config->rules.routes.size(),
+               config->rules.routes.size() == 1 ? "" : "s");
     return kExitOk;
   }
-  if (options.list) return notify::list_notifications(*config, options.most, options.json);
+  if (options.list) {
+    const std::size_t most = options.most == 0 ? kListed : options.most;
+    return notify::list_notifications(*config, most, options.json);
+  }
   if (options.test) return notify::test_channels(*config, options.only);
   block_signals();
   open_log(config->log_level);

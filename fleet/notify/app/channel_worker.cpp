@@ -99,8 +99,16 @@ void ChannelWorker::wait() {
   woken_ = false;
 }
 
+Delivery ChannelWorker::attempt(const Message& message) {
+  try {
+    return channel_->send(message, quit_);
+  } catch (const std::exception& e) {
+    return later(e.what());
+  }
+}
+
 void ChannelWorker::send(const Message& message) {
-  const Delivery delivery = channel_->send(message, quit_);
+  const Delivery delivery = attempt(message);
   const double chance = std::uniform_real_distribution<double>(0.0, 1.0)(random_);
   last_ = judge(delivery, message, back_off_, utc_ms(), chance);
   const bool failed = last_->state != MessageState::sent;

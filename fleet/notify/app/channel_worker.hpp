@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
@@ -45,6 +46,7 @@ class ChannelWorker {
   void run();
   void wait();
   void send(const Message& message);
+  Delivery attempt(const Message& message);
 
   std::string name_;
   std::unique_ptr<Channel> channel_;

@@ -30,8 +30,8 @@ nlohmann::json to_json(const MessageRow& row, const std::string& box) {
 
 void print(const MessageRow& row, const NotifyConfig& config) {
   fmt::print("{:>6}  {}  {:<12} {:<7} {}\n", row.message.id,
-             local_time(row.message.made_ms, *config.zone), row.message.channel,
-             to_text(row.state), headline(row.message, config.box));
+             local_time(row.message.made_ms, *config.zone), row.message.channel, to_text(row.state),
+             headline(row.message, config.box));
   if (row.result.empty()) return;
   fmt::print("        {}, attempt {}: {}\n", local_time(row.at_ms, *config.zone),
              row.message.attempts, row.result);

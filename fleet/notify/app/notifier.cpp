@@ -116,11 +116,10 @@ void Notifier::step() {
 
 void Notifier::look(std::int64_t now_ms) {
   if (std::optional<Snapshot> snapshot = watcher_.take()) {
-    if (unstored_) {
-      std::move(unstored_->journal.begin(), unstored_->journal.end(),
-                std::back_inserter(snapshot->journal));
-    }
+    if (unstored_) keep_reasons(*snapshot, std::move(*unstored_));
     unstored_ = std::move(snapshot);
+  }
+  if (unstored_) {
     store(rules_.read(unstored_->alarms, unstored_->journal, now_ms), now_ms);
     unstored_.reset();
   }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <exception>
 #include <future>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "config/diagnostic.hpp"
@@ -60,8 +62,8 @@ int test_channels(const NotifyConfig& config, const std::string& only) {
   std::vector<std::pair<std::string, std::future<Delivery>>> tries;
   for (const ChannelSettings& channel : config.channels) {
     if (!only.empty() && channel.name != only) continue;
-    tries.emplace_back(channel.name, std::async(std::launch::async, try_channel,
-                                                std::cref(channel), std::cref(sender)));
+    tries.emplace_back(channel.name, std::async(std::launch::async, try_channel, std::cref(channel),
+                                                std::cref(sender)));
   }
   int exit_code = kExitOk;
   for (auto& [name, attempt] : tries) {

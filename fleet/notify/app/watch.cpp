@@ -8,6 +8,9 @@
 #include <csignal>
 #include <ctime>
 #include <exception>
+#include <memory>
+#include <stdexcept>
+#include <utility>
 
 #include "fleet/notify/app/commands.hpp"
 #include "fleet/notify/app/notifier.hpp"

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "fleet/notify/channels/channel_settings.hpp"
 #include "fleet/notify/rules/message.hpp"
@@ -19,7 +20,7 @@ namespace loopwarden::notify {
 struct Delivery {
   enum class Outcome : std::uint8_t { sent, later, refused };
   Outcome outcome = Outcome::sent;
-  std::string text;                             // one line
+  std::string text;                       // one line
   std::optional<std::int64_t> wait_ms{};  // as the other side asks for it
 };
 

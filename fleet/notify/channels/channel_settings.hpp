@@ -39,8 +39,9 @@ struct SyslogSettings {
   std::string socket = "/dev/log";  // local
   std::string host;
   std::uint16_t port = 0;
-  int facility = 16;                // local0
-  std::int64_t enterprise = 32473;  // of the structured data's name; this one is for examples (RFC 5612)
+  int facility = 16;  // local0
+  std::int64_t enterprise =
+      32473;  // of the structured data's name; this one is for examples (RFC 5612)
   TlsFiles tls;
   TimeOuts time_outs;
 };

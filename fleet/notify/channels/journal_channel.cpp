@@ -47,6 +47,7 @@ std::vector<std::string> journal_fields(const Event& event, const Message& messa
   add("LOOPWARDEN_SEVERITY_PERCENT", percent(event.severity_percent));
   add("LOOPWARDEN_PEER", event.peer);
   add("LOOPWARDEN_REASON", event.reason);
+  if (message.lost > 0) add("LOOPWARDEN_LOST", fmt::format("{}", message.lost));
   add("LOOPWARDEN_TIME", rfc3339(event.utc_ms));
   return fields;
 }

@@ -20,8 +20,7 @@ constexpr std::size_t kEncodedWordMarks = 12;  // "=?UTF-8?B?" and "?="
 
 std::string base64(std::string_view bytes) {
   std::string text(BASE64_ENCODE_RAW_LENGTH(bytes.size()), '\0');
-  base64_encode_raw(text.data(), bytes.size(),
-                    reinterpret_cast<const std::uint8_t*>(bytes.data()));
+  base64_encode_raw(text.data(), bytes.size(), reinterpret_cast<const std::uint8_t*>(bytes.data()));
   return text;
 }
 
@@ -84,7 +83,8 @@ std::string quoted_printable(std::string_view text) {
     const bool ends_line = i + 1 == text.size() || text[i + 1] == '\n';
     // A dot that begins a line is encoded too: then no transport has to double it.
     const bool plain = c > ' ' && c <= '~' && c != '=' && !(c == '.' && column == 0);
-    const std::string shown = plain || (c == ' ' && !ends_line) ? std::string(1, c) : encoded_byte(c);
+    const std::string shown =
+        plain || (c == ' ' && !ends_line) ? std::string(1, c) : encoded_byte(c);
     if (column + shown.size() > kLongestLine - 1) {
       out += "=\n";
       column = 0;
@@ -108,7 +108,8 @@ bool is_address(std::string_view text) {
   constexpr std::size_t kLongestAddress = 254;
   const std::size_t at = text.find('@');
   const bool characters = std::all_of(text.begin(), text.end(), [](char c) {
-    return c > ' ' && c <= '~' && std::string_view("<>()[]\\,;:\"").find(c) == std::string_view::npos;
+    return c > ' ' && c <= '~' &&
+           std::string_view("<>()[]\\,;:\"").find(c) == std::string_view::npos;
   });
   return characters && text.size() <= kLongestAddress && at != std::string_view::npos && at > 0 &&
          at + 1 < text.size() && text.find('@', at + 1) == std::string_view::npos &&

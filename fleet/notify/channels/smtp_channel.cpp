@@ -86,9 +86,9 @@ Delivery SmtpChannel::send(const Message& message, const std::atomic<bool>& quit
   request.set(CURLOPT_HEADERDATA, &replies);
   const CURLcode code = request.perform(quit);
   if (code == CURLE_OK) {
-    return sent(replies.refusals.empty()
-                    ? fmt::format("taken by {}", settings_.host)
-                    : fmt::format("taken by {}, but refused: {}", settings_.host, replies.refusals));
+    return sent(replies.refusals.empty() ? fmt::format("taken by {}", settings_.host)
+                                         : fmt::format("taken by {}, but refused: {}",
+                                                       settings_.host, replies.refusals));
   }
   const std::string why = fmt::format("{}{}{}", request.error(code),
                                       replies.refusals.empty() ? "" : ": ", replies.refusals);

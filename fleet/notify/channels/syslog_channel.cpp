@@ -36,8 +36,7 @@ int connected_local(const std::string& path, std::string& why) {
   }
   std::copy(path.begin(), path.end(), address.sun_path);
   const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd >= 0 &&
-      connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+  if (fd >= 0 && connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
     return fd;
   }
   why = fmt::format("{}: {}", path, std::strerror(errno));

@@ -43,9 +43,11 @@ std::string structured_data(const Event& event, const Message& message, const Se
   add("alarm", event.alarm);
   add("change", to_text(event.change));
   add("state", event.state);
-  if (event.severity_percent) add("severity_percent", fmt::format("{:.3f}", *event.severity_percent));
+  if (event.severity_percent)
+    add("severity_percent", fmt::format("{:.3f}", *event.severity_percent));
   add("peer", event.peer);
   add("reason", event.reason);
+  if (message.lost > 0) add("lost", fmt::format("{}", message.lost));
   if (message.perhaps_twice) add("perhaps_twice", "true");
   return data + "]";
 }
@@ -56,10 +58,10 @@ std::string syslog_line(const Event& event, const Message& message, const Sender
                         const SyslogSettings& settings, std::size_t most_bytes) {
   constexpr int kInformation = 6;
   const int severity = message.test ? kInformation : priority_of(event);
-  const std::string start = fmt::format(
-      "<{}>1 {} {} loopwarden-notify - {} {} {}", settings.facility * 8 + severity,
-      rfc3339(event.utc_ms), header_word(sender.box), to_text(event.change),
-      structured_data(event, message, sender, settings.enterprise), kByteOrderMark);
+  const std::string start =
+      fmt::format("<{}>1 {} {} loopwarden-notify - {} {} {}", settings.facility * 8 + severity,
+                  rfc3339(event.utc_ms), header_word(sender.box), to_text(event.change),
+                  structured_data(event, message, sender, settings.enterprise), kByteOrderMark);
   const std::string text = message.test ? headline(message, sender.box) : sentence(event);
   return start + std::string(head(text, most_bytes - std::min(most_bytes, start.size())));
 }

@@ -35,9 +35,9 @@ constexpr std::array kSecurities{Choice<Security>{"starttls", Security::starttls
 
 // By number, RFC 5424.
 const std::vector<std::string> kFacilities{
-    "kern",   "user",   "mail",   "daemon",   "auth",   "syslog",        "lpr",    "news",
-    "uucp",   "cron",   "authpriv", "ftp",    "ntp",    "audit",         "alert",  "clock",
-    "local0", "local1", "local2", "local3",   "local4", "local5",        "local6", "local7"};
+    "kern",   "user",   "mail",     "daemon", "auth",   "syslog", "lpr",    "news",
+    "uucp",   "cron",   "authpriv", "ftp",    "ntp",    "audit",  "alert",  "clock",
+    "local0", "local1", "local2",   "local3", "local4", "local5", "local6", "local7"};
 
 constexpr std::size_t kMostRecipients = 50;
 
@@ -58,8 +58,8 @@ Secret read_secret_at(MapReader& in, std::string_view key, const char* meaning,
   Secret secret;
   std::optional<MapReader> section = in.maybe_section(key, meaning);
   if (!section) return secret;
-  const Value<std::string> credential = section->text(
-      "credential", "name of a systemd credential (LoadCredential= of the unit)", "");
+  const Value<std::string> credential =
+      section->text("credential", "name of a systemd credential (LoadCredential= of the unit)", "");
   secret.credential = credential;
   secret.file = file_at(*section, "file", "or a file that holds it", file);
   if (secret.credential.find('/') != std::string::npos) {
@@ -77,9 +77,8 @@ TlsFiles read_tls(MapReader& in, const std::string& file) {
                             "certificates (PEM) that may have signed the other side's; those of "
                             "the system where it is not given",
                             file);
-  tls.certificate =
-      file_at(in, "certificate_file", "this box's own certificate (PEM), where one is asked for",
-              file);
+  tls.certificate = file_at(in, "certificate_file",
+                            "this box's own certificate (PEM), where one is asked for", file);
   tls.key = file_at(in, "key_file", "its key (PEM)", file);
   if (tls.certificate.empty() != tls.key.empty()) {
     in.error("certificate_file and key_file belong together");
@@ -89,8 +88,8 @@ TlsFiles read_tls(MapReader& in, const std::string& file) {
 
 TimeOuts read_time_outs(MapReader& in) {
   TimeOuts time_outs;
-  time_outs.connect_ms = ms_of(
-      in.number("connect_timeout", {"s", between(0.1, 60.0), "for a connection"}, 10.0));
+  time_outs.connect_ms =
+      ms_of(in.number("connect_timeout", {"s", between(0.1, 60.0), "for a connection"}, 10.0));
   time_outs.all_ms =
       ms_of(in.number("timeout", {"s", between(0.1, 300.0), "for one attempt"}, 30.0));
   return time_outs;
@@ -104,13 +103,12 @@ std::uint16_t read_port(MapReader& in, std::int64_t fallback, const char* fallba
 // A name or an address, as it goes into a URL.
 std::string read_host(MapReader& in) {
   const Value<std::string> host = in.need_text("host", "name or address of the server");
-  const bool plain =
-      host.value.find_first_not_of(
-          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:") ==
-      std::string::npos;
+  const bool plain = host.value.find_first_not_of(
+                         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:") ==
+                     std::string::npos;
   if (host.valid && (!plain || host.value.empty())) {
-    in.error("host", fmt::format("must be a name or an address (got '{}')",
-                                 config::quotable(host.value)));
+    in.error("host",
+             fmt::format("must be a name or an address (got '{}')", config::quotable(host.value)));
   }
   return host;
 }
@@ -132,14 +130,16 @@ SyslogSettings read_syslog(MapReader in, const std::string& file) {
     settings.time_outs = read_time_outs(in);
   }
   if (in.describing() || settings.transport == Transport::tls) settings.tls = read_tls(in, file);
-  const Value<std::string> facility =
-      in.word_of("facility", [] {
+  const Value<std::string> facility = in.word_of(
+      "facility",
+      [] {
         std::vector<std::string> words{"local0"};
         for (const std::string& name : kFacilities) {
           if (name != "local0") words.push_back(name);
         }
         return words;
-      }(), "facility of the messages");
+      }(),
+      "facility of the messages");
   for (std::size_t i = 0; i < kFacilities.size(); ++i) {
     if (kFacilities[i] == facility.value) settings.facility = static_cast<int>(i);
   }
@@ -154,8 +154,9 @@ SyslogSettings read_syslog(MapReader in, const std::string& file) {
 
 std::string read_address(MapReader& in, std::string_view key, const std::string& text) {
   if (!is_address(text)) {
-    in.error(key, fmt::format("must be an address, local@domain, without name or brackets (got '{}')",
-                              config::quotable(text)));
+    in.error(key,
+             fmt::format("must be an address, local@domain, without name or brackets (got '{}')",
+                         config::quotable(text)));
   }
   return text;
 }
@@ -253,11 +254,11 @@ Defaults defaults_of(Kind kind) {
 void read_rule(MapReader& in, Kind kind, ChannelRule& rule) {
   const Defaults defaults = defaults_of(kind);
   rule.one_each = kind == Kind::journal || kind == Kind::syslog;
-  rule.group_ms = ms_of(
-      in.number("group",
-                {"s", between(0.0, 3600.0), "events of so long go into one message",
-                 "30 s (email), 10 s (webhook), 0 s"},
-                defaults.group_s));
+  rule.group_ms =
+      ms_of(in.number("group",
+                      {"s", between(0.0, 3600.0), "events of so long go into one message",
+                       "30 s (email), 10 s (webhook), 0 s"},
+                      defaults.group_s));
   rule.most_per_hour = in.integer("most_per_hour",
                                   {0, 100'000, "",
                                    "messages an hour; what is more waits and joins the next "

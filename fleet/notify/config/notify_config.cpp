@@ -76,11 +76,11 @@ void report_unused(MapReader& in, const RuleSettings& rules) {
 void read_rules(MapReader& in, NotifyConfig& notify) {
   const std::vector<std::string> names = names_of(notify);
   RuleSettings& rules = notify.rules;
-  rules.daemon_down_after_ms = std::llround(
-      1000.0 * in.number("daemon_down_after",
-                         {"s", config::between(5.0, 3600.0),
-                          "silence of the daemon that is told, as alarm `daemon`"},
-                         15.0));
+  rules.daemon_down_after_ms =
+      std::llround(1000.0 * in.number("daemon_down_after",
+                                      {"s", config::between(5.0, 3600.0),
+                                       "silence of the daemon that is told, as alarm `daemon`"},
+                                      15.0));
   for (MapReader& route : in.maybe_list("routes", "who is told what; each that fits applies")) {
     rules.routes.push_back(read_route(route, names));
   }
@@ -94,12 +94,12 @@ void read_rules(MapReader& in, NotifyConfig& notify) {
 
 NotifyConfig read_notify(MapReader& in, const std::string& file) {
   NotifyConfig notify;
-  notify.box = one_line(in.text("box", "name of this box in messages; host name where not given",
-                                "").value);
+  notify.box =
+      one_line(in.text("box", "name of this box in messages; host name where not given", "").value);
   if (notify.box.empty()) notify.box = host_name();
   notify.socket = in.text("socket", "the daemon's status socket", "/run/loopwardend/status.sock");
-  notify.state_directory = in.text("state_directory", "holds the queue and the journal",
-                                   "/var/lib/loopwarden-notify");
+  notify.state_directory =
+      in.text("state_directory", "holds the queue and the journal", "/var/lib/loopwarden-notify");
   notify.log_level =
       in.word_of("log_level", {"info", "debug", "warn", "error"}, "least level that is logged");
   const Value<std::string> zone = in.text("time_zone", "of times in texts for people", "UTC");

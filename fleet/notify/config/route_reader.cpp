@@ -71,10 +71,9 @@ int read_time(MapReader& in, std::string_view key, const char* meaning) {
   const Value<std::string> text = in.need_text(key, meaning);
   const std::string& t = text.value;
   const auto digit = [&](std::size_t i) { return t[i] >= '0' && t[i] <= '9'; };
-  const bool shaped =
-      t.size() == 5 && t[2] == ':' && digit(0) && digit(1) && digit(3) && digit(4);
-  const int minutes = shaped ? ((t[0] - '0') * 10 + t[1] - '0') * 60 + (t[3] - '0') * 10 + t[4] - '0'
-                             : -1;
+  const bool shaped = t.size() == 5 && t[2] == ':' && digit(0) && digit(1) && digit(3) && digit(4);
+  const int minutes =
+      shaped ? ((t[0] - '0') * 10 + t[1] - '0') * 60 + (t[3] - '0') * 10 + t[4] - '0' : -1;
   if (shaped && t[3] < '6' && minutes <= 24 * 60) return minutes;
   if (text.given && text.valid) {
     in.error(key, fmt::format("must be a time of day, hh:mm (got '{}')", config::quotable(t)));
@@ -93,8 +92,9 @@ Route read_route(MapReader& in, const std::vector<std::string>& channels) {
       "min_severity_percent",
       {"%", between(0.0, 100.0), "of the CO span, and more; alarms without a size pass"}, 0.0);
   route.channels = read_channels(in, channels);
-  if (auto repeat = in.maybe_section("repeat", "again to the same channels while nobody "
-                                               "acknowledges")) {
+  if (auto repeat = in.maybe_section("repeat",
+                                     "again to the same channels while nobody "
+                                     "acknowledges")) {
     const std::int64_t every_min = read_minutes(*repeat, "every_min", "between two");
     // The first of them is no repeat.
     const std::int64_t most = read_most(*repeat);
@@ -138,8 +138,7 @@ QuietHours read_quiet_hours(MapReader& in, const std::vector<std::string>& chann
       "override_severity_percent",
       {"%", between(0.0, 100.0), "from that on it is sent all the same", "nothing is"});
   if (severe.given) hours.override_severity_percent = severe.value;
-  hours.override_alarms =
-      in.maybe_words("override_alarms", alarm_names(), "are sent all the same");
+  hours.override_alarms = in.maybe_words("override_alarms", alarm_names(), "are sent all the same");
   return hours;
 }
 

@@ -19,8 +19,7 @@ bool is_off(std::string_view state) noexcept {
 // Seen by the operator: an alarm that is there, or one that had gone and waited for it.
 bool is_acknowledgement(std::string_view before, std::string_view now) noexcept {
   const bool seen = now == "acknowledged" || now == "latched_acknowledged";
-  const bool waited_off =
-      before == "returned_unacknowledged" || before == "latched_unacknowledged";
+  const bool waited_off = before == "returned_unacknowledged" || before == "latched_unacknowledged";
   return seen || (waited_off && now == "normal");
 }
 

@@ -27,8 +27,8 @@ struct AlarmPicture {
   bool unacknowledged = false;
   std::int64_t times_raised = 0;
   std::optional<double> worst_percent{};  // since it came
-  std::int64_t since_ms = 0;     // when it came, or became so severe that more are told
-  std::int64_t reminded_ms = 0;  // what fell due until then was told
+  std::int64_t since_ms = 0;              // when it came, or became so severe that more are told
+  std::int64_t reminded_ms = 0;           // what fell due until then was told
 
   friend bool operator==(const AlarmPicture&, const AlarmPicture&) = default;
 };

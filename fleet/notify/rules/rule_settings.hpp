@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -32,9 +31,9 @@ struct Route {
 
 struct ChannelRule {
   std::string name;
-  std::int64_t group_ms = 0;        // events of so long go into one message
-  std::int64_t most_per_hour = 0;   // messages; 0: any number
-  bool one_each = false;            // a message for each event: logs
+  std::int64_t group_ms = 0;       // events of so long go into one message
+  std::int64_t most_per_hour = 0;  // messages; 0: any number
+  bool one_each = false;           // a message for each event: logs
 };
 
 struct RuleSettings {

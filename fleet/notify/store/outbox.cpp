@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <set>
 #include <utility>
 
@@ -148,8 +147,7 @@ Outbox::Outbox(const std::filesystem::path& file, Access access) {
   sqlite3* opened = nullptr;
   const int flags =
       access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-  const int result =
-      sqlite3_open_v2(file.c_str(), &opened, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  const int result = sqlite3_open_v2(file.c_str(), &opened, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   db_.reset(opened);
   if (result != SQLITE_OK) {
     throw OutboxError(fmt::format("{}: {}", file.string(), sqlite3_errmsg(opened)), false);
@@ -245,8 +243,8 @@ std::map<std::string, std::vector<Waiting>> Outbox::post(const Step& step, std::
   Transaction transaction(*this);
   for (const auto& [key, picture] : step.changed) {
     Statement(*this, "INSERT OR REPLACE INTO picture VALUES(?,?,?,?,?,?,?,?)", key.first,
-              key.second, picture.state, std::int64_t{picture.unacknowledged},
-              picture.times_raised, picture.worst_percent, picture.since_ms, picture.reminded_ms)
+              key.second, picture.state, std::int64_t{picture.unacknowledged}, picture.times_raised,
+              picture.worst_percent, picture.since_ms, picture.reminded_ms)
         .run();
   }
   for (const AlarmKey& key : step.forgotten) {

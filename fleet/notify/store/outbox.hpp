@@ -35,7 +35,8 @@ class OutboxError : public std::runtime_error {
  public:
   // `damaged`: it is no sound database of ours. Else the disk is full, the file locked or not to be written: it may work
   // later.
-  OutboxError(const std::string& what, bool damaged) : std::runtime_error(what), damaged_(damaged) {}
+  OutboxError(const std::string& what, bool damaged)
+      : std::runtime_error(what), damaged_(damaged) {}
   bool damaged() const noexcept { return damaged_; }
 
  private:

@@ -16,8 +16,8 @@ using nlohmann::json;
 json checked(std::string_view answer) {
   json parsed = json::parse(answer);
   if (!parsed.is_object() || !parsed.value("ok", false)) {
-    throw std::runtime_error(
-        fmt::format("the daemon says: {}", one_line(parsed.value("error", std::string("nothing")))));
+    throw std::runtime_error(fmt::format("the daemon says: {}",
+                                         one_line(parsed.value("error", std::string("nothing")))));
   }
   return parsed;
 }

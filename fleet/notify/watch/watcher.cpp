@@ -22,6 +22,12 @@ constexpr std::chrono::milliseconds kLate{3000};
 
 }  // namespace
 
+void keep_reasons(Snapshot& newer, Snapshot older) {
+  constexpr std::size_t kMostLines = 1000;
+  std::move(older.journal.begin(), older.journal.end(), std::back_inserter(newer.journal));
+  if (newer.journal.size() > kMostLines) newer.journal.resize(kMostLines);
+}
+
 void Watcher::start() {
   thread_.start({.name = "lw-watch"}, [this] { run(); });
 }
@@ -70,11 +76,7 @@ void Watcher::ask() {
   }
   before_ = snapshot.alarms;
   const std::lock_guard lock(mutex_);
-  // What was not fetched yet is outdated, but for the reasons of its changes.
-  if (snapshot_) {
-    std::move(snapshot_->journal.begin(), snapshot_->journal.end(),
-              std::back_inserter(snapshot.journal));
-  }
+  if (snapshot_) keep_reasons(snapshot, std::move(*snapshot_));
   snapshot_ = std::move(snapshot);
   answered_ = Clock::now();
 }
@@ -94,7 +96,8 @@ std::optional<Snapshot> Watcher::take() {
 
 std::chrono::milliseconds Watcher::silent() const {
   const std::lock_guard lock(mutex_);
-  const auto since = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - answered_);
+  const auto since =
+      std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - answered_);
   return error_.empty() && since < kPeriod + kLate ? std::chrono::milliseconds(0) : since;
 }
 

@@ -23,6 +23,9 @@ struct Snapshot {
   std::vector<JournalLine> journal;  // only where an alarm has changed since the last one
 };
 
+// `newer` takes the place of `older`, which nobody has looked at; the reasons of its changes stay, the newest thousand.
+void keep_reasons(Snapshot& newer, Snapshot older);
+
 class Watcher {
  public:
   explicit Watcher(std::string socket) : socket_(std::move(socket)) {}

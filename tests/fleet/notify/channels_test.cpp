@@ -169,8 +169,9 @@ TEST_CASE("a webhook under way ends when the program does", "[notify][webhook]")
 TEST_CASE("certificates are checked", "[notify][webhook]") {
   const TemporaryFolder folder;
   const Certificates& files = certificates();
-  const ForeignProcess web = server(
-      "web_server.py", {(folder / "log").string(), files.file("server.pem"), files.file("server.key")});
+  const ForeignProcess web =
+      server("web_server.py",
+             {(folder / "log").string(), files.file("server.pem"), files.file("server.key")});
   WebhookSettings settings = hook(web, "https");
   CHECK(send(settings, kOne).outcome == Outcome::later);  // the system knows no such authority
   settings.tls.authorities = files.file("other.pem");

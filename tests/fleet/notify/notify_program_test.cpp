@@ -70,7 +70,8 @@ class Program {
 };
 
 // A webhook for everything, on the server of that log.
-std::string hook(const ForeignProcess& web, const std::string& more = "group: 0, most_per_hour: 0") {
+std::string hook(const ForeignProcess& web,
+                 const std::string& more = "group: 0, most_per_hour: 0") {
   return fmt::format(
       "channels:\n  hook: {{kind: webhook, url: 'http://127.0.0.1:{}/', {}}}\n"
       "routes: [{{channels: [hook], states: [came, went, acknowledged, shelved]}}]\n",
@@ -102,8 +103,13 @@ TEST_CASE("an alarm's way from the daemon to a webhook, and the daemon's silence
   REQUIRE(eventually([&] { return daemon.asked() > 1; }));
   daemon.set("FIC-101", "unacknowledged", true);
   REQUIRE(has(folder / "log", 1));
-  daemon.write_journal({{"id", 5}, {"kind", "operator"}, {"loop", "FIC-101"}, {"alarm", "stiction"},
-                        {"what", "acknowledge"}, {"peer", "uid 7"}, {"reason", "seen\nBcc: x"}});
+  daemon.write_journal({{"id", 5},
+                        {"kind", "operator"},
+                        {"loop", "FIC-101"},
+                        {"alarm", "stiction"},
+                        {"what", "acknowledge"},
+                        {"peer", "uid 7"},
+                        {"reason", "seen\nBcc: x"}});
   daemon.set("FIC-101", "acknowledged");
   REQUIRE(has(folder / "log", 2));
   daemon.stop();
@@ -113,13 +119,17 @@ TEST_CASE("an alarm's way from the daemon to a webhook, and the daemon's silence
   daemon.set("FIC-101", "normal");
   REQUIRE(has(folder / "log", 5));
   CHECK(texts(folder / "log") ==
-        std::vector<std::string>{"box 12: FIC-101: stiction came, 6.1 %",
-                                 "box 12: FIC-101: stiction acknowledged, 6.1 %, by uid 7 (seen?Bcc: x)",
-                                 "box 12: the daemon does not answer: no loop is watched",
-                                 "box 12: the daemon answers again",
-                                 "box 12: FIC-101: stiction went, 6.1 %"});
+        std::vector<std::string>{
+            "box 12: FIC-101: stiction came, 6.1 %",
+            "box 12: FIC-101: stiction acknowledged, 6.1 %, by uid 7 (seen?Bcc: x)",
+            "box 12: the daemon does not answer: no loop is watched",
+            "box 12: the daemon answers again", "box 12: FIC-101: stiction went, 6.1 %"});
   CHECK(eventually([&] { return program.list().front().at("state") == "sent"; }));
   CHECK(program.list().size() == 5);
+  const auto listed =
+      loopwarden::tests::run(kProgram + " --config " + program.config().string() + " --list");
+  CHECK_THAT(listed.text, Catch::Contains("sent    box 12: FIC-101: stiction went, 6.1 %\n"));
+  CHECK_THAT(listed.text, Catch::Contains("attempt 1: answered 200\n"));
   CHECK(program.signal(SIGTERM) == 0);
 }
 
@@ -129,9 +139,7 @@ TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][pro
   Program program(hook(web));
   FakeDaemon daemon(program.socket());
   std::size_t raised = 0;
-  const auto raise = [&] {
-    daemon.set("FIC-" + std::to_string(raised++), "unacknowledged", true);
-  };
+  const auto raise = [&] { daemon.set("FIC-" + std::to_string(raised++), "unacknowledged", true); };
   for (int round = 0; round < 12; ++round) {
     program.start();
     for (int i = 0; i < 3; ++i) raise();
@@ -182,7 +190,9 @@ TEST_CASE("a message under way at a kill comes again with its number", "[notify]
   program.start();
   REQUIRE(has(folder / "log", 2));
   const auto lines = lines_of(folder / "log");
-  const auto id = [&](std::size_t i) { return lines.at(i).at("headers").at("x-loopwarden-delivery"); };
+  const auto id = [&](std::size_t i) {
+    return lines.at(i).at("headers").at("x-loopwarden-delivery");
+  };
   CHECK(id(0) == id(1));
   const auto body = [&](std::size_t i) {
     return nlohmann::json::parse(lines.at(i).at("body").get<std::string>());
@@ -271,12 +281,12 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
 TEST_CASE("--test says what came of each channel", "[notify][program]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
-  const Program program(fmt::format(
-      "channels:\n"
-      "  good: {{kind: webhook, url: 'http://127.0.0.1:{}/'}}\n"
-      "  local: {{kind: syslog, socket: {}}}\n"
-      "routes: [{{channels: [good, local]}}]\n",
-      web.ready("port"), (folder / "none").string()));
+  const Program program(
+      fmt::format("channels:\n"
+                  "  good: {{kind: webhook, url: 'http://127.0.0.1:{}/'}}\n"
+                  "  local: {{kind: syslog, socket: {}}}\n"
+                  "routes: [{{channels: [good, local]}}]\n",
+                  web.ready("port"), (folder / "none").string()));
   const auto test = [&](const std::string& more) {
     return loopwarden::tests::run(kProgram + " --config " + program.config().string() + " --test" +
                                   more + " 2>&1");
@@ -339,7 +349,8 @@ TEST_CASE("what an attempt means for its message", "[notify][store]") {
   Delivery wait = later("busy");
   wait.wait_ms = 120'000;
   CHECK(judge(wait, message, back_off, kNoon, 1.0).again_ms == kNoon + 120'000);
-  const Attempt given_up = judge(later("busy"), message, back_off, kNoon + back_off.give_up_ms, 1.0);
+  const Attempt given_up =
+      judge(later("busy"), message, back_off, kNoon + back_off.give_up_ms, 1.0);
   CHECK(given_up.state == MessageState::failed);
   CHECK_THAT(given_up.result, Catch::Contains("given up after 1 attempts"));
 }

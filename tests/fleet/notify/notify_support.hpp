@@ -117,7 +117,8 @@ class FakeDaemon {
   void set(const std::string& loop, const std::string& state, bool raised = false,
            double severity = 6.1, const std::string& alarm = "stiction") {
     const std::lock_guard lock(mutex_);
-    nlohmann::json& one = alarms_.try_emplace({loop, alarm}, nlohmann::json::object()).first->second;
+    nlohmann::json& one =
+        alarms_.try_emplace({loop, alarm}, nlohmann::json::object()).first->second;
     const std::int64_t times = one.value("times_raised", std::int64_t{0});
     one = {{"loop", loop},
            {"alarm", alarm},

@@ -24,8 +24,8 @@ std::int64_t at(const std::string& text) {
 std::string end(const QuietHours& hours, const std::string& now) {
   const auto until = quiet_until(hours, at(now));
   if (!until) return "-";
-  return date::format("%F %R", date::sys_time<std::chrono::minutes>{
-                                   std::chrono::minutes(*until / 60'000)});
+  return date::format("%F %R",
+                      date::sys_time<std::chrono::minutes>{std::chrono::minutes(*until / 60'000)});
 }
 
 QuietHours hours(const std::string& zone, int from_min, int to_min) {
@@ -96,7 +96,10 @@ TEST_CASE("what is severe or named goes out all the same, and other channels alw
   night.override_alarms = {kDaemonAlarm};
   const std::vector<QuietHours> all{night};
   const std::int64_t now = at("2026-01-10 23:00");
-  Event event{.alarm = "stiction", .state = "unacknowledged", .severity_percent = 5.0, .worst_percent = 9.9};
+  Event event{.alarm = "stiction",
+              .state = "unacknowledged",
+              .severity_percent = 5.0,
+              .worst_percent = 9.9};
   event.loop = "F";
   const auto is_held = [&](const std::string& channel) {
     return held(quiet_now(all, channel, now), event);

@@ -41,7 +41,8 @@ std::string any_bytes() {
 TEST_CASE("one line of valid UTF-8, whatever it was", "[notify][text]") {
   CHECK(one_line("V\xC3\xA4lve 7 \xE2\x82\xAC \xF0\x9F\x94\xA7") ==
         "V\xC3\xA4lve 7 \xE2\x82\xAC \xF0\x9F\x94\xA7");
-  CHECK(one_line("a\r\nb\tc\x7F\xC2\x85" "d") == "a??b?c??d");
+  CHECK(one_line("a\r\nb\tc\x7F\xC2\x85"
+                 "d") == "a??b?c??d");
   CHECK(one_line("\xE2\x80\xA8\xE2\x80\xAE") == "??");
   // Overlong, a surrogate, beyond Unicode, cut short.
   CHECK(one_line("\xC0\xAF") == "??");
@@ -88,9 +89,10 @@ TEST_CASE("an event comes back from JSON as it was", "[notify][text]") {
 
 TEST_CASE("a mail's fields hold what they are given", "[notify][mail]") {
   const std::string mail = mail_text(message_with({event_of("FIC-101")}), sender(), kMail);
-  CHECK(mail.starts_with("Date: Tue, 24 Nov 2026 12:00:00 +0000\nFrom: box@plant.example\n"
-                         "To: a@plant.example,\n b@plant.example\n"
-                         "Subject: box 12: FIC-101: stiction came, 6.1 %\nMessage-ID: <loopwarden."));
+  CHECK(
+      mail.starts_with("Date: Tue, 24 Nov 2026 12:00:00 +0000\nFrom: box@plant.example\n"
+                       "To: a@plant.example,\n b@plant.example\n"
+                       "Subject: box 12: FIC-101: stiction came, 6.1 %\nMessage-ID: <loopwarden."));
   CHECK(mail.find("@plant.example>\nAuto-Submitted: auto-generated\nMIME-Version: 1.0\n") !=
         std::string::npos);
   // The same message has the same id, another one another.
@@ -118,23 +120,25 @@ TEST_CASE("nothing in a name ends a field, a header or a mail", "[notify][mail]"
   }
   CHECK(fields == 9);
   CHECK(mail.find("\r\n.\r\n") == std::string::npos);
-  CHECK(std::all_of(mail.begin(), mail.end(), [](char c) {
-    return c == '\r' || c == '\n' || (c >= ' ' && c <= '~');
-  }));
+  CHECK(std::all_of(mail.begin(), mail.end(),
+                    [](char c) { return c == '\r' || c == '\n' || (c >= ' ' && c <= '~'); }));
 }
 
 TEST_CASE("Python's mail reader reads back any subject and body", "[notify][mail]") {
   const TemporaryFolder folder;
-  Event event = event_of("V\xC3\xA4lve 7 \xE2\x82\xAC with a name that is much longer than a line may be, =?UTF-8?Q?x?=");
+  Event event = event_of(
+      "V\xC3\xA4lve 7 \xE2\x82\xAC with a name that is much longer than a line may be, "
+      "=?UTF-8?Q?x?=");
   event.reason = "l\xC3\xA4ngst bekannt = egal.";
   const Message message = message_with({event});
   write_file(folder / "mail", to_crlf(mail_text(message, sender(), kMail)));
-  write_file(folder / "read.py",
-             "import email, email.policy, sys\n"
-             "m = email.message_from_binary_file(open(sys.argv[1], 'rb'), policy=email.policy.default)\n"
-             "assert not m.defects, m.defects\n"
-             "open(sys.argv[1] + '.subject', 'w').write(m['subject'])\n"
-             "open(sys.argv[1] + '.body', 'w', newline='').write(m.get_content())\n");
+  write_file(
+      folder / "read.py",
+      "import email, email.policy, sys\n"
+      "m = email.message_from_binary_file(open(sys.argv[1], 'rb'), policy=email.policy.default)\n"
+      "assert not m.defects, m.defects\n"
+      "open(sys.argv[1] + '.subject', 'w').write(m['subject'])\n"
+      "open(sys.argv[1] + '.body', 'w', newline='').write(m.get_content())\n");
   REQUIRE(loopwarden::tests::run("python3 " + (folder / "read.py").string() + " " +
                                  (folder / "mail").string())
               .exit_code == 0);
@@ -158,8 +162,8 @@ TEST_CASE("addresses", "[notify][mail]") {
   for (const char* good : {"a@b", "first.last+tag@plant.example", "x@[127"}) {
     CHECK(is_address(good) == (std::string(good) != "x@[127"));
   }
-  for (const char* bad : {"", "a", "@b", "a@", "a@b@c", "a b@c", "a@b\nBcc: c@d", "<a@b>",
-                          "-oQ@b", "a,b@c", "\"a\"@b"}) {
+  for (const char* bad : {"", "a", "@b", "a@", "a@b@c", "a b@c", "a@b\nBcc: c@d", "<a@b>", "-oQ@b",
+                          "a,b@c", "\"a\"@b"}) {
     INFO(bad);
     CHECK(!is_address(bad));
   }
@@ -172,7 +176,8 @@ TEST_CASE("a syslog line as RFC 5424 wants it", "[notify][syslog]") {
         "<132>1 2026-11-24T12:00:00.000Z box_12 loopwarden-notify - came "
         "[loopwarden@32473 box=\"box 12\" notification=\"7\" loop=\"FIC-101\" alarm=\"stiction\" "
         "change=\"came\" state=\"unacknowledged\" severity_percent=\"6.100\"] "
-        "\xEF\xBB\xBF" "FIC-101: stiction came, 6.1 %");
+        "\xEF\xBB\xBF"
+        "FIC-101: stiction came, 6.1 %");
   Event event = event_of("a\"b]c\\d");
   CHECK(syslog_line(event, message_with({event}), sender(), settings, 2048)
             .find(R"(loop="a\"b\]c\\d")") != std::string::npos);

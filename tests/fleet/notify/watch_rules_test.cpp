@@ -91,11 +91,27 @@ TEST_CASE("who acknowledged and why comes from the daemon's journal", "[notify][
   all.settings.routes = {acknowledged};
   all.read(reading("F", "unacknowledged"), kStart);
   const AlarmReading now = reading("F", "acknowledged");
-  const std::vector<JournalLine> lines{
-      {.id = 9, .kind = "alarm", .key = {"F", "stiction"}, .to = "acknowledged", .peer = {}, .what = {}, .reason = {}},
-      {.id = 8, .kind = "operator", .key = {"F", "stiction"}, .to = {}, .peer = "uid 1000",
-       .what = "acknowledge", .reason = "seen"},
-      {.id = 7, .kind = "operator", .key = {"F", "stiction"}, .to = {}, .peer = "uid 1", .what = "acknowledge", .reason = "old"}};
+  const std::vector<JournalLine> lines{{.id = 9,
+                                        .kind = "alarm",
+                                        .key = {"F", "stiction"},
+                                        .to = "acknowledged",
+                                        .peer = {},
+                                        .what = {},
+                                        .reason = {}},
+                                       {.id = 8,
+                                        .kind = "operator",
+                                        .key = {"F", "stiction"},
+                                        .to = {},
+                                        .peer = "uid 1000",
+                                        .what = "acknowledge",
+                                        .reason = "seen"},
+                                       {.id = 7,
+                                        .kind = "operator",
+                                        .key = {"F", "stiction"},
+                                        .to = {},
+                                        .peer = "uid 1",
+                                        .what = "acknowledge",
+                                        .reason = "old"}};
   const Step step = all.rules.read(std::span(&now, 1), lines, kStart + 1000);
   REQUIRE(step.posts.size() == 1);
   CHECK(step.posts.front().event.peer == "uid 1000");

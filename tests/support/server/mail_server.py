@@ -36,7 +36,7 @@ class Handler:
             return "451 4.3.0 try again later"
         with open(options.log, "a") as log:
             log.write(json.dumps({"from": envelope.mail_from, "to": envelope.rcpt_tos,
-                                  "tls": session.ssl is not None, "authenticated": session.authenticated,
+                                  "tls": session.ssl is not None, "authenticated": bool(session.authenticated),
                                   "data": envelope.content.decode("ascii")}) + "\n")
         return "250 2.0.0 taken"
 
