@@ -50,7 +50,11 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
   posix_spawnattr_setflags(
       &settings.attributes,
       static_cast<short>(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | scheduler));
-  posix_spawn_file_actions_addopen(&settings.files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  if (wanted.input >= 0) {
+    posix_spawn_file_actions_adddup2(&settings.files, wanted.input, STDIN_FILENO);
+  } else {
+    posix_spawn_file_actions_addopen(&settings.files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  }
   posix_spawn_file_actions_adddup2(&settings.files, wanted.output, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&settings.files, wanted.output, STDERR_FILENO);
   posix_spawn_file_actions_addclosefrom_np(&settings.files, STDERR_FILENO + 1);

@@ -13,11 +13,12 @@
 namespace loopwarden::hal::os {
 
 struct ChildSettings {
+  int input = -1;    // descriptor that it reads; -1: it has no input
   int output = 2;    // descriptor for its output and its errors; 2: the caller's standard error
   bool idle = true;  // runs only while nothing else wants the processor (SCHED_IDLE)
 };
 
-// The child has no input; it inherits no other file than its output and no blocked signal.
+// The child inherits no other files than its input and output, and no blocked signal.
 class ChildProcess {
  public:
   // `arguments` without the program's name. Throws std::system_error where it can't be started.

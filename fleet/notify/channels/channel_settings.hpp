@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace loopwarden::notify {
+
+// A password or key never stands in the configuration: the name of a systemd credential, or a file.
+struct Secret {
+  std::string credential;
+  std::string file;
+
+  bool given() const noexcept { return !credential.empty() || !file.empty(); }
+};
+
+// The secret without the line end behind it. Throws std::runtime_error where it is missing, empty, above 4 KiB, or holds
+// a control character.
+std::string read_secret(const Secret& secret);
+
+struct TimeOuts {
+  std::int64_t connect_ms = 10'000;
+  std::int64_t all_ms = 30'000;  // of one attempt
+};
+
+struct TlsFiles {
+  std::string authorities;  // PEM; empty: those of the system
+  std::string certificate;  // of this box, PEM; empty: none
+  std::string key;
+};
+
+struct JournalSettings {};
+
+struct SyslogSettings {
+  enum class Transport : std::uint8_t { local, udp, tcp, tls };
+  Transport transport = Transport::local;
+  std::string socket = "/dev/log";  // local
+  std::string host;
+  std::uint16_t port = 0;
+  int facility = 16;  // local0
+  std::int64_t enterprise =
+      32473;  // of the structured data's name; this one is for examples (RFC 5612)
+  TlsFiles tls;
+  TimeOuts time_outs;
+};
+
+struct EmailSettings {
+  enum class Security : std::uint8_t { starttls, tls, none };
+  std::string from;
+  std::vector<std::string> to;
+  std::string sendmail;  // program of a local MTA; empty: SMTP
+  std::string host;
+  std::uint16_t port = 0;
+  Security security = Security::starttls;
+  std::string user;  // empty: no authentication
+  Secret password;
+  TlsFiles tls;
+  TimeOuts time_outs;
+};
+
+struct WebhookSettings {
+  std::string url;
+  Secret url_secret;  // in place of `url`, where it holds a key
+  Secret key;         // of the signature; none: not signed
+  TlsFiles tls;
+  TimeOuts time_outs;
+};
+
+using KindSettings = std::variant<JournalSettings, SyslogSettings, EmailSettings, WebhookSettings>;
+
+struct ChannelSettings {
+  std::string name;
+  KindSettings kind;
+};
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be told: an alarm of a loop, or the daemon itself, has changed.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace loopwarden::notify {
+
+// The name under which "the daemon does not answer" is an alarm like others. It belongs to no loop.
+inline constexpr const char* kDaemonAlarm = "daemon";
+
+inline constexpr std::int64_t kMinute = 60'000;  // ms
+
+enum class Change : std::uint8_t { came, went, acknowledged, shelved, unacknowledged };
+inline constexpr std::size_t kRoutedChanges = 4;  // the first of them; the last is a reminder
+
+constexpr const char* to_text(Change change) noexcept {
+  switch (change) {
+    case Change::came: return "came";
+    case Change::went: return "went";
+    case Change::acknowledged: return "acknowledged";
+    case Change::shelved: return "shelved";
+    case Change::unacknowledged: break;
+  }
+  return "unacknowledged";
+}
+
+// Loop and alarm; the loop is empty for the daemon itself.
+using AlarmKey = std::pair<std::string, std::string>;
+
+struct Event {
+  std::int64_t utc_ms = 0;
+  std::string loop{};
+  std::string alarm{};
+  Change change = Change::came;
+  std::string state{};  // of the alarm, as the daemon calls it
+  std::optional<double>
+      severity_percent{};                 // % of the CO span; nothing where the alarm has no size
+  std::optional<double> worst_percent{};  // the most since it came
+  std::int64_t waits_min = 0;             // of a reminder: since when nobody has acknowledged it
+  std::string peer{};                     // who acknowledged or shelved it
+  std::string reason{};
+
+  friend bool operator==(const Event&, const Event&) = default;
+};
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,417 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/notify/store/outbox.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <utility>
+
+#include "fleet/notify/text/event_text.hpp"
+
+namespace loopwarden::notify {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kSchemaVersion = 1;
+constexpr int kApplicationId = 0x4C574E31;  // "LWN1": tells file(1) and us whose database it is
+
+constexpr const char* kTables = R"(
+CREATE TABLE picture(
+  loop TEXT NOT NULL, alarm TEXT NOT NULL, state TEXT NOT NULL, unacknowledged INTEGER NOT NULL,
+  times_raised INTEGER NOT NULL, worst_percent REAL, since_ms INTEGER NOT NULL,
+  reminded_ms INTEGER NOT NULL, PRIMARY KEY(loop, alarm)) WITHOUT ROWID;
+CREATE TABLE waiting(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, channel TEXT NOT NULL, since_ms INTEGER NOT NULL,
+  event TEXT NOT NULL);
+CREATE INDEX waiting_channel ON waiting(channel, id);
+CREATE TABLE lost(channel TEXT PRIMARY KEY, events INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE message(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, channel TEXT NOT NULL, made_ms INTEGER NOT NULL,
+  content TEXT NOT NULL, state INTEGER NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
+  perhaps_twice INTEGER NOT NULL DEFAULT 0, again_ms INTEGER NOT NULL DEFAULT 0,
+  at_ms INTEGER NOT NULL DEFAULT 0, result TEXT NOT NULL DEFAULT '');
+CREATE INDEX message_state ON message(channel, state, id);
+)";
+
+std::string content_of(const Message& message) {
+  json events = json::array();
+  for (const Event& event : message.events) events.push_back(to_json(event));
+  return dump({{"events", events}, {"counts", message.counts}, {"lost", message.lost}});
+}
+
+void read_content(const std::string& text, Message& message) {
+  const json content = json::parse(text);
+  for (const json& event : content.at("events")) message.events.push_back(event_from(event));
+  content.at("counts").get_to(message.counts);
+  content.at("lost").get_to(message.lost);
+}
+
+// Also where the clock was set back since.
+bool is_due(std::int64_t again_ms, std::int64_t now_ms) {
+  constexpr std::int64_t kLongestPause = 2LL * 3600 * 1000;  // ms
+  return again_ms <= now_ms || again_ms > now_ms + kLongestPause;
+}
+
+}  // namespace
+
+const char* to_text(MessageState state) noexcept {
+  switch (state) {
+    case MessageState::queued: return "queued";
+    case MessageState::sending: return "sending";
+    case MessageState::sent: return "sent";
+    case MessageState::failed: break;
+  }
+  return "failed";
+}
+
+// A prepared statement that finalises itself.
+class Outbox::Statement {
+ public:
+  Statement(Outbox& outbox, const char* sql) : outbox_(outbox) {
+    if (sqlite3_prepare_v2(outbox.db_.get(), sql, -1, &statement_, nullptr) != SQLITE_OK) {
+      outbox.fail("prepare");
+    }
+  }
+  template <class... Values>
+  Statement(Outbox& outbox, const char* sql, const Values&... values) : Statement(outbox, sql) {
+    int column = 0;
+    (bind(++column, values), ...);
+  }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+  ~Statement() { sqlite3_finalize(statement_); }
+
+  bool step() {
+    const int result = sqlite3_step(statement_);
+    if (result == SQLITE_ROW) return true;
+    if (result != SQLITE_DONE) outbox_.fail("step");
+    return false;
+  }
+  void run() { step(); }
+  std::string text(int column) const {
+    const unsigned char* bytes = sqlite3_column_text(statement_, column);
+    return bytes == nullptr ? std::string()
+                            : std::string(bytes, bytes + sqlite3_column_bytes(statement_, column));
+  }
+  std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
+  std::optional<double> number(int column) const {
+    if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::nullopt;
+    return sqlite3_column_double(statement_, column);
+  }
+
+ private:
+  void bind(int column, const std::string& text) {
+    check(sqlite3_bind_text64(statement_, column, text.data(), text.size(), SQLITE_TRANSIENT,
+                              SQLITE_UTF8));
+  }
+  void bind(int column, std::int64_t value) {
+    check(sqlite3_bind_int64(statement_, column, value));
+  }
+  void bind(int column, std::optional<double> value) {
+    check(value ? sqlite3_bind_double(statement_, column, *value)
+                : sqlite3_bind_null(statement_, column));
+  }
+  void check(int result) const {
+    if (result != SQLITE_OK) outbox_.fail("bind");
+  }
+
+  Outbox& outbox_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+// All or nothing, with the lock held.
+class Outbox::Transaction {
+ public:
+  explicit Transaction(Outbox& outbox) : outbox_(outbox), lock_(outbox.mutex_) {
+    outbox.execute("BEGIN IMMEDIATE");
+  }
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  ~Transaction() {
+    // Some errors have rolled back already; a second time does no harm.
+    if (open_) sqlite3_exec(outbox_.db_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+  void commit() {
+    outbox_.execute("COMMIT");
+    open_ = false;
+  }
+
+ private:
+  Outbox& outbox_;
+  std::lock_guard<std::mutex> lock_;
+  bool open_ = true;
+};
+
+Outbox::Outbox(const std::filesystem::path& file, Access access) {
+  sqlite3* opened = nullptr;
+  const int flags =
+      access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  const int result = sqlite3_open_v2(file.c_str(), &opened, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  db_.reset(opened);
+  if (result != SQLITE_OK) {
+    throw OutboxError(fmt::format("{}: {}", file.string(), sqlite3_errmsg(opened)), false);
+  }
+  sqlite3_busy_timeout(opened, 5000);  // ms, for a backup or --list
+  try {
+    if (access == Access::write) {
+      execute("PRAGMA journal_mode=WAL");
+      execute("PRAGMA synchronous=FULL");
+      execute("PRAGMA journal_size_limit=1048576");
+    }
+    check();
+    if (access == Access::read) return;
+    // What was being sent when the program ended.
+    execute("UPDATE message SET state = 0, perhaps_twice = 1, again_ms = 0 WHERE state = 1");
+  } catch (const OutboxError& e) {
+    throw OutboxError(fmt::format("{}: {}", file.string(), e.what()), e.damaged());
+  }
+}
+
+void Outbox::check() {
+  std::int64_t version = 0;
+  std::int64_t application = 0;
+  {
+    Statement read(*this, "PRAGMA user_version");
+    if (read.step()) version = read.integer(0);
+    Statement id(*this, "PRAGMA application_id");
+    if (id.step()) application = id.integer(0);
+  }
+  if (version == 0 && application == 0) {
+    make_tables();
+  } else if (version != kSchemaVersion || application != kApplicationId) {
+    throw OutboxError(fmt::format("it is no file of notifications, version {}", kSchemaVersion),
+                      true);
+  }
+}
+
+void Outbox::make_tables() {
+  Transaction transaction(*this);
+  execute(kTables);
+  execute(fmt::format("PRAGMA application_id={}", kApplicationId).c_str());
+  execute(fmt::format("PRAGMA user_version={}", kSchemaVersion).c_str());
+  transaction.commit();
+}
+
+void Outbox::execute(const char* sql) {
+  if (sqlite3_exec(db_.get(), sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail("execute");
+}
+
+void Outbox::fail(const char* step) const {
+  const int code = sqlite3_errcode(db_.get()) & 0xFF;
+  // SQLITE_ERROR: what the file says of its tables is not what we made.
+  const bool damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR;
+  throw OutboxError(fmt::format("{}: {}", step, sqlite3_errmsg(db_.get())), damaged);
+}
+
+Pictures Outbox::pictures() {
+  const std::lock_guard lock(mutex_);
+  Pictures pictures;
+  Statement read(*this, "SELECT * FROM picture");
+  while (read.step()) {
+    pictures[{read.text(0), read.text(1)}] = {.state = read.text(2),
+                                              .unacknowledged = read.integer(3) != 0,
+                                              .times_raised = read.integer(4),
+                                              .worst_percent = read.number(5),
+                                              .since_ms = read.integer(6),
+                                              .reminded_ms = read.integer(7)};
+  }
+  return pictures;
+}
+
+std::vector<Waiting> Outbox::waiting(const std::string& channel) {
+  const std::lock_guard lock(mutex_);
+  std::vector<Waiting> all;
+  Statement read(*this, "SELECT id, since_ms, event FROM waiting WHERE channel = ? ORDER BY id",
+                 channel);
+  while (read.step()) {
+    all.push_back({read.integer(0), read.integer(1), event_from(json::parse(read.text(2)))});
+  }
+  return all;
+}
+
+std::vector<std::int64_t> Outbox::made_ms(const std::string& channel, std::size_t most) {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::int64_t> times;
+  Statement read(*this, "SELECT made_ms FROM message WHERE channel = ? ORDER BY id DESC LIMIT ?",
+                 channel, static_cast<std::int64_t>(most));
+  while (read.step()) times.push_back(read.integer(0));
+  return times;
+}
+
+std::map<std::string, std::vector<Waiting>> Outbox::post(const Step& step, std::int64_t now_ms) {
+  Transaction transaction(*this);
+  for (const auto& [key, picture] : step.changed) {
+    Statement(*this, "INSERT OR REPLACE INTO picture VALUES(?,?,?,?,?,?,?,?)", key.first,
+              key.second, picture.state, std::int64_t{picture.unacknowledged}, picture.times_raised,
+              picture.worst_percent, picture.since_ms, picture.reminded_ms)
+        .run();
+  }
+  for (const AlarmKey& key : step.forgotten) {
+    Statement(*this, "DELETE FROM picture WHERE loop = ? AND alarm = ?", key.first, key.second)
+        .run();
+  }
+  std::map<std::string, std::vector<Waiting>> added;
+  for (const Post& post : step.posts) {
+    added[post.channel].push_back({add_waiting(post, now_ms), now_ms, post.event});
+  }
+  for (const auto& [channel, events] : added) bound_waiting(channel);
+  transaction.commit();
+  return added;
+}
+
+std::int64_t Outbox::add_waiting(const Post& post, std::int64_t now_ms) {
+  Statement(*this, "INSERT INTO waiting(channel, since_ms, event) VALUES(?,?,?)", post.channel,
+            now_ms, dump(to_json(post.event)))
+      .run();
+  return sqlite3_last_insert_rowid(db_.get());
+}
+
+void Outbox::bound_waiting(const std::string& channel) {
+  Statement count(*this, "SELECT count(*) FROM waiting WHERE channel = ?", channel);
+  count.step();
+  const std::int64_t excess = count.integer(0) - static_cast<std::int64_t>(kMostWaiting);
+  if (excess <= 0) return;
+  Statement(*this,
+            "DELETE FROM waiting WHERE id IN "
+            "(SELECT id FROM waiting WHERE channel = ? ORDER BY id LIMIT ?)",
+            channel, excess)
+      .run();
+  Statement(*this,
+            "INSERT INTO lost VALUES(?,?) ON CONFLICT DO UPDATE SET events = events + "
+            "excluded.events",
+            channel, excess)
+      .run();
+}
+
+std::int64_t Outbox::take_lost(const std::string& channel) {
+  Statement read(*this, "SELECT events FROM lost WHERE channel = ?", channel);
+  if (!read.step()) return 0;
+  const std::int64_t lost = read.integer(0);
+  Statement(*this, "DELETE FROM lost WHERE channel = ?", channel).run();
+  return lost;
+}
+
+void Outbox::add_message(const Message& message, std::int64_t lost) {
+  Message whole = message;
+  whole.lost += lost;
+  Statement(*this, "INSERT INTO message(channel, made_ms, content, state) VALUES(?,?,?,0)",
+            whole.channel, whole.made_ms, content_of(whole))
+      .run();
+}
+
+void Outbox::queue(std::span<const Message> messages, std::span<const std::int64_t> waiting_ids) {
+  if (messages.empty()) return;
+  Transaction transaction(*this);
+  for (const std::int64_t id : waiting_ids) {
+    Statement(*this, "DELETE FROM waiting WHERE id = ?", id).run();
+  }
+  std::int64_t lost = take_lost(messages.front().channel);
+  for (const Message& message : messages) add_message(message, std::exchange(lost, 0));
+  Statement(*this,
+            "DELETE FROM message WHERE id <= (SELECT max(id) FROM message) - ? AND state >= 2",
+            kMostKept)
+      .run();
+  transaction.commit();
+}
+
+std::size_t Outbox::queued(const std::string& channel) {
+  const std::lock_guard lock(mutex_);
+  Statement count(*this, "SELECT count(*) FROM message WHERE channel = ? AND state < 2", channel);
+  count.step();
+  return static_cast<std::size_t>(count.integer(0));
+}
+
+void Outbox::keep(const Attempt& attempt) {
+  Statement(*this, "UPDATE message SET state = ?, at_ms = ?, again_ms = ?, result = ? WHERE id = ?",
+            static_cast<std::int64_t>(attempt.state), attempt.at_ms, attempt.again_ms,
+            attempt.result, attempt.id)
+      .run();
+}
+
+std::optional<Message> Outbox::next(const std::string& channel, std::int64_t now_ms,
+                                    const std::optional<Attempt>& last) {
+  Transaction transaction(*this);
+  if (last) keep(*last);
+  std::optional<Message> message;
+  {
+    // In the order in which they were made: what is told of an alarm must not change places.
+    Statement read(*this,
+                   "SELECT id, made_ms, content, attempts, perhaps_twice, again_ms FROM message "
+                   "WHERE channel = ? AND state = 0 ORDER BY id LIMIT 1",
+                   channel);
+    if (read.step() && is_due(read.integer(5), now_ms)) {
+      message.emplace();
+      message->id = read.integer(0);
+      message->channel = channel;
+      message->made_ms = read.integer(1);
+      read_content(read.text(2), *message);
+      message->attempts = read.integer(3) + 1;
+      message->perhaps_twice = read.integer(4) != 0;
+    }
+  }
+  if (message) {
+    Statement(*this, "UPDATE message SET state = 1, attempts = ?, at_ms = ? WHERE id = ?",
+              message->attempts, now_ms, message->id)
+        .run();
+  }
+  transaction.commit();
+  return message;
+}
+
+void Outbox::settle(const Attempt& last) {
+  Transaction transaction(*this);
+  keep(last);
+  transaction.commit();
+}
+
+void Outbox::give_up_others(const std::vector<std::string>& channels) {
+  Transaction transaction(*this);
+  std::set<std::string> others;
+  Statement read(*this,
+                 "SELECT channel FROM waiting UNION SELECT channel FROM message WHERE state = 0");
+  while (read.step()) others.insert(read.text(0));
+  for (const std::string& channel : channels) others.erase(channel);
+  for (const std::string& other : others) {
+    Statement(*this, "DELETE FROM waiting WHERE channel = ?", other).run();
+    Statement(*this,
+              "UPDATE message SET state = 3, result = 'the channel is no longer configured' "
+              "WHERE channel = ? AND state = 0",
+              other)
+        .run();
+  }
+  transaction.commit();
+}
+
+std::optional<std::int64_t> Outbox::due_ms(const std::string& channel) {
+  const std::lock_guard lock(mutex_);
+  Statement read(*this,
+                 "SELECT again_ms FROM message WHERE channel = ? AND state = 0 ORDER BY id LIMIT 1",
+                 channel);
+  if (!read.step()) return std::nullopt;
+  return read.integer(0);
+}
+
+std::vector<MessageRow> Outbox::newest(std::size_t most) {
+  const std::lock_guard lock(mutex_);
+  std::vector<MessageRow> rows;
+  Statement read(*this,
+                 "SELECT id, channel, made_ms, content, state, attempts, perhaps_twice, at_ms, "
+                 "result FROM message ORDER BY id DESC LIMIT ?",
+                 static_cast<std::int64_t>(most));
+  while (read.step()) {
+    MessageRow& row = rows.emplace_back();
+    row.message.id = read.integer(0);
+    row.message.channel = read.text(1);
+    row.message.made_ms = read.integer(2);
+    read_content(read.text(3), row.message);
+    row.state = static_cast<MessageState>(read.integer(4));
+    row.message.attempts = read.integer(5);
+    row.message.perhaps_twice = read.integer(6) != 0;
+    row.at_ms = read.integer(7);
+    row.result = read.text(8);
+  }
+  return rows;
+}
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names and reasons come from people and files. Before they go into a header, a log line or a field they become one line
+// of valid UTF-8.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace loopwarden::notify {
+
+// Control characters, line and paragraph separators, marks that turn the direction of writing, and what is no UTF-8
+// become '?'. At most `most_bytes`, cut between characters.
+std::string one_line(std::string_view text, std::size_t most_bytes = 300);
+
+// The first bytes of valid UTF-8, at most so many, cut between characters.
+std::string_view head(std::string_view text, std::size_t most_bytes);
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the daemon answers on its status socket, as the rules want it. Names and reasons become one line each.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "fleet/notify/rules/changes.hpp"
+#include "fleet/notify/rules/watch_rules.hpp"
+
+namespace loopwarden::notify {
+
+inline constexpr const char* kAlarmsRequest = R"({"request":"alarms"})";
+inline constexpr const char* kJournalRequest = R"({"request":"journal","most":200})";
+
+// Throw std::runtime_error where it is no such answer, or "ok" is not true.
+std::vector<AlarmReading> alarms_from(std::string_view answer);
+std::vector<JournalLine> journal_from(std::string_view answer);
+
+}  // namespace loopwarden::notify
