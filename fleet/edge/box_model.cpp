@@ -137,18 +137,13 @@ void add_extras(std::vector<MetricSpec>& specs) {
 
 // What the edge node says of itself.
 std::vector<MetricSpec> own_specs() {
-  MetricSpec bd_seq = plain("bdSeq", DataType::int64);
   MetricSpec rebirth = plain("Node Control/Rebirth", DataType::boolean);
-  bd_seq.aliased = false;
   rebirth.aliased = false;
   MetricSpec waiting = plain("store/waiting", DataType::uint64);
   waiting.slow = true;
-  return {bd_seq,
-          rebirth,
-          plain("version", DataType::string),
-          plain("daemon/online", DataType::boolean),
-          waiting,
-          plain("store/dropped", DataType::uint64)};
+  return {
+      plain("bdSeq", DataType::int64),           rebirth, plain("version", DataType::string),
+      plain("daemon/online", DataType::boolean), waiting, plain("store/dropped", DataType::uint64)};
 }
 
 void put(const std::vector<MetricSpec>& specs, const Extras& extras, Reading& reading) {

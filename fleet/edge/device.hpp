@@ -22,7 +22,7 @@ struct MetricSpec {
   std::optional<double> high;
   double dead_band_percent = 0.0;  // of the range, or of the last value sent; 0: any change is sent
   bool slow = false;               // changes all the time: sent once an interval
-  bool aliased = true;             // bdSeq and Node Control have none, by the specification
+  bool aliased = true;             // Node Control/Rebirth has none, by the specification
   friend bool operator==(const MetricSpec&, const MetricSpec&) = default;
 };
 

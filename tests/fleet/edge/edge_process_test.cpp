@@ -8,6 +8,9 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <algorithm>
+#include <deque>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -59,7 +62,7 @@ class Host {
     mqtt::Qos qos;
     bool ask_rebirth;
   };
-  std::vector<Heard> heard;
+  std::deque<Heard> heard;
   sparkplug::NodeView node;
 
   // The first message from `from` on that is as wanted; what comes before stays in `heard`. Null: it does not come.
@@ -165,7 +168,10 @@ class Edge {
     child_ = -1;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
-  std::string log() const { return tests::read_file(folder_ / "edge.log"); }
+  std::string log() const {
+    const auto file = folder_ / "edge.log";
+    return std::filesystem::exists(file) ? tests::read_file(file) : std::string();
+  }
 
  private:
   std::filesystem::path folder_;
@@ -272,8 +278,9 @@ TEST_CASE("a host asks for births and gets all of them, with the same bdSeq, fro
   REQUIRE(again != nullptr);
   CHECK(bd_seq(*again) == 0);
   CHECK(again->payload.seq == 0);
-  REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
-  CHECK(plant.host.heard.back().payload.find("pv")->value == Value(7.0));
+  const Host::Heard* device = plant.host.await(MessageType::dbirth);
+  REQUIRE(device != nullptr);
+  CHECK(device->payload.find("pv")->value == Value(7.0));
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
   // What is no command changes nothing.
   plant.host.say("spBv1.0/plant/NCMD/box", "\x01 rubbish");
@@ -398,8 +405,9 @@ TEST_CASE("a broker that hangs while it is connected: nothing that was measured 
   }
   REQUIRE(step < 150);
   plant.broker.go_on();
+  // And the value of the first birth.
   for (int i = 0;
-       i < 600 && received(plant.host).times_by_value.size() < static_cast<std::size_t>(step);
+       i < 600 && received(plant.host).times_by_value.size() <= static_cast<std::size_t>(step);
        ++i) {
     plant.host.fetch(100ms);
   }
@@ -428,10 +436,10 @@ TEST_CASE(
   REQUIRE(birth != nullptr);
   const std::int64_t number = bd_seq(*birth);
   const Host::Heard* stored = plant.host.await([](const Host::Heard& h) {
-    return h.payload.find("pv") != nullptr && h.payload.find("pv")->historical;
+    const Metric* pv = h.payload.find("pv");
+    return pv != nullptr && pv->historical && pv->value == Value(2.0);
   });
-  REQUIRE(stored != nullptr);
-  CHECK(stored->payload.find("pv")->value == Value(2.0));
+  CHECK(stored != nullptr);
   // An older word, such as the will of a connection that was replaced.
   plant.host.be_online(false, 999);
   plant.daemon.set("FIC-101", "pv", 3.0);
