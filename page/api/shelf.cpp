@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cmath>
 
 #include "page/api/body.hpp"
@@ -43,6 +44,20 @@ json samples_json(const std::string& csv) {
   return samples;
 }
 
+// For a path.
+std::string encoded(const std::string& name) {
+  std::string text;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0 || c == '.' || c == '-' || c == '_') {
+      text += c;
+    } else {
+      text += fmt::format("%{:02X}", byte);
+    }
+  }
+  return text;
+}
+
 json parsed(const std::optional<std::string>& text) {
   json value = text ? json::parse(*text, nullptr, false) : json();
   return value.is_discarded() ? json() : value;
@@ -60,10 +75,18 @@ http::Response reports(Context& context, const Call& call) {
 http::Response report(Context& context, const Call& call) {
   check_query(call.request, {});
   const auto& path = call.request.path;
-  if (path.size() < 2) throw ApiError(404, "there is no such report");
-  auto content = context.reports.read(path[1], {path.begin() + 2, path.end()});
-  if (!content) throw ApiError(404, "there is no such report");
   http::Response response;
+  if (path.size() == 2) {
+    // To where its own links lead from.
+    const auto name = context.reports.name(path[1]);
+    if (!name) throw ApiError(404, "there is no such report");
+    response.status = 302;
+    response.headers.emplace_back("Location", "/reports/" + path[1] + "/" + encoded(*name));
+    return response;
+  }
+  auto content = path.size() < 2 ? std::nullopt
+                                 : context.reports.read(path[1], {path.begin() + 2, path.end()});
+  if (!content) throw ApiError(404, "there is no such report");
   response.content_type = content->type;
   response.body = std::move(content->bytes);
   response.headers.emplace_back("Content-Security-Policy", kReportPolicy);

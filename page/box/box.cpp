@@ -75,7 +75,10 @@ json alarms_for_page(const json& answer) {
   json shown = json::array();
   std::map<std::string, std::pair<std::int64_t, std::size_t>> first;  // by loop: when, which
   for (const json& alarm : answer.at("alarms")) {
-    if (alarm.at("state") == "normal") continue;
+    // One that is suppressed and off is one that could not come: of a plant at rest that would be all of them.
+    if (alarm.at("state") == "normal" || (alarm.at("state") == "suppressed" && !is_there(alarm))) {
+      continue;
+    }
     json one = alarm;
     one["first_out"] = false;
     if (is_there(alarm)) {
@@ -200,10 +203,14 @@ void Box::fetch_plant() {
 
 void Box::fetch_alarms() {
   const json alarms = alarms_for_page(door_.ask({{"request", "alarms"}}));
-  auto text = std::make_shared<const std::string>(alarms.dump());
-  publish_(http::EventKind::alarms, alarms.at("alarms").dump());
-  const std::lock_guard lock(mutex_);
-  now_.alarms = std::move(text);
+  std::string list = alarms.at("alarms").dump();
+  {
+    const std::lock_guard lock(mutex_);
+    now_.alarms = std::make_shared<const std::string>(alarms.dump());
+  }
+  if (list == alarm_list_) return;
+  publish_(http::EventKind::alarms, list);
+  alarm_list_ = std::move(list);
 }
 
 void Box::publish_state(const Now& now) const {

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include "page/files/self_contained.hpp"
+
 namespace loopwarden::page::files {
 namespace {
 
@@ -145,26 +147,37 @@ std::vector<Report> ReportShelf::reports() {
   return all;
 }
 
-std::optional<ReportShelf::Content> ReportShelf::read(const std::string& id,
-                                                      const std::vector<std::string>& more) {
-  std::vector<std::string> parts;
-  for (int attempt = 0; parts.empty() && attempt < 2; ++attempt) {
+std::optional<std::vector<std::string>> ReportShelf::parts_of_report(const std::string& id) {
+  for (int attempt = 0; attempt < 2; ++attempt) {
     // One that came since the list was made.
     if (attempt > 0) reports();
     const std::lock_guard lock(mutex_);
     for (const auto& [path, one] : known_) {
-      if (one.report.id == id) parts = one.report.parts;
+      if (one.report.id == id) return one.report.parts;
     }
   }
-  if (parts.empty()) return std::nullopt;
-  if (!more.empty()) {
-    parts.pop_back();
-    parts.insert(parts.end(), more.begin(), more.end());
-  }
-  const std::string type = type_of(parts.back());
-  std::optional<std::string> bytes =
-      type.empty() ? std::nullopt : folder_.read(parts, kMostReportBytes);
+  return std::nullopt;
+}
+
+std::optional<std::string> ReportShelf::name(const std::string& id) {
+  const auto parts = parts_of_report(id);
+  return parts ? std::optional(parts->back()) : std::nullopt;
+}
+
+std::optional<ReportShelf::Content> ReportShelf::read(const std::string& id,
+                                                      const std::vector<std::string>& below) {
+  auto parts = parts_of_report(id);
+  const std::string type = below.empty() ? std::string() : type_of(below.back());
+  if (!parts || type.empty()) return std::nullopt;
+  parts->pop_back();
+  const auto read_below = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> path = *parts;
+    path.insert(path.end(), more.begin(), more.end());
+    return folder_.read(path, kMostReportBytes);
+  };
+  std::optional<std::string> bytes = read_below(below);
   if (!bytes) return std::nullopt;
+  if (type.starts_with("text/html")) bytes = self_contained(*bytes, below, read_below);
   return Content{type, std::move(*bytes)};
 }
 

@@ -32,12 +32,15 @@ class ReportShelf {
   // Every *.html, at most kMost, newest first. Any thread.
   std::vector<Report> reports();
 
+  // The report's file name; nothing where there is none of this id.
+  std::optional<std::string> name(const std::string& id);
+
   struct Content {
     std::string type;
     std::string bytes;
   };
-  // The report itself, or with more parts a page that lies beside it or below.
-  std::optional<Content> read(const std::string& id, const std::vector<std::string>& more);
+  // A file below the report's folder, by its path there. A page has its stylesheets and scripts inside.
+  std::optional<Content> read(const std::string& id, const std::vector<std::string>& below);
 
   // Files of a piece of evidence, by name.
   std::vector<std::string> evidence_files(const std::string& id) const;
@@ -52,6 +55,7 @@ class ReportShelf {
     std::uintmax_t bytes;
     Report report;
   };
+  std::optional<std::vector<std::string>> parts_of_report(const std::string& id);
   Report look_at(const std::filesystem::path& path, std::int64_t utc_ms, std::uintmax_t bytes);
 
   Folder folder_;

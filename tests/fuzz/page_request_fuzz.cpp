@@ -88,7 +88,7 @@ tests::ApiRig& rig() {
 }
 
 void check(const page::http::Request& request, page::http::Response& response) {
-  static const std::set<int> kKnown{200, 304, 400, 401, 403, 404, 405, 409, 413, 415, 429, 500, 503};
+  static const std::set<int> kKnown{200, 302, 304, 400, 401, 403, 404, 405, 409, 413, 415, 429, 500, 503};
   require(kKnown.contains(response.status), "a known status");
   const std::string head = page::http::head_text(response, {});
   require(head.ends_with("\r\n\r\n") && head.find("\r\n\r\n") == head.size() - 4, "one head");

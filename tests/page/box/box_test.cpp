@@ -115,10 +115,12 @@ TEST_CASE("the daemon's refusals are told apart from its absence") {
 }
 
 TEST_CASE("of a loop's alarms the one that came first is told") {
+  json quiet = alarm_of("A", "hysteresis", "suppressed", 0);
+  quiet["active"] = quiet["unacknowledged"] = false;
   const json shown = alarms_for_page(
       {{"now_ms", 9},
        {"alarms", {alarm_of("A", "stiction", "unacknowledged", 30), alarm_of("A", "backlash", "acknowledged", 20),
-                   alarm_of("A", "unknown", "normal", 1), alarm_of("B", "stiction", "unacknowledged", 40)}}});
+                   alarm_of("A", "unknown", "normal", 1), quiet, alarm_of("B", "stiction", "unacknowledged", 40)}}});
   REQUIRE(shown["alarms"].size() == 3);
   CHECK(shown["alarms"][0]["first_out"] == false);
   CHECK(shown["alarms"][1]["first_out"] == true);

@@ -54,12 +54,14 @@ TEST_CASE("a report is read by its id, and what lies beside it") {
   ReportShelf shelf(folder.path());
   const std::string id = shelf.reports().at(0).id;
   ReportShelf fresh(folder.path());
-  CHECK(fresh.read(id, {})->type == "text/html; charset=utf-8");
+  CHECK(fresh.name(id) == "survey.html");
+  CHECK(fresh.read(id, {"survey.html"})->type == "text/html; charset=utf-8");
+  CHECK_FALSE(fresh.read(id, {}));
   CHECK(shelf.read(id, {"assets", "survey.css"})->bytes == "b {}");
   CHECK_FALSE(shelf.read(id, {"secret.key"}));
   CHECK_FALSE(shelf.read(id, {"..", "users"}));
   CHECK_FALSE(shelf.read(id, {"assets"}));
-  CHECK_FALSE(shelf.read("0000000000000000", {}));
+  CHECK_FALSE(shelf.read("0000000000000000", {"survey.html"}));
 }
 
 TEST_CASE("no link and no odd file leads out") {

@@ -99,7 +99,7 @@ TEST_CASE("a short stretch has every row as it was") {
 
 TEST_CASE("a spike of one sample is in every picture, however wide") {
   const TemporaryFolder folder;
-  const std::size_t place = GENERATE(0, 1, 63, 64, 4095, 77'777, 149'999);
+  const std::size_t place = GENERATE(0UL, 1UL, 63UL, 64UL, 4095UL, 77'777UL, 149'999UL);
   Written written{.rows = wave(0, 150'000)};
   written.rows[place].pv = 9.5;
   written.to(folder.path());

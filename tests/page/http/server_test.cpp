@@ -138,7 +138,7 @@ TEST_CASE("what is no request is refused and ends the connection") {
 TEST_CASE("what could be read as two requests is read as none") {
   const Running running;
   const std::string smuggled = get_line("/admin");
-  for (const std::string& head :
+  for (const std::string head :
        {"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n", "Transfer-Encoding: chunked\r\nContent-Length: 5\r\n",
         "Transfer-Encoding: chunked\r\n", "Transfer-Encoding : chunked\r\n", "Content-Length: 5\r\nContent-Length: 6\r\n",
         "Content-Length: 5\r\n\tfold: x\r\nTransfer-Encoding:\tchunked\r\n", "Content-Length: -1\r\n",
