@@ -153,6 +153,7 @@ void compare(const ModbusServer& running, const ModbusServer& wanted, List& list
   list.add_if(running.serial != wanted.serial, "modbus_server.serial");
 }
 
+// Taken over at once: log_level, stop_timeout, page, edge.
 void compare(const DaemonConfig& running, const DaemonConfig& wanted, List& list) {
   list.add_if(running.real_time.priority != wanted.real_time.priority, "real_time.priority");
   list.add_if(running.real_time.cpu != wanted.real_time.cpu, "real_time.cpu");

@@ -52,6 +52,7 @@ int run(const Options& options) {
   if (!options.state.empty()) settings->state_directory = options.state;
   if (options.port != 0) settings->listen.front().port = static_cast<std::uint16_t>(options.port);
   if (options.check) {
+    check_files(*settings);
     fmt::print("{}: no errors\n", options.config.empty() ? "defaults" : options.config);
     return kExitOk;
   }

@@ -8,6 +8,7 @@
 
 #include "daemon/console/offers.hpp"
 #include "daemon/console/request.hpp"
+#include "hal/os/group_access.hpp"
 
 namespace loopwarden::daemon {
 namespace {

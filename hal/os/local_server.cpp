@@ -2,7 +2,6 @@
 #include "hal/os/local_server.hpp"
 
 #include <fcntl.h>
-#include <grp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -12,8 +11,10 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
+#include "hal/os/group_access.hpp"
 #include "hal/os/local_address.hpp"
 
 namespace loopwarden::hal::os {
@@ -24,21 +25,21 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kAcceptPause{500};
 
-// Nobody but the owner may connect before the group is right. Not by the umask, which is the whole process's.
+// Nobody but the owner may connect before all is right. Not by the umask, which is the whole process's.
 void bind_to(int fd, const LocalSocketSettings& settings) {
-  const sockaddr_un address = local_address(settings.path);
+  const std::string& path = settings.path;
+  const sockaddr_un address = local_address(path);
   if (fchmod(fd, S_IRUSR | S_IWUSR) != 0 ||
-      bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    throw socket_failure("can't listen at " + settings.path);
+      bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      chmod(path.c_str(), S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP) != 0) {
+    throw socket_failure("can't listen at " + path);
   }
-  // Without the right to give it away it stays with the own group.
   if (settings.group) {
-    [[maybe_unused]] const int given =
-        chown(settings.path.c_str(), static_cast<uid_t>(-1), *settings.group);
+    admit_group(path, *settings.group, {.read = true, .write = true});
+    admit_group(std::filesystem::path(path).parent_path(), *settings.group, {.execute = true});
   }
-  if (chmod(settings.path.c_str(), S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP) != 0 ||
-      ::listen(fd, static_cast<int>(settings.most_peers)) != 0) {
-    throw socket_failure("can't listen at " + settings.path);
+  if (::listen(fd, static_cast<int>(settings.most_peers)) != 0) {
+    throw socket_failure("can't listen at " + path);
   }
 }
 
@@ -61,14 +62,6 @@ int listener_at(const LocalSocketSettings& settings) {
 }
 
 }  // namespace
-
-std::optional<unsigned> group_id(const std::string& name) {
-  std::array<char, 16384> buffer{};
-  group entry{};
-  group* found = nullptr;
-  if (getgrnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found) != 0) return {};
-  return found == nullptr ? std::nullopt : std::optional<unsigned>(found->gr_gid);
-}
 
 // One listening socket with its peers.
 class LocalServer::Socket {

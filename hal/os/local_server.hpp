@@ -23,15 +23,13 @@ namespace loopwarden::hal::os {
 
 struct LocalSocketSettings {
   std::string path;
-  // Who may connect besides the owner. Nothing, or one of which the process is no member: its own group.
+  // May connect besides the owner and his group, and reach the socket through its folder; where neither the file system nor
+  // the folder's owner stands against it.
   std::optional<unsigned> group{};
   std::size_t most_peers = 16;
   std::size_t lines_a_round = 0;  // 0: one of each peer
   double lines_per_second = 0.0;  // at most, with as many at once; 0: no limit
 };
-
-// The number of a group by its name; nothing: there is none. May ask a directory service: not for a thread in a hurry.
-std::optional<unsigned> group_id(const std::string& name);
 
 class LocalServer {
  public:

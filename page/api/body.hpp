@@ -33,6 +33,8 @@ std::optional<std::int64_t> whole_in(const http::Request& request, const char* k
 std::string text_in(const http::Request& request, const char* key, std::size_t longest);
 void check_query(const http::Request& request, std::initializer_list<std::string_view> keys);
 
+inline constexpr std::int64_t kLastMoment_ms = 4'102'444'800'000;  // 2100
+
 // As JSON, whatever bytes its texts have.
 std::string dump(const nlohmann::json& value);
 http::Response json_response(const nlohmann::json& value);

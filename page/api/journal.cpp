@@ -13,7 +13,6 @@ using nlohmann::json;
 
 constexpr std::int64_t kMostLines = 1000;
 constexpr std::size_t kMostCsvLines = 200'000;  // as many as the daemon keeps
-constexpr std::int64_t kLastMoment_ms = 4'102'444'800'000;
 
 // What the query asks for, as the daemon's request.
 json request_for(const http::Request& request, std::int64_t most) {
@@ -47,9 +46,9 @@ std::string cell(const json& value) {
   return quoted + '"';
 }
 
-class CsvSource final : public http::Source {
+class LinesAsCsv final : public http::Source {
  public:
-  CsvSource(Daemon& daemon, json request) : daemon_(daemon), request_(std::move(request)) {}
+  LinesAsCsv(Daemon& daemon, json request) : daemon_(daemon), request_(std::move(request)) {}
 
   std::string next() override {
     std::string text;
@@ -87,7 +86,7 @@ http::Response journal_csv(Context& context, const Call& call) {
   response.content_type = "text/csv; charset=utf-8";
   response.headers.emplace_back("Content-Disposition", "attachment; filename=\"journal.csv\"");
   response.source =
-      std::make_unique<CsvSource>(context.daemon, request_for(call.request, kMostLines));
+      std::make_unique<LinesAsCsv>(context.daemon, request_for(call.request, kMostLines));
   return response;
 }
 

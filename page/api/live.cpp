@@ -35,7 +35,7 @@ json state_json(const Box::Now& now) {
 
 http::Response describe(Context& context, const Call& call) {
   check_query(call.request, {});
-  const Box::Now now = context.box.now();
+  const Box::Now now = context.now();
   http::Response response;
   if (!now.plant) {
     response.body = dump({{"up", false}, {"loops", json::array()}});
@@ -61,13 +61,13 @@ http::Response events(Context& context, const Call& call) {
 http::Response sparklines(Context& context, const Call& call) {
   check_query(call.request, {});
   http::Response response;
-  response.body = context.box.sparklines();
+  response.body = context.sparklines();
   return response;
 }
 
 http::Response alarms(Context& context, const Call& call) {
   check_query(call.request, {});
-  const Box::Now now = context.box.now();
+  const Box::Now now = context.now();
   http::Response response;
   if (!now.alarms) throw DaemonDown(now.why.empty() ? "the daemon was not asked yet" : now.why);
   response.shared = now.alarms;
@@ -76,7 +76,7 @@ http::Response alarms(Context& context, const Call& call) {
 
 http::Response system(Context& context, const Call& call) {
   check_query(call.request, {});
-  const Box::Now now = context.box.now();
+  const Box::Now now = context.now();
   json answer = {{"up", now.up},
                  {"daemon_state", state_json(now)},
                  {"daemon", nullptr},

@@ -29,21 +29,21 @@ const PlantLoop& loop_at(const std::shared_ptr<const Plant>& plant, std::string_
 
 http::Response loop(Context& context, const Call& call) {
   check_query(call.request, {});
-  const auto plant = context.box.now().plant;
+  const auto plant = context.now().plant;
   const PlantLoop& loop = loop_at(plant, call.request.part(2));
   return json_response(context.daemon.ask({{"request", "loop"}, {"loop", loop.tag}}));
 }
 
 http::Response windows(Context& context, const Call& call) {
   check_query(call.request, {});
-  const auto plant = context.box.now().plant;
+  const auto plant = context.now().plant;
   const PlantLoop& loop = loop_at(plant, call.request.part(2));
   return json_response(context.daemon.ask({{"request", "windows"}, {"loop", loop.tag}}));
 }
 
 http::Response loop_alarm(Context& context, const Call& call) {
   check_query(call.request, {});
-  const auto plant = context.box.now().plant;
+  const auto plant = context.now().plant;
   const PlantLoop& loop = loop_at(plant, call.request.part(2));
   json answer = context.daemon.ask(
       {{"request", "explain"}, {"loop", loop.tag}, {"alarm", call.request.part(4)}});
@@ -51,7 +51,7 @@ http::Response loop_alarm(Context& context, const Call& call) {
 }
 
 http::Response act_on_alarm(Context& context, const Call& call) {
-  const auto plant = context.box.now().plant;
+  const auto plant = context.now().plant;
   const PlantLoop& loop = loop_at(plant, call.request.part(2));
   if (!plant->alarms) {
     throw ApiError(403, "loopwardend.yaml has no page: {alarms: true}, so alarms are only shown");

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Set point, output and mode: the only handler that moves a valve.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <string_view>
 #include <thread>
 
 #include "page/api/body.hpp"
@@ -55,16 +57,21 @@ Wish wish_of(const http::Request& request, const std::string& tag) {
   return wish;
 }
 
-// What is in force, as the daemon's `loop` tells it. The set point is the one asked for, not where a ramp is.
-json in_force(Context& context, const std::string& tag, const std::string& what) {
-  const json loop = context.daemon.ask({{"request", "loop"}, {"loop", tag}});
-  if (what == "mode") return loop.value("requested_mode", json());
-  if (what == "output") return loop.value("co", json());
-  return loop.contains("set_point_wanted") ? loop["set_point_wanted"] : loop.value("sp", json());
+// "the set point is 5 by now, 4 was expected", as the daemon says it: 5; null: it says something else.
+json value_by_now(const std::string& why) {
+  constexpr std::string_view kBefore = " is ";
+  const std::size_t end = why.find(" by now");
+  if (end == std::string::npos) return nullptr;
+  const std::size_t begin = why.rfind(kBefore, end);
+  if (begin == std::string::npos) return nullptr;
+  const std::size_t first = begin + kBefore.size();
+  const std::string word = why.substr(first, end - std::min(end, first));
+  const json number = json::parse(word, nullptr, false);
+  return number.is_number() ? number : json(word);
 }
 
-http::Response changed_meanwhile(const std::string& why, json now) {
-  http::Response response = json_response({{"error", why}, {"now", std::move(now)}});
+http::Response changed_meanwhile(const std::string& why) {
+  http::Response response = json_response({{"error", why}, {"now", value_by_now(why)}});
   response.status = 409;
   return response;
 }
@@ -91,7 +98,7 @@ json outcome(Context& context, const std::string& tag, const json& sent) {
 }  // namespace
 
 http::Response order(Context& context, const Call& call) {
-  const auto plant = context.box.now().plant;
+  const auto plant = context.now().plant;
   const PlantLoop& loop = loop_at(plant, call.request.part(2));
   if (!context.settings.control) throw ApiError(403, "page.yaml has no control: true");
   if (!plant->control) {
@@ -105,14 +112,14 @@ http::Response order(Context& context, const Call& call) {
                   {"address", call.request.peer}};
   // Nothing known is no value to hold the order to: a loop that has not run yet.
   if (!wish.old.is_null()) request["expect"] = {{wish.what, wish.old}};
-  json sent;
   try {
-    sent = context.orders.ask(request);
+    const json now = outcome(context, loop.tag, context.orders.ask(request));
+    const std::string why = now.value("why", std::string());
+    return value_by_now(why).is_null() ? json_response(now) : changed_meanwhile(why);
   } catch (const DaemonRefused& e) {
-    if (std::string_view(e.what()).find("by now") == std::string_view::npos) throw;
-    return changed_meanwhile(e.what(), in_force(context, loop.tag, wish.what));
+    if (value_by_now(e.what()).is_null()) throw;
+    return changed_meanwhile(e.what());
   }
-  return json_response(outcome(context, loop.tag, sent));
 }
 
 }  // namespace loopwarden::page::api

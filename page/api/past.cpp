@@ -14,7 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::int64_t kLastMoment_ms = 4'102'444'800'000;  // 2100
 constexpr std::int64_t kTenMinutes_ms = 600'000;
 constexpr std::size_t kMostCsvRows = 1'000'000;
 
@@ -91,7 +90,7 @@ std::string past_json(const history::Past& past, const history::Stretch& stretch
                      {"oldest_ms", or_null(past.oldest_ms)},
                      {"newest_ms", or_null(past.newest_ms)},
                      {"sample_time_s", loop.sample_time_s},
-                     {"bucket_s", past.bucket_ms ? json(*past.bucket_ms / 1000.0) : json()},
+                     {"bucket_s", past.bucket_ms ? json(std::round(*past.bucket_ms) / 1000.0) : json()},
                      {"unreadable", past.unreadable}};
   std::string text = dump(head);
   text.pop_back();
@@ -111,9 +110,9 @@ std::string past_json(const history::Past& past, const history::Stretch& stretch
 
 // Time counts periods from the first row, so that the file is a record for `loopwarden gap` and `diagnose`; what is
 // missing is missing there.
-class CsvSource final : public http::Source {
+class RowsAsCsv final : public http::Source {
  public:
-  CsvSource(const std::filesystem::path& folder, const history::Stretch& stretch, bool stem)
+  RowsAsCsv(const std::filesystem::path& folder, const history::Stretch& stretch, bool stem)
       : reader_(folder, stretch), stem_(stem) {}
 
   std::string next() override {
@@ -171,7 +170,7 @@ std::filesystem::path folder_of(const Context& context, const PlantLoop& loop) {
 
 http::Response past(Context& context, const Call& call) {
   check_query(call.request, {"from_ms", "to_ms", "points"});
-  const Box::Now now = context.box.now();
+  const Box::Now now = context.now();
   const PlantLoop& loop = loop_at(now.plant, call.request.part(2));
   const history::Stretch stretch = stretch_of(call.request);
   const auto points = static_cast<std::size_t>(
@@ -188,14 +187,14 @@ http::Response past(Context& context, const Call& call) {
 
 http::Response past_csv(Context& context, const Call& call) {
   check_query(call.request, {"from_ms", "to_ms"});
-  const auto plant = context.box.now().plant;
+  const auto plant = context.now().plant;
   const PlantLoop& loop = loop_at(plant, call.request.part(2));
   const history::Stretch stretch = stretch_of(call.request);
   http::Response response;
   response.content_type = "text/csv; charset=utf-8";
   response.headers.emplace_back("Content-Disposition",
                                 fmt::format("attachment; filename=\"{}_{}.csv\"", loop.tag, stretch.from_ms));
-  response.source = std::make_unique<CsvSource>(folder_of(context, loop), stretch, loop.stem);
+  response.source = std::make_unique<RowsAsCsv>(folder_of(context, loop), stretch, loop.stem);
   return response;
 }
 

@@ -31,7 +31,7 @@ long utc_offset_s() {
 }
 
 json session_json(Context& context, const Identity& who) {
-  const auto plant = context.box.now().plant;
+  const auto plant = context.now().plant;
   const bool acts = who.role >= Role::operator_;
   return {{"user", who.user.empty() ? json(nullptr) : json(who.user)},
           {"role", to_text(who.role)},

@@ -13,6 +13,8 @@
 #include <cstdlib>
 #include <set>
 #include <string>
+#include <string_view>
+#include <system_error>
 
 #include "hal/os/exit_code.hpp"
 #include "page/api/router.hpp"
@@ -91,7 +93,8 @@ class App {
         reports_(settings.state_directory),
         router_(api::Context{.settings = settings_,
                              .hosts = hosts_of(settings),
-                             .box = box_,
+                             .now = [this] { return box_.now(); },
+                             .sparklines = [this] { return box_.sparklines(); },
                              .daemon = daemon_,
                              .orders = orders_,
                              .users = users_,
@@ -183,6 +186,15 @@ class App {
   http::Server server_;
 };
 
+// "Africa/Johannesburg", as /etc/localtime leads there; UTC where it does not.
+std::string zone_of_the_box() {
+  std::error_code none;
+  const std::string target = std::filesystem::read_symlink("/etc/localtime", none).string();
+  constexpr std::string_view kBefore = "zoneinfo/";
+  const std::size_t at = target.find(kBefore);
+  return at == std::string::npos ? "UTC" : target.substr(at + kBefore.size());
+}
+
 // What the service manager has opened must not be more open than page.yaml may be.
 void check_inherited(const PageSettings& settings) {
   const int inherited = sd_listen_fds(0);
@@ -195,9 +207,22 @@ void check_inherited(const PageSettings& settings) {
 
 }  // namespace
 
-int serve(const PageSettings& settings, const std::filesystem::path& site) {
+void check_files(const PageSettings& settings) {
+  try {
+    if (settings.has_tls()) SSL_CTX_free(http::make_tls_context({settings.certificate, settings.key}));
+    // One that is not there yet is a page that nobody can log in to.
+    if (std::filesystem::exists(settings.users)) read_users(settings.users);
+  } catch (const std::exception& e) {
+    throw BadConfiguration(e.what());
+  }
+}
+
+int serve(PageSettings settings, const std::filesystem::path& site) {
+  check_files(settings);
   check_inherited(settings);
-  if (!settings.time_zone.empty()) {
+  if (settings.time_zone.empty()) {
+    settings.time_zone = zone_of_the_box();
+  } else {
     ::setenv("TZ", settings.time_zone.c_str(), 1);
     ::tzset();
   }

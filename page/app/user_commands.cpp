@@ -17,6 +17,7 @@
 #include "hal/os/exit_code.hpp"
 #include "page/http/tls.hpp"
 #include "page/settings/page_settings.hpp"
+#include "page/users/page_account.hpp"
 #include "page/users/password.hpp"
 #include "page/users/user_file.hpp"
 
@@ -144,6 +145,15 @@ void add_file_options(CLI::App* sub, Options& options) {
   sub->add_option("--config", options.config, "page.yaml")->capture_default_str();
 }
 
+// A key that root makes is for the service to read, and for nobody else.
+void give_to_page(const fs::path& key) {
+  const auto account = page_account();
+  if (::geteuid() != 0 || !account) return;
+  if (::chown(key.c_str(), account->user, account->group) != 0) {
+    throw std::runtime_error(key.string() + " can't be given to the user loopwarden-page");
+  }
+}
+
 using Act = void (*)(const Options&);
 
 CLI::App* add_command(CLI::App* user, const char* name, const char* what, int& exit_code, Act act,
@@ -200,6 +210,7 @@ void add_certificate_command(CLI::App& app, int& exit_code) {
   sub->callback([wish, &exit_code] {
     const auto made = http::make_self_signed(wish->hosts, wish->days);
     const http::TlsFiles files = http::write_self_signed(made, wish->out);
+    give_to_page(files.key);
     fmt::print("{}\n{}\n", files.certificate.string(), files.key.string());
     exit_code = kExitOk;
   });

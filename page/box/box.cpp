@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -59,13 +60,25 @@ bool has_begun_anew(const std::shared_ptr<const std::vector<double>>& before,
   return false;
 }
 
+// How long the plant has run, by the loop that is furthest.
+std::int64_t plant_ms(const Plant& plant, const std::vector<double>& periods) {
+  double longest_s = 0.0;
+  for (std::size_t i = 0; i < std::min(periods.size(), plant.loops.size()); ++i) {
+    longest_s = std::fmax(longest_s, periods[i] * plant.loops[i].sample_time_s);
+  }
+  return static_cast<std::int64_t>(1000.0 * longest_s);
+}
+
 }  // namespace
 
 json alarms_for_page(const json& answer) {
   json shown = json::array();
   std::map<std::string, std::pair<std::int64_t, std::size_t>> first;  // by loop: when, which
   for (const json& alarm : answer.at("alarms")) {
-    if (alarm.at("state") == "normal") continue;
+    // One that is suppressed and off is one that could not come: of a plant at rest that would be all of them.
+    if (alarm.at("state") == "normal" || (alarm.at("state") == "suppressed" && !is_there(alarm))) {
+      continue;
+    }
     json one = alarm;
     one["first_out"] = false;
     if (is_there(alarm)) {
@@ -118,7 +131,7 @@ Box::Now Box::now() const {
 
 std::string Box::sparklines() const {
   const std::lock_guard lock(mutex_);
-  return sparklines_.json();
+  return sparklines_.json(now_.now_ms);
 }
 
 void Box::run() {
@@ -167,7 +180,7 @@ void Box::look_at(const std::string& text) {
     const std::lock_guard lock(mutex_);
     now_.now_ms = overview.at("now_ms").get<std::int64_t>();
     now_.periods = std::move(periods);
-    sparklines_.add(now_.now_ms, numbers(overview, "pv"));
+    sparklines_.add(plant_ms(*now_.plant, *now_.periods), numbers(overview, "pv"));
   }
   std::string columns = alarm_columns(overview);
   if (columns != alarm_columns_ || Clock::now() >= alarms_due_) {
@@ -190,10 +203,14 @@ void Box::fetch_plant() {
 
 void Box::fetch_alarms() {
   const json alarms = alarms_for_page(door_.ask({{"request", "alarms"}}));
-  auto text = std::make_shared<const std::string>(alarms.dump());
-  publish_(http::EventKind::alarms, alarms.at("alarms").dump());
-  const std::lock_guard lock(mutex_);
-  now_.alarms = std::move(text);
+  std::string list = alarms.at("alarms").dump();
+  {
+    const std::lock_guard lock(mutex_);
+    now_.alarms = std::make_shared<const std::string>(alarms.dump());
+  }
+  if (list == alarm_list_) return;
+  publish_(http::EventKind::alarms, list);
+  alarm_list_ = std::move(list);
 }
 
 void Box::publish_state(const Now& now) const {

@@ -83,11 +83,12 @@ class Box {
 
   // Of the thread alone.
   std::string alarm_columns_;  // of the newest overview: when they change, the alarms have
+  std::string alarm_list_;     // as published last
   std::chrono::steady_clock::time_point alarms_due_{};
   hal::os::Thread thread_;
 };
 
-// The alarms of the daemon's answer that aren't normal, each with "first_out": it came before the others of its
+// The alarms of the daemon's answer that aren't normal, nor suppressed and off, each with "first_out": it came before the others of its
 // loop that are still there.
 nlohmann::json alarms_for_page(const nlohmann::json& answer);
 

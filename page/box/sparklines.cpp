@@ -37,10 +37,10 @@ void Sparklines::advance(std::int64_t step) {
   step_ = step;
 }
 
-void Sparklines::add(std::int64_t now_ms, const std::vector<double>& pv) {
-  const std::int64_t step = std::max<std::int64_t>(now_ms, 0) / kStep_ms;
+void Sparklines::add(std::int64_t plant_ms, const std::vector<double>& pv) {
+  const std::int64_t step = std::max<std::int64_t>(plant_ms, 0) / kStep_ms;
   if (pv.size() != loops_ || step < step_) {
-    clear();
+    *this = Sparklines();
     loops_ = pv.size();
     values_.assign(loops_ * kSteps, {kNone, kNone});
   }
@@ -54,9 +54,9 @@ void Sparklines::add(std::int64_t now_ms, const std::vector<double>& pv) {
   }
 }
 
-std::string Sparklines::json() const {
+std::string Sparklines::json(std::int64_t until_ms) const {
   std::string text = fmt::format("{{\"step_s\":{},\"until_ms\":{},\"pv\":[", kStep_ms / 1000,
-                                 (step_ + 1) * kStep_ms);
+                                 until_ms);
   for (std::size_t loop = 0; loop < loops_; ++loop) {
     text += '[';
     for (std::size_t i = 1; i <= kSteps; ++i) {

@@ -14,14 +14,13 @@ class Sparklines {
   static constexpr std::size_t kSteps = 60;
   static constexpr std::int64_t kStep_ms = 10'000;
 
-  // Values in the order of the loops; NaN where there is none. A jump of the clock backwards, or another number
-  // of loops, begins anew.
-  void add(std::int64_t now_ms, const std::vector<double>& pv);
-  void clear() { *this = Sparklines(); }
+  // Values in the order of the loops; NaN where there is none. `plant_ms` is the plant's time, which an accelerated
+  // simulation runs through faster. Where it goes back, or the number of loops is another, all begins anew.
+  void add(std::int64_t plant_ms, const std::vector<double>& pv);
 
   // {"step_s", "until_ms", "pv": [[min, max, min, max, ...] a loop]}; the last step is the one that is still
-  // being filled.
-  std::string json() const;
+  // being filled. `until_ms`: UTC of the newest value.
+  std::string json(std::int64_t until_ms) const;
 
  private:
   struct Extremes {
@@ -30,7 +29,7 @@ class Sparklines {
   void advance(std::int64_t step);
 
   std::size_t loops_ = 0;
-  std::int64_t step_ = -1;         // newest, counted from 1970; -1: none yet
+  std::int64_t step_ = -1;         // newest; -1: none yet
   std::vector<Extremes> values_;   // a ring of kSteps for each loop
 };
 

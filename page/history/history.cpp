@@ -13,7 +13,7 @@ namespace {
 
 // A bucket of fewer blocks would show where they begin and end.
 constexpr double kBlocksPerBucket = 4.0;
-constexpr std::size_t kRowsAtATime = 4096;
+constexpr std::size_t kRowsPerPiece = 4096;
 
 }  // namespace
 
@@ -138,7 +138,7 @@ std::vector<RowReader::Row> RowReader::next() {
       const SegmentRows rows(segments_[segment_]);
       if (!placed_) place_ = rows.place_of(stretch_.from_ms);
       placed_ = true;
-      const std::uint32_t end = place_ + static_cast<std::uint32_t>(kRowsAtATime);
+      const std::uint32_t end = place_ + static_cast<std::uint32_t>(kRowsPerPiece);
       rows.read(place_, end, [&](const record::RecordRow& row, std::int64_t utc_ms, std::uint32_t) {
         if (utc_ms >= stretch_.from_ms && utc_ms <= stretch_.to_ms) {
           found.push_back({row, utc_ms, rows.header().run, rows.header().period_s});

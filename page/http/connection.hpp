@@ -247,6 +247,8 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
       response_.may_stay = nullptr;
       if (!is_head_) response_ = busy_response();
     }
+    // A stream has no length: its end is the connection's.
+    if (response_.may_stay) keep_alive_ = false;
     if (!response_.may_stay) house_.door.idle(id_, Clock::now());
     out_ = head_text(response_, {.secure = kSecure, .keep_alive = keep_alive_, .is_head = is_head_});
     const std::string_view body = is_head_ ? std::string_view() : response_.text();

@@ -94,7 +94,7 @@ void fill(X509* certificate, EVP_PKEY* key, const std::vector<std::string>& host
   add_extension(certificate, NID_subject_alt_name, alternative_names(hosts));
 }
 
-std::string lower(std::string text) {
+std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](char c) {
     return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   });
@@ -166,7 +166,7 @@ std::vector<std::string> names_in_certificate(const std::filesystem::path& path)
     const GENERAL_NAME* name = sk_GENERAL_NAME_value(names.get(), i);
     if (name->type != GEN_DNS) continue;
     const ASN1_STRING* text = name->d.dNSName;
-    found.push_back(lower({reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
+    found.push_back(lower_case({reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
                            static_cast<std::size_t>(ASN1_STRING_length(text))}));
   }
   return found;

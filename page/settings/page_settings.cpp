@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <system_error>
+
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
@@ -79,6 +81,13 @@ void read_limits(MapReader& in, PageSettings& settings) {
       settings.updates_per_s);
 }
 
+bool is_time_zone(const std::string& name) {
+  const std::filesystem::path zone = std::filesystem::path(name).lexically_normal();
+  std::error_code none;
+  return zone.is_relative() && zone.string() == name && !name.starts_with("..") &&
+         std::filesystem::is_regular_file("/usr/share/zoneinfo" / zone, none);
+}
+
 PageSettings read_page(MapReader& in, const std::string& file) {
   PageSettings settings;
   read_listen(in, settings);
@@ -105,6 +114,10 @@ PageSettings read_page(MapReader& in, const std::string& file) {
     read_session(*session, settings);
   }
   settings.time_zone = in.text("time_zone", "such as Africa/Johannesburg; empty: the box's", "");
+  if (!settings.time_zone.empty() && !is_time_zone(settings.time_zone)) {
+    in.error("time_zone", fmt::format("this box knows no zone '{}' (/usr/share/zoneinfo)",
+                                      config::quotable(settings.time_zone)));
+  }
   check_listen(in, settings);
   return settings;
 }

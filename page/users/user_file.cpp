@@ -13,6 +13,7 @@
 #include <iterator>
 
 #include "config/diagnostic.hpp"
+#include "page/users/page_account.hpp"
 #include "page/users/password.hpp"
 #include "record/file.hpp"
 
@@ -66,11 +67,18 @@ std::string to_text(const Users& users) {
   return text;
 }
 
-// The page's group reads the file that root writes.
+// As the file is, else for the page's group to read what root writes.
 void keep_owner(int fd, const std::filesystem::path& path) {
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0 && ::stat(path.parent_path().c_str(), &status) != 0) return;
-  if (::fchown(fd, status.st_uid, status.st_gid) != 0 && ::geteuid() == 0) fail(path, errno);
+  uid_t user = ::geteuid();
+  gid_t group = ::getegid();
+  if (::stat(path.c_str(), &status) == 0) {
+    user = status.st_uid;
+    group = status.st_gid;
+  } else if (const auto account = page_account()) {
+    group = account->group;
+  }
+  if (::fchown(fd, user, group) != 0 && ::geteuid() == 0) fail(path, errno);
 }
 
 }  // namespace

@@ -31,7 +31,8 @@ bool is_user_name(std::string_view name) noexcept;
 
 Users parse_users(std::string_view text, const std::string& file);
 Users read_users(const std::filesystem::path& path);
-// Whole or not at all: under another name first, 0640, with the owner and group that the file or its folder has.
+// Whole or not at all: under another name first, 0640, with the owner and group that the file has; a new one of root's
+// gets the group of the page's account.
 void write_users(const Users& users, const std::filesystem::path& path);
 
 // The file as the running page sees it: read again when it changes. What can't be read leaves the users as they

@@ -3,10 +3,12 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
+#include "hal/os/local_socket.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/loop_file.hpp"
@@ -178,6 +180,36 @@ TEST_CASE("after a reload of the ranges the status shows those that the register
   CHECK(loop.at("co_range") == json({0.0, 10.0}));
   CHECK(scaled_set_point() == 2500);
   CHECK(plant.waiting() == std::set<std::string>{"process_variable.range", "io.model"});
+}
+
+TEST_CASE("a reload gives the page its rights and takes them, and nothing waits for a restart",
+          "[reload]") {
+  Plant plant;
+  const std::string socket = plant.daemon.folder().string() + "/page.sock";
+  const std::string order =
+      R"({"request":"set","loop":"FIC-101","set_point":6,"user":"anna","address":"10.0.0.5"})";
+  const auto told = [&](hal::os::LocalClient& page) {
+    return json::parse(page.request(order, std::chrono::seconds(30)));
+  };
+  CHECK_FALSE(std::filesystem::exists(socket));
+  plant.write_daemon("page: {alarms: true}\n");
+  plant.reload();
+  CHECK(plant.waiting().empty());
+  REQUIRE(eventually([&] { return std::filesystem::exists(socket); }));
+  hal::os::LocalClient page(socket);
+  CHECK_THAT(told(page).at("error").get<std::string>(), Catch::Contains("page: {control: true}"));
+  plant.write_daemon("page: {alarms: true, control: true}\n");
+  plant.reload();
+  CHECK(told(page).at("ok") == true);
+  CHECK(eventually([&] {
+    return output_of(std::string(LOOPWARDEN_CLI) + " alarms journal --socket " +
+                     plant.daemon.folder().string() + "/control.sock")
+               .find("anna@10.0.0.5 by page (uid ") != std::string::npos;
+  }));
+  plant.write_daemon("page: {}\n");
+  plant.reload();
+  CHECK(eventually([&] { return !std::filesystem::exists(socket); }));
+  CHECK(std::filesystem::exists(plant.daemon.folder().string() + "/status.sock"));
 }
 
 TEST_CASE("a runtime directory that is missing is made, as the state directory is", "[reload]") {

@@ -63,6 +63,26 @@ links:
   CHECK_FALSE(line.response_timeout_ms);
 }
 
+TEST_CASE("Nobody orders by the page's or the edge's socket unless it is said", "[config][daemon]") {
+  const auto rights = [](const std::string& text) {
+    const auto daemon = read_daemon_text("/etc/lw/loopwardend.yaml", text);
+    INFO(to_text(daemon.diagnostics));
+    REQUIRE(daemon);
+    return std::pair(daemon->page, daemon->edge);
+  };
+  const SocketRights none;
+  CHECK(rights("log_level: info\n") == std::pair(none, none));
+  CHECK(rights("page: {}\nedge: {}\n") == std::pair(none, none));
+  CHECK(rights("page: {alarms: true}\n") ==
+        std::pair(SocketRights{.alarms = true, .control = false}, none));
+  CHECK(rights("edge: {control: true}\n") ==
+        std::pair(none, SocketRights{.alarms = false, .control = true}));
+  CHECK(said_of_daemon("page: {control: maybe}\n") ==
+        "d.yaml:1:17: error: page.control: must be true or false (got 'maybe')\n");
+  CHECK(said_of_daemon("page: {controls: true}\n") ==
+        "d.yaml:1:8: error: unknown key 'controls' in 'page'; did you mean 'control'?\n");
+}
+
 TEST_CASE("Faults of the daemon's file", "[config][daemon]") {
   CHECK(said_of_daemon("real_time: {priority: 99}\n") ==
         "d.yaml:1:23: error: real_time.priority: must be a whole number from 0 to 98 (got 99)\n");

@@ -11,8 +11,7 @@
 
 #include "hal/os/local_server.hpp"
 #include "hal/os/local_socket.hpp"
-#include "tests/daemon/console/parts_of.hpp"
-#include "tests/daemon/rt/loop_fixture.hpp"
+#include "tests/daemon/console/console_bench.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -21,92 +20,8 @@ namespace {
 
 using nlohmann::json;
 
-// A loop, its historian and its control server, without a real-time thread.
-struct Bench {
-  Bench() : historian(loops, folder.path()) {
-    LoopRuntime loop;
-    loop.config.name = "FIC-101";
-    loop.config.pv_unit = "L/min";
-    loop.config.co_unit = "V";
-    loop.config.controller = tests::plain_settings().controller;
-    loop.config.controller.jacket.form = control::JacketForm::paper;
-    loop.config.io = hal::modbus::LoopModbusSettings{};
-    loop.config.recording.enabled = false;
-    loop.settings = std::make_unique<CurrentSettings>(settings_of(loop.config));
-    loop.channels = std::make_unique<rt::LoopChannels>(64);
-    auto io = std::make_unique<tests::FakeLoopIo>();
-    io->set_pv(50.0);
-    cycle = std::make_unique<rt::ControlCycle>(
-        0, tests::kPeriod, settings_of(loop.config),
-        rt::StartSettings{control::Mode::automatic, 50.0, control::OutputAction::go_to(40.0)},
-        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
-    loop.io = std::move(io);
-    loops.push_back(std::move(loop));
-    historian.start();
-    journal.open();
-    journal.start();
-    server = std::make_unique<ControlServer>(folder.path(), parts(), console::Rights{});
-  }
-
-  console::Parts parts() {
-    return tests::parts_of(*this, [] { return json{{"version", "test"}}; });
-  }
-  json ask(const std::string& line, console::SocketName socket = console::SocketName::control) {
-    return json::parse(server->answer(line, socket, 1000));
-  }
-  std::vector<rt::Order> orders() {
-    std::vector<rt::Order> taken;
-    rt::Order order;
-    while (loops.front().channels->operator_orders.orders.try_pop(order)) taken.push_back(order);
-    return taken;
-  }
-  // The loop's next cycles.
-  void run(int cycles) {
-    for (int i = 0; i < cycles; ++i) {
-      ++cycles_run;
-      cycle->run({.now_ns = static_cast<std::int64_t>(cycles_run) * tests::kPeriodNs,
-                  .period_index = cycles_run},
-                 0, false);
-    }
-  }
-  // What became of the order that was answered so.
-  json outcome(const json& answer) {
-    return ask(
-        json{{"request", "order"}, {"loop", "FIC-101"}, {"order", answer.at("order")}}.dump());
-  }
-  // The journal's lines, oldest first, when there are as many.
-  std::vector<json> lines(std::size_t count) {
-    std::vector<json> found;
-    CHECK(test::eventually([&] {
-      const json answer = ask(R"({"request": "journal", "most": 50})");
-      found.assign(answer.at("lines").rbegin(), answer.at("lines").rend());
-      return found.size() >= count;
-    }));
-    CHECK(found.size() == count);
-    return found;
-  }
-  void record(std::uint64_t period, double pv) {
-    loops.front().channels->records.try_push({.period_index = period, .sp = 5.0, .pv = pv});
-  }
-
-  tests::TemporaryFolder folder;
-  std::vector<LoopRuntime> loops;
-  Historian historian;
-  journal::Journal journal{{.folder = folder.path()}};
-  EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
-  std::int64_t now_ms = 1'800'000'000'000;
-  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
-  hal::os::SpscRing<rt::Event> events{64};
-  std::unique_ptr<rt::ControlCycle> cycle;
-  std::uint64_t cycles_run = 0;
-  std::unique_ptr<ControlServer> server;
-};
-
-loopwarden::monitor::AlarmConditions stiction_on() {
-  loopwarden::monitor::AlarmConditions conditions{};
-  conditions[0] = {true, 6.5};
-  return conditions;
-}
+using console_bench::Bench;
+using console_bench::stiction_on;
 
 TEST_CASE("what is no request is refused with a reason, and nothing is ordered") {
   Bench bench;

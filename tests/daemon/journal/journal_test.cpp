@@ -102,6 +102,46 @@ TEST_CASE("a line comes back as it was posted", "[journal]") {
   CHECK(journal.status().error.empty());
 }
 
+TEST_CASE("lines are searched by what stands in them, and by nothing else", "[journal]") {
+  const tests::TemporaryFolder folder;
+  Journal journal(settings_in(folder));
+  journal.open();
+  journal.start();
+  std::uint64_t ticket = 0;
+  for (int i = 0; i < 10; ++i) {
+    JournalEntry line;
+    line.kind = i % 2 == 0 ? Kind::operator_action : Kind::register_write;
+    line.utc_ms = 1000 + i;
+    line.loop = i < 5 ? "FIC-101" : "FIC-102";
+    line.peer = "Anna@10.0.0.5 by page (uid 997)";
+    line.what = "set point";
+    line.new_value = std::to_string(i);
+    line.reason = i == 3 ? "100 % sure_" : "";
+    ticket = journal.post(line);
+  }
+  REQUIRE(journal.wait_written(ticket, kPatience));
+  const auto ids = [&](const JournalQuery& query) {
+    std::vector<std::int64_t> found;
+    for (const JournalRow& row : journal.search(query)) found.push_back(row.id);
+    return found;
+  };
+  using Ids = std::vector<std::int64_t>;
+  CHECK(ids({.most = 3}) == Ids{10, 9, 8});
+  CHECK(ids({.most = 3, .before_id = 8}) == Ids{7, 6, 5});
+  CHECK(ids({.loop = "FIC-101", .kind = Kind::register_write}) == Ids{4, 2});
+  CHECK(ids({.from_ms = 1007, .to_ms = 1008}) == Ids{9, 8});
+  CHECK(ids({.most = 2, .text = "aNNa"}) == Ids{10, 9});
+  // What means something to SQL is text here.
+  CHECK(ids({.text = "% SURE_"}) == Ids{4});
+  CHECK(ids({.text = "%"}) == Ids{4});
+  CHECK(ids({.text = "100_%"}).empty());
+  CHECK(ids({.text = "' OR '1'='1"}).empty());
+  CHECK(ids({.loop = "FIC-101' OR 1=1 --"}).empty());
+  // Fields are not read across their borders.
+  CHECK(ids({.text = "point3"}).empty());
+  CHECK(ids({.most = 0}).empty());
+}
+
 TEST_CASE("lines can't be changed, and the oldest go beyond the limit", "[journal]") {
   const tests::TemporaryFolder folder;
   JournalSettings settings = settings_in(folder);

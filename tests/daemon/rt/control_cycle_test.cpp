@@ -491,6 +491,10 @@ TEST_CASE("an order that can't act is refused as a whole, and reported") {
   refused({.set_point = 100.5}, Refusal::set_point_out_of_limits);
   refused({.kp = kNaN}, Refusal::gain_out_of_limits);
   refused({.jacket = JacketWish::on}, Refusal::no_jacket);
+  refused({.set_point = 60.0, .expected = {.set_point = 49.9}}, Refusal::set_point_changed);
+  refused({.set_point = 60.0, .expected = {.mode = Mode::manual}}, Refusal::mode_changed);
+  refused({.set_point = 60.0, .expected = {.output = loop.row.co + 0.1}}, Refusal::output_changed);
+  refused({.set_point = 60.0, .expected = {.set_point = kNaN}}, Refusal::set_point_changed);
   CHECK(loop.row.sp == 50.0);
   // Nothing of an order is done where a part of it can't be.
   refused({.mode = Mode::manual, .output = 100.5}, Refusal::output_out_of_limits);

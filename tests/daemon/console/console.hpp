@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/console/control_server.hpp"
+#include "daemon/console/status_server.hpp"
+#include "tests/daemon/console/parts_of.hpp"
+#include "tests/daemon/rt/loop_fixture.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::daemon::console_bench {
+
+using nlohmann::json;
+
+// A loop, its historian and its control server, without a real-time thread.
+struct Console {
+  explicit Console(const console::Rights& rights = {}) : historian(loops, folder.path()) {
+    LoopRuntime loop;
+    loop.config.name = "FIC-101";
+    loop.config.pv_unit = "L/min";
+    loop.config.co_unit = "V";
+    loop.config.controller = tests::plain_settings().controller;
+    loop.config.controller.jacket.form = control::JacketForm::paper;
+    loop.config.io = hal::modbus::LoopModbusSettings{};
+    loop.config.recording.enabled = false;
+    loop.settings = std::make_unique<CurrentSettings>(settings_of(loop.config));
+    loop.channels = std::make_unique<rt::LoopChannels>(64);
+    auto io = std::make_unique<tests::FakeLoopIo>();
+    io->set_pv(50.0);
+    cycle = std::make_unique<rt::ControlCycle>(
+        0, tests::kPeriod, settings_of(loop.config),
+        rt::StartSettings{control::Mode::automatic, 50.0, control::OutputAction::go_to(40.0)},
+        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
+    loop.io = std::move(io);
+    loops.push_back(std::move(loop));
+    historian.start();
+    journal.open();
+    journal.start();
+    server = std::make_unique<ControlServer>(folder.path(), parts(), rights);
+    readers = std::make_unique<StatusServer>(folder.path(), parts());
+  }
+
+  console::Parts parts() {
+    return tests::parts_of(*this, [] { return json{{"version", "test"}}; });
+  }
+  json ask(const std::string& line, console::SocketName socket = console::SocketName::control) {
+    return json::parse(server->answer(line, socket, 1000));
+  }
+  json ask_status(const std::string& line) { return json::parse(readers->answer(line)); }
+  std::vector<rt::Order> orders() {
+    std::vector<rt::Order> taken;
+    rt::Order order;
+    while (loops.front().channels->operator_orders.orders.try_pop(order)) taken.push_back(order);
+    return taken;
+  }
+  // The loop's next cycles.
+  void run(int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      ++cycles_run;
+      cycle->run({.now_ns = static_cast<std::int64_t>(cycles_run) * tests::kPeriodNs,
+                  .period_index = cycles_run},
+                 0, false);
+    }
+  }
+  // What became of the order that was answered so.
+  json outcome(const json& answer) {
+    return ask(
+        json{{"request", "order"}, {"loop", "FIC-101"}, {"order", answer.at("order")}}.dump());
+  }
+  void record(std::uint64_t period, double pv) {
+    loops.front().channels->records.try_push({.period_index = period, .sp = 5.0, .pv = pv});
+  }
+
+  tests::TemporaryFolder folder;
+  std::vector<LoopRuntime> loops;
+  Historian historian;
+  journal::Journal journal{{.folder = folder.path()}};
+  EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
+  std::int64_t now_ms = 1'800'000'000'000;
+  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
+  hal::os::SpscRing<rt::Event> events{64};
+  std::unique_ptr<rt::ControlCycle> cycle;
+  std::uint64_t cycles_run = 0;
+  std::unique_ptr<ControlServer> server;
+  std::unique_ptr<StatusServer> readers;
+};
+
+inline loopwarden::monitor::AlarmConditions stiction_on() {
+  loopwarden::monitor::AlarmConditions conditions{};
+  conditions[0] = {true, 6.5};
+  return conditions;
+}
+
+}  // namespace loopwarden::daemon::console_bench

@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: Apache-2.0
+// What each socket offers and refuses, and that one of them can't be used to hold up another.
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include "hal/os/local_socket.hpp"
+#include "tests/daemon/console/console_bench.hpp"
+
+namespace loopwarden::daemon::sockets_test {
+namespace {
+
+using console::Rights;
+using console::SocketName;
+using console_bench::Bench;
+using console_bench::json;
+using console_bench::stiction_on;
+using hal::os::LocalClient;
+
+constexpr std::chrono::seconds kPatience{30};
+
+const Rights kAll{.page = {.alarms = true, .control = true},
+                  .edge = {.alarms = true, .control = true}};
+
+const char* const kReading[] = {
+    R"({"request": "status"})",
+    R"({"request": "describe"})",
+    R"({"request": "overview"})",
+    R"({"request": "registers"})",
+    R"({"request": "registers", "values_only": true})",
+    R"({"request": "alarms"})",
+    R"({"request": "journal"})",
+    R"({"request": "trend", "loop": "FIC-101"})",
+    R"({"request": "loop", "loop": "FIC-101"})",
+    R"({"request": "windows", "loop": "FIC-101"})",
+    R"({"request": "explain", "loop": "FIC-101", "alarm": "stiction"})",
+};
+const char* const kSet = R"({"request": "set", "loop": "FIC-101", "set_point": 42})";
+const char* const kAcknowledge =
+    R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})";
+const char* const kVeto = R"({"request": "veto", "loop": "FIC-101", "veto": true})";
+const char* const kRecord = R"({"request": "record", "loop": "FIC-101", "start": "trial"})";
+const char* const kOrder = R"({"request": "order", "loop": "FIC-101", "order": 1})";
+
+std::string error_of(const json& answer) {
+  INFO(answer.dump());
+  CHECK(answer.at("ok") == false);
+  return answer.value("error", "");
+}
+
+// A request of page.sock with more keys.
+std::string with(const char* request, const json& more) {
+  json all = json::parse(request);
+  all.update(more);
+  return all.dump();
+}
+
+}  // namespace
+
+TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
+  Bench bench(kAll);
+  for (const char* request : kReading) {
+    INFO(request);
+    CHECK(bench.ask_status(request).at("ok") == true);
+    CHECK(bench.ask(request).at("ok") == true);
+  }
+  for (const char* request : {kSet, kAcknowledge, kVeto, kRecord, kOrder}) {
+    INFO(request);
+    CHECK_THAT(error_of(bench.ask_status(request)), Catch::Contains("status.sock does not offer"));
+  }
+  CHECK_THAT(error_of(bench.ask_status(kSet)), Catch::Contains("page.sock and edge.sock"));
+  CHECK_THAT(error_of(bench.ask_status(kRecord)), Catch::Contains("control.sock alone"));
+  CHECK_THAT(error_of(bench.ask_status(R"({"request": "dance"})")), Catch::Contains("unknown"));
+  CHECK(bench.orders().empty());
+}
+
+TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing",
+          "[console][sockets]") {
+  const SocketName socket = GENERATE(SocketName::page, SocketName::edge);
+  const bool alarms = GENERATE(false, true);
+  const bool control = GENERATE(false, true);
+  Rights rights;
+  (socket == SocketName::page ? rights.page : rights.edge) = {.alarms = alarms, .control = control};
+  // What the other one may does not help.
+  (socket == SocketName::page ? rights.edge : rights.page) = {.alarms = true, .control = true};
+  Bench bench(rights);
+  bench.run(1);
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  for (const char* request : kReading) error_of(bench.ask(request, socket));
+  CHECK_THAT(error_of(bench.ask(kRecord, socket)), Catch::Contains("control.sock alone"));
+
+  const std::string name = to_text(socket);
+  if (control) {
+    CHECK(bench.ask(kSet, socket).at("ok") == true);
+    CHECK(bench.orders().size() == 1);
+  } else {
+    CHECK_THAT(error_of(bench.ask(kSet, socket)), Catch::Contains(name + ": {control: true}"));
+    CHECK(bench.orders().empty());
+  }
+  if (alarms) {
+    CHECK(bench.ask(kAcknowledge, socket).at("ok") == true);
+    CHECK_THAT(error_of(bench.ask(kVeto, socket)), Catch::Contains("no corrective action"));
+  } else {
+    for (const char* request : {kAcknowledge, kVeto}) {
+      CHECK_THAT(error_of(bench.ask(request, socket)), Catch::Contains(name + ": {alarms: true}"));
+    }
+  }
+  const json order = bench.ask(kOrder, socket);
+  CHECK(order.at("ok") == control);
+  if (!control && !alarms) {
+    CHECK_THAT(error_of(order), Catch::Contains("not allowed"));
+  }
+}
+
+TEST_CASE("who ordered by the page stands in the journal with user and address",
+          "[console][sockets]") {
+  Bench bench(kAll);
+  bench.run(1);
+  const auto peer_of = [&](const json& names, SocketName socket) {
+    const std::size_t before = bench.ask(R"({"request": "journal"})").at("lines").size();
+    CHECK(bench.ask(with(kSet, names), socket).at("ok") == true);
+    bench.run(1);
+    bench.ask(R"({"request": "order", "loop": "FIC-101", "order": 1})");
+    return bench.lines(before + 1).back().at("peer").get<std::string>();
+  };
+  CHECK(peer_of({{"user", "anna"}, {"address", "10.0.0.5"}}, SocketName::page) ==
+        "anna@10.0.0.5 by page (uid 1000)");
+  CHECK(peer_of({{"user", "anna"}}, SocketName::page) == "anna by page (uid 1000)");
+  CHECK(peer_of({{"address", "fe80::1%eth0"}}, SocketName::edge) ==
+        "fe80::1%eth0 by edge (uid 1000)");
+  CHECK(peer_of(json::object(), SocketName::edge) == "edge (uid 1000)");
+  CHECK(peer_of({{"user", std::string(64, 'x')}}, SocketName::page) ==
+        std::string(64, 'x') + " by page (uid 1000)");
+}
+
+TEST_CASE("names that could pass for something else are refused", "[console][sockets]") {
+  Bench bench(kAll);
+  bench.run(1);
+  const std::string key = GENERATE("user", "address");
+  const json name = GENERATE(
+      json(""), json(std::string(65, 'x')), json("an\nna"), json("an\tna"), json("\x7f"),
+      json("\x1b[31m"), json("an na"), json("'anna'"), json("\"anna\""), json("`id`"),
+      json("anna\\"), json("root@10.0.0.1"), json("ann\xc3\xa4"), json(std::string("a\0b", 3)),
+      json(7), json(nullptr), json::array());
+  INFO(key << " " << name.dump());
+  error_of(bench.ask(with(kSet, {{key, name}}), SocketName::page));
+  CHECK(bench.orders().empty());
+  CHECK(bench.ask(R"({"request": "journal"})").at("lines").empty());
+}
+
+TEST_CASE("on control.sock nobody speaks for others", "[console][sockets]") {
+  Bench bench(kAll);
+  bench.run(1);
+  CHECK_THAT(error_of(bench.ask(with(kSet, {{"user", "anna"}}))), Catch::Contains("page.sock"));
+  CHECK_THAT(error_of(bench.ask(with(kAcknowledge, {{"address", "10.0.0.5"}}))),
+             Catch::Contains("page.sock"));
+  CHECK(bench.orders().empty());
+}
+
+TEST_CASE("an order holds only for what its sender has seen", "[console][sockets][expect]") {
+  Bench bench(kAll);
+  bench.run(2);
+  const auto outcome = [&](const json& request) {
+    json all{{"request", "set"}, {"loop", "FIC-101"}};
+    all.update(request);
+    const json sent = bench.ask(all.dump(), SocketName::page);
+    INFO(sent.dump());
+    REQUIRE(sent.at("ok") == true);
+    bench.run(1);
+    return bench.outcome(sent);
+  };
+  json told = outcome({{"set_point", 60}, {"expect", {{"set_point", 49.9}}}});
+  CHECK(told.at("state") == "refused");
+  CHECK(told.at("why") == "the set point is 50 by now, 49.9 was expected");
+  told = outcome({{"set_point", 60}, {"expect", {{"mode", "man"}}}});
+  CHECK(told.at("why") == "the mode is AUTO by now, MAN was expected");
+  told = outcome({{"set_point", 60}, {"expect", {{"output", 12.5}}}});
+  CHECK_THAT(told.at("why").get<std::string>(), Catch::StartsWith("the output is ") &&
+                                                    Catch::EndsWith("by now, 12.5 was expected"));
+  // As text a number loses its last digits.
+  told = outcome({{"set_point", 60}, {"expect", {{"set_point", 50.00009}, {"mode", "auto"}}}});
+  CHECK(told.at("state") == "done");
+  told = outcome({{"set_point", 70}, {"expect", {{"set_point", 60.0002}}}});
+  CHECK(told.at("state") == "refused");
+  const auto lines = bench.lines(5);
+  CHECK(lines[0].at("result") == "refused: the set point is 50 by now, 49.9 was expected");
+  CHECK(lines[3].at("result") == "done");
+}
+
+TEST_CASE("what another orders in between counts, and not what was so when it was asked",
+          "[console][sockets][expect]") {
+  Bench bench(kAll);
+  bench.run(2);
+  const json sent =
+      bench.ask(with(kSet, {{"expect", {{"set_point", 50}}}}), SocketName::page);
+  REQUIRE(sent.at("ok") == true);
+  // A master's order is taken first in the same cycle.
+  bench.loops.front().channels->master_orders.orders.try_push({.set_point = 55.0});
+  bench.run(1);
+  CHECK(bench.outcome(sent).at("why") == "the set point is 55 by now, 50 was expected");
+  CHECK(bench.loops.front().channels->set_point_wanted == 55.0);
+}
+
+TEST_CASE("expectations that can't be understood are refused", "[console][sockets][expect]") {
+  Bench bench(kAll);
+  bench.run(1);
+  const json expect = GENERATE(json(5), json::array(), json{{"set_point", "50"}},
+                               json{{"setpoint", 50}}, json{{"mode", "cascade"}},
+                               json{{"output", nullptr}});
+  error_of(bench.ask(with(kSet, {{"expect", expect}}), SocketName::page));
+  CHECK(bench.orders().empty());
+}
+
+TEST_CASE("page.sock and edge.sock are there only where something is allowed",
+          "[console][sockets]") {
+  Bench bench;
+  const auto there = [&](const char* name) { return std::filesystem::exists(bench.folder / name); };
+  CHECK(there("control.sock"));
+  CHECK(there("status.sock"));
+  CHECK_FALSE(there("page.sock"));
+  CHECK_FALSE(there("edge.sock"));
+  bench.run(1);
+  bench.server->start();
+  // As a reload does.
+  bench.server->set_rights({.page = {.alarms = true, .control = false}, .edge = {}});
+  REQUIRE(test::eventually([&] { return there("page.sock"); }));
+  CHECK_FALSE(there("edge.sock"));
+  LocalClient page((bench.folder / "page.sock").string());
+  CHECK(json::parse(page.request(kSet, kPatience)).at("ok") == false);
+  bench.server->set_rights({.page = {.alarms = true, .control = true}, .edge = {}});
+  CHECK(json::parse(page.request(kSet, kPatience)).at("ok") == true);
+  bench.server->set_rights({});
+  CHECK(test::eventually([&] { return !there("page.sock"); }));
+  CHECK_THROWS(page.request(kSet, kPatience));
+  LocalClient operators((bench.folder / "control.sock").string());
+  CHECK(json::parse(operators.request(kSet, kPatience)).at("ok") == true);
+}
+
+TEST_CASE("a page that floods its socket does not keep an operator from his", "[console][sockets]") {
+  Bench bench(kAll);
+  bench.run(1);
+  bench.server->start();
+  bench.readers->start();
+  std::atomic<bool> quit{false};
+  std::vector<std::thread> flood;
+  for (int i = 0; i < 4; ++i) {
+    flood.emplace_back([&, i] {
+      const char* const socket = i < 2 ? "page.sock" : "status.sock";
+      while (!quit) {
+        try {
+          LocalClient client((bench.folder / socket).string());
+          for (int k = 0; k < 50 && !quit; ++k) client.request(kAcknowledge, kPatience);
+        } catch (const std::exception&) {  // no place, or gone: once more
+        }
+      }
+    });
+  }
+  LocalClient operators((bench.folder / "control.sock").string());
+  for (int i = 0; i < 200; ++i) {
+    CHECK(json::parse(operators.request(R"({"request": "alarms"})", kPatience)).at("ok") == true);
+  }
+  quit = true;
+  for (std::thread& thread : flood) thread.join();
+}
+
+TEST_CASE("the overview has one place a loop in each column", "[console][overview]") {
+  Bench bench;
+  json all = bench.ask_status(R"({"request": "overview"})");
+  CHECK(all.at("pv")[0].is_null());
+  CHECK(all.at("alarm") == json({7}));
+  CHECK(all.at("alarm_kind")[0].is_null());
+  bench.loops.front().channels->records.try_push({.period_index = 123'456'789,
+                                                  .sp = 5.0,
+                                                  .pv = 4.123456789,
+                                                  .co = 1.0 / 3.0,
+                                                  .stem = std::nan(""),
+                                                  .mode = 1,
+                                                  .fault = 2,
+                                                  .pv_quality = 192,
+                                                  .flags = 5,
+                                                  .requested_mode = 1,
+                                                  .age_ms = 12.5F});
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.set_progress(0, loopwarden::monitor::ModeTimes(0.1),
+                           {.control_performance = 91.0, .valve = 40.5},
+                           loopwarden::monitor::WindowState::valid);
+  record::RecordRow row;
+  REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
+  all = bench.ask_status(R"({"request": "overview"})");
+  CHECK(all.at("now_ms") == bench.now_ms);
+  CHECK(all.at("config_hash") == 17);
+  CHECK(all.at("period") == json({123'456'789}));
+  CHECK(all.at("pv") == json({4.12346}));
+  CHECK(all.at("co") == json({0.333333}));
+  CHECK(all.at("stem")[0].is_null());
+  CHECK(all.at("mode") == json({1}));
+  CHECK(all.at("requested_mode") == json({1}));
+  CHECK(all.at("fault") == json({2}));
+  CHECK(all.at("quality") == json({192}));
+  CHECK(all.at("flags") == json({5}));
+  CHECK(all.at("pv_age_ms") == json({12.5}));
+  CHECK(all.at("alarm") == json({1}));
+  CHECK(all.at("alarm_kind") == json({0}));
+  CHECK(all.at("alarms_unacknowledged") == json({1}));
+  CHECK(all.at("condition") == json({40.5}));
+  CHECK(all.at("ne107") == json({4}));
+}
+
+TEST_CASE("the newest windows, with what each specialist makes of them", "[console][windows]") {
+  Bench bench;
+  loopwarden::monitor::WindowJudgement judgement;
+  judgement.result = loopwarden::monitor::WindowJudgement::Result::fault;
+  judgement.fault = loopwarden::monitor::AlarmKind::stiction;
+  judgement.probability = {0.75, 0.125, 0.0, 0.0, 0.0, 0.0};
+  judgement.severity_percent = 6.25;
+  judgement.errors = {4.0, 0.5, 1.0, 2.0, 3.0, 5.0};
+  bench.board.window_judged(0, {}, judgement, {});
+  bench.now_ms += 48'000;
+  bench.board.window_not_fit(0, {}, loopwarden::monitor::WindowState::saturated);
+  bench.board.window_not_fit(0, {}, loopwarden::monitor::WindowState::not_enough_movement,
+                             {.result = loopwarden::monitor::WindowJudgement::Result::not_enough_movement});
+  const auto windows = [&] {
+    return bench.ask_status(R"({"request": "windows", "loop": "FIC-101"})").at("windows");
+  };
+  const json three = windows();
+  REQUIRE(three.size() == 3);
+  CHECK(three[0].at("time_ms") == bench.now_ms - 48'000);
+  CHECK(three[0].at("verdict") == "stiction");
+  CHECK(three[0].at("severity_percent") == 6.25);
+  CHECK(three[0].at("suppressed").is_null());
+  REQUIRE(three[0].at("specialists").size() == 6);
+  CHECK(three[0].at("specialists")[0] ==
+        json{{"class", "no_fault"}, {"mse", 4.0}, {"probability", 0.125}});
+  CHECK(three[0].at("specialists")[1] ==
+        json{{"class", "stiction"}, {"mse", 0.5}, {"probability", 0.75}});
+  CHECK(three[1].at("verdict").is_null());
+  CHECK(three[1].at("suppressed") == "saturated");
+  CHECK(three[1].at("specialists").empty());
+  CHECK(three[2].at("verdict") == "not_enough_movement");
+  for (int i = 0; i < 100; ++i) {
+    ++bench.now_ms;
+    bench.board.window_judged(0, {}, judgement, {});
+  }
+  const json kept = windows();
+  CHECK(kept.size() == 32);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    CHECK(kept[i].at("time_ms") == bench.now_ms - 31 + static_cast<std::int64_t>(i));
+  }
+}
+
+TEST_CASE("every field of the register map by name, as a master reads it", "[console][registers]") {
+  Bench bench;
+  bench.loops.front().channels->records.try_push(
+      {.period_index = 70'001, .sp = 5.0, .pv = 4.125, .co = 50.0, .stem = std::nan(""), .pv_quality = 192});
+  record::RecordRow row;
+  REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
+  const json all = bench.ask_status(R"({"request": "registers"})");
+  const json& names = all.at("names");
+  CHECK(names.size() == register_map::registers().size());
+  REQUIRE(all.at("loops").size() == 1);
+  CHECK(all.at("loops")[0].at("tag") == "FIC-101");
+  const auto value = [&](const std::string& area, const std::string& table, const std::string& name) {
+    std::size_t place = 0;
+    for (const json& one : names) {
+      if (one.at("area") != area) continue;
+      if (one.at("name") == name && one.at("table") == table) {
+        return (area == "box" ? all.at("box") : all.at("loops")[0].at("values")).at(place);
+      }
+      ++place;
+    }
+    FAIL("no " << name);
+    return json();
+  };
+  CHECK(value("box", "input", "magic") == 0x4C50);
+  CHECK(value("box", "input", "utc_milliseconds") == 123);
+  CHECK(value("loop", "input", "pv") == 4.125);
+  CHECK(value("loop", "input", "sequence_head") == 70'001 % 65'536);
+  CHECK(value("loop", "input", "stem").is_null());
+  CHECK(value("loop", "input", "stem_scaled").is_null());
+  CHECK(value("loop", "input", "condition_valve").is_null());
+  CHECK(value("loop", "holding", "sp") == bench.loops.front().channels->set_point_wanted.load());
+  const json values = bench.ask_status(R"({"request": "registers", "values_only": true})");
+  CHECK_FALSE(values.contains("names"));
+  CHECK(values.at("loops") == all.at("loops"));
+}
+
+TEST_CASE("a loop by itself is what the status has of it, and more", "[console][sockets]") {
+  Bench bench;
+  json loop = bench.ask_status(R"({"request": "loop", "loop": "FIC-101"})");
+  CHECK(loop.at("explanation").is_null());
+  CHECK(loop.at("ranges").at("sp_limits") == json({0.0, 100.0}));
+  for (const char* more : {"ranges", "explanation", "ok"}) loop.erase(more);
+  CHECK(loop == bench.ask_status(R"({"request": "status"})").at("loops")[0]);
+  error_of(bench.ask_status(R"({"request": "loop", "loop": "FIC-999"})"));
+  const json described = bench.ask_status(R"({"request": "describe"})").at("loops")[0];
+  CHECK(described.at("tag") == "FIC-101");
+  CHECK(described.at("stem") == false);
+  CHECK(described.at("simulated") == false);
+  CHECK(described.at("recording") == false);
+  CHECK(described.at("specialists").empty());
+  CHECK(described.at("folder") == (bench.folder / "segments" / "FIC-101").string());
+}
+
+TEST_CASE("the journal is searched", "[console][journal]") {
+  Bench bench(kAll);
+  bench.run(2);
+  for (int i = 0; i < 5; ++i) {
+    bench.now_ms += 1000;
+    bench.ask(with(kSet, {{"user", i % 2 == 0 ? "anna" : "ben"}, {"set_point", 40 + i}}),
+              SocketName::page);
+    bench.run(1);
+    bench.ask(kOrder);
+  }
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.lines(6);
+  const auto found = [&](json query) {
+    query["request"] = "journal";
+    return bench.ask_status(query.dump()).at("lines").size();
+  };
+  CHECK(found({}) == 6);
+  CHECK(found({{"kind", "alarm"}}) == 1);
+  CHECK(found({{"kind", "operator"}}) == 5);
+  CHECK(found({{"text", "ANNA"}}) == 3);
+  CHECK(found({{"text", "anna"}, {"from_ms", bench.now_ms - 1000}}) == 1);
+  CHECK(found({{"to_ms", bench.now_ms - 3000}}) == 2);
+  CHECK(found({{"before_id", 3}}) == 2);
+  CHECK(found({{"most", 2}}) == 2);
+  for (const char* bad :
+       {R"({"request": "journal", "kind": "other"})", R"({"request": "journal", "text": 5})",
+        R"({"request": "journal", "before_id": -1})", R"({"request": "journal", "from_ms": "x"})"}) {
+    error_of(bench.ask_status(bad));
+  }
+  error_of(bench.ask_status(json{{"request", "journal"}, {"text", std::string(201, 'x')}}.dump()));
+}
+
+}  // namespace loopwarden::daemon::sockets_test

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real server over loopback, with clients good and hostile.
+#include "page/http/server.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <future>
+#include <thread>
+#include <vector>
+
+#include "page/http/response_head.hpp"
+#include "tests/page/support/raw_client.hpp"
+#include "tests/support/device/foreign_process.hpp"
+
+namespace loopwarden::tests::server_test {
+
+using namespace page::http;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+using std::chrono::milliseconds;
+using test::eventually;
+
+class Numbers final : public Source {
+ public:
+  std::string next() override { return n_++ < 3 ? std::string(1000, 'x') : std::string(); }
+
+ private:
+  int n_ = 0;
+};
+
+// Answers by the path's first part.
+class Echo final : public Handler {
+ public:
+  std::atomic<bool> stay{true};
+  std::promise<void> go;
+  std::shared_future<void> open{go.get_future().share()};
+
+  Lane lane(const Request& request) const noexcept override {
+    return request.part(0) == "slow" ? Lane::disk : request.part(0) == "busy" ? Lane::daemon : Lane::here;
+  }
+  Response answer(const Request& request) noexcept override {
+    Response response;
+    response.content_type = "text/plain";
+    if (request.part(0) == "slow") open.wait();
+    if (request.part(0) == "late") response.delay = milliseconds(300);
+    if (request.part(0) == "pieces") response.source = std::make_unique<Numbers>();
+    if (request.part(0) == "large") response.body = std::string(8'000'000, 'x');
+    if (request.part(0) == "events") response.may_stay = [this] { return stay.load(); };
+    if (response.body.empty()) response.body = "hello " + std::string(request.part(0)) + request.body;
+    if (response.may_stay) response.body = "retry: 1000\n\n";
+    return response;
+  }
+};
+
+ServerSettings quick() {
+  ServerSettings settings;
+  settings.door = {.clients = 200, .per_address = 50, .requests_per_s = 100'000.0};
+  settings.timeouts = {.handshake = milliseconds(1000),
+                       .header = milliseconds(400),
+                       .next = milliseconds(400),
+                       .body = milliseconds(400),
+                       .write = milliseconds(400),
+                       .heartbeat = milliseconds(100)};
+  return settings;
+}
+
+class Running {
+ public:
+  explicit Running(const ServerSettings& settings = quick()) : server(settings, echo) {
+    port = server.listen("127.0.0.1", 0);
+    thread_ = std::thread([this] { server.run(); });
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+  ~Running() {
+    if (echo.open.wait_for(milliseconds(0)) != std::future_status::ready) echo.go.set_value();
+    server.stop();
+    thread_.join();
+  }
+
+  RawClient client() const { return RawClient(port); }
+  std::string answer(const std::string& request) const {
+    RawClient one = client();
+    one.send(request);
+    return one.rest();
+  }
+
+  Echo echo;
+  Server server;
+  int port = 0;
+
+ private:
+  std::thread thread_;
+};
+
+ServerSettings patient() {
+  ServerSettings settings = quick();
+  settings.timeouts = {};
+  return settings;
+}
+
+TEST_CASE("requests are answered one after another on one connection") {
+  const Running running;
+  RawClient client = running.client();
+  client.send(get_line("/a") + get_line("/b"));
+  CHECK_THAT(client.until("hello a"), StartsWith("HTTP/1.1 200 OK\r\n"));
+  CHECK_THAT(client.until("hello b"), Contains("Content-Length: 7\r\n"));
+  client.send("POST /c HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\n body");
+  CHECK_THAT(client.until("hello c body"), Contains("hello c body"));
+  client.send("HEAD /d HTTP/1.1\r\nHost: x\r\n\r\n" + get_line("/e", "Connection: close\r\n"));
+  const std::string rest = client.rest();
+  CHECK_THAT(rest, !Contains("hello d"));
+  CHECK_THAT(rest, Contains("hello e"));
+  CHECK(client.ended());
+}
+
+TEST_CASE("a body is sent in pieces while it is made") {
+  const Running running;
+  const std::string all = running.answer(get_line("/pieces", "Connection: close\r\n"));
+  CHECK_THAT(all, Contains("Transfer-Encoding: chunked"));
+  CHECK_THAT(all, Contains("\r\n3e8\r\nxxx"));
+  CHECK_THAT(all, Catch::Matchers::EndsWith("\r\n0\r\n\r\n"));
+}
+
+TEST_CASE("what is no request is refused and ends the connection") {
+  const Running running;
+  const auto status = [&](const std::string& text) { return running.answer(text).substr(0, 12); };
+  CHECK(status("hello\r\n\r\n") == "HTTP/1.1 400");
+  CHECK(status("GET / HTTP/1.1\r\n\r\n") == "HTTP/1.1 400");
+  CHECK(status("GET / HTTP/1.0\r\nHost: x\r\n\r\n") == "HTTP/1.1 505");
+  CHECK(status("GET /../x HTTP/1.1\r\nHost: x\r\n\r\n") == "HTTP/1.1 400");
+  CHECK(status("GET / HTTP/1.1\r\nHost: x\r\nA: " + std::string(20'000, 'a')) == "HTTP/1.1 431");
+  CHECK(status("GET / HTTP/1.1\r\nHost: x\r\nA b: c\r\n\r\n") == "HTTP/1.1 400");
+  CHECK(status("GET /\r\nX: y HTTP/1.1\r\nHost: x\r\n\r\n") == "HTTP/1.1 400");
+}
+
+TEST_CASE("what could be read as two requests is read as none") {
+  const Running running;
+  const std::string smuggled = get_line("/admin");
+  for (const std::string& head :
+       {"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n", "Transfer-Encoding: chunked\r\nContent-Length: 5\r\n",
+        "Transfer-Encoding: chunked\r\n", "Transfer-Encoding : chunked\r\n", "Content-Length: 5\r\nContent-Length: 6\r\n",
+        "Content-Length: 5\r\n\tfold: x\r\nTransfer-Encoding:\tchunked\r\n", "Content-Length: -1\r\n",
+        "Content-Length: 5, 6\r\n", "Transfer-Encoding: xchunked\r\n", "transfer-encoding: identity, chunked\r\n"}) {
+    CAPTURE(head);
+    const std::string all = running.answer("POST /a HTTP/1.1\r\nHost: x\r\n" + head + "\r\n0\r\n\r\n" + smuggled);
+    CHECK_THAT(all, StartsWith("HTTP/1.1 4"));
+    CHECK_THAT(all, !Contains("hello admin"));
+  }
+}
+
+TEST_CASE("a body of a gigabyte is refused before it is sent") {
+  const Running running;
+  RawClient client = running.client();
+  client.send("POST /a HTTP/1.1\r\nHost: x\r\nContent-Length: 1073741824\r\n\r\n");
+  CHECK_THAT(client.until("\r\n"), StartsWith("HTTP/1.1 413"));
+  // Sent all the same, it goes nowhere.
+  const std::string piece(1'000'000, 'x');
+  int sent = 0;
+  while (sent < 1000 && client.send(piece)) ++sent;
+  CHECK(sent < 100);
+  CHECK_THAT(running.answer(get_line("/after", "Connection: close\r\n")), Contains("hello after"));
+}
+
+TEST_CASE("slow clients are dropped, whichever part they are slow with") {
+  const Running running;
+  SECTION("the head") {
+    RawClient client = running.client();
+    client.send("GET / HTT");
+    client.rest();
+    CHECK(client.ended());
+  }
+  SECTION("one byte now and then") {
+    RawClient client = running.client();
+    const std::string text = get_line("/a");
+    bool taken = true;
+    for (std::size_t i = 0; i < text.size() && taken; ++i) {
+      taken = client.send(text.substr(i, 1));
+      std::this_thread::sleep_for(milliseconds(40));
+    }
+    CHECK_THAT(client.rest(), !Contains("hello"));
+    CHECK(client.ended());
+  }
+  SECTION("the body") {
+    RawClient client = running.client();
+    client.send("POST /a HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nab");
+    client.rest();
+    CHECK(client.ended());
+  }
+  SECTION("the next request") {
+    RawClient client = running.client();
+    client.send(get_line("/a"));
+    client.until("hello a");
+    client.rest();
+    CHECK(client.ended());
+  }
+  SECTION("the answer") {
+    const RawClient client(running.port, 4096);
+    client.send(get_line("/large"));
+    CHECK(eventually([&] { return running.server.counters().timed_out >= 1; }));
+  }
+  CHECK(eventually([&] { return running.server.counters().connections == 0; }));
+}
+
+TEST_CASE("another client is answered while two hundred hold their places") {
+  const Running running(patient());
+  std::vector<RawClient> slow;
+  for (int i = 0; i < 200; ++i) {
+    slow.push_back(running.client());
+    slow.back().send("GET / HTTP/1.1\r\nHost: x\r\nX-Slow: ");
+  }
+  REQUIRE(eventually([&] { return running.server.counters().connections == 200; }));
+  for (int i = 0; i < 50; ++i) {
+    CHECK_THAT(running.answer(get_line("/good", "Connection: close\r\n")), Contains("hello good"));
+  }
+  CHECK(running.server.counters().connections <= 200);
+  CHECK(running.server.counters().displaced > 0);
+}
+
+TEST_CASE("work that hangs takes its lane's threads and nobody else's") {
+  Running running(patient());
+  std::vector<RawClient> waiting;
+  for (int i = 0; i < 60; ++i) {
+    waiting.push_back(running.client());
+    waiting.back().send(get_line("/slow"));
+  }
+  CHECK_THAT(running.answer(get_line("/good", "Connection: close\r\n")), Contains("hello good"));
+  CHECK_THAT(running.answer(get_line("/busy", "Connection: close\r\n")), Contains("hello busy"));
+  RawClient late = running.client();
+  CHECK(eventually([&] { return running.server.counters().requests >= 62; }));
+  late.send(get_line("/slow"));
+  const std::string answer = late.until("\r\n\r\n");
+  CHECK_THAT(answer, StartsWith("HTTP/1.1 503"));
+  CHECK_THAT(answer, Contains("Retry-After: 1"));
+  running.echo.go.set_value();
+  CHECK_THAT(waiting.front().until("hello slow"), Contains("hello slow"));
+}
+
+TEST_CASE("a delayed answer holds no thread") {
+  const Running running(patient());
+  std::vector<RawClient> late;
+  for (int i = 0; i < 100; ++i) {
+    late.push_back(running.client());
+    late.back().send(get_line("/late"));
+  }
+  CHECK_THAT(running.answer(get_line("/good", "Connection: close\r\n")), Contains("hello good"));
+  for (RawClient& client : late) CHECK_THAT(client.until("hello late"), Contains("hello late"));
+}
+
+TEST_CASE("too many requests of one address are told to wait") {
+  ServerSettings settings = patient();
+  settings.door.requests_per_s = 5.0;
+  const Running running(settings);
+  RawClient client = running.client();
+  std::string all;
+  for (int i = 0; i < 21; ++i) client.send(get_line("/a"));
+  all = client.rest();
+  CHECK_THAT(all, Contains("HTTP/1.1 429"));
+  CHECK_THAT(all, Contains("Retry-After: "));
+}
+
+TEST_CASE("events go to who listens; who does not read is dropped, and holds nobody") {
+  Running running;
+  RawClient good = running.client();
+  good.send(get_line("/events"));
+  CHECK_THAT(good.until("retry: 1000\n\n"), Contains("text/event-stream") || Contains("text/plain"));
+  const RawClient deaf(running.port, 4096);
+  deaf.send(get_line("/events"));
+  REQUIRE(eventually([&] { return running.server.counters().streams == 2; }));
+  const std::string large(1'000'000, 'x');
+  int heard = 0;
+  for (int i = 0; i < 100 && running.server.counters().streams == 2; ++i) {
+    running.server.publish(EventKind::overview, "{\"n\":" + std::to_string(i) + ",\"x\":\"" + large + "\"}");
+    if (good.until("\"}\n\n").find("\"n\":" + std::to_string(i)) != std::string::npos) ++heard;
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  CHECK(heard > 5);
+  CHECK(eventually([&] { return running.server.counters().streams == 1; }));
+  running.server.publish(EventKind::alarms, "[]");
+  CHECK_THAT(good.until("event: alarms\ndata: []\n\n"), Contains("event: alarms"));
+  SECTION("a heartbeat while nothing happens") { CHECK_THAT(good.until(":\n\n"), Contains(":\n\n")); }
+  SECTION("it ends when it may not stay") {
+    running.echo.stay = false;
+    good.rest();
+    CHECK(good.ended());
+  }
+}
+
+TEST_CASE("streams leave places for who only asks") {
+  ServerSettings settings = patient();
+  settings.door.clients = 8;
+  const Running running(settings);
+  std::vector<RawClient> listening;
+  for (int i = 0; i < 7; ++i) {
+    listening.push_back(running.client());
+    listening.back().send(get_line("/events"));
+    listening.back().until("\r\n\r\n");
+  }
+  CHECK(running.server.counters().streams == 6);
+  CHECK_THAT(running.answer(get_line("/good", "Connection: close\r\n")), Contains("hello good"));
+}
+
+TEST_CASE("a server ends while clients are in all their states") {
+  std::vector<RawClient> clients;
+  {
+    Running running(patient());
+    for (const char* path : {"/events", "/slow", "/late", "/large", "/a"}) {
+      clients.emplace_back(running.port);
+      clients.back().send(get_line(path));
+    }
+    clients.emplace_back(running.port);
+    CHECK(eventually([&] { return running.server.counters().requests == 5; }));
+  }
+  for (RawClient& client : clients) client.rest();
+  CHECK(clients.front().ended());
+}
+
+}  // namespace loopwarden::tests::server_test

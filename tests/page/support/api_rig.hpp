@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// All handlers on daemons, users and folders of the test's own, without a socket.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "page/api/gate.hpp"
+#include "page/api/router.hpp"
+#include "page/users/password.hpp"
+#include "tests/page/support/fake_daemon.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests {
+
+class ApiRig {
+ public:
+  explicit ApiRig(bool with_users) : users_(with_users ? folder / "users" : std::filesystem::path()) {
+    settings.control = true;
+    settings.state_directory = folder / "state";
+    now.up = true;
+    now.plant = page::plant_of(describe_of_two());
+    now.alarms = std::make_shared<const std::string>(R"({"alarms":[],"now_ms":1})");
+    if (!with_users) return;
+    page::write_users({{"vera", {page::Role::viewer, hash()}},
+                       {"otto", {page::Role::operator_, hash()}},
+                       {"ella", {page::Role::engineer, hash()}}},
+                      folder / "users");
+    users_.refresh();
+  }
+
+  page::http::Response answer(const page::http::Request& request) { return router().answer(request); }
+
+  page::api::Router& router() {
+    if (!router_) router_ = std::make_unique<page::api::Router>(context());
+    return *router_;
+  }
+
+  static page::http::Request get(std::vector<std::string> path) {
+    page::http::Request request;
+    request.path = std::move(path);
+    request.host = "localhost:8480";
+    request.peer = "127.0.0.1";
+    request.peer_is_loopback = true;
+    return request;
+  }
+
+  page::http::Request get_as(const std::string& user, std::vector<std::string> path) {
+    page::http::Request request = get(std::move(path));
+    request.cookies[page::api::kCookie] = cookie_of(user);
+    return request;
+  }
+
+  page::http::Request post_as(const std::string& user, std::vector<std::string> path, const nlohmann::json& body) {
+    page::http::Request request = get_as(user, std::move(path));
+    request.method = page::http::Method::post;
+    request.content_type = "application/json";
+    request.body = body.dump();
+    const auto who = sessions_.find(request.cookies[page::api::kCookie], *users_.users(),
+                                    std::chrono::steady_clock::now(), true);
+    request.csrf = who ? who->csrf : page::fingerprint("nobody");
+    return request;
+  }
+
+  std::string cookie_of(const std::string& user) {
+    const auto users = users_.users();
+    const auto known = users->find(user);
+    return known == users->end() ? "" : sessions_.begin(user, known->second, std::chrono::steady_clock::now());
+  }
+
+  void log_out(const std::string& cookie) { sessions_.end(cookie); }
+
+  static const std::string& hash() {
+    static const std::string one = page::hash_password("correct horse", page::PasswordCost::least);
+    return one;
+  }
+
+  TemporaryFolder folder;
+  page::PageSettings settings;
+  page::Box::Now now;
+  SpokenDaemon daemon;
+  SpokenDaemon orders;
+
+ private:
+  page::api::Context context() {
+    return {.settings = settings,
+            .hosts = {"box.plant"},
+            .now = [this] { return now; },
+            .sparklines = [] { return std::string("{}"); },
+            .daemon = daemon,
+            .orders = orders,
+            .users = users_,
+            .sessions = sessions_,
+            .guard = guard_,
+            .history = history_,
+            .reports = reports_,
+            .site = [](const page::http::Request&) { return page::http::Response(); },
+            .counters = [] { return page::http::Counters(); }};
+  }
+
+  page::UserDirectory users_;
+  page::Sessions sessions_{{}};
+  page::LogInGuard guard_;
+  page::history::History history_;
+  page::files::ReportShelf reports_{folder / "state"};
+  std::unique_ptr<page::api::Router> router_;
+};
+
+}  // namespace loopwarden::tests
