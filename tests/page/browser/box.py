@@ -64,11 +64,13 @@ class Box:
         self.port = port or free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self.daemon = self.page = None
+        # For work on the site: from its folder, without building the program.
+        self.site = ["--site", os.environ["LOOPWARDEN_PAGE_SITE"]] if "LOOPWARDEN_PAGE_SITE" in os.environ else []
         (self.folder / "config/loops.d").mkdir(parents=True)
         self.state = self.folder / "state"
         self.state.mkdir()
         (self.folder / "config/loopwardend.yaml").write_text(
-            f"accelerate: {accelerate}\nreal_time: {{priority: 0}}\nruntime_directory: {self.folder}\nstate_directory: {self.state}\n"
+            f"accelerate: {accelerate}\nreal_time: {{lock_memory: false}}\nruntime_directory: {self.folder}\nstate_directory: {self.state}\n"
             f"page: {{alarms: true, control: {str(control).lower()}}}\n", encoding="utf-8")
         self._write_loops(healthy, recording, twin, sticking)
         self.config = self.folder / "page.yaml"
@@ -117,7 +119,7 @@ class Box:
 
     def start_page(self):
         with open(self.folder / "page.log", "a", encoding="utf-8") as log:
-            self.page = subprocess.Popen([BIN / "loopwarden-page", "--config", self.config], stdout=log, stderr=log)
+            self.page = subprocess.Popen([BIN / "loopwarden-page", "--config", self.config, *self.site], stdout=log, stderr=log)
         self._until(lambda: urllib.request.urlopen(self.url + "/api/session", timeout=5).read(), self.page, "page.log")
 
     def _until(self, attempt, process, log):

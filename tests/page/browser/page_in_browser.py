@@ -136,7 +136,7 @@ def acknowledge(box, browser):
 
 def killed_and_back(box, browser):
     browser.go(box)
-    browser.until(lambda: browser.all(".tile .value"), "no tiles")
+    browser.until(lambda: browser.all(".tile .pv .value"), "no tiles")
     browser.check(not browser.run("document.body.classList.contains('stale')"), "live values look stale")
     box.kill_daemon()
     took = browser.until(lambda: browser.run("document.body.classList.contains('stale') && !document.querySelector('.banner').hidden"),
