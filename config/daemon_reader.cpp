@@ -123,6 +123,14 @@ void read_real_time(MapReader& in, RealTime& real_time) {
   real_time.lock_memory = in.flag("lock_memory", "keep all memory in RAM (mlockall)", true);
 }
 
+SocketRights read_rights(MapReader& in) {
+  SocketRights rights;
+  rights.alarms =
+      in.flag("alarms", "acknowledge, reset and shelve alarms, veto corrective action", false);
+  rights.control = in.flag("control", "set point, mode, output and jacket", false);
+  return rights;
+}
+
 }  // namespace
 
 DaemonFile read_daemon(MapReader& in, const std::string& file) {
@@ -142,7 +150,7 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   config.accelerate = daemon.accelerate;
   // operator/ keeps an absolute path as it is.
   config.runtime_directory =
-      resolve(file, in.text("runtime_directory", "for the control socket; relative to this file",
+      resolve(file, in.text("runtime_directory", "for sockets and metrics; relative to this file",
                             config.runtime_directory));
   config.state_directory = resolve(
       file,
@@ -158,6 +166,14 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   }
   if (std::optional<MapReader> alarms = in.maybe_section("alarms", "of all loops")) {
     config.alarms = read_alarms(*alarms);
+  }
+  if (std::optional<MapReader> page =
+          in.maybe_section("page", "what loopwarden-page may order; nothing: it only reads")) {
+    config.page = read_rights(*page);
+  }
+  if (std::optional<MapReader> edge =
+          in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads")) {
+    config.edge = read_rights(*edge);
   }
   for (auto& [name, section] :
        in.maybe_named_sections("links", "name", "Modbus links that loops refer to by name")) {

@@ -116,17 +116,28 @@ struct Alarms {
   std::size_t most_evidence = 200;  // folders kept
 };
 
+// What the peers of a socket may order; more than that, nobody on it can.
+struct SocketRights {
+  bool alarms = false;   // acknowledge, reset, shelve; veto
+  bool control = false;  // set point, mode, output, jacket
+
+  bool any() const noexcept { return alarms || control; }
+  friend bool operator==(const SocketRights&, const SocketRights&) = default;
+};
+
 struct DaemonConfig {
   std::string file;
   RealTime real_time;
   double accelerate = 1.0;  // times real time; 1 unless every loop is simulated or replayed
-  std::string runtime_directory = "/run/loopwardend";    // control socket
+  std::string runtime_directory = "/run/loopwardend";    // sockets, metrics
   std::string state_directory = "/var/lib/loopwardend";  // recordings
   std::string log_level = "info";
   double stop_timeout_s = 5.0;  // s to reach the stop actions after SIGTERM
   std::map<std::string, hal::modbus::LinkSettings> links;
   std::optional<ModbusServer> modbus_server;
   Alarms alarms;
+  SocketRights page;  // of page.sock
+  SocketRights edge;  // of edge.sock
 };
 
 struct Configuration {

@@ -104,15 +104,19 @@ std::uint32_t hash_of_both(std::uint32_t start, std::uint32_t now) {
   return record::crc32(std::span(bytes.data(), bytes.size()), now);
 }
 
-// The control socket's path; its folder is made where it is missing.
-std::string socket_in(const std::string& runtime_directory) {
+console::Rights rights_of(const config::DaemonConfig& config) {
+  return {.page = config.page, .edge = config.edge};
+}
+
+// Where the sockets lie; made where it is missing.
+std::filesystem::path socket_folder(const std::string& runtime_directory) {
   std::error_code error;
   std::filesystem::create_directories(runtime_directory, error);
   if (error) {
     throw std::runtime_error(
         fmt::format("runtime_directory {}: {}", runtime_directory, error.message()));
   }
-  return (std::filesystem::path(runtime_directory) / "control.sock").string();
+  return runtime_directory;
 }
 
 gateway::MasterLossAction action_of(config::ModbusServer::LossAction action) {
@@ -186,6 +190,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
       config_path_(std::move(config_path)),
       rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : ""),
       started_ns_(clock_.now_ns()),
+      started_ms_(utc_ms()),
       historian_(loops_, configuration_.daemon.state_directory),
       journal_({.folder = configuration_.daemon.state_directory}),
       board_(watched_loops(configuration_), configuration_.daemon.alarms.settings, journal_,
@@ -205,9 +210,9 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
           }),
       start_hash_(hash_of(configuration_.text)),
       config_hash_(start_hash_),
-      control_(socket_in(configuration_.daemon.runtime_directory), loops_, historian_, board_,
-               journal_, evidence_, configuration_.daemon.alarms.severe_percent,
-               [this] { return status(); }),
+      control_(socket_folder(configuration_.daemon.runtime_directory), console_parts(),
+               rights_of(configuration_.daemon)),
+      readers_(configuration_.daemon.runtime_directory, console_parts()),
       log_lines_lost_(std::move(log_lines_lost)),
       configuration_state_{.files_hash = start_hash_, .waiting = {}, .refused = {}} {
   const double accelerate = configuration_.daemon.accelerate;
@@ -273,9 +278,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
 
 void App::make_gateway() {
   const config::ModbusServer& server = *configuration_.daemon.modbus_server;
-  plant_ = std::make_unique<GatewayLoops>(loops_, historian_, board_, journal_,
-                                          configuration_.daemon.alarms.severe_percent,
-                                          [this] { return box_reading(); });
+  plant_ = std::make_unique<GatewayLoops>(console_parts());
   gateway_ = std::make_unique<gateway::Gateway>(
       gateway::GatewaySettings{.tcp = {.address = server.address,
                                        .port = server.port,
@@ -393,6 +396,7 @@ App::~App() {
   if (gateway_) gateway_->stop();
   reader_.stop();
   control_.stop();
+  readers_.stop();
   monitor_->stop();
   evidence_.stop();
   explainer_.stop();
@@ -420,6 +424,7 @@ void App::start() {
   control_.keep_metrics(std::filesystem::path(configuration_.daemon.runtime_directory) /
                         "metrics.prom");
   control_.start();
+  readers_.start();
 
   const config::RealTime& rights = configuration_.daemon.real_time;
   const std::string refused = real_time_thread_.start(
@@ -465,6 +470,7 @@ void App::watch_threads() {
     thread_watch_.add({"gateway", [this] { return gateway_->ticks(); }, 10 * kSecond}, now_ns);
   }
   thread_watch_.add({"control", [this] { return control_.ticks(); }, 10 * kSecond}, now_ns);
+  thread_watch_.add({"status", [this] { return readers_.ticks(); }, 10 * kSecond}, now_ns);
   for (const LoopRuntime& loop : loops_) {
     if (!loop.io->has_thread()) continue;
     const hal::LoopIo* io = loop.io.get();
@@ -598,6 +604,7 @@ void App::take_files(ReadFiles& read) {
     spdlog::info("reload: loop {} has its new settings", config.name);
   }
   configuration_.daemon.stop_timeout_s = fresh->daemon.stop_timeout_s;
+  control_.set_rights(rights_of(fresh->daemon));
   spdlog::set_level(spdlog::level::from_str(fresh->daemon.log_level));
 
   ConfigurationState state{.files_hash = hash_of(fresh->text),
@@ -646,6 +653,7 @@ void App::end_threads() {
   };
   end("reload", reader_);
   end("control socket", control_);
+  end("status socket", readers_);
   end("recorder", historian_);
   end("evidence", evidence_);
   end("explanations", explainer_);
@@ -693,6 +701,41 @@ void App::drive_to_stop(LoopRuntime& loop) {
   } else {
     spdlog::error("loop {}: output NOT at its stop value: {}", loop.config.name, why);
   }
+}
+
+console::Parts App::console_parts() {
+  return {
+      .loops = loops_,
+      .historian = historian_,
+      .board = board_,
+      .journal = journal_,
+      .evidence = evidence_,
+      .severe_percent = configuration_.daemon.alarms.severe_percent,
+      .daemon_status = [this] { return status(); },
+      .box_description = [this] { return description(); },
+      .config_hash = [this] { return config_hash_.load(); },
+      .box = [this] { return box_reading(); },
+      .modbus_server = [this] { return gateway_ ? gateway_->state() : gateway::ServerState{}; }};
+}
+
+nlohmann::json App::description() const {
+  const auto rights = [](const config::SocketRights& r) {
+    return nlohmann::json{{"alarms", r.alarms}, {"control", r.control}};
+  };
+  const console::Rights now = control_.rights();
+  const config::Alarms& alarms = configuration_.daemon.alarms;
+  return {{"version", LOOPWARDEN_VERSION},
+          {"config_hash", config_hash_.load()},
+          {"model_hash", model_hash_},
+          {"accelerate", configuration_.daemon.accelerate},
+          {"started_ms", started_ms_},
+          {"state_directory", configuration_.daemon.state_directory},
+          {"page", rights(now.page)},
+          {"edge", rights(now.edge)},
+          {"alarms",
+           {{"severe_percent", alarms.severe_percent},
+            {"latching", alarms.settings.latching},
+            {"shelve_limit_min", alarms.settings.shelve_limit_ms / 60'000}}}};
 }
 
 nlohmann::json App::status() const {

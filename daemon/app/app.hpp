@@ -20,6 +20,7 @@
 #include "config/reload.hpp"
 #include "daemon/app/backend_factory.hpp"
 #include "daemon/console/control_server.hpp"
+#include "daemon/console/status_server.hpp"
 #include "daemon/recorder/disk_errand.hpp"
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/explain/explainer.hpp"
@@ -93,6 +94,9 @@ class App {
   void report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
                        const std::string& why);
   nlohmann::json status() const;
+  nlohmann::json description() const;
+  // What the sockets show and order; of now only the references, the rest is asked for when it is needed.
+  console::Parts console_parts();
   gateway::BoxReading box_reading() const;
   void publish_runner_status();
 
@@ -104,6 +108,7 @@ class App {
   hal::os::SpscRing<rt::Event> events_{4096};
   hal::os::MonotonicClock clock_;
   std::int64_t started_ns_;
+  std::int64_t started_ms_;  // UTC
   std::unique_ptr<rt::CyclicRunner> runner_;
   Historian historian_;
   journal::Journal journal_;
@@ -119,6 +124,7 @@ class App {
   std::uint32_t start_hash_;                // of the files as they were at the start
   std::atomic<std::uint32_t> config_hash_;  // of the configuration in force
   ControlServer control_;
+  StatusServer readers_;
   std::unique_ptr<GatewayLoops> plant_;
   std::unique_ptr<gateway::Gateway> gateway_;  // null: no Modbus server is configured
   health::ThreadWatch thread_watch_;

@@ -3,29 +3,24 @@
 #pragma once
 
 #include <deque>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "daemon/console/parts.hpp"
+#include "daemon/console/plant_readings.hpp"
 #include "daemon/gateway/loops_view.hpp"
-#include "daemon/recorder/historian.hpp"
-#include "daemon/journal/journal.hpp"
-#include "daemon/loops/loop_runtime.hpp"
-#include "daemon/monitor/watch_board.hpp"
 #include "daemon/orders/order_desk.hpp"
 
 namespace loopwarden::daemon {
 
 class GatewayLoops final : public gateway::LoopsView {
  public:
-  GatewayLoops(std::vector<LoopRuntime>& loops, const Historian& historian,
-               monitor::WatchBoard& board, journal::Journal& journal, double severe_percent,
-               std::function<gateway::BoxReading()> box);
+  explicit GatewayLoops(console::Parts parts);
 
-  std::size_t loops() const override { return loops_.size(); }
-  const std::string& name(std::size_t loop) const override { return loops_[loop].config.name; }
+  std::size_t loops() const override { return readings_.loops(); }
+  const std::string& name(std::size_t loop) const override { return readings_.name(loop); }
   gateway::LoopReading read(std::size_t loop) override;
-  gateway::BoxReading box() override { return box_(); }
+  gateway::BoxReading box() override { return readings_.box(); }
   bool has_room_for_order(std::size_t loop) override { return desks_[loop].has_room(); }
   void order(std::size_t loop, const rt::Order& order,
              std::vector<journal::JournalEntry> lines) override;
@@ -36,12 +31,8 @@ class GatewayLoops final : public gateway::LoopsView {
   void write_down(journal::JournalEntry entry) override;
 
  private:
-  std::vector<LoopRuntime>& loops_;
-  const Historian& historian_;
-  monitor::WatchBoard& board_;
-  journal::Journal& journal_;
-  double severe_percent_;
-  std::function<gateway::BoxReading()> box_;
+  console::Parts parts_;
+  console::PlantReadings readings_{parts_};
   std::deque<orders::OrderDesk> desks_;  // one for each loop
 };
 

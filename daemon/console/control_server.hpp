@@ -1,54 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's local face: answers `loopwarden top` and `loopwarden set` over a Unix socket, one JSON
-// object a line. Requests:
-//   {"request": "status"}
-//   {"request": "trend", "loop": TAG, "from": PERIOD, "most": N}
-//   {"request": "set", "loop": TAG, "set_point": X | "mode": "auto"|"man" | "output": X |
-//                                  "jacket": "off"|"shadow"|"on"}: several of them take effect in one cycle,
-//    mode first. Answers "order": N and "sample_time_s"; what can't act is refused (daemon/rt/order.hpp)
-//   {"request": "order", "loop": TAG, "order": N}: "state": "waiting"|"done"|"refused", then "why" and "on_disk"
-//   {"request": "record", "loop": TAG, "start": NAME | "stop": true}
-//   {"request": "alarms"}
-//   {"request": "alarm", "loop": TAG, "alarm": NAME, "action": "acknowledge"|"reset"|"shelve"|"unshelve",
-//    "minutes": N, "reason": TEXT}
-//   {"request": "veto", "loop": TAG, "veto": true|false, "reason": TEXT}
-//   {"request": "explain", "loop": TAG, "alarm": NAME}
-//   {"request": "journal", "most": N, "loop": TAG}
-// Answers carry "ok": true, or "ok": false and "error".
+// The sockets that give orders, on one thread: control.sock for all requests, page.sock and edge.sock for those that
+// loopwardend.yaml allows there. One JSON object a line; README.md in this folder has the requests.
 #pragma once
 
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
-#include <functional>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "daemon/console/offers.hpp"
+#include "daemon/console/operator_orders.hpp"
+#include "daemon/console/parts.hpp"
+#include "daemon/console/readings.hpp"
 #include "daemon/recorder/disk_errand.hpp"
-#include "daemon/evidence/evidence_store.hpp"
-#include "daemon/recorder/historian.hpp"
-#include "daemon/journal/journal.hpp"
-#include "daemon/loops/loop_runtime.hpp"
-#include "daemon/monitor/watch_board.hpp"
-#include "daemon/orders/order_desk.hpp"
-#include "hal/os/local_socket.hpp"
+#include "hal/os/local_server.hpp"
 #include "hal/os/thread.hpp"
 
 namespace loopwarden::daemon {
 
 class ControlServer {
  public:
-  // `daemon_status` gives the part of the status that is not about one loop.
-  ControlServer(std::string socket_path, std::vector<LoopRuntime>& loops, Historian& historian,
-                monitor::WatchBoard& board, journal::Journal& journal,
-                const EvidenceStore& evidence, double severe_percent,
-                std::function<nlohmann::json()> daemon_status);
+  // Sockets in `folder`. Listens from now on, serves from start() on. Throws std::runtime_error.
+  ControlServer(std::filesystem::path folder, console::Parts parts, const console::Rights& rights);
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
   ~ControlServer() { stop(); }
@@ -61,46 +38,34 @@ class ControlServer {
   bool stop_for(std::chrono::milliseconds patience);
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
+  // Any thread. In force for the next request; sockets come and go with the next round.
+  void set_rights(const console::Rights& rights);
+  console::Rights rights() const;
+
   // The answer to one request line; public for tests.
-  std::string answer(std::string_view line, unsigned peer_uid);
+  std::string answer(std::string_view line, console::SocketName socket, unsigned peer_uid);
 
  private:
-  nlohmann::json handle(const nlohmann::json& request, unsigned peer_uid);
-  nlohmann::json status() const;
-  nlohmann::json loop_status(std::size_t index) const;
-  nlohmann::json trend(const nlohmann::json& request) const;
-  nlohmann::json set(const nlohmann::json& request, unsigned peer_uid);
-  nlohmann::json order(const nlohmann::json& request);
-  nlohmann::json record(const nlohmann::json& request, unsigned peer_uid);
-  nlohmann::json alarms() const;
-  nlohmann::json alarm(const nlohmann::json& request, unsigned peer_uid);
-  nlohmann::json veto(const nlohmann::json& request, unsigned peer_uid);
-  nlohmann::json explain(const nlohmann::json& request);
-  nlohmann::json journal(const nlohmann::json& request);
-  std::size_t loop_index(const nlohmann::json& request) const;
-  orders::OrderDesk& desk(std::size_t loop);
-  void collect_answers();
-  // Lines for the journal, without their results: of an operator's action, of each part of an order.
-  journal::JournalEntry line_of(std::size_t loop, unsigned peer_uid) const;
-  std::vector<journal::JournalEntry> lines_of(const rt::Order& order, std::size_t loop,
-                                              unsigned peer_uid) const;
-
-  std::vector<LoopRuntime>& loops_;
-  Historian& historian_;
-  monitor::WatchBoard& board_;
-  journal::Journal& journal_;
-  const EvidenceStore& evidence_;
-  double severe_percent_;  // % of the CO span
-  std::function<nlohmann::json()> daemon_status_;
-  std::deque<orders::OrderDesk> desks_;  // one for each loop, from the first order on
-  hal::os::LocalServer server_;
+  std::filesystem::path path_of(console::SocketName socket) const;
+  void listen(console::SocketName socket);
+  void follow_rights();
+  void round();
   void publish_metrics();
   void end_thread() noexcept;
 
+  std::filesystem::path folder_;
+  console::Parts parts_;
+  console::Readings readings_{parts_, "lw-reader"};
+  console::OperatorOrders orders_{parts_};
+  mutable std::mutex rights_mutex_;
+  console::Rights rights_;
+  console::Rights followed_;  // the sockets are as these say
+  std::optional<unsigned> page_group_;
+  std::optional<unsigned> edge_group_;
+  hal::os::LocalServer server_;
+
   std::filesystem::path metrics_file_;
   std::chrono::steady_clock::time_point metrics_due_{};
-  // The disk is theirs: a request that needs it waits for a second at most, all others not at all.
-  DiskErrand reader_{"lw-reader"};
   DiskErrand metrics_{"lw-metrics"};
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};

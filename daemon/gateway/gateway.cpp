@@ -25,13 +25,15 @@ Gateway::Gateway(const GatewaySettings& settings, LoopsView& loops, hal::os::Clo
       clock_(clock),
       master_(settings.master_heartbeat),
       master_watch_(settings.master_heartbeat),
-      bank_(loops, settings.word_order, state_),
+      bank_(loops, state_),
       identity_{.revision = LOOPWARDEN_VERSION},
       server_(settings.tcp, peers_of(settings), clock,
               [this](std::span<const std::uint8_t> request, const Peer& peer) {
                 return answer(request, bank_, identity_, peer);
               }) {
   state_.writes_enabled = settings.writes;
+  state_.word_order = settings.word_order;
+  shown_state_ = state_;
   if (settings.serial) {
     SerialServerSettings serial = *settings.serial;
     serial.writes = serial.writes && settings.writes;
@@ -71,6 +73,7 @@ void Gateway::serve(std::chrono::milliseconds timeout) {
   {
     const std::lock_guard lock(counters_mutex_);
     counters_ = server_.counters();
+    shown_state_ = state_;
     if (serial_) serial_counters_ = serial_->counters();
   }
   ticks_.fetch_add(1, std::memory_order_relaxed);
@@ -84,6 +87,11 @@ TcpServerCounters Gateway::counters() const {
 std::optional<SerialServerCounters> Gateway::serial_counters() const {
   const std::lock_guard lock(counters_mutex_);
   return serial_counters_;
+}
+
+ServerState Gateway::state() const {
+  const std::lock_guard lock(counters_mutex_);
+  return shown_state_;
 }
 
 void Gateway::watch_master() {

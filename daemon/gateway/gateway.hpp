@@ -46,6 +46,7 @@ class Gateway {
   std::uint16_t port() const noexcept { return server_.port(); }
   TcpServerCounters counters() const;                           // any thread
   std::optional<SerialServerCounters> serial_counters() const;  // any thread; nothing: no such line
+  ServerState state() const;                                    // any thread; as of the last round
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:
@@ -64,6 +65,7 @@ class Gateway {
   mutable std::mutex counters_mutex_;
   TcpServerCounters counters_;
   std::optional<SerialServerCounters> serial_counters_;
+  ServerState shown_state_;
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
   hal::os::Thread thread_;

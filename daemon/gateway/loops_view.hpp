@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the Modbus server may see and do: the loops and the box as the rest of the daemon offers them.
+// What the Modbus server may see and do: the loops and the box as the rest of the daemon offers them. The sockets read
+// the map's values through the seeing half.
 #pragma once
 
 #include <cstddef>
@@ -50,18 +51,21 @@ struct BoxReading {
   std::uint64_t monitor_dropped = 0;
 };
 
-class LoopsView {
+class PlantView {
  public:
-  LoopsView() = default;
-  LoopsView(const LoopsView&) = delete;
-  LoopsView& operator=(const LoopsView&) = delete;
-  virtual ~LoopsView() = default;
+  PlantView() = default;
+  PlantView(const PlantView&) = delete;
+  PlantView& operator=(const PlantView&) = delete;
+  virtual ~PlantView() = default;
 
   virtual std::size_t loops() const = 0;
   virtual const std::string& name(std::size_t loop) const = 0;
   virtual LoopReading read(std::size_t loop) = 0;
   virtual BoxReading box() = 0;
+};
 
+class LoopsView : public PlantView {
+ public:
   // Only the gateway's thread fills the loop's mailbox.
   virtual bool has_room_for_order(std::size_t loop) = 0;
   // Taken by the loop's next cycle. The lines go to the journal with what the cycle made of the order.

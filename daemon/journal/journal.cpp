@@ -120,9 +120,13 @@ JournalStatus Journal::status() const {
 }
 
 std::vector<JournalRow> Journal::newest(std::size_t most, const std::string& loop) const {
+  return search({.most = most, .loop = loop});
+}
+
+std::vector<JournalRow> Journal::search(const JournalQuery& query) const {
   // A connection of its own: in WAL mode a reader and the writer don't disturb each other.
   try {
-    return JournalFile::read_newest(path(), most, loop);
+    return JournalFile::search(path(), query);
   } catch (const JournalError&) {
     return {};
   }

@@ -67,6 +67,8 @@ class Journal {
   JournalStatus status() const;
   // The newest lines, newest first, from the disk; empty while it can't be read.
   std::vector<JournalRow> newest(std::size_t most, const std::string& loop = {}) const;
+  // The same of the lines that the query fits.
+  std::vector<JournalRow> search(const JournalQuery& query) const;
   std::filesystem::path path() const { return settings_.folder / "journal.sqlite"; }
 
  private:

@@ -36,6 +36,15 @@ CREATE TABLE alarm_revision(only INTEGER PRIMARY KEY CHECK(only = 1), revision I
 INSERT INTO alarm_revision VALUES(1, 0);
 )";
 
+// By SQLite's lower(), which knows ASCII alone.
+// Fields are kept apart by a character that nobody writes.
+constexpr const char* kContains =
+    "instr(lower(ifnull(loop, '') || char(31) || ifnull(alarm, '') || char(31) || ifnull(peer, '') "
+    "|| char(31) || "
+    "ifnull(what, '') || char(31) || ifnull(old_value, '') || char(31) || ifnull(new_value, '') || "
+    "char(31) || "
+    "ifnull(reason, '') || char(31) || ifnull(result, '')), lower(?7)) > 0";
+
 JournalEntry::Kind kind_of(const std::string& text) {
   using Kind = JournalEntry::Kind;
   for (const Kind kind : {Kind::alarm, Kind::operator_action, Kind::register_write}) {
@@ -49,8 +58,8 @@ JournalEntry::Kind kind_of(const std::string& text) {
 // A prepared statement that finalises itself.
 class JournalFile::Statement {
  public:
-  Statement(JournalFile& file, const char* sql) : file_(file) {
-    if (sqlite3_prepare_v2(file.db_, sql, -1, &statement_, nullptr) != SQLITE_OK) {
+  Statement(JournalFile& file, const std::string& sql) : file_(file) {
+    if (sqlite3_prepare_v2(file.db_, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) {
       file.fail("prepare");
     }
   }
@@ -243,37 +252,54 @@ AlarmStates JournalFile::read_states() {
   return states;
 }
 
-std::vector<JournalRow> JournalFile::newest(std::size_t most, const std::string& loop) {
-  Statement read(*this, loop.empty()
-                            ? "SELECT * FROM journal ORDER BY id DESC LIMIT ?2"
-                            : "SELECT * FROM journal WHERE loop = ?1 ORDER BY id DESC LIMIT ?2");
-  read.bind(1, loop);
-  read.bind(2, static_cast<std::int64_t>(most));
+JournalRow JournalFile::row_of(const Statement& read) {
+  return {
+      .id = read.integer(0),
+      .entry = {.kind = kind_of(read.text(2)),
+                .utc_ms = read.integer(1),
+                .loop = read.text(3),
+                .alarm = read.text(4),
+                .from = read.text(5),
+                .to = read.text(6),
+                .severity_percent = read.is_null(7) ? std::nullopt : std::optional(read.number(7)),
+                .peer = read.text(8),
+                .what = read.text(9),
+                .old_value = read.text(10),
+                .new_value = read.text(11),
+                .result = read.text(12),
+                .reason = read.text(13),
+                .memory = std::nullopt}};
+}
+
+std::vector<JournalRow> JournalFile::search(const JournalQuery& query) {
+  // Values are parameters; which conditions there are is all that is put together here.
+  std::string where;
+  const auto with = [&](bool given, const char* condition) {
+    if (given) where += fmt::format("{} {}", where.empty() ? " WHERE" : " AND", condition);
+  };
+  with(!query.loop.empty(), "loop = ?2");
+  with(query.before_id.has_value(), "id < ?3");
+  with(query.kind.has_value(), "kind = ?4");
+  with(query.from_ms.has_value(), "utc_ms >= ?5");
+  with(query.to_ms.has_value(), "utc_ms <= ?6");
+  with(!query.text.empty(), kContains);
+  Statement read(*this, fmt::format("SELECT * FROM journal{} ORDER BY id DESC LIMIT ?1", where));
+  read.bind(1, static_cast<std::int64_t>(query.most));
+  // A parameter of a condition that is not there can't be bound.
+  if (!query.loop.empty()) read.bind(2, query.loop);
+  if (query.before_id) read.bind(3, *query.before_id);
+  if (query.kind) read.bind(4, std::string(to_text(*query.kind)));
+  if (query.from_ms) read.bind(5, *query.from_ms);
+  if (query.to_ms) read.bind(6, *query.to_ms);
+  if (!query.text.empty()) read.bind(7, query.text);
   std::vector<JournalRow> rows;
-  while (read.step()) {
-    JournalRow& row = rows.emplace_back();
-    row.id = read.integer(0);
-    row.entry = {.kind = kind_of(read.text(2)),
-                 .utc_ms = read.integer(1),
-                 .loop = read.text(3),
-                 .alarm = read.text(4),
-                 .from = read.text(5),
-                 .to = read.text(6),
-                 .severity_percent = read.is_null(7) ? std::nullopt : std::optional(read.number(7)),
-                 .peer = read.text(8),
-                 .what = read.text(9),
-                 .old_value = read.text(10),
-                 .new_value = read.text(11),
-                 .result = read.text(12),
-                 .reason = read.text(13),
-                 .memory = std::nullopt};
-  }
+  while (read.step()) rows.push_back(row_of(read));
   return rows;
 }
 
-std::vector<JournalRow> JournalFile::read_newest(const std::filesystem::path& path,
-                                                 std::size_t most, const std::string& loop) {
-  return JournalFile(path, Access::read, 0).newest(most, loop);
+std::vector<JournalRow> JournalFile::search(const std::filesystem::path& path,
+                                            const JournalQuery& query) {
+  return JournalFile(path, Access::read, 0).search(query);
 }
 
 std::filesystem::path move_aside(const std::filesystem::path& path, std::int64_t utc_ms) {

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -36,6 +37,17 @@ class JournalError : public std::runtime_error {
   Kind kind_;
 };
 
+// Which lines; what is empty or not given does not matter.
+struct JournalQuery {
+  std::size_t most = 50;
+  std::string loop{};
+  std::optional<std::int64_t> before_id{};  // older ones, for the next page
+  std::optional<JournalEntry::Kind> kind{};
+  std::string text{};  // in any of a line's words; upper and lower case of ASCII are the same
+  std::optional<std::int64_t> from_ms{};  // UTC, this moment included
+  std::optional<std::int64_t> to_ms{};    // UTC, this moment included
+};
+
 struct JournalRow {
   std::int64_t id = 0;
   JournalEntry entry;
@@ -45,10 +57,9 @@ class JournalFile {
  public:
   // Opens or makes the file and checks it. Keeps the newest `most_rows` lines.
   explicit JournalFile(const std::filesystem::path& path, std::int64_t most_rows);
-  // The newest `most` lines of a journal that another thread writes, newest first; of one loop if it
-  // is not empty.
-  static std::vector<JournalRow> read_newest(const std::filesystem::path& path, std::size_t most,
-                                             const std::string& loop = {});
+  // The newest lines that the query fits of a journal that another thread writes, newest first.
+  static std::vector<JournalRow> search(const std::filesystem::path& path,
+                                        const JournalQuery& query);
   JournalFile(const JournalFile&) = delete;
   JournalFile& operator=(const JournalFile&) = delete;
   ~JournalFile();
@@ -61,7 +72,8 @@ class JournalFile {
   class Statement;
   enum class Access : std::uint8_t { write, read };
   JournalFile(const std::filesystem::path& path, Access access, std::int64_t most_rows);
-  std::vector<JournalRow> newest(std::size_t most, const std::string& loop);
+  std::vector<JournalRow> search(const JournalQuery& query);
+  static JournalRow row_of(const Statement& read);
   void make_tables();
   void check();
   void execute(const char* sql);

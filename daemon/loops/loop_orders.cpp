@@ -15,8 +15,8 @@ orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal
               .write_down =
                   [&journal](journal::JournalEntry line) { return journal.post(std::move(line)); },
               .why =
-                  [&settings](rt::Refusal refusal, const rt::Order& order) {
-                    return orders::why_refused(refusal, order, settings.get());
+                  [&settings](const rt::OrderAnswer& answer, const rt::Order& order) {
+                    return orders::why_refused(answer, order, settings.get());
                   },
               .done = std::move(done)}};
 }

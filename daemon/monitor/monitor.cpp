@@ -124,7 +124,7 @@ bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
       return false;
     case Kind::not_fit:
       tracks_[index].condition.window(step.measures, nullptr);
-      board_.window_not_fit(index, step.measures, step.state);
+      board_.window_not_fit(index, step.measures, step.state, step.judgement);
       correct(index, step, false);
       break;
     case Kind::judged: {

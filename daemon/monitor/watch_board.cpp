@@ -48,6 +48,7 @@ WatchBoard::WatchBoard(std::vector<Loop> loops, const model::AlarmSettings& sett
     : settings_(settings), journal_(journal), utc_ms_(std::move(utc_ms)) {
   for (Loop& loop : loops) {
     watches_.emplace_back(settings, loop.period_s);
+    logs_.emplace_back();
     names_.push_back(std::move(loop.name));
   }
 }
@@ -73,6 +74,7 @@ std::vector<AlarmKind> WatchBoard::window_judged(std::size_t loop,
   watch.window_state = WindowState::valid;
   watch.measures = measures;
   watch.judgement = judgement;
+  logs_[loop].add(utc_ms_(), WindowState::valid, judgement);
   write_down(loop, before, watch.alarms.window_judged(utc_ms_(), conditions));
   return raised_since(loop, before);
 }
@@ -144,12 +146,13 @@ void WatchBoard::restore(std::size_t loop, const Explanation& explanation) {
 }
 
 void WatchBoard::window_not_fit(std::size_t loop, const model::WindowMeasures& measures,
-                                WindowState why) {
+                                WindowState why, const model::WindowJudgement& judgement) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
   ++watch.windows;
   ++watch.windows_suppressed;
   watch.measures = measures;
+  logs_[loop].add(utc_ms_(), why, judgement);
   suppressed(loop, why);
 }
 
@@ -285,6 +288,11 @@ OrderResult WatchBoard::set_veto(std::size_t loop, model::Veto veto, const std::
 LoopWatch WatchBoard::watch(std::size_t loop) const {
   const std::lock_guard lock(mutex_);
   return watches_[loop];
+}
+
+std::vector<LoggedWindow> WatchBoard::windows(std::size_t loop) const {
+  const std::lock_guard lock(mutex_);
+  return logs_[loop].windows();
 }
 
 WatchBoard::Memories WatchBoard::memories(std::size_t loop) const {

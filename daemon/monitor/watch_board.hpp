@@ -18,6 +18,7 @@
 
 #include "daemon/journal/journal.hpp"
 #include "daemon/monitor/explanation.hpp"
+#include "daemon/monitor/window_log.hpp"
 #include "model/analysis/condition_index.hpp"
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_alarms.hpp"
@@ -94,9 +95,10 @@ class WatchBoard {
       std::size_t loop, const loopwarden::monitor::AlarmConditions& conditions);
   // The gap workflow has said why an alarm came: it stands with the alarm, and may give it another name.
   void explained(std::size_t loop, const Explanation& explanation);
-  // A window that is full but can't be judged.
+  // A window that is full but can't be judged, or whose judgement says that it moves too little to tell.
   void window_not_fit(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
-                      loopwarden::monitor::WindowState why);
+                      loopwarden::monitor::WindowState why,
+                      const loopwarden::monitor::WindowJudgement& judgement = {});
   // No window can be had at present.
   void interrupted(std::size_t loop, loopwarden::monitor::WindowState why);
   // `state`: of the window that is being gathered; valid leaves that of the newest window.
@@ -122,6 +124,13 @@ class WatchBoard {
 
   // Any thread.
   LoopWatch watch(std::size_t loop) const;
+  // Without a copy; `look` must be quick, the monitor waits.
+  template <class Look>
+  void look(std::size_t loop, Look look) const {
+    const std::lock_guard lock(mutex_);
+    look(watches_[loop]);
+  }
+  std::vector<LoggedWindow> windows(std::size_t loop) const;
   std::size_t loops() const noexcept { return names_.size(); }
   const std::string& name(std::size_t loop) const { return names_[loop]; }
   const loopwarden::monitor::AlarmSettings& settings() const noexcept { return settings_; }
@@ -146,6 +155,7 @@ class WatchBoard {
   std::function<std::int64_t()> utc_ms_;
   mutable std::mutex mutex_;
   std::vector<LoopWatch> watches_;
+  std::vector<WindowLog> logs_;
 };
 
 }  // namespace loopwarden::daemon::monitor

@@ -38,7 +38,7 @@ void OrderDesk::collect() {
     if (answer.refusal == rt::Refusal::none) {
       if (ends_.done) ends_.done(waiting.order);
     } else {
-      outcome.why = ends_.why(answer.refusal, waiting.order);
+      outcome.why = ends_.why(answer, waiting.order);
     }
     outcome.journal_ticket =
         write_down(waiting.lines, outcome.why.empty() ? "done" : "refused: " + outcome.why);

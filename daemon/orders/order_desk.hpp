@@ -31,7 +31,7 @@ struct Outcome {
 struct DeskEnds {
   // Returns the journal's ticket.
   std::function<std::uint64_t(journal::JournalEntry)> write_down;
-  std::function<std::string(rt::Refusal, const rt::Order&)> why;
+  std::function<std::string(const rt::OrderAnswer&, const rt::Order&)> why;
   std::function<void(const rt::Order&)> done;  // may be empty
 };
 

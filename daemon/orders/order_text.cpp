@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 namespace loopwarden::daemon::orders {
 
 std::string why_refused(rt::Refusal refusal, const rt::Order& order,
@@ -19,6 +21,25 @@ std::string why_refused(rt::Refusal refusal, const rt::Order& order,
     return limits("output", controller.output.low, controller.output.high, *order.output);
   }
   return rt::to_text(refusal);
+}
+
+std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
+                        const rt::LoopSettings& settings) {
+  const auto number = [](const char* what, double now, const std::optional<double>& expected) {
+    return fmt::format("the {} is {:.9g} by now, {:.9g} was expected", what, now,
+                       expected.value_or(now));
+  };
+  const rt::Expectation& expected = order.expected;
+  switch (answer.refusal) {
+    case rt::Refusal::mode_changed:
+      return fmt::format("the mode is {} by now, {} was expected",
+                         control::to_text(answer.now.mode),
+                         control::to_text(expected.mode.value_or(answer.now.mode)));
+    case rt::Refusal::set_point_changed:
+      return number("set point", answer.now.set_point, expected.set_point);
+    case rt::Refusal::output_changed: return number("output", answer.now.output, expected.output);
+    default: return why_refused(answer.refusal, order, settings);
+  }
 }
 
 }  // namespace loopwarden::daemon::orders

@@ -11,4 +11,8 @@ namespace loopwarden::daemon::orders {
 std::string why_refused(rt::Refusal refusal, const rt::Order& order,
                         const rt::LoopSettings& settings);
 
+// The same of an order that the loop's cycle has answered: with what was in force by then.
+std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
+                        const rt::LoopSettings& settings);
+
 }  // namespace loopwarden::daemon::orders

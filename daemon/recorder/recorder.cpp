@@ -176,7 +176,7 @@ void Recorder::open_segments(std::size_t loop) {
   try {
     const hal::os::DiskWait::Section waiting(wait_);
     disks_[loop].segments = std::make_unique<record::SegmentWriter>(
-        record::SegmentSettings{.folder = settings_.state_directory / "segments" / config.name,
+        record::SegmentSettings{.folder = segments_folder(config.name),
                                 .loop = config.name,
                                 .period_s = config.sample_time_s,
                                 .limit_bytes = config.recording.limit_bytes});

@@ -68,6 +68,10 @@ class Recorder {
   // Ends it; returns its path, empty if there was none. Throws std::runtime_error if it is incomplete,
   // or if the disk does not answer in time: then it is completed once the disk does.
   std::string stop_csv(std::size_t loop, std::chrono::milliseconds patience);
+  // Where a loop's segments lie.
+  std::filesystem::path segments_folder(const std::string& loop) const {
+    return settings_.state_directory / "segments" / loop;
+  }
   // For how long the disk has not answered, s; 0: nothing is asked of it.
   double disk_wait_s() const noexcept { return wait_.seconds(); }
 

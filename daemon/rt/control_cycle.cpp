@@ -87,16 +87,18 @@ void ControlCycle::take_orders() noexcept {
 void ControlCycle::answer(OrderBox& box) noexcept {
   Order order;
   while (box.orders.try_pop(order)) {
-    const Refusal refusal = take(order);
+    const InForce now = in_force();
+    const Refusal refusal = take(order, now);
     publish_standing();  // before the answer: who has it judges his next order by this one
-    box.answers.try_push({order.number, refusal});
+    box.answers.try_push({order.number, refusal, now});
   }
 }
 
 // Judged when it was let in, and once more: what went before it in this cycle, a fault or a reload may
 // have changed what it finds.
-Refusal ControlCycle::take(const Order& order) noexcept {
-  const Refusal refusal = judge(order, standing(), settings_, configured_jacket_);
+Refusal ControlCycle::take(const Order& order, const InForce& now) noexcept {
+  Refusal refusal = judge(order.expected, now, settings_);
+  if (refusal == Refusal::none) refusal = judge(order, standing(), settings_, configured_jacket_);
   if (refusal == Refusal::none) {
     apply(order);
   } else {
@@ -126,6 +128,12 @@ void ControlCycle::apply(JacketWish wish) noexcept {
   jacket.form = wish == JacketWish::off ? control::JacketForm::off : configured_jacket_;
   jacket.shadow = wish != JacketWish::on;
   controller_.configure(settings_.controller);
+}
+
+InForce ControlCycle::in_force() const noexcept {
+  return {.mode = controller_.requested_mode(),
+          .set_point = controller_.set_point_target(),
+          .output = controller_.output_applied()};
 }
 
 Standing ControlCycle::standing() const noexcept {

@@ -67,7 +67,8 @@ class ControlCycle {
   void take_settings() noexcept;
   void take_orders() noexcept;
   void answer(OrderBox& box) noexcept;
-  Refusal take(const Order& order) noexcept;
+  Refusal take(const Order& order, const InForce& now) noexcept;
+  InForce in_force() const noexcept;
   void apply(const Order& order) noexcept;
   void apply(JacketWish wish) noexcept;
   Standing standing() const noexcept;

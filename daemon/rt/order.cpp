@@ -53,4 +53,20 @@ Refusal judge(const Order& order, const Standing& standing, const LoopSettings& 
   return Refusal::none;
 }
 
+Refusal judge(const Expectation& expected, const InForce& now,
+              const LoopSettings& settings) noexcept {
+  const auto differs = [](const std::optional<double>& value, double is, double low, double high) {
+    return value && !(std::abs(*value - is) <= kSameShare * (high - low));
+  };
+  const control::PidSettings& pid = settings.controller.pid;
+  if (expected.mode && *expected.mode != now.mode) return Refusal::mode_changed;
+  if (differs(expected.set_point, now.set_point, settings.pv_check.low, settings.pv_check.high)) {
+    return Refusal::set_point_changed;
+  }
+  if (differs(expected.output, now.output, pid.output_low, pid.output_high)) {
+    return Refusal::output_changed;
+  }
+  return Refusal::none;
+}
+
 }  // namespace loopwarden::daemon::rt

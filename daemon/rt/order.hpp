@@ -5,6 +5,9 @@
 // All parts of an order take effect in one cycle, in the order in which they stand in it: jacket, gains, mode, set
 // point, output. Set point and output are judged by the mode that the order itself asks for. One part that can't act
 // refuses the whole order.
+//
+// Who orders may say what he believes to be in force. Only the cycle judges that, with what is so at the moment at
+// which the order would take effect: nothing can change behind his back.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +21,13 @@ namespace loopwarden::daemon::rt {
 
 enum class JacketWish : std::uint8_t { off, shadow, on };
 
+// What the sender of an order has seen; what is not given does not matter to him.
+struct Expectation {
+  std::optional<control::Mode> mode{};  // asked for: manual or automatic
+  std::optional<double> set_point{};    // PV units, where a ramp goes
+  std::optional<double> output{};       // CO units
+};
+
 struct Order {
   std::uint64_t number = 0;  // of its sender, from 1; for the answer
   std::optional<JacketWish> jacket{};
@@ -27,6 +37,7 @@ struct Order {
   std::optional<control::Mode> mode{};  // manual or automatic
   std::optional<double> set_point{};    // PV units
   std::optional<double> output{};       // CO units, for manual
+  Expectation expected{};
 };
 static_assert(std::is_trivially_copyable_v<Order>);
 
@@ -42,7 +53,10 @@ enum class Refusal : std::uint8_t {
   output_in_automatic,
   output_in_fault,
   manual_after_fault,
-  set_point_tracks
+  set_point_tracks,
+  mode_changed,
+  set_point_changed,
+  output_changed
 };
 
 constexpr const char* to_text(Refusal refusal) noexcept {
@@ -64,9 +78,13 @@ constexpr const char* to_text(Refusal refusal) noexcept {
       return "the loop has a fault, whose action has the output; order it when the fault is over";
     case Refusal::manual_after_fault:
       return "the loop has a fault and is to wait in manual after it; order automatic then";
-    case Refusal::set_point_tracks: break;
+    case Refusal::set_point_tracks:
+      return "in manual the set point follows PV; order automatic first, or with it";
+    case Refusal::mode_changed: return "the mode is not the expected one";
+    case Refusal::set_point_changed: return "the set point is not the expected one";
+    case Refusal::output_changed: break;
   }
-  return "in manual the set point follows PV; order automatic first, or with it";
+  return "the output is not the expected one";
 }
 
 // No mode helps: the value itself can't be.
@@ -101,6 +119,19 @@ constexpr Standing unpacked(std::uint8_t bits) noexcept {
 Refusal judge(const Order& order, const Standing& standing, const LoopSettings& settings,
               control::JacketForm jacket) noexcept;
 
+// What is so as the order would take effect.
+struct InForce {
+  control::Mode mode = control::Mode::manual;  // asked for
+  double set_point = 0.0;                      // PV units, where a ramp goes
+  double output = 0.0;                         // CO units
+};
+
+// Numbers count as the same up to this share of their range: they came as text.
+inline constexpr double kSameShare = 1e-6;
+
+Refusal judge(const Expectation& expected, const InForce& now,
+              const LoopSettings& settings) noexcept;
+
 // The gains that an order asks for, put into those in force.
 constexpr void set_gains(const Order& order, control::PidGains& gains) noexcept {
   gains.kp = order.kp.value_or(gains.kp);
@@ -111,6 +142,7 @@ constexpr void set_gains(const Order& order, control::PidGains& gains) noexcept 
 struct OrderAnswer {
   std::uint64_t number = 0;
   Refusal refusal = Refusal::none;
+  InForce now{};  // when the order was taken
 };
 
 // One sender's way to a loop and back. No answer is ever lost: who sends keeps to `kRoom` orders that are not

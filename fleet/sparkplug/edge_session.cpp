@@ -9,20 +9,22 @@ EdgeSession::EdgeSession(bool has_primary_host, std::optional<std::uint8_t> last
 std::uint8_t EdgeSession::connecting() noexcept {
   bd_seq_ = bd_seq_ ? bd_seq_after(*bd_seq_) : std::uint8_t{0};
   state_ = State::offline;
+  // What the host said last is said again by the broker, which retains it.
+  host_.forget();
   return *bd_seq_;
 }
 
 EdgeSession::Next EdgeSession::connected() noexcept {
-  // What the host said last is said again by the broker, which retains it.
-  host_.forget();
-  state_ = has_primary_host_ ? State::waiting_for_host : State::live;
-  return has_primary_host_ ? Next::nothing : Next::births;
+  // A broker may send what it retains before it grants the subscription.
+  const bool go = !has_primary_host_ || host_.online();
+  state_ = go ? State::live : State::waiting_for_host;
+  return go ? Next::births : Next::nothing;
 }
 
 void EdgeSession::disconnected() noexcept { state_ = State::offline; }
 
 EdgeSession::Next EdgeSession::host_said(const HostState& state) {
-  if (!has_primary_host_ || state_ == State::offline || !host_.hear(state)) return Next::nothing;
+  if (!has_primary_host_ || !host_.hear(state)) return Next::nothing;
   if (host_.online() && state_ == State::waiting_for_host) {
     state_ = State::live;
     return Next::births;

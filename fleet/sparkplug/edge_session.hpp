@@ -38,7 +38,8 @@ class EdgeSession {
   State state() const noexcept { return state_; }
   bool live() const noexcept { return state_ == State::live; }
   bool host_online() const noexcept { return host_.online(); }
-  std::uint8_t bd_seq() const noexcept { return *bd_seq_; }
+  // Of the newest connection that was tried; 0 before the first.
+  std::uint8_t bd_seq() const noexcept { return bd_seq_.value_or(0); }
   // seq of the NBIRTH, which begins the count; then of each message after it.
   std::uint8_t birth_seq() noexcept { return seq_.restart(); }
   std::uint8_t next_seq() noexcept { return seq_.next(); }

@@ -167,7 +167,8 @@ class Plant {
       orders_,
       standing_,
       {.write_down = [this](daemon::journal::JournalEntry line) { return journal_.post(line); },
-       .why = [](daemon::rt::Refusal refusal, const Order&) { return to_text(refusal); },
+       .why = [](const daemon::rt::OrderAnswer& answer,
+                 const Order&) { return to_text(answer.refusal); },
        .done = {}}};
   std::unique_ptr<Monitor> monitor_;
 };

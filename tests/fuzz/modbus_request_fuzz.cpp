@@ -65,8 +65,8 @@ void check_answer(Bytes request, Bytes reply) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   tests::FakeLoops plant(3);
-  ServerState server;
-  MapBank bank(plant, static_cast<hal::modbus::ByteOrder>((data[0] >> 1) & 3U), server);
+  ServerState server{.word_order = static_cast<hal::modbus::ByteOrder>((data[0] >> 1) & 3U)};
+  MapBank bank(plant, server);
   const Peer peer{"fuzzer", (data[0] & 1U) != 0};
   const Bytes request(data + 1, size - 1);
   const Pdu reply = answer(request, bank, {}, peer);

@@ -47,8 +47,8 @@ int run(const RegisterMapOptions& options) {
       {"mbpoll", map_mbpoll},
       {"pymodbus", map_pymodbus},
       {"telegraf", map_telegraf},
-      {"node-red", map_node_red},
-      {"ignition", map_ignition}};
+      {"javascript", map_javascript},
+      {"node-red", map_node_red}};
   if (options.json) {
     fmt::print("{}\n", map_json(map_options).dump(2));
     return kExitOk;
@@ -64,9 +64,9 @@ void add_register_map(CLI::App& app, int& exit_code) {
   CLI::App* sub =
       app.add_subcommand("register-map", "the daemon's Modbus map, for people and for masters");
   sub->add_option("--format", options->format,
-                  "markdown, csv, mbpoll, pymodbus, telegraf, node-red or ignition")
+                  "markdown, csv, mbpoll, pymodbus, javascript, telegraf or node-red")
       ->check(CLI::IsMember(
-          {"markdown", "csv", "mbpoll", "pymodbus", "telegraf", "node-red", "ignition"}))
+          {"markdown", "csv", "mbpoll", "pymodbus", "javascript", "telegraf", "node-red"}))
       ->capture_default_str();
   sub->add_option("--config", options->config,
                   "the daemon's configuration folder: its loops, port, unit and word order");

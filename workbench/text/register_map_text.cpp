@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "map/register_map.hpp"
+#include "workbench/text/register_map_fields.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -20,32 +21,6 @@ using hal::modbus::RegisterType;
 using map::Area;
 using map::Register;
 using map::Table;
-
-constexpr std::array kTableOrder{Table::input_register, Table::discrete_input,
-                                 Table::holding_register, Table::coil};
-
-const char* type_text(const Register& reg) {
-  if (reg.table == Table::discrete_input || reg.table == Table::coil) return "bit";
-  switch (reg.type) {
-    case RegisterType::i16: return "i16";
-    case RegisterType::u32: return "u32";
-    case RegisterType::f32: return "f32";
-    case RegisterType::i32: return "i32";
-    case RegisterType::f64: return "f64";
-    case RegisterType::u16: break;
-  }
-  return "u16";
-}
-
-const char* order_text(ByteOrder order) {
-  switch (order) {
-    case ByteOrder::abcd: return "abcd";
-    case ByteOrder::cdab: return "cdab";
-    case ByteOrder::badc: return "badc";
-    case ByteOrder::dcba: break;
-  }
-  return "dcba";
-}
 
 // What PLC people call it: 1-based, with the table in front.
 std::uint32_t plc_number(Table table, std::uint32_t address) {
@@ -60,42 +35,6 @@ std::uint32_t plc_number(Table table, std::uint32_t address) {
 
 std::string scale_text(const Register& reg) {
   return reg.scale == 1.0 ? std::string() : fmt::format("{:g}", reg.scale);
-}
-
-// Calls `visit(reg, tag, address)` for the box's registers and those of every loop.
-template <class Visit>
-void for_each(const MapOptions& options, Visit visit) {
-  for (const Table table : kTableOrder) {
-    for (const Register& reg : map::registers()) {
-      if (reg.table == table && reg.area == Area::box)
-        visit(reg, std::string(), map::address(reg, 0));
-    }
-    for (std::size_t loop = 0; loop < options.loops.size(); ++loop) {
-      for (const Register& reg : map::registers()) {
-        if (reg.table == table && reg.area != Area::box) {
-          visit(reg, options.loops[loop], map::address(reg, loop));
-        }
-      }
-    }
-  }
-}
-
-std::string field_name(const Register& reg, const std::string& tag) {
-  return (tag.empty() ? std::string("box") : tag) + "." + reg.name;
-}
-
-// A text as JSON, Python and TOML all write it.
-std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
-
-// A name that any program takes: letters, digits and '_'.
-std::string plain_name(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(),
-      [](char c) {
-        return !((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'));
-      },
-      '_');
-  return text;
 }
 
 void table_rows(std::string& text, Table table, Area area) {
@@ -237,37 +176,6 @@ std::string map_csv(const MapOptions& options) {
   return text;
 }
 
-std::string map_mbpoll(const MapOptions& options) {
-  // mbpoll takes ABCD with -B and CDAB without; it has no word for the others.
-  const bool known = options.word_order == ByteOrder::abcd || options.word_order == ByteOrder::cdab;
-  const char* const big = options.word_order == ByteOrder::abcd ? " -B" : "";
-  std::string text = "# mbpoll: -0 counts from 0, -B is word order ABCD, -1 reads once.\n";
-  if (!known) {
-    text += fmt::format("# Word order {} is none that mbpoll reads; 32-bit values are left out.\n",
-                        order_text(options.word_order));
-  }
-  for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    const bool wide = map::width(reg) == 2;
-    if (wide && !known) return;
-    const bool holding = reg.table == Table::holding_register;
-    std::string type;
-    switch (reg.table) {
-      case Table::coil: type = "0"; break;
-      case Table::discrete_input: type = "1"; break;
-      case Table::input_register:
-      case Table::holding_register:
-        type = holding ? "4" : "3";
-        if (reg.type == RegisterType::f32) type += ":float";
-        if (reg.type == RegisterType::u32) type += ":int";
-        break;
-    }
-    text += fmt::format("mbpoll -q -1 -0{} -m tcp -p {} -a {} -t {} -r {} -c 1 {}  # {}\n",
-                        wide ? big : "", options.port, options.unit, type, address, options.host,
-                        field_name(reg, tag));
-  });
-  return text;
-}
-
 std::string map_pymodbus(const MapOptions& options) {
   const auto swapped =
       options.word_order == ByteOrder::badc || options.word_order == ByteOrder::dcba;
@@ -342,174 +250,6 @@ def main():
 
 main()
 )";
-  return text;
-}
-
-std::string map_telegraf(const MapOptions& options) {
-  std::string order = order_text(options.word_order);
-  std::transform(order.begin(), order.end(), order.begin(),
-                 [](char c) { return static_cast<char>(c - 'a' + 'A'); });
-  std::string text = fmt::format(R"(# Telegraf, inputs.modbus in register style
-[[inputs.modbus]]
-  name = "loopwarden"
-  slave_id = {}
-  timeout = "1s"
-  controller = "tcp://{}:{}"
-)",
-                                 options.unit, options.host, options.port);
-  const std::map<Table, const char*> sections{{Table::discrete_input, "discrete_inputs"},
-                                              {Table::coil, "coils"},
-                                              {Table::holding_register, "holding_registers"},
-                                              {Table::input_register, "input_registers"}};
-  for (const auto& [table, section] : sections) {
-    text += fmt::format("\n  {} = [\n", section);
-    for_each(options, [&, wanted = table](const Register& reg, const std::string& tag,
-                                          std::uint32_t address) {
-      if (reg.table != wanted) return;
-      const std::string name = quoted(plain_name(field_name(reg, tag)));
-      if (std::string(type_text(reg)) == "bit") {
-        text += fmt::format("    {{ name = {}, address = [{}] }},\n", name, address);
-        return;
-      }
-      const bool wide = map::width(reg) == 2;
-      const char* type = "UINT16";
-      if (reg.type == RegisterType::i16) type = "INT16";
-      if (reg.type == RegisterType::u32) type = "UINT32";
-      if (reg.type == RegisterType::f32) type = "FLOAT32-IEEE";
-      // Scaled integers become floats in Telegraf.
-      if (reg.scale != 1.0) type = reg.type == RegisterType::i16 ? "FIXED" : "UFIXED";
-      text += fmt::format(
-          "    {{ name = {}, byte_order = {}, data_type = {}, scale = {}, address = [{}] "
-          "}},\n",
-          name, quoted(wide ? order : "AB"), quoted(type), reg.scale,
-          wide ? fmt::format("{}, {}", address, address + 1) : fmt::format("{}", address));
-    });
-    text += "  ]\n";
-  }
-  return text;
-}
-
-std::string map_node_red(const MapOptions& options) {
-  using nlohmann::json;
-  json registers = json::array();
-  for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    registers.push_back({{"name", field_name(reg, tag)},
-                         {"table", map::to_text(reg.table)},
-                         {"address", address},
-                         {"type", type_text(reg)},
-                         {"scale", reg.scale}});
-  });
-  const char* const decode =
-      R"(// msg.payload: registers of one block, msg.first: its first address, msg.table: its table
-const order = ORDER;
-const value = (words, type) => {
-  const b = Buffer.alloc(words.length * 2);
-  words.forEach((w, i) => b.writeUInt16BE(w, 2 * i));
-  if (words.length === 2) {
-    if (order === "badc" || order === "dcba") b.swap16();
-    if (order === "cdab" || order === "dcba") b.swap32().swap16();
-  }
-  return { u16: () => b.readUInt16BE(0), i16: () => b.readInt16BE(0), u32: () => b.readUInt32BE(0),
-           f32: () => b.readFloatBE(0), bit: () => words[0] ? 1 : 0 }[type]();
-};
-const out = {};
-for (const r of REGISTERS) {
-  const at = r.address - msg.first;
-  const n = r.type === "u32" || r.type === "f32" ? 2 : 1;
-  if (r.table !== msg.table || at < 0 || at + n > msg.payload.length) continue;
-  out[r.name] = value(msg.payload.slice(at, at + n), r.type) * r.scale;
-}
-msg.payload = out;
-return msg;
-)";
-  std::string code = decode;
-  const auto put = [&](const std::string& what, const std::string& with) {
-    code.replace(code.find(what), what.size(), with);
-  };
-  put("ORDER", json(order_text(options.word_order)).dump());
-  put("REGISTERS", registers.dump());
-  json flow = json::array();
-  flow.push_back({{"id", "lw-client"},
-                  {"type", "modbus-client"},
-                  {"name", "Loopwarden"},
-                  {"clienttype", "tcp"},
-                  {"tcpHost", options.host},
-                  {"tcpPort", options.port},
-                  {"unit_id", options.unit}});
-  flow.push_back({{"id", "lw-decode"},
-                  {"type", "function"},
-                  {"name", "Loopwarden map"},
-                  {"func", code},
-                  {"outputs", 1}});
-  const map::Layout l = map::layout(Table::input_register);
-  const map::Layout holding = map::layout(Table::holding_register);
-  struct Block {
-    std::string name;
-    Table table;
-    std::size_t first;
-    int quantity;
-  };
-  constexpr Table kInput = Table::input_register;
-  std::vector<Block> blocks{{"box", kInput, 0, l.box_size}};
-  for (std::size_t loop = 0; loop < options.loops.size(); ++loop) {
-    const std::string& name = options.loops[loop];
-    blocks.push_back({name, kInput, l.first_loop + loop * l.loop_stride, l.loop_stride});
-    blocks.push_back({name + " condition", kInput, l.first_condition + loop * l.condition_stride,
-                      l.condition_stride});
-    blocks.push_back({name + " third", Table::holding_register,
-                      holding.first_third + loop * holding.third_stride, holding.third_stride});
-  }
-  for (std::size_t block = 0; block < blocks.size(); ++block) {
-    const std::size_t first = blocks[block].first;
-    const std::string id = fmt::format("lw-read-{}", block);
-    const std::string mark = fmt::format("lw-mark-{}", block);
-    flow.push_back(
-        {{"id", id},
-         {"type", "modbus-read"},
-         {"name", blocks[block].name},
-         {"unitid", options.unit},
-         {"dataType", blocks[block].table == kInput ? "InputRegister" : "HoldingRegister"},
-         {"adr", first},
-         {"quantity", blocks[block].quantity},
-         {"rate", 1},
-         {"rateUnit", "s"},
-         {"server", "lw-client"},
-         {"wires", {{mark}, json::array()}}});
-    flow.push_back({{"id", mark},
-                    {"type", "function"},
-                    {"name", "block"},
-                    {"func", fmt::format("msg.first = {}; msg.table = {}; return msg;", first,
-                                         quoted(map::to_text(blocks[block].table)))},
-                    {"outputs", 1},
-                    {"wires", json::array({json::array({"lw-decode"})})}});
-  }
-  return flow.dump(1) + "\n";
-}
-
-std::string map_ignition(const MapOptions& options) {
-  // Ignition counts from 1. Its designators take CDAB and ABCD by the device's "reverse word order".
-  std::string text = fmt::format(
-      "# Ignition, OPC UA module, Modbus TCP device: host {}, port {}, unit {}, one-based "
-      "addressing; reverse "
-      "numeric order {}\nname,opc_item_path,scale,unit\n",
-      options.host, options.port, options.unit,
-      options.word_order == ByteOrder::abcd ? "off" : "on");
-  for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    std::string designator;
-    switch (reg.table) {
-      case Table::coil: designator = "C"; break;
-      case Table::discrete_input: designator = "DI"; break;
-      case Table::input_register:
-      case Table::holding_register:
-        designator = reg.table == Table::input_register ? "IR" : "HR";
-        if (reg.type == RegisterType::f32) designator += "F";
-        if (reg.type == RegisterType::u32) designator += "UI";
-        if (reg.type == RegisterType::u16) designator += "US";
-        break;
-    }
-    text += fmt::format("{},[loopwarden]{}.{}{},{},{}\n", field_name(reg, tag), options.unit,
-                        designator, address + 1, reg.scale, reg.unit);
-  });
   return text;
 }
 

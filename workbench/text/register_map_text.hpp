@@ -22,11 +22,11 @@ struct MapOptions {
 
 std::string map_markdown();                      // docs/modbus-map.md
 std::string map_csv(const MapOptions& options);  // every address with its loop
-std::string map_mbpoll(const MapOptions& options);
+std::string map_mbpoll(const MapOptions& options);  // a bash script
 std::string map_pymodbus(const MapOptions& options);
+std::string map_javascript(const MapOptions& options);  // for modbus-serial of npm
 std::string map_telegraf(const MapOptions& options);
-std::string map_node_red(const MapOptions& options);
-std::string map_ignition(const MapOptions& options);
+std::string map_node_red(const MapOptions& options);  // a flow to import
 nlohmann::json map_json(const MapOptions& options);
 
 }  // namespace loopwarden::workbench

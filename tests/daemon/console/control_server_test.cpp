@@ -9,7 +9,9 @@
 #include <memory>
 #include <thread>
 
+#include "hal/os/local_server.hpp"
 #include "hal/os/local_socket.hpp"
+#include "tests/daemon/console/parts_of.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -43,13 +45,15 @@ struct Bench {
     historian.start();
     journal.open();
     journal.start();
-    server = std::make_unique<ControlServer>((folder / "control.sock").string(), loops, historian,
-                                             board, journal, evidence, 10.0, [] {
-                                               return json{{"version", "test"}};
-                                             });
+    server = std::make_unique<ControlServer>(folder.path(), parts(), console::Rights{});
   }
 
-  json ask(const std::string& line) { return json::parse(server->answer(line, 1000)); }
+  console::Parts parts() {
+    return tests::parts_of(*this, [] { return json{{"version", "test"}}; });
+  }
+  json ask(const std::string& line, console::SocketName socket = console::SocketName::control) {
+    return json::parse(server->answer(line, socket, 1000));
+  }
   std::vector<rt::Order> orders() {
     std::vector<rt::Order> taken;
     rt::Order order;
@@ -422,10 +426,8 @@ TEST_CASE(
     CHECK(json::parse(other.request(R"({"request": "status"})", patience)).at("ok") == true);
   }
   CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
-  CHECK_THROWS_WITH(
-      ControlServer((bench.folder / "control.sock").string(), bench.loops, bench.historian,
-                    bench.board, bench.journal, bench.evidence, 10.0, [] { return json(); }),
-      Catch::Contains("another daemon"));
+  CHECK_THROWS_WITH(ControlServer(bench.folder.path(), bench.parts(), console::Rights{}),
+                    Catch::Contains("another daemon"));
 }
 
 TEST_CASE("orders beyond the room of the mailbox are refused, and taken again after a cycle") {
@@ -443,7 +445,8 @@ TEST_CASE(
     "without descriptors the control socket rests, and serves who waited when there are some") {
   tests::TemporaryFolder folder;
   const std::string path = (folder / "socket").string();
-  hal::os::LocalServer server(path, [](std::string_view, unsigned) { return std::string("{}"); });
+  hal::os::LocalServer server;
+  server.listen({.path = path}, [](std::string_view, unsigned) { return std::string("{}"); });
   hal::os::LocalClient client(path);
   const auto answered = [&] {
     for (int i = 0; i < 5; ++i) server.serve(std::chrono::milliseconds(0));

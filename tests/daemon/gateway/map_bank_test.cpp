@@ -25,7 +25,7 @@ const Peer kMaster{"10.0.0.7:1000", true};
 
 struct Bench {
   explicit Bench(std::size_t loops = 2, ByteOrder order = ByteOrder::abcd)
-      : plant(loops), bank(plant, order, server) {}
+      : plant(loops), server{.word_order = order}, bank(plant, server) {}
 
   std::uint32_t address(Table table, const std::string& name, std::size_t loop,
                         map::Area area = map::Area::loop) const {

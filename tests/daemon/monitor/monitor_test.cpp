@@ -124,7 +124,8 @@ struct Bench {
       box,
       standing,
       {.write_down = [this](journal::JournalEntry line) { return journal.post(std::move(line)); },
-       .why = [](rt::Refusal refusal, const rt::Order&) { return rt::to_text(refusal); },
+       .why = [](const rt::OrderAnswer& answer,
+                 const rt::Order&) { return rt::to_text(answer.refusal); },
        .done = {}}};
   std::unique_ptr<WatchBoard> board;
   std::unique_ptr<Monitor> monitor;

@@ -22,6 +22,7 @@
 #include "daemon/app/log_queue.hpp"
 #include "hal/os/local_socket.hpp"
 #include "record/record_csv.hpp"
+#include "tests/daemon/console/parts_of.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/hung_disk.hpp"
@@ -53,9 +54,9 @@ struct Bench {
     journal.start();
     evidence.start();
     historian.start();
-    server = std::make_unique<ControlServer>((folder / "control.sock").string(), loops, historian,
-                                             board, journal, evidence, 10.0,
-                                             [this] { return daemon_status(); });
+    server = std::make_unique<ControlServer>(
+        folder.path(), tests::parts_of(*this, [this] { return daemon_status(); }),
+        console::Rights{});
     server->keep_metrics(folder / "metrics.prom");
     server->start();
   }

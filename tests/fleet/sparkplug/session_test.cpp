@@ -77,7 +77,6 @@ TEST_CASE("with a primary host births wait until it is online, and it leaves whe
           "[sparkplug]") {
   EdgeSession session(true, std::nullopt);
   session.connecting();
-  CHECK(session.host_said({true, 1}) == Next::nothing);
   CHECK(session.connected() == Next::nothing);
   CHECK(session.state() == State::waiting_for_host);
   CHECK(session.rebirth_asked() == Next::nothing);
@@ -95,6 +94,18 @@ TEST_CASE("with a primary host births wait until it is online, and it leaves whe
   CHECK(session.connected() == Next::nothing);
   CHECK(session.host_said({false, 3}) == Next::nothing);
   CHECK(session.host_said({true, 4}) == Next::births);
+}
+
+TEST_CASE("a host's word may come before the subscription is granted", "[sparkplug]") {
+  EdgeSession session(true, std::nullopt);
+  session.connecting();
+  CHECK(session.host_said({true, 1}) == Next::nothing);
+  CHECK_FALSE(session.live());
+  CHECK(session.connected() == Next::births);
+  session.disconnected();
+  // Of an older connection: it has to be said again.
+  session.connecting();
+  CHECK(session.connected() == Next::nothing);
 }
 
 TEST_CASE("a host's word is an object with online and timestamp", "[sparkplug]") {

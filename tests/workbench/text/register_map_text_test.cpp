@@ -4,8 +4,10 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "map/register_map.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -33,6 +35,14 @@ std::size_t registers_of(std::size_t loops) {
   return all;
 }
 
+nlohmann::json node_of(const std::string& flow, const std::string& id) {
+  for (const nlohmann::json& node : nlohmann::json::parse(flow)) {
+    if (node.at("id") == id) return node;
+  }
+  FAIL("no node " << id);
+  return {};
+}
+
 }  // namespace
 
 TEST_CASE("docs/modbus-map.md and .csv say what the table says", "[register_map]") {
@@ -52,12 +62,11 @@ TEST_CASE("every register of every loop is in each list", "[register_map]") {
   const MapOptions options{.loops = {"FIC-101", "FIC-102", "FIC-103"}};
   const std::size_t all = registers_of(3);
   CHECK(count(map_csv(options), "\n") == all + 1);
-  CHECK(count(map_mbpoll(options), "\nmbpoll ") == all);
+  CHECK(count(map_mbpoll(options), "\nread_one ") == all);
+  CHECK(count(map_javascript(options), "\n  [\"") == all);
   CHECK(count(map_pymodbus(options), "\n    (\"") == all);
-  CHECK(count(map_telegraf(options), "{ name = ") == all);
-  CHECK(count(map_ignition(options), "\n") == all + 2);
-  const nlohmann::json flow = nlohmann::json::parse(map_node_red(options));
-  CHECK(count(flow[1].at("func").get<std::string>(), "\"address\"") == all);
+  CHECK(count(map_telegraf(options), "{ register = ") == all);
+  CHECK(count(node_of(map_node_red(options), "lw-decode").at("func"), "],[") == all - 1);
 }
 
 TEST_CASE("an address is written as each master counts", "[register_map]") {
@@ -67,26 +76,61 @@ TEST_CASE("an address is written as each master counts", "[register_map]") {
         std::string::npos);
   CHECK(map_csv(options).find("holding register,34,400035,FIC-101,sp,f32,2,1,PV,rw,") !=
         std::string::npos);
-  CHECK(map_mbpoll(options).find(
-            "-0 -B -m tcp -p 502 -a 7 -t 3:float -r 136 -c 1 10.0.0.9  # FIC-102.pv\n") !=
+  CHECK(map_mbpoll(options).find("\nread_one 'input register:FIC-102.pv' f32 1 -t 3:float -r 136 -B\n") !=
         std::string::npos);
-  // Node-red fetches the second blocks as well.
-  CHECK(map_node_red(options).find(R"("adr": 57352)") != std::string::npos);
-  CHECK(map_node_red(options).find(R"("adr": 32800)") != std::string::npos);
+  CHECK(map_mbpoll(options).find("host=${1:-10.0.0.9} port=${2:-502}") != std::string::npos);
+  CHECK(map_mbpoll(options).find("-a 7 ") != std::string::npos);
+  CHECK(map_javascript(options).find("\n  [\"input register\", 136, 2, \"f32\", 1, \"FIC-102.pv\"],\n") !=
+        std::string::npos);
+  // Node-red fetches the second and third blocks as well.
+  CHECK(map_node_red(options).find(R"("adr": "57352")") != std::string::npos);
+  CHECK(map_node_red(options).find(R"("adr": "32800")") != std::string::npos);
   CHECK(map_csv(options).find("holding register,32804,432805,FIC-102,compensator,f32,2,1,CO,r,") !=
         std::string::npos);
-  CHECK(map_ignition(options).find("FIC-102.pv,[loopwarden]7.IRF137,1,PV") != std::string::npos);
   CHECK(map_telegraf(options).find(
-            R"({ name = "FIC_102_pv", byte_order = "ABCD", )"
-            R"(data_type = "FLOAT32-IEEE", scale = 1, address = [136, 137] })") !=
+            R"({ register = "input", address = 136, name = "pv", type = "FLOAT32" })") !=
         std::string::npos);
+  CHECK(map_telegraf(options).find(
+            R"({ register = "holding", address = 34, name = "set_sp", type = "FLOAT32" })") !=
+        std::string::npos);
+  CHECK(map_telegraf(options).find("[inputs.modbus.metric.tags]\n      loop = \"FIC-102\"\n") !=
+        std::string::npos);
+}
+
+TEST_CASE("a flow of Node-RED stands on one tab, each node at a place of its own, each wire to a node of it",
+          "[register_map]") {
+  const std::string text = map_node_red({.loops = {"FIC-101", "FIC-102"}});
+  const nlohmann::json flow = nlohmann::json::parse(text);
+  std::set<std::string> ids;
+  std::set<std::pair<int, int>> places;
+  for (const nlohmann::json& node : flow) CHECK(ids.insert(node.at("id")).second);
+  for (const nlohmann::json& node : flow) {
+    if (node.at("type") == "tab" || node.at("type") == "modbus-client") continue;
+    INFO(node.dump());
+    CHECK(node.at("z") == "lw-tab");
+    CHECK(places.emplace(node.at("x"), node.at("y")).second);
+    for (const nlohmann::json& output : node.at("wires")) {
+      for (const nlohmann::json& to : output) CHECK(ids.contains(to));
+    }
+    if (node.contains("server")) CHECK(ids.contains(node.at("server")));
+  }
+  CHECK(node_of(text, "lw-order").at("func").get<std::string>().find(R"("FIC-102/sp":[16,66,"f32",1.0])") !=
+        std::string::npos);
+  CHECK(node_of(text, "lw-sp-1").at("topic") == "FIC-102/sp");
+  CHECK(node_of(text, "lw-sp-1").at("payload") ==
+        R"($lookup($lookup($flowContext("loopwarden"), "FIC-102"), "set/sp"))");
+}
+
+TEST_CASE("a tag may have what a shell takes for its own", "[register_map]") {
+  CHECK(map_mbpoll({.loops = {"a'b"}}).find(R"('input register:a'\''b.pv')") != std::string::npos);
 }
 
 TEST_CASE("the word order reaches every list", "[register_map]") {
   using hal::modbus::ByteOrder;
   MapOptions options;
   options.word_order = ByteOrder::cdab;
-  CHECK(map_mbpoll(options).find("-B") == map_mbpoll(options).find("-B is word order"));
+  CHECK(map_mbpoll(options).find(" -B\n") == std::string::npos);
+  CHECK(map_javascript(options).find("WORD_ORDER = \"cdab\"") != std::string::npos);
   CHECK(map_pymodbus(options).find("WORDS_REVERSED, BYTES_SWAPPED = True, False") !=
         std::string::npos);
   CHECK(map_telegraf(options).find("\"CDAB\"") != std::string::npos);
@@ -95,7 +139,7 @@ TEST_CASE("the word order reaches every list", "[register_map]") {
   CHECK(map_pymodbus(options).find("WORDS_REVERSED, BYTES_SWAPPED = False, True") !=
         std::string::npos);
   // mbpoll can't read it: what it would misread is left out.
-  CHECK(map_mbpoll(options).find("float") == std::string::npos);
+  CHECK(map_mbpoll(options).find(":float") == std::string::npos);
   CHECK(map_mbpoll(options).find("left out") != std::string::npos);
 }
 

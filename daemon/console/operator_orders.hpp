@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// What operators do through the sockets: orders to the loops, actions on alarms, CSV records. Used by lw-control alone,
+// which is the one writer of the loops' operator orders.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/console/parts.hpp"
+#include "daemon/console/sender.hpp"
+#include "daemon/orders/order_desk.hpp"
+
+namespace loopwarden::daemon::console {
+
+class OperatorOrders {
+ public:
+  explicit OperatorOrders(const Parts& parts) : parts_(parts) {}
+  OperatorOrders(const OperatorOrders&) = delete;
+  OperatorOrders& operator=(const OperatorOrders&) = delete;
+
+  // The answer to `set`, `order`, `record`, `alarm` or `veto`. Throws RequestError.
+  std::string answer(std::string_view what, const nlohmann::json& request, const Sender& sender);
+
+  // Takes the loops' answers that are there.
+  void collect();
+  // The loops have ended: what is not answered is written down as not taken.
+  void close();
+
+ private:
+  nlohmann::json set(const nlohmann::json& request, const Sender& sender);
+  nlohmann::json order(const nlohmann::json& request);
+  nlohmann::json record(const nlohmann::json& request, const Sender& sender);
+  nlohmann::json alarm(const nlohmann::json& request, const Sender& sender);
+  nlohmann::json veto(const nlohmann::json& request, const Sender& sender);
+  orders::OrderDesk& desk(std::size_t loop);
+  // Lines for the journal, without their results: of an operator's action, of each part of an order.
+  journal::JournalEntry line_of(std::size_t loop, const std::string& peer) const;
+  std::vector<journal::JournalEntry> lines_of(const rt::Order& order, std::size_t loop,
+                                              const std::string& peer) const;
+
+  const Parts& parts_;
+  std::deque<orders::OrderDesk> desks_;  // one for each loop, from the first order on
+};
+
+}  // namespace loopwarden::daemon::console

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/evidence/evidence_store.hpp"
+#include "daemon/gateway/map_values.hpp"
+#include "daemon/journal/journal.hpp"
+#include "daemon/loops/loop_runtime.hpp"
+#include "daemon/monitor/watch_board.hpp"
+#include "daemon/recorder/historian.hpp"
+
+namespace loopwarden::daemon::console {
+
+// What the sockets show, and what they give orders to. All of it outlives them, and may be used by any thread but for
+// the loops' orders, which are lw-control's. The loops may come after the sockets, before they are served.
+struct Parts {
+  std::vector<LoopRuntime>& loops;
+  Historian& historian;
+  monitor::WatchBoard& board;
+  journal::Journal& journal;
+  const EvidenceStore& evidence;
+  double severe_percent;                                // % of the CO span
+  std::function<nlohmann::json()> daemon_status;        // of the status, what is not about one loop
+  std::function<nlohmann::json()> box_description;      // of `describe`, the same
+  std::function<std::uint32_t()> config_hash;           // of what is in force
+  std::function<gateway::BoxReading()> box;             // for the registers
+  std::function<gateway::ServerState()> modbus_server;  // the same
+};
+
+}  // namespace loopwarden::daemon::console

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the sockets show: answers the requests that only read. Each socket thread has one of its own, so that none waits
+// for another's disk.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/console/parts.hpp"
+#include "daemon/recorder/disk_errand.hpp"
+
+namespace loopwarden::daemon::console {
+
+class Readings {
+ public:
+  // `reader`: name of the thread that reads journal and evidence.
+  Readings(const Parts& parts, const char* reader) : parts_(parts), reader_(reader) {}
+  Readings(const Readings&) = delete;
+  Readings& operator=(const Readings&) = delete;
+
+  void start() { reader_.start(); }
+  void stop() { reader_.stop(); }
+  // As stop(), for at most `patience`; false if the disk hangs.
+  bool stop_for(std::chrono::milliseconds patience) { return reader_.stop_for(patience); }
+
+  // The answer to a request that reads. Throws RequestError.
+  std::string answer(std::string_view what, const nlohmann::json& request);
+
+  nlohmann::json status() const;
+
+ private:
+  nlohmann::json trend(const nlohmann::json& request) const;
+  nlohmann::json alarms() const;
+  nlohmann::json describe() const;
+  nlohmann::json loop(const nlohmann::json& request) const;
+  nlohmann::json windows(const nlohmann::json& request) const;
+  nlohmann::json explain(const nlohmann::json& request);
+  nlohmann::json journal(const nlohmann::json& request);
+
+  const Parts& parts_;
+  // The disk is its own: a request that needs it waits for a second at most, all others not at all.
+  DiskErrand reader_;
+};
+
+// The loop that a request names. Throws RequestError.
+std::size_t loop_index(const Parts& parts, const nlohmann::json& request);
+loopwarden::monitor::AlarmKind wanted_alarm(const nlohmann::json& request);
+
+// Requests that need the disk wait so long for it. Other peers wait as long, once: behind a disk that hangs already
+// nobody waits.
+inline constexpr std::chrono::milliseconds kReaderPatience{1000};
+
+}  // namespace loopwarden::daemon::console

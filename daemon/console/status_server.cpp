@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/console/status_server.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <exception>
+#include <utility>
+
+#include "daemon/console/offers.hpp"
+#include "daemon/console/request.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+constexpr std::size_t kMostReaders = 32;
+constexpr double kLinesPerSecond = 200.0;
+
+}  // namespace
+
+StatusServer::StatusServer(const std::filesystem::path& folder, console::Parts parts)
+    : parts_(std::move(parts)) {
+  server_.listen({.path = (folder / "status.sock").string(),
+                  .group = hal::os::group_id("loopwarden-status"),
+                  .most_peers = kMostReaders,
+                  .lines_per_second = kLinesPerSecond},
+                 [this](std::string_view line, unsigned) { return answer(line); });
+}
+
+void StatusServer::start() {
+  readings_.start();
+  thread_.start({.name = "lw-status"}, [this] {
+    while (!quit_.load(std::memory_order_relaxed)) {
+      try {
+        server_.serve(std::chrono::milliseconds(200));
+      } catch (const std::exception& e) {
+        spdlog::error("status socket: {}", e.what());
+      }
+      ticks_.fetch_add(1, std::memory_order_relaxed);
+    }
+  });
+}
+
+void StatusServer::end_thread() noexcept {
+  quit_ = true;
+  thread_.join();
+}
+
+void StatusServer::stop() {
+  end_thread();
+  readings_.stop();
+}
+
+bool StatusServer::stop_for(std::chrono::milliseconds patience) {
+  end_thread();
+  return readings_.stop_for(patience);
+}
+
+std::string StatusServer::answer(std::string_view line) {
+  return console::answer_line(line, [&](const nlohmann::json& request) {
+    const std::string what = console::wanted_text(request, "request");
+    console::check_offered(what, console::SocketName::status, {});
+    return readings_.answer(what, request);
+  });
+}
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/edge/orders.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+namespace loopwarden::edge {
+namespace {
+
+constexpr std::chrono::milliseconds kOrderPatience{2000};
+constexpr std::chrono::seconds kLongestWait{60};
+constexpr std::size_t kMostOrders = 100;
+
+}  // namespace
+
+Orders::Orders(const std::filesystem::path& runtime_directory, bool allowed)
+    : link_((runtime_directory / "edge.sock").string(), kOrderPatience), allowed_(allowed) {}
+
+void Orders::give(const std::string& device, const std::string& tag, const Order& order) {
+  const auto end = [&](const std::string& how) {
+    spdlog::info("{}: {}: {}", tag, order.what, how);
+    done_.push_back({device, order.what + ": " + how});
+  };
+  if (!allowed_) return end("refused: edge.yaml has no orders: true");
+  if (waiting_.size() >= kMostOrders) return end("refused: too many orders wait");
+  nlohmann::json request = order.request;
+  request["loop"] = tag;
+  request["user"] = "sparkplug";
+  try {
+    const nlohmann::json answer = link_.ask(request);
+    if (!answer.contains("order")) return end("done");
+    waiting_.push_back({device, tag, order.what, answer.at("order").get<std::uint64_t>(),
+                        std::chrono::steady_clock::now()});
+  } catch (const DaemonRefused& e) {
+    end(fmt::format("refused: {}", e.what()));
+  } catch (const DaemonAway& e) {
+    end(fmt::format("refused: no socket for orders (loopwardend.yaml: edge): {}", e.what()));
+  }
+}
+
+bool Orders::ask_after(const Waiting& order) {
+  const auto end = [&](const std::string& how) {
+    spdlog::info("{}: {}: {}", order.tag, order.what, how);
+    done_.push_back({order.device, order.what + ": " + how});
+    return true;
+  };
+  try {
+    const nlohmann::json answer =
+        link_.ask({{"request", "order"}, {"loop", order.tag}, {"order", order.number}});
+    const auto state = answer.at("state").get<std::string>();
+    if (state == "done") return end("done");
+    if (state == "refused") return end("refused: " + answer.value("why", std::string()));
+  } catch (const std::exception& e) {
+    return end(fmt::format("not known: {}", e.what()));
+  }
+  return std::chrono::steady_clock::now() - order.since > kLongestWait &&
+         end("not known: no cycle took it");
+}
+
+std::vector<Orders::Outcome> Orders::outcomes() {
+  std::erase_if(waiting_, [this](const Waiting& order) { return ask_after(order); });
+  return std::exchange(done_, {});
+}
+
+}  // namespace loopwarden::edge

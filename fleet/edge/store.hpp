@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// What waits for broker or host, in a SQLite database: bounded, the oldest goes first and is counted. Also bdSeq, which
+// must outlive the program.
+//
+// One transaction a call, journal_mode=WAL, synchronous=NORMAL: a power failure may take back the newest calls, never
+// more, and leaves the file sound. A file that is damaged or not ours is moved aside.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "fleet/sparkplug/payload.hpp"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace loopwarden::edge {
+
+// Values of one device, of one moment; metrics carry name, type and time.
+struct Report {
+  std::string device;  // empty: of the edge node
+  std::vector<sparkplug::Metric> metrics;
+};
+
+class StoreError : public std::runtime_error {
+ public:
+  enum class Kind : std::uint8_t {
+    damaged,     // the file is no sound store of ours
+    unavailable  // disk full, no rights, locked: may work later
+  };
+  StoreError(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
+  Kind kind() const noexcept { return kind_; }
+
+ private:
+  Kind kind_;
+};
+
+class Store {
+ public:
+  // Opens or makes the file. Throws StoreError where that can't be.
+  Store(std::filesystem::path file, std::uint64_t most_bytes);
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+  ~Store();
+
+  // All of them behind what is there, or StoreError (disk full). Drops the oldest beyond the bound.
+  void append(const std::vector<Report>& reports);
+
+  struct Row {
+    std::int64_t id = 0;
+    Report report;
+  };
+  // The oldest with an id above `after`.
+  std::vector<Row> read(std::int64_t after, std::size_t most);
+  void remove_up_to(std::int64_t id);
+
+  std::uint64_t waiting() const noexcept { return waiting_; }  // reports
+  std::uint64_t dropped() const noexcept { return dropped_; }  // reports, ever
+
+  std::optional<std::uint8_t> bd_seq();
+  void keep_bd_seq(std::uint8_t bd_seq);
+
+ private:
+  class Statement;
+  void open();
+  void check();
+  void execute(const char* sql);
+  [[noreturn]] void fail(const char* step) const;
+  void drop_oldest();
+  void move_aside(const char* why);
+  void count();
+  void keep(const char* name, std::int64_t value);
+  std::optional<std::int64_t> kept(const char* name);
+
+  std::filesystem::path file_;
+  std::uint64_t most_bytes_;
+  sqlite3* db_ = nullptr;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t waiting_ = 0;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace loopwarden::edge

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/console/parts.hpp"
+
+namespace loopwarden::tests {
+
+// What the sockets show of a test's bench.
+template <class Bench>
+daemon::console::Parts parts_of(Bench& bench, std::function<nlohmann::json()> status) {
+  return {.loops = bench.loops,
+          .historian = bench.historian,
+          .board = bench.board,
+          .journal = bench.journal,
+          .evidence = bench.evidence,
+          .severe_percent = 10.0,
+          .daemon_status = std::move(status),
+          .box_description =
+              [] {
+                return nlohmann::json{{"version", "test"}};
+              },
+          .config_hash = [] { return 17U; },
+          .box = [] { return daemon::gateway::BoxReading{.utc_ms = 1'800'000'000'123}; },
+          .modbus_server = [] { return daemon::gateway::ServerState{}; }};
+}
+
+}  // namespace loopwarden::tests

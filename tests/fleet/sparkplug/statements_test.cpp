@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// docs/sparkplug.md names a test for each statement of the specification: it has to be there.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace statements_test {
+
+namespace fs = std::filesystem;
+using loopwarden::tests::read_file;
+
+// The text of a literal that begins behind its quote, with those that follow it on more lines.
+std::string literal_at(const std::string& text, std::size_t begin) {
+  std::string whole;
+  for (;;) {
+    const std::size_t end = text.find('"', begin);
+    whole += text.substr(begin, end - begin);
+    begin = text.find_first_not_of(" \n", end + 1);
+    if (begin == std::string::npos || text[begin] != '"') return whole;
+    ++begin;
+  }
+}
+
+std::set<std::string> test_names() {
+  constexpr std::string_view kStart = "TEST_CASE(\"";
+  std::set<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(LOOPWARDEN_SOURCE_DIR "/tests/fleet")) {
+    if (!entry.path().string().ends_with("_test.cpp")) continue;
+    const std::string text = read_file(entry.path());
+    for (std::size_t at = text.find(kStart); at != std::string::npos;
+         at = text.find(kStart, at + 1)) {
+      names.insert(literal_at(text, at + kStart.size()));
+    }
+  }
+  return names;
+}
+
+// What stands between ` in the last column of a line.
+std::vector<std::string> quoted_in_last_column(const std::string& line) {
+  const std::size_t end = line.rfind(" |");
+  const std::size_t begin = line.rfind("| ", end - 1);
+  std::istringstream column(line.substr(begin, end - begin));
+  std::vector<std::string> parts;
+  for (std::string part; std::getline(column, part, '`');) parts.push_back(part);
+  std::vector<std::string> quoted;
+  for (std::size_t i = 1; i < parts.size(); i += 2) quoted.push_back(parts[i]);
+  return quoted;
+}
+
+TEST_CASE("every test that docs/sparkplug.md names is there", "[sparkplug][statements]") {
+  const std::set<std::string> names = test_names();
+  std::istringstream page(read_file(LOOPWARDEN_SOURCE_DIR "/docs/sparkplug.md"));
+  int found = 0;
+  for (std::string line; std::getline(page, line);) {
+    if (!line.starts_with("| `")) continue;
+    for (const std::string& name : quoted_in_last_column(line)) {
+      if (name.find(' ') == std::string::npos) continue;  // a key or a metric
+      INFO(name);
+      CHECK(names.contains(name));
+      ++found;
+    }
+  }
+  CHECK(found > 25);
+}
+
+}  // namespace statements_test

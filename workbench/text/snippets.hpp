@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scripts of the snippets, as their files in snippets/ have them (CMakeLists.txt puts them into the program). What
+// stands between @ is filled in.
+#pragma once
+
+namespace loopwarden::workbench {
+
+extern const char* const kReadScript;       // read.sh
+extern const char* const kReadJavaScript;   // read.js
+extern const char* const kNodeRedDecode;    // node_red_decode.js
+extern const char* const kNodeRedWrite;     // node_red_write.js
+
+}  // namespace loopwarden::workbench
