@@ -186,6 +186,8 @@ Delivery SyslogChannel::send_stream(const std::string& line, const std::atomic<b
   }
   std::string why = send_all(stream_->handle(), line, until, quit);
   if (why.empty()) why = wait_confirmed(socket_of(stream_->handle()), until, quit);
+  // Confirmed by a collector that was ending: what it had not read it has dropped.
+  if (why.empty() && !connection_lives()) why = "the collector ended the connection";
   if (!why.empty()) {
     stream_.reset();
     return later(why);

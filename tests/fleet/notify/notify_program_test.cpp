@@ -253,7 +253,7 @@ TEST_CASE("a dead channel delays no other, and its queue is bounded", "[notify][
 
 TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs have each",
           "[notify][program]") {
-  constexpr std::size_t kAlarms = 3000;
+  constexpr std::size_t kAlarms = 2000;
   const TemporaryFolder folder;
   const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
   const ForeignProcess collector = server("log_server.py", {(folder / "syslog").string()});
@@ -274,7 +274,7 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
   CHECK(body.at("count") == kAlarms);
   CHECK(body.at("events").size() == kMostListed);
   CHECK(eventually([&] { return lines_of(folder / "syslog").size() == kAlarms; },
-                   std::chrono::seconds(120)));
+                   std::chrono::minutes(10)));
   CHECK(program.signal(SIGTERM) == 0);
 }
 

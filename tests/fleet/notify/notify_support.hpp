@@ -15,7 +15,7 @@
 
 #include "fleet/notify/rules/dispatch.hpp"
 #include "fleet/notify/text/event_text.hpp"
-#include "hal/os/local_socket.hpp"
+#include "hal/os/local_server.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -102,7 +102,8 @@ class FakeDaemon {
 
   void start() {
     quit_ = false;
-    server_.emplace(socket_.string(),
+    server_.emplace();
+    server_->listen({.path = socket_.string()},
                     [this](std::string_view line, unsigned) { return answer(line); });
     thread_ = std::thread([this] {
       while (!quit_) server_->serve(std::chrono::milliseconds(20));

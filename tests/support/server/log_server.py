@@ -46,6 +46,7 @@ async def serve():
         if line.strip() == "close":
             for writer in connections:
                 writer.close()
+            await asyncio.gather(*(w.wait_closed() for w in connections), return_exceptions=True)
             connections.clear()
         elif line.strip() == "deaf":
             hears.clear()
