@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/text/register_map_fields.hpp"
 
-#include <array>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -52,9 +52,7 @@ int read_function(Table table) noexcept {
 }
 
 void for_each(const MapOptions& options, const VisitRegister& visit) {
-  constexpr std::array kOrder{Table::input_register, Table::discrete_input, Table::holding_register,
-                              Table::coil};
-  for (const Table table : kOrder) {
+  for (const Table table : kTableOrder) {
     for (const Register& reg : map::registers()) {
       if (reg.table == table && reg.area == Area::box) visit(reg, "", map::address(reg, 0));
     }
@@ -75,7 +73,13 @@ std::string field_name(const Register& reg, const std::string& tag) {
 }
 
 std::string name_in_owner(const Register& reg) {
-  return (map::writable(reg) ? "set/" : "") + std::string(reg.name);
+  if (map::writable(reg)) return std::string("set/") + reg.name;
+  const bool again =
+      std::any_of(map::registers().begin(), map::registers().end(), [&](const Register& other) {
+        return other.area == Area::loop && !map::writable(other) &&
+               std::string_view(other.name) == reg.name;
+      });
+  return (again && reg.area == Area::third ? "third/" : "") + std::string(reg.name);
 }
 
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }

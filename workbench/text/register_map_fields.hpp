@@ -2,6 +2,7 @@
 // What the map's texts have in common: the registers of a configuration in the order in which every text has them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -13,6 +14,11 @@
 #include "workbench/text/register_map_text.hpp"
 
 namespace loopwarden::workbench {
+
+// As the map's documents have them.
+inline constexpr std::array kTableOrder{
+    register_map::Table::input_register, register_map::Table::discrete_input,
+    register_map::Table::holding_register, register_map::Table::coil};
 
 const char* type_text(const register_map::Register& reg);  // "u16", "f32", "bit"
 const char* order_text(hal::modbus::ByteOrder order);      // "abcd"
@@ -26,7 +32,8 @@ void for_each(const MapOptions& options, const VisitRegister& visit);
 
 std::string owner_of(const std::string& tag);  // the tag, or "box"
 std::string field_name(const register_map::Register& reg, const std::string& tag);  // "FIC-101.pv"
-// The name within its owner; of what can be written with set/ before it, since the same name may be read elsewhere.
+// The name within its owner, which no other has: what can be written has set/ before it, what the third block has once
+// more third/.
 std::string name_in_owner(const register_map::Register& reg);
 // A text as JSON, Python and TOML all write it.
 std::string quoted(const std::string& text);

@@ -18,13 +18,13 @@ using map::Register;
 using map::Table;
 using nlohmann::json;
 
-constexpr const char* kTab = "lw-tab";
-constexpr int kRow = 50;  // pixels between two lines of nodes
-constexpr int kLeft = 160;
-constexpr int kMiddle = 430;
-constexpr int kRight = 680;
+constexpr const char* kFlowTab = "lw-tab";
+constexpr int kFlowRow = 50;  // pixels between two lines of nodes
+constexpr int kReadX = 160;
+constexpr int kDecodeX = 430;
+constexpr int kShowX = 680;
 
-struct Block {
+struct RegisterBlock {
   std::string name;
   Table table;
   std::size_t first;
@@ -32,7 +32,7 @@ struct Block {
   int seconds;  // between two reads
 };
 
-const char* data_type(Table table) {
+const char* flow_data_type(Table table) {
   switch (table) {
     case Table::coil: return "Coil";
     case Table::discrete_input: return "Input";
@@ -42,9 +42,8 @@ const char* data_type(Table table) {
   return "InputRegister";
 }
 
-void add_loop_blocks(std::vector<Block>& blocks, const std::string& tag, std::size_t loop) {
-  for (const Table table :
-       {Table::input_register, Table::discrete_input, Table::holding_register, Table::coil}) {
+void add_loop_blocks(std::vector<RegisterBlock>& blocks, const std::string& tag, std::size_t loop) {
+  for (const Table table : kTableOrder) {
     const map::Layout l = map::layout(table);
     const bool newest = table == Table::input_register;
     const std::string name = tag + " " + map::to_text(table) + "s";
@@ -54,17 +53,16 @@ void add_loop_blocks(std::vector<Block>& blocks, const std::string& tag, std::si
       blocks.push_back({tag + " condition", table, l.first_condition + loop * l.condition_stride,
                         l.condition_stride, 5});
     }
-    if (l.third_stride > 0 && table == Table::holding_register) {
-      blocks.push_back(
-          {tag + " third block", table, l.first_third + loop * l.third_stride, l.third_stride, 5});
+    if (l.third_stride > 0) {
+      blocks.push_back({tag + " third block, " + map::to_text(table) + "s", table,
+                        l.first_third + loop * l.third_stride, l.third_stride, 5});
     }
   }
 }
 
-std::vector<Block> blocks_of(const MapOptions& options) {
-  std::vector<Block> blocks;
-  for (const Table table :
-       {Table::input_register, Table::discrete_input, Table::holding_register, Table::coil}) {
+std::vector<RegisterBlock> blocks_of(const MapOptions& options) {
+  std::vector<RegisterBlock> blocks;
+  for (const Table table : kTableOrder) {
     blocks.push_back({std::string("box ") + map::to_text(table) + "s", table, 0,
                       map::layout(table).box_size, 5});
   }
@@ -73,13 +71,13 @@ std::vector<Block> blocks_of(const MapOptions& options) {
   return blocks;
 }
 
-json node(const std::string& id, const char* type, const std::string& name, int x, int y) {
-  return {{"id", id}, {"type", type}, {"z", kTab}, {"name", name}, {"x", x}, {"y", y}};
+json flow_node(const std::string& id, const char* type, const std::string& name, int x, int y) {
+  return {{"id", id}, {"type", type}, {"z", kFlowTab}, {"name", name}, {"x", x}, {"y", y}};
 }
 
 json function_node(const std::string& id, const std::string& name, std::string code, int x, int y,
                    const char* to) {
-  json made = node(id, "function", name, x, y);
+  json made = flow_node(id, "function", name, x, y);
   made.update({{"func", std::move(code)},
                {"outputs", 1},
                {"noerr", 0},
@@ -90,7 +88,7 @@ json function_node(const std::string& id, const std::string& name, std::string c
   return made;
 }
 
-json client(const MapOptions& options) {
+json client_node(const MapOptions& options) {
   return {{"id", "lw-client"},
           {"type", "modbus-client"},
           {"name", "Loopwarden"},
@@ -118,14 +116,14 @@ json client(const MapOptions& options) {
           {"parallelUnitIdsAllowed", true}};
 }
 
-json read_node(const MapOptions& options, const Block& block, std::size_t number, int y) {
-  json made = node(fmt::format("lw-read-{}", number), "modbus-read", block.name, kLeft, y);
+json read_node(const MapOptions& options, const RegisterBlock& block, std::size_t number, int y) {
+  json made = flow_node(fmt::format("lw-read-{}", number), "modbus-read", block.name, kReadX, y);
   made.update({{"topic", ""},
                {"showStatusActivities", false},
                {"logIOActivities", false},
                {"showErrors", true},
                {"unitid", fmt::format("{}", options.unit)},
-               {"dataType", data_type(block.table)},
+               {"dataType", flow_data_type(block.table)},
                {"adr", fmt::format("{}", block.first)},
                {"quantity", fmt::format("{}", block.quantity)},
                {"rate", fmt::format("{}", block.seconds)},
@@ -142,7 +140,7 @@ json read_node(const MapOptions& options, const Block& block, std::size_t number
 }
 
 json debug_node(const char* id, const char* name, int x, int y) {
-  json made = node(id, "debug", name, x, y);
+  json made = flow_node(id, "debug", name, x, y);
   made.update({{"active", false},
                {"tosidebar", true},
                {"console", false},
@@ -158,7 +156,7 @@ json debug_node(const char* id, const char* name, int x, int y) {
 // Sends what the register reads now: a press changes nothing until somebody puts a value of his own in its place.
 json inject_node(const std::string& id, const std::string& owner, const std::string& name, int x,
                  int y) {
-  json made = node(id, "inject", owner + " " + name, x, y);
+  json made = flow_node(id, "inject", owner + " " + name, x, y);
   const std::string value = "$lookup($lookup($flowContext(\"loopwarden\"), " + quoted(owner) +
                             "), " + quoted("set/" + name) + ")";
   made.update({{"props", {{{"p", "payload"}}, {{"p", "topic"}, {"vt", "str"}}}},
@@ -174,7 +172,7 @@ json inject_node(const std::string& id, const std::string& owner, const std::str
 }
 
 json write_node(int x, int y) {
-  json made = node("lw-write", "modbus-flex-write", "write", x, y);
+  json made = flow_node("lw-write", "modbus-flex-write", "write", x, y);
   made.update({{"showStatusActivities", false},
                {"showErrors", true},
                {"server", "lw-client"},
@@ -211,30 +209,30 @@ std::string write_code(const MapOptions& options) {
 std::string map_node_red(const MapOptions& options) {
   json flow = json::array();
   flow.push_back(
-      {{"id", kTab},
+      {{"id", kFlowTab},
        {"type", "tab"},
        {"label", "Loopwarden"},
        {"disabled", false},
        {"info",
         "Made by loopwarden register-map --format node-red. Needs node-red-contrib-modbus 5.23."}});
-  flow.push_back(client(options));
-  int y = kRow;
+  flow.push_back(client_node(options));
+  int y = kFlowRow;
   flow.push_back(
-      function_node("lw-decode", "values by name", decode_code(options), kMiddle, y, "lw-values"));
-  flow.push_back(debug_node("lw-values", "values", kRight, y));
-  const std::vector<Block> blocks = blocks_of(options);
-  for (std::size_t i = 0; i < blocks.size(); ++i, y += kRow)
+      function_node("lw-decode", "values by name", decode_code(options), kDecodeX, y, "lw-values"));
+  flow.push_back(debug_node("lw-values", "values", kShowX, y));
+  const std::vector<RegisterBlock> blocks = blocks_of(options);
+  for (std::size_t i = 0; i < blocks.size(); ++i, y += kFlowRow)
     flow.push_back(read_node(options, blocks[i], i, y));
-  y += kRow;
-  flow.push_back(function_node("lw-order", "order", write_code(options), kMiddle, y, "lw-write"));
-  flow.push_back(write_node(kMiddle + 140, y));
-  flow.push_back(debug_node("lw-written", "written", kRight + 60, y));
-  flow.push_back(inject_node("lw-acknowledge", "box", "acknowledge_all", kLeft, y));
+  y += kFlowRow;
+  flow.push_back(function_node("lw-order", "order", write_code(options), kDecodeX, y, "lw-write"));
+  flow.push_back(write_node(kDecodeX + 140, y));
+  flow.push_back(debug_node("lw-written", "written", kShowX + 60, y));
+  flow.push_back(inject_node("lw-acknowledge", "box", "acknowledge_all", kReadX, y));
   for (std::size_t loop = 0; loop < options.loops.size(); ++loop) {
     for (const char* name : {"mode", "sp", "output"}) {
-      y += kRow;
+      y += kFlowRow;
       flow.push_back(
-          inject_node(fmt::format("lw-{}-{}", name, loop), options.loops[loop], name, kLeft, y));
+          inject_node(fmt::format("lw-{}-{}", name, loop), options.loops[loop], name, kReadX, y));
     }
   }
   return flow.dump(1) + "\n";
