@@ -39,7 +39,7 @@ def eventually(what, check, seconds=90):
 
 def values():
     """What the flow has decoded, by table and name as the other master names it."""
-    stored = ask("GET", "/context/flow/lw-tab/loopwarden")["memory"]["loopwarden"]["msg"]
+    stored = ask("GET", "/context/flow/lw-tab")["memory"]["loopwarden"]["msg"]
     return json.loads(stored) if isinstance(stored, str) else stored
 
 
@@ -49,8 +49,8 @@ def same_names(wanted, decoded):
     for name, value in wanted.items():
         table, field = name.split(":", 1)
         owner, short = field.rsplit(".", 1)
-        reads = table in ("input register", "discrete input")
-        known = short if reads or f"set/{short}" not in decoded.get(owner, {}) else f"set/{short}"
+        others = [] if table in ("input register", "discrete input") else [f"set/{short}", f"third/{short}"]
+        known = next((other for other in others if other in decoded.get(owner, {})), short)
         renamed[f"{owner}.{known}"] = value
     return renamed
 

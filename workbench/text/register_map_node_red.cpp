@@ -53,9 +53,9 @@ void add_loop_blocks(std::vector<RegisterBlock>& blocks, const std::string& tag,
       blocks.push_back({tag + " condition", table, l.first_condition + loop * l.condition_stride,
                         l.condition_stride, 5});
     }
-    if (l.third_stride > 0 && table == Table::holding_register) {
-      blocks.push_back(
-          {tag + " third block", table, l.first_third + loop * l.third_stride, l.third_stride, 5});
+    if (l.third_stride > 0) {
+      blocks.push_back({tag + " third block, " + map::to_text(table) + "s", table,
+                        l.first_third + loop * l.third_stride, l.third_stride, 5});
     }
   }
 }
