@@ -63,11 +63,13 @@ int run(const Options& options) {
 void add_options(CLI::App& app, Options& options) {
   app.add_option("--config", options.config, "page.yaml");
   app.add_flag("--check", options.check, "validate page.yaml and exit");
-  app.add_option("--runtime", options.runtime, "folder of the daemon's sockets, in place of page.yaml's");
+  app.add_option("--runtime", options.runtime,
+                 "folder of the daemon's sockets, in place of page.yaml's");
   app.add_option("--state", options.state, "the daemon's state directory, in place of page.yaml's");
   app.add_option("--port", options.port, "in place of the first of page.yaml's")
       ->check(CLI::Range(1, 65535));
-  app.add_option("--site", options.site, "folder with the site, in place of the built-in one, for work on it");
+  app.add_option("--site", options.site,
+                 "folder with the site, in place of the built-in one, for work on it");
 }
 
 int run_command_line(int argc, char** argv) {

@@ -60,8 +60,8 @@ std::int64_t whole_at(const json& object, const char* key, std::int64_t low, std
   const auto it = object.find(key);
   if (it == object.end() || !it->is_number_integer()) refuse(key, "expected a whole number");
   // A number beyond 63 bits is unsigned.
-  const bool huge = it->is_number_unsigned() &&
-                    it->get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX);
+  const bool huge =
+      it->is_number_unsigned() && it->get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX);
   const std::int64_t value = huge ? INT64_MAX : it->get<std::int64_t>();
   if (value < low || value > high) refuse(key, fmt::format("must be from {} to {}", low, high));
   return value;

@@ -15,7 +15,8 @@
 namespace loopwarden::page::api {
 
 // The body as an object with no other keys than these. Throws ApiError 400.
-nlohmann::json object_of(const http::Request& request, std::initializer_list<std::string_view> keys);
+nlohmann::json object_of(const http::Request& request,
+                         std::initializer_list<std::string_view> keys);
 // The same of an object within it.
 void check_keys(const nlohmann::json& object, std::string_view name,
                 std::initializer_list<std::string_view> keys);

@@ -23,7 +23,8 @@ namespace loopwarden::page::api {
 
 struct Context {
   const PageSettings& settings;
-  std::set<std::string> hosts;  // names in a browser's address line, in lower case, beside addresses
+  std::set<std::string>
+      hosts;  // names in a browser's address line, in lower case, beside addresses
   std::function<Box::Now()> now;
   std::function<std::string()> sparklines;
   Daemon& daemon;  // status.sock

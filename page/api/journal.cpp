@@ -29,8 +29,9 @@ json request_for(const http::Request& request, std::int64_t most) {
   return wanted;
 }
 
-constexpr std::array kColumns{"id",   "utc_ms", "kind", "loop", "alarm",  "from",  "to",
-                              "severity_percent", "peer", "what", "old", "new", "result", "reason"};
+constexpr std::array kColumns{
+    "id",   "utc_ms", "kind", "loop", "alarm",  "from",  "to", "severity_percent",
+    "peer", "what",   "old",  "new",  "result", "reason"};
 
 // A cell for spreadsheets: what they would take for a formula gets a quote before it.
 std::string cell(const json& value) {

@@ -11,11 +11,10 @@ namespace {
 using nlohmann::json;
 
 json counters_json(const http::Counters& c) {
-  return {{"connections", c.connections}, {"streams", c.streams},
-          {"accepted", c.accepted},       {"displaced", c.displaced},
-          {"turned_away", c.turned_away}, {"timed_out", c.timed_out},
-          {"refused", c.refused},         {"requests", c.requests},
-          {"bytes_sent", c.bytes_sent}};
+  return {
+      {"connections", c.connections}, {"streams", c.streams},         {"accepted", c.accepted},
+      {"displaced", c.displaced},     {"turned_away", c.turned_away}, {"timed_out", c.timed_out},
+      {"refused", c.refused},         {"requests", c.requests},       {"bytes_sent", c.bytes_sent}};
 }
 
 json disk_json(const std::filesystem::path& folder) {

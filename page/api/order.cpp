@@ -26,8 +26,8 @@ void check_value(const std::string& what, const json& value, const char* name) {
   const bool sound = what == "mode" ? value == "automatic" || value == "manual"
                                     : value.is_number() && std::isfinite(value.get<double>());
   if (!sound) {
-    throw ApiError(400, what == "mode" ? "expected \"automatic\" or \"manual\"" : "expected a number",
-                   name);
+    throw ApiError(
+        400, what == "mode" ? "expected \"automatic\" or \"manual\"" : "expected a number", name);
   }
 }
 
@@ -83,11 +83,12 @@ json outcome(Context& context, const std::string& tag, const json& sent) {
   const auto begun = Clock::now();
   const auto patience = std::chrono::duration<double>(5.0 + 3.0 * sent.value("sample_time_s", 0.1));
   for (;;) {
-    json now = context.orders.ask(
-        {{"request", "order"}, {"loop", tag}, {"order", sent.at("order")}});
+    json now =
+        context.orders.ask({{"request", "order"}, {"loop", tag}, {"order", sent.at("order")}});
     const std::string state = now.at("state").get<std::string>();
     const bool done = state == "done";
-    if (state == "refused" || (done && (now.value("on_disk", false) || Clock::now() - begun > kForDisk))) {
+    if (state == "refused" ||
+        (done && (now.value("on_disk", false) || Clock::now() - begun > kForDisk))) {
       return now;
     }
     if (!done && Clock::now() - begun > patience) return now;
@@ -102,7 +103,8 @@ http::Response order(Context& context, const Call& call) {
   const PlantLoop& loop = loop_at(plant, call.request.part(2));
   if (!context.settings.control) throw ApiError(403, "page.yaml has no control: true");
   if (!plant->control) {
-    throw ApiError(403, "loopwardend.yaml has no page: {control: true}, so nothing is set from here");
+    throw ApiError(403,
+                   "loopwardend.yaml has no page: {control: true}, so nothing is set from here");
   }
   const Wish wish = wish_of(call.request, loop.tag);
   json request = {{"request", "set"},

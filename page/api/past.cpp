@@ -85,13 +85,14 @@ json or_null(const std::optional<std::int64_t>& value) { return value ? json(*va
 // By hand: a library takes ten times as long for the four thousand rows.
 std::string past_json(const history::Past& past, const history::Stretch& stretch,
                       const PlantLoop& loop) {
-  const json head = {{"from_ms", stretch.from_ms},
-                     {"to_ms", stretch.to_ms},
-                     {"oldest_ms", or_null(past.oldest_ms)},
-                     {"newest_ms", or_null(past.newest_ms)},
-                     {"sample_time_s", loop.sample_time_s},
-                     {"bucket_s", past.bucket_ms ? json(std::round(*past.bucket_ms) / 1000.0) : json()},
-                     {"unreadable", past.unreadable}};
+  const json head = {
+      {"from_ms", stretch.from_ms},
+      {"to_ms", stretch.to_ms},
+      {"oldest_ms", or_null(past.oldest_ms)},
+      {"newest_ms", or_null(past.newest_ms)},
+      {"sample_time_s", loop.sample_time_s},
+      {"bucket_s", past.bucket_ms ? json(std::round(*past.bucket_ms) / 1000.0) : json()},
+      {"unreadable", past.unreadable}};
   std::string text = dump(head);
   text.pop_back();
   append_list(text, "t", past.curves.t_ms, [](std::string& to, std::int64_t t) {
@@ -131,14 +132,13 @@ class RowsAsCsv final : public http::Source {
   void append(std::string& text, const history::RowReader::Row& row) {
     if (!first_ || first_->run != row.run) {
       // Behind a restart periods count anew: the file goes on by the clock, in whole periods.
-      offset_ = first_ ? std::max(1.0, std::round(static_cast<double>(row.utc_ms - last_ms_) / 1000.0 /
-                                                  row.period_s)) +
+      offset_ = first_ ? std::max(1.0, std::round(static_cast<double>(row.utc_ms - last_ms_) /
+                                                  1000.0 / row.period_s)) +
                              last_period_
                        : 0.0;
       first_ = row;
     }
-    last_period_ =
-        offset_ + static_cast<double>(row.row.period_index - first_->row.period_index);
+    last_period_ = offset_ + static_cast<double>(row.row.period_index - first_->row.period_index);
     last_ms_ = row.utc_ms;
     fmt::format_to(std::back_inserter(text), "{:.10g},", last_period_ * row.period_s);
     for (const double value : {row.row.pv, row.row.sp, row.row.co}) append_cell(text, value);
@@ -192,8 +192,9 @@ http::Response past_csv(Context& context, const Call& call) {
   const history::Stretch stretch = stretch_of(call.request);
   http::Response response;
   response.content_type = "text/csv; charset=utf-8";
-  response.headers.emplace_back("Content-Disposition",
-                                fmt::format("attachment; filename=\"{}_{}.csv\"", loop.tag, stretch.from_ms));
+  response.headers.emplace_back(
+      "Content-Disposition",
+      fmt::format("attachment; filename=\"{}_{}.csv\"", loop.tag, stretch.from_ms));
   response.source = std::make_unique<RowsAsCsv>(folder_of(context, loop), stretch, loop.stem);
   return response;
 }

@@ -103,7 +103,8 @@ http::Response evidence(Context& context, const Call& call) {
   answer["evidence"] = about;
   answer["files"] = context.reports.evidence_files(id);
   answer["explanation"] = parsed(context.reports.evidence_file(id, "explanation.json"));
-  answer["replay"] = fmt::format("loopwarden replay {}", context.reports.evidence_folder(id).string());
+  answer["replay"] =
+      fmt::format("loopwarden replay {}", context.reports.evidence_folder(id).string());
   return json_response(answer);
 }
 

@@ -115,8 +115,9 @@ class App {
     }
     server_.on_signal(SIGHUP, [this] { reload(); });
     keep_alive();
-    box_.start([this](http::EventKind kind, std::string data) { server_.publish(kind, std::move(data)); },
-               [this] { look_at_users(); });
+    box_.start(
+        [this](http::EventKind kind, std::string data) { server_.publish(kind, std::move(data)); },
+        [this] { look_at_users(); });
     sd_notify(0, "READY=1");
     server_.run();
     sd_notify(0, "STOPPING=1");
@@ -141,9 +142,7 @@ class App {
     }
   }
 
-  static void announce(std::uint16_t port) {
-    spdlog::info("port {} of the service manager", port);
-  }
+  static void announce(std::uint16_t port) { spdlog::info("port {} of the service manager", port); }
 
   void reload() {
     try {
@@ -163,7 +162,8 @@ class App {
   void keep_alive() {
     std::uint64_t watchdog_us = 0;
     if (sd_watchdog_enabled(0, &watchdog_us) <= 0) return;
-    server_.every(std::chrono::milliseconds(watchdog_us / 3000), [] { sd_notify(0, "WATCHDOG=1"); });
+    server_.every(std::chrono::milliseconds(watchdog_us / 3000),
+                  [] { sd_notify(0, "WATCHDOG=1"); });
   }
 
   http::Response answer_of_site(const http::Request& request) const {
@@ -209,7 +209,8 @@ void check_inherited(const PageSettings& settings) {
 
 void check_files(const PageSettings& settings) {
   try {
-    if (settings.has_tls()) SSL_CTX_free(http::make_tls_context({settings.certificate, settings.key}));
+    if (settings.has_tls())
+      SSL_CTX_free(http::make_tls_context({settings.certificate, settings.key}));
     // One that is not there yet is a page that nobody can log in to.
     if (std::filesystem::exists(settings.users)) read_users(settings.users);
   } catch (const std::exception& e) {

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr const char* kDefaultUsers = "/etc/loopwarden-page/users";
 
 struct Options {
-  std::string file;    // of users; empty: what page.yaml names, else kDefaultUsers
+  std::string file;  // of users; empty: what page.yaml names, else kDefaultUsers
   std::string config = "/etc/loopwarden-page/page.yaml";
   std::string name;
   std::string role = "viewer";
@@ -181,12 +181,13 @@ void add_user_commands(CLI::App& app, int& exit_code) {
     sub->add_flag("--stdin", options->from_stdin, "the password is a line of the standard input");
     return sub;
   };
-  CLI::App* add =
-      asks(named(add_command(user, "add", "a new user", exit_code, add_user, options)));
-  add->add_option("--role", options->role,
-                  "viewer looks; operator acknowledges, shelves, and sets where that is allowed; engineer")
+  CLI::App* add = asks(named(add_command(user, "add", "a new user", exit_code, add_user, options)));
+  add->add_option(
+         "--role", options->role,
+         "viewer looks; operator acknowledges, shelves, and sets where that is allowed; engineer")
       ->capture_default_str();
-  named(add_command(user, "remove", "ends the user and his sessions", exit_code, remove_user, options));
+  named(add_command(user, "remove", "ends the user and his sessions", exit_code, remove_user,
+                    options));
   asks(named(add_command(user, "password", "another password; ends the user's sessions", exit_code,
                          change_password, options)));
   add_command(user, "list", "names and roles", exit_code, list_users, options);

@@ -49,9 +49,10 @@ class Box {
     bool up = false;
     std::int64_t since_ms = 0;  // UTC, of the last change
     std::string why;            // it is down
-    std::shared_ptr<const Plant> plant;          // null: never heard of; of a daemon that is down the last one
-    std::shared_ptr<const std::string> alarms;   // as /api/alarms
-    std::int64_t now_ms = 0;                     // of the newest overview
+    std::shared_ptr<const Plant>
+        plant;  // null: never heard of; of a daemon that is down the last one
+    std::shared_ptr<const std::string> alarms;           // as /api/alarms
+    std::int64_t now_ms = 0;                             // of the newest overview
     std::shared_ptr<const std::vector<double>> periods;  // of each loop in that overview
   };
   Now now() const;

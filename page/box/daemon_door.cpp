@@ -23,7 +23,8 @@ std::unique_ptr<LineClient> DaemonDoor::take() {
 
 void DaemonDoor::give_back(std::unique_ptr<LineClient> client) {
   const std::lock_guard lock(mutex_);
-  if (connections_ == Connections::reused && idle_.size() < kMostIdle) idle_.push_back(std::move(client));
+  if (connections_ == Connections::reused && idle_.size() < kMostIdle)
+    idle_.push_back(std::move(client));
 }
 
 std::string DaemonDoor::ask_text(const std::string& request) {
@@ -46,8 +47,7 @@ std::string DaemonDoor::ask_text(const std::string& request) {
 
 nlohmann::json DaemonDoor::ask(const nlohmann::json& request) {
   using nlohmann::json;
-  const std::string text =
-      ask_text(request.dump(-1, ' ', false, json::error_handler_t::replace));
+  const std::string text = ask_text(request.dump(-1, ' ', false, json::error_handler_t::replace));
   json answer = json::parse(text, nullptr, false);
   if (!answer.is_object()) throw DaemonDown("what answers at the socket is no daemon");
   if (!answer.value("ok", false)) {

@@ -44,7 +44,8 @@ void LineClient::wait(short events, Moment until) const {
   for (;;) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
     pollfd waiting{fd_, events, 0};
-    const int ready = ::poll(&waiting, 1, static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
+    const int ready =
+        ::poll(&waiting, 1, static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
     if (ready > 0) return;
     if (ready == 0) throw DaemonDown("the daemon at " + path_ + " does not answer in time");
     if (errno != EINTR) throw DaemonDown(path_ + ": " + record::error_text(errno));

@@ -32,7 +32,8 @@ void Sparklines::advance(std::int64_t step) {
   const std::int64_t from = std::max(step_ + 1, step - static_cast<std::int64_t>(kSteps) + 1);
   for (std::int64_t empty = from; empty <= step; ++empty) {
     const auto place = static_cast<std::size_t>(empty) % kSteps;
-    for (std::size_t loop = 0; loop < loops_; ++loop) values_[loop * kSteps + place] = {kNone, kNone};
+    for (std::size_t loop = 0; loop < loops_; ++loop)
+      values_[loop * kSteps + place] = {kNone, kNone};
   }
   step_ = step;
 }
@@ -55,8 +56,8 @@ void Sparklines::add(std::int64_t plant_ms, const std::vector<double>& pv) {
 }
 
 std::string Sparklines::json(std::int64_t until_ms) const {
-  std::string text = fmt::format("{{\"step_s\":{},\"until_ms\":{},\"pv\":[", kStep_ms / 1000,
-                                 until_ms);
+  std::string text =
+      fmt::format("{{\"step_s\":{},\"until_ms\":{},\"pv\":[", kStep_ms / 1000, until_ms);
   for (std::size_t loop = 0; loop < loops_; ++loop) {
     text += '[';
     for (std::size_t i = 1; i <= kSteps; ++i) {

@@ -29,8 +29,8 @@ class Sparklines {
   void advance(std::int64_t step);
 
   std::size_t loops_ = 0;
-  std::int64_t step_ = -1;         // newest; -1: none yet
-  std::vector<Extremes> values_;   // a ring of kSteps for each loop
+  std::int64_t step_ = -1;        // newest; -1: none yet
+  std::vector<Extremes> values_;  // a ring of kSteps for each loop
 };
 
 }  // namespace loopwarden::page

@@ -69,10 +69,9 @@ std::optional<std::string> read_file(const Descriptor& file, std::size_t most, b
 }  // namespace
 
 bool is_sound_name(const std::string& name) noexcept {
-  return !name.empty() && name.front() != '.' &&
-         std::none_of(name.begin(), name.end(), [](char c) {
-           return c == '/' || static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
-         });
+  return !name.empty() && name.front() != '.' && std::none_of(name.begin(), name.end(), [](char c) {
+    return c == '/' || static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
+  });
 }
 
 std::optional<std::string> Folder::read(const std::vector<std::string>& parts,
@@ -95,8 +94,8 @@ std::vector<std::string> Folder::list(const std::vector<std::string>& parts,
   const int fd = folder.release();  // the stream has it now
   while (const dirent* entry = ::readdir(entries.get())) {
     struct stat status {};
-    const bool regular = ::fstatat(fd, entry->d_name, &status, AT_SYMLINK_NOFOLLOW) == 0 &&
-                         S_ISREG(status.st_mode);
+    const bool regular =
+        ::fstatat(fd, entry->d_name, &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(status.st_mode);
     if (regular && is_sound_name(entry->d_name)) names.emplace_back(entry->d_name);
     if (names.size() >= most) break;
   }

@@ -51,8 +51,10 @@ std::string title_in(std::string_view html) {
   if (begin == std::string_view::npos) return {};
   html.remove_prefix(begin + kBegin.size());
   std::string title(html.substr(0, std::min(html.find('<'), std::size_t{200})));
-  for (const auto& [name, sign] : {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}}) {
-    for (std::size_t at = title.find(name); at != std::string::npos; at = title.find(name, at + 1)) {
+  for (const auto& [name, sign] :
+       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}}) {
+    for (std::size_t at = title.find(name); at != std::string::npos;
+         at = title.find(name, at + 1)) {
       title.replace(at, std::string_view(name).size(), sign);
     }
   }
@@ -134,10 +136,10 @@ std::vector<Report> ReportShelf::reports() {
     const std::uintmax_t bytes = entry.file_size(gone);
     if (gone) continue;
     const auto known = known_.find(relative.string());
-    const bool same = known != known_.end() && known->second.utc_ms == utc_ms &&
-                      known->second.bytes == bytes;
-    found[relative.string()] = same ? known->second
-                                    : Known{utc_ms, bytes, look_at(relative, utc_ms, bytes)};
+    const bool same =
+        known != known_.end() && known->second.utc_ms == utc_ms && known->second.bytes == bytes;
+    found[relative.string()] =
+        same ? known->second : Known{utc_ms, bytes, look_at(relative, utc_ms, bytes)};
   }
   known_ = std::move(found);
   std::vector<Report> all;

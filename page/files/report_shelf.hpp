@@ -15,12 +15,12 @@
 namespace loopwarden::page::files {
 
 struct Report {
-  std::string id;     // of its path, the same as long as it lies there
-  std::string kind;   // gap, training, commissioning, survey, explanation or other
+  std::string id;    // of its path, the same as long as it lies there
+  std::string kind;  // gap, training, commissioning, survey, explanation or other
   std::string title;
   std::int64_t utc_ms = 0;  // when it was written
   std::uintmax_t bytes = 0;
-  std::string loop;         // empty: of none, or of several
+  std::string loop;                // empty: of none, or of several
   std::vector<std::string> parts;  // its path below the folder
 };
 

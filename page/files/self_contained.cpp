@@ -15,12 +15,11 @@ using Read = std::function<std::optional<std::string>(const std::vector<std::str
 struct Form {
   std::string_view before;  // the address
   std::string_view behind;
-  std::string_view open;    // the element in its place
+  std::string_view open;  // the element in its place
   std::string_view close;
 };
-constexpr std::array kForms{
-    Form{"<link rel=\"stylesheet\" href=\"", "\">", "<style>", "</style>"},
-    Form{"<script src=\"", "\"></script>", "<script>", "</script>"}};
+constexpr std::array kForms{Form{"<link rel=\"stylesheet\" href=\"", "\">", "<style>", "</style>"},
+                            Form{"<script src=\"", "\"></script>", "<script>", "</script>"}};
 
 // "../assets/a.css" of pages/1.html is assets/a.css; nothing where it leads out, or is no plain relative path.
 std::optional<std::vector<std::string>> resolved(std::string_view address,

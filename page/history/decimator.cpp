@@ -58,7 +58,8 @@ void Decimator::add(const Block& block) {
     return;
   }
   flush();
-  if (gap && silent_ms >= kGapBuckets * bucket_ms_) put_gap((bucket_->last_ms + block.first_ms) / 2);
+  if (gap && silent_ms >= kGapBuckets * bucket_ms_)
+    put_gap((bucket_->last_ms + block.first_ms) / 2);
   bucket_ = block;
   number_ = number;
 }

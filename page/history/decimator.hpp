@@ -12,7 +12,7 @@ namespace loopwarden::page::history {
 
 // Curves to draw: columns of equal length over t.
 struct Curves {
-  std::vector<std::int64_t> t_ms;  // UTC, rising
+  std::vector<std::int64_t> t_ms;                    // UTC, rising
   std::array<std::vector<float>, kColumns> columns;  // NaN: none, and all of them at a gap
   std::vector<std::int16_t> mode;                    // -1 at a gap
 };

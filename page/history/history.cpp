@@ -55,7 +55,8 @@ History::Parts History::parts_of(const std::filesystem::path& folder, const Stre
       Part part{.path = file.path, .rows = rows, .last = rows->places()};
       if (*first_ms < stretch.from_ms) part.first = rows->place_of(stretch.from_ms);
       if (last->last_ms > stretch.to_ms) part.last = rows->place_of(stretch.to_ms + 1);
-      part.ms_per_row = static_cast<double>(last->last_ms - *first_ms) / std::max(1U, last->first_row);
+      part.ms_per_row =
+          static_cast<double>(last->last_ms - *first_ms) / std::max(1U, last->first_row);
       part.ended = &file != &files.back();
       parts.segments.push_back(std::move(part));
     } catch (const record::RecordError& e) {
@@ -76,7 +77,8 @@ void History::add(const Part& part, double bucket_ms, Decimator& decimator) {
                     });
   };
   std::size_t level = kLevels;
-  while (level > 0 && bucket_ms < kBlocksPerBucket * part.ms_per_row * kBlockRows[level - 1]) --level;
+  while (level > 0 && bucket_ms < kBlocksPerBucket * part.ms_per_row * kBlockRows[level - 1])
+    --level;
   if (level == 0 || bucket_ms <= 0.0) return add_rows(part.first, part.last);
   const std::shared_ptr<const Summary> summary =
       part.ended ? summaries_.get(part.path, *part.rows)
@@ -118,8 +120,8 @@ Past History::past(const std::filesystem::path& folder, const Stretch& stretch, 
     // Gaps have rows of their own.
     if (past.curves.t_ms.size() <= points) return past;
   }
-  past.bucket_ms = static_cast<double>(stretch.to_ms - stretch.from_ms + 1) /
-                   static_cast<double>(points / 2);
+  past.bucket_ms =
+      static_cast<double>(stretch.to_ms - stretch.from_ms + 1) / static_cast<double>(points / 2);
   past.curves = curves(parts, stretch, *past.bucket_ms);
   return past;
 }

@@ -26,7 +26,7 @@ struct Past {
   std::optional<double> bucket_ms;        // nothing: every row is there
   std::optional<std::int64_t> oldest_ms;  // of all that is kept; nothing: nothing is
   std::optional<std::int64_t> newest_ms;
-  std::vector<std::string> unreadable;    // a text for each segment that could not be used
+  std::vector<std::string> unreadable;  // a text for each segment that could not be used
 };
 
 // Rows that are newer than those of the segments, each a block, in the order of time; asked with the newest row

@@ -55,8 +55,7 @@ SegmentRows::SegmentRows(const std::filesystem::path& path)
   decoded_ = record::decode_header(std::span(head).first(got));
   if (decoded_.problem != nullptr) fail(path, RecordError::Kind::data, decoded_.problem);
   const auto size = static_cast<std::size_t>(status.st_size);
-  const std::size_t places =
-      size <= head.size() ? 0 : (size - head.size()) / decoded_.row_bytes;
+  const std::size_t places = size <= head.size() ? 0 : (size - head.size()) / decoded_.row_bytes;
   places_ = static_cast<std::uint32_t>(
       std::min<std::size_t>(places, std::numeric_limits<std::uint32_t>::max()));
 }
@@ -67,9 +66,9 @@ void SegmentRows::read(std::uint32_t first, std::uint32_t last, const Each& each
   std::vector<char> bytes(row_bytes * std::min(kRowsAtATime, last - std::min(first, last)));
   for (std::uint32_t place = first; place < last;) {
     const std::uint32_t wanted = std::min(kRowsAtATime, last - place);
-    const std::size_t got =
-        read_at(file_.fd(), std::span(bytes).first(wanted * row_bytes),
-                record::kSegmentHeaderBytes + place * row_bytes) / row_bytes;
+    const std::size_t got = read_at(file_.fd(), std::span(bytes).first(wanted * row_bytes),
+                                    record::kSegmentHeaderBytes + place * row_bytes) /
+                            row_bytes;
     for (std::uint32_t i = 0; i < got; ++i) {
       const auto row = record::decode_row(std::span(bytes).subspan(i * row_bytes, row_bytes),
                                           place + i, decoded_.crc);

@@ -23,7 +23,8 @@ class SegmentRows {
   std::uint32_t places() const noexcept { return places_; }
 
   // Undamaged rows of the places [first, last), in order; false from `each` ends it.
-  using Each = std::function<bool(const record::RecordRow& row, std::int64_t utc_ms, std::uint32_t place)>;
+  using Each =
+      std::function<bool(const record::RecordRow& row, std::int64_t utc_ms, std::uint32_t place)>;
   void read(std::uint32_t first, std::uint32_t last, const Each& each) const;
   // The first place whose row is not before `utc_ms`; damaged ones are stepped over. The clock within a segment never
   // goes back.

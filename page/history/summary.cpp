@@ -23,7 +23,8 @@ Summary summarise(const SegmentRows& rows) {
   Summary summary;
   rows.read(0, rows.places(),
             [&](const record::RecordRow& row, std::int64_t utc_ms, std::uint32_t place) {
-              add(summary.levels[0], block_of(row, utc_ms, rows.header().run, place), kBlockRows[0]);
+              add(summary.levels[0], block_of(row, utc_ms, rows.header().run, place),
+                  kBlockRows[0]);
               return true;
             });
   for (const Block& block : summary.levels[0]) add(summary.levels[1], block, kBlockRows[1]);

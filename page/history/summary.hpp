@@ -35,7 +35,8 @@ Summary summarise(const SegmentRows& rows);
 // Of segments that have ended, which never change. The one used longest ago goes first. Any thread.
 class SummaryStore {
  public:
-  explicit SummaryStore(std::size_t most_bytes = 64UL * 1024UL * 1024UL) : most_bytes_(most_bytes) {}
+  explicit SummaryStore(std::size_t most_bytes = 64UL * 1024UL * 1024UL)
+      : most_bytes_(most_bytes) {}
 
   std::shared_ptr<const Summary> get(const std::filesystem::path& path, const SegmentRows& rows);
   std::size_t bytes() const;

@@ -99,7 +99,8 @@ Response Assets::answer(const Request& request) const {
   Response response;
   response.content_type = asset.type;
   // Asked for again each time, answered by 304: a new version of the program shows at once.
-  response.headers = {{"Cache-Control", "no-cache"}, {"ETag", asset.tag}, {"Vary", "Accept-Encoding"}};
+  response.headers = {
+      {"Cache-Control", "no-cache"}, {"ETag", asset.tag}, {"Vary", "Accept-Encoding"}};
   if (request.if_none_match.find(asset.tag) != std::string::npos) {
     response.status = 304;
     return response;

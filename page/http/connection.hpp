@@ -55,7 +55,8 @@ class Guest {
 
 // What all connections share; all of it but lanes and counters belongs to the loop's thread.
 struct House {
-  explicit House(const ServerSettings& all, Handler& behind, const std::array<LaneSize, kLanes>& sizes)
+  explicit House(const ServerSettings& all, Handler& behind,
+                 const std::array<LaneSize, kLanes>& sizes)
       : settings(all), handler(behind), door(all.door), lanes(sizes) {}
 
   void streams_changed() const {
@@ -75,8 +76,8 @@ struct House {
 };
 
 struct Peer {
-  std::string address;   // as the journal has it
-  std::string network;   // what limits count: an IPv6 client has a whole /64 to itself
+  std::string address;  // as the journal has it
+  std::string network;  // what limits count: an IPv6 client has a whole /64 to itself
   bool loopback = false;
 };
 
@@ -183,10 +184,11 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
 
   void read_body() {
     tcp().expires_after(house_.settings.timeouts.body);
-    beast::http::async_read(stream_, buffer_, *parser_,
-                            [self = this->shared_from_this()](beast::error_code error, std::size_t) {
-                              error ? self->give_up(error) : self->on_request();
-                            });
+    beast::http::async_read(
+        stream_, buffer_, *parser_,
+        [self = this->shared_from_this()](beast::error_code error, std::size_t) {
+          error ? self->give_up(error) : self->on_request();
+        });
   }
 
   void on_request() {
@@ -250,7 +252,8 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     // A stream has no length: its end is the connection's.
     if (response_.may_stay) keep_alive_ = false;
     if (!response_.may_stay) house_.door.idle(id_, Clock::now());
-    out_ = head_text(response_, {.secure = kSecure, .keep_alive = keep_alive_, .is_head = is_head_});
+    out_ =
+        head_text(response_, {.secure = kSecure, .keep_alive = keep_alive_, .is_head = is_head_});
     const std::string_view body = is_head_ ? std::string_view() : response_.text();
     write({asio::buffer(out_), asio::buffer(body.data(), body.size())}, &Connection::on_sent);
   }
@@ -260,18 +263,37 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     return house_.streams.size() < std::max<std::size_t>(1, house_.settings.door.clients * 3 / 4);
   }
 
-  void write(const std::vector<asio::const_buffer>& buffers, void (Connection::*then)()) {
+  void write(std::vector<asio::const_buffer> buffers, void (Connection::*then)()) {
     writing_ = true;
-    constexpr std::size_t kSlowestBytesPerMillisecond = 8;
-    const std::size_t bytes = asio::buffer_size(buffers);
-    tcp().expires_after(house_.settings.timeouts.write +
-                        std::chrono::milliseconds(bytes / kSlowestBytesPerMillisecond));
-    asio::async_write(stream_, buffers,
-                      [self = this->shared_from_this(), then](beast::error_code error, std::size_t n) {
-                        self->writing_ = false;
+    to_write_ = std::move(buffers);
+    then_ = then;
+    write_step();
+  }
+
+  // Each step has the time-out to itself: who reads slowly gets all of it in the end, who does not read is soon gone.
+  void write_step() {
+    constexpr std::size_t kStepBytes = 64UL * 1024UL;
+    std::vector<asio::const_buffer> step;
+    for (std::size_t room = kStepBytes; room > 0 && !to_write_.empty();) {
+      asio::const_buffer& first = to_write_.front();
+      step.push_back(asio::buffer(first, room));
+      room -= step.back().size();
+      first += step.back().size();
+      if (first.size() == 0) to_write_.erase(to_write_.begin());
+    }
+    tcp().expires_after(house_.settings.timeouts.write);
+    asio::async_write(stream_, step,
+                      [self = this->shared_from_this()](beast::error_code error, std::size_t n) {
                         self->house_.counters.bytes_sent += n;
-                        error ? self->give_up(error) : (self.get()->*then)();
+                        error ? self->give_up(error) : self->on_step_written();
                       });
+  }
+
+  void on_step_written() {
+    if (closed_) return;
+    if (!to_write_.empty()) return write_step();
+    writing_ = false;
+    (this->*then_)();
   }
 
   void on_sent() {
@@ -339,10 +361,9 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   // What a client says while it listens is no request; that it has gone is seen here.
   void watch_for_end() {
     tcp().expires_never();
-    stream_.async_read_some(asio::buffer(scratch_),
-                            [self = this->shared_from_this()](beast::error_code, std::size_t) {
-                              self->close();
-                            });
+    stream_.async_read_some(
+        asio::buffer(scratch_),
+        [self = this->shared_from_this()](beast::error_code, std::size_t) { self->close(); });
   }
 
   void beat() {
@@ -378,12 +399,12 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   }
 
   void drain() {
-    tcp().async_read_some(asio::buffer(scratch_),
-                          [self = this->shared_from_this()](beast::error_code error, std::size_t n) {
-                            self->drained_ += n;
-                            constexpr std::size_t kMostDrained = 4UL * 1024UL * 1024UL;
-                            error || self->drained_ > kMostDrained ? self->close() : self->drain();
-                          });
+    tcp().async_read_some(asio::buffer(scratch_), [self = this->shared_from_this()](
+                                                      beast::error_code error, std::size_t n) {
+      self->drained_ += n;
+      constexpr std::size_t kMostDrained = 4UL * 1024UL * 1024UL;
+      error || self->drained_ > kMostDrained ? self->close() : self->drain();
+    });
   }
 
   using Clock = std::chrono::steady_clock;
@@ -401,6 +422,8 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   std::array<char, 4096> scratch_{};
   EventBoard::Cursor cursor_;
   std::vector<Frame> frames_;
+  std::vector<asio::const_buffer> to_write_;
+  void (Connection::*then_)() = nullptr;
   std::size_t drained_ = 0;
   bool served_ = false;
   bool keep_alive_ = true;

@@ -26,8 +26,7 @@ std::optional<std::uint64_t> Doorkeeper::who_goes(const std::string* address) co
 
 Doorkeeper::Admission Doorkeeper::admit(const std::string& address, bool loopback, Moment now) {
   const auto same = by_address_.find(address);
-  const bool crowd =
-      !loopback && same != by_address_.end() && same->second >= limits_.per_address;
+  const bool crowd = !loopback && same != by_address_.end() && same->second >= limits_.per_address;
   const bool full = guests_.size() >= limits_.clients;
   Admission admission;
   if (crowd || full) {
@@ -72,12 +71,11 @@ unsigned Doorkeeper::wait_s(const std::string& address, Moment now) {
   const double full = limits_.requests_per_s * kBurst_s;
   const auto [it, is_new] = buckets_.try_emplace(address, Bucket{full, now});
   Bucket& bucket = it->second;
-  bucket.tokens =
-      std::min(full, bucket.tokens + seconds(bucket.at, now) * limits_.requests_per_s);
+  bucket.tokens = std::min(full, bucket.tokens + seconds(bucket.at, now) * limits_.requests_per_s);
   bucket.at = now;
   if (bucket.tokens < 1.0) {
-    return std::max(1U, static_cast<unsigned>(
-                            std::ceil((1.0 - bucket.tokens) / limits_.requests_per_s)));
+    return std::max(
+        1U, static_cast<unsigned>(std::ceil((1.0 - bucket.tokens) / limits_.requests_per_s)));
   }
   bucket.tokens -= 1.0;
   return 0;
@@ -85,7 +83,8 @@ unsigned Doorkeeper::wait_s(const std::string& address, Moment now) {
 
 // Those that would be full by now say nothing that a new one would not.
 void Doorkeeper::forget_full_buckets(Moment now) {
-  std::erase_if(buckets_, [&](const auto& bucket) { return seconds(bucket.second.at, now) > kBurst_s; });
+  std::erase_if(buckets_,
+                [&](const auto& bucket) { return seconds(bucket.second.at, now) > kBurst_s; });
   if (buckets_.size() >= kMostBuckets) buckets_.clear();
 }
 

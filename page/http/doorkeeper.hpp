@@ -24,7 +24,7 @@ class Doorkeeper {
   explicit Doorkeeper(DoorLimits limits) : limits_(limits) {}
 
   struct Admission {
-    std::uint64_t id = 0;                             // 0: there is no room
+    std::uint64_t id = 0;                                   // 0: there is no room
     std::optional<std::uint64_t> displaced = std::nullopt;  // whose connection is to be closed
   };
   // Where all places are taken the one goes that never sent a sound request, the oldest of them, else the one that

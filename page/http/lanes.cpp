@@ -28,10 +28,10 @@ bool Lanes::begin(Lane lane, const std::string& whose, Work work) {
   Queue& queue = queues_[static_cast<std::size_t>(lane)];
   {
     const std::lock_guard lock(queue.mutex);
-    const auto same =
-        static_cast<std::size_t>(std::count_if(queue.items.begin(), queue.items.end(),
-                                               [&](const Item& i) { return i.whose == whose; }));
-    if (queue.quit || queue.items.size() >= queue.most || same >= std::max(queue.most / 2, std::size_t{1})) {
+    const auto same = static_cast<std::size_t>(std::count_if(
+        queue.items.begin(), queue.items.end(), [&](const Item& i) { return i.whose == whose; }));
+    if (queue.quit || queue.items.size() >= queue.most ||
+        same >= std::max(queue.most / 2, std::size_t{1})) {
       return false;
     }
     queue.items.push_back({whose, std::move(work)});

@@ -29,7 +29,7 @@ struct Request {
   std::string content_type;  // in lower case, without parameters
   std::string if_none_match;
   bool accepts_gzip = false;
-  std::string peer;          // the client's address, without the port
+  std::string peer;  // the client's address, without the port
   bool peer_is_loopback = false;
   bool secure = false;  // it came over TLS
 

@@ -10,9 +10,7 @@ namespace {
 
 constexpr std::size_t kLongestTarget = 4096;
 
-char lower(char c) {
-  return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-}
+char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
 std::string lower(std::string_view text) {
   std::string result(text);
@@ -181,8 +179,7 @@ Request request_of(const RequestHead& head) {
   Request request;
   request.method = method_of(head.method);
   request.path = path_of(path_text(head.target)).value_or(std::vector<std::string>());
-  request.query =
-      query_of(query_text(head.target)).value_or(std::map<std::string, std::string>());
+  request.query = query_of(query_text(head.target)).value_or(std::map<std::string, std::string>());
   request.cookies = cookies_of(field(head, "cookie"));
   request.host = lower(field(head, "host"));
   request.origin = field(head, "origin");

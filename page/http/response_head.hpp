@@ -9,9 +9,9 @@
 namespace loopwarden::page::http {
 
 struct HeadOptions {
-  bool secure = false;      // over TLS
-  bool keep_alive = true;   // the connection stays open
-  bool is_head = false;     // of a HEAD request: no body follows, its length is told all the same
+  bool secure = false;     // over TLS
+  bool keep_alive = true;  // the connection stays open
+  bool is_head = false;    // of a HEAD request: no body follows, its length is told all the same
 };
 
 // The answer's head, up to the empty line, with the headers that every answer has. A line break in a value ends nothing:

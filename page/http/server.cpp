@@ -166,7 +166,8 @@ class Server::Body {
         return accept(acceptor);
       }
       // Out of descriptors: who waits stays in the queue, and this loop does not spin on it.
-      auto pause = std::make_shared<asio::steady_timer>(house_.loop, std::chrono::milliseconds(500));
+      auto pause =
+          std::make_shared<asio::steady_timer>(house_.loop, std::chrono::milliseconds(500));
       pause->async_wait([this, pause, &acceptor](beast::error_code) { accept(acceptor); });
     });
   }

@@ -28,7 +28,7 @@ struct Timeouts {
   std::chrono::milliseconds header{10'000};  // of the first request, whole
   std::chrono::milliseconds next{60'000};    // until the head of the next one is whole
   std::chrono::milliseconds body{15'000};
-  std::chrono::milliseconds write{15'000};  // beside what a line of 8 kB/s would take
+  std::chrono::milliseconds write{15'000};  // of 64 KiB
   std::chrono::milliseconds heartbeat{10'000};
 };
 

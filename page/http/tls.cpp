@@ -167,7 +167,7 @@ std::vector<std::string> names_in_certificate(const std::filesystem::path& path)
     if (name->type != GEN_DNS) continue;
     const ASN1_STRING* text = name->d.dNSName;
     found.push_back(lower_case({reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
-                           static_cast<std::size_t>(ASN1_STRING_length(text))}));
+                                static_cast<std::size_t>(ASN1_STRING_length(text))}));
   }
   return found;
 }

@@ -27,15 +27,16 @@ Endpoint read_endpoint(MapReader& in) {
              fmt::format("must be a numeric address (got '{}')", config::quotable(address.value)));
   }
   endpoint.address = address;
-  endpoint.port = static_cast<std::uint16_t>(
-      in.integer("port", {1, 65535, "", "TCP port"}, endpoint.port));
+  endpoint.port =
+      static_cast<std::uint16_t>(in.integer("port", {1, 65535, "", "TCP port"}, endpoint.port));
   return endpoint;
 }
 
 void read_tls(MapReader& in, const std::string& file, PageSettings& settings) {
-  settings.certificate = config::resolve(
-      file, in.need_text("certificate", "PEM, the server's first, then its chain"));
-  settings.key = config::resolve(file, in.need_text("key", "PEM, readable by the page's user only"));
+  settings.certificate =
+      config::resolve(file, in.need_text("certificate", "PEM, the server's first, then its chain"));
+  settings.key =
+      config::resolve(file, in.need_text("key", "PEM, readable by the page's user only"));
 }
 
 void read_sockets(MapReader& in, const std::string& file, PageSettings& settings) {
@@ -70,15 +71,14 @@ void check_listen(MapReader& in, const PageSettings& settings) {
 }
 
 void read_limits(MapReader& in, PageSettings& settings) {
-  settings.clients = static_cast<std::size_t>(
-      in.integer("clients", {4, 10000, "", "connections at a time, a quarter of them of one address"},
-                 static_cast<std::int64_t>(settings.clients)));
-  settings.requests_per_s =
-      in.number("rate", {"1/s", between(1.0, 10000.0), "requests of one address"},
-                settings.requests_per_s);
-  settings.updates_per_s = in.number(
-      "updates", {"1/s", between(0.2, 5.0), "how often live values are sent"},
-      settings.updates_per_s);
+  settings.clients = static_cast<std::size_t>(in.integer(
+      "clients", {4, 10000, "", "connections at a time, a quarter of them of one address"},
+      static_cast<std::int64_t>(settings.clients)));
+  settings.requests_per_s = in.number(
+      "rate", {"1/s", between(1.0, 10000.0), "requests of one address"}, settings.requests_per_s);
+  settings.updates_per_s =
+      in.number("updates", {"1/s", between(0.2, 5.0), "how often live values are sent"},
+                settings.updates_per_s);
 }
 
 bool is_time_zone(const std::string& name) {
@@ -95,21 +95,27 @@ PageSettings read_page(MapReader& in, const std::string& file) {
     read_tls(*tls, file, settings);
   }
   const Value<std::string> users =
-      in.text("users", "file of `loopwarden-page user`; empty: everybody on this host may look, "
-                       "nobody may write", "");
+      in.text("users",
+              "file of `loopwarden-page user`; empty: everybody on this host may look, "
+              "nobody may write",
+              "");
   if (!users.value.empty()) settings.users = config::resolve(file, users);
   settings.hosts =
-      in.maybe_texts("hosts", "names of this box in a browser's address line, beside localhost, "
-                              "addresses and those of the certificate").value;
+      in.maybe_texts("hosts",
+                     "names of this box in a browser's address line, beside localhost, "
+                     "addresses and those of the certificate")
+          .value;
   if (auto sockets = in.maybe_section("sockets", "of the daemon")) {
     read_sockets(*sockets, file, settings);
   }
-  settings.state_directory = config::resolve(
-      file, in.text("state_directory", "the daemon's", settings.state_directory));
+  settings.state_directory =
+      config::resolve(file, in.text("state_directory", "the daemon's", settings.state_directory));
   read_limits(in, settings);
-  settings.control = in.flag(
-      "control", "set points, outputs and modes may be set here, by operators; the daemon's "
-                 "page.control must allow it too", settings.control);
+  settings.control =
+      in.flag("control",
+              "set points, outputs and modes may be set here, by operators; the daemon's "
+              "page.control must allow it too",
+              settings.control);
   if (auto session = in.maybe_section("session", "of who has logged in")) {
     read_session(*session, settings);
   }
@@ -135,7 +141,7 @@ bool is_loopback(const std::string& address) {
 std::string why_not_at(const PageSettings& settings, const std::string& address) {
   if (is_loopback(address) || (settings.has_tls() && !settings.users.empty())) return {};
   return fmt::format("{} is reached from other hosts: that needs {}", config::quotable(address),
-                     settings.has_tls()        ? "users"
+                     settings.has_tls()       ? "users"
                      : settings.users.empty() ? "tls and users"
                                               : "tls");
 }

@@ -26,18 +26,19 @@ struct PageSettings {
   std::vector<Endpoint> listen{Endpoint{}};
   std::filesystem::path certificate;  // empty: plain HTTP
   std::filesystem::path key;
-  std::filesystem::path users;      // empty: none; everybody on this host looks, nobody writes
-  std::vector<std::string> hosts;   // names in a browser's address line, beside those of the certificate
+  std::filesystem::path users;  // empty: none; everybody on this host looks, nobody writes
+  std::vector<std::string>
+      hosts;  // names in a browser's address line, beside those of the certificate
   std::filesystem::path status_socket = "/run/loopwardend/status.sock";
   std::filesystem::path page_socket = "/run/loopwardend/page.sock";
   std::filesystem::path state_directory = "/var/lib/loopwardend";
-  std::size_t clients = 200;        // connections at a time
-  double requests_per_s = 50.0;     // of one address
-  double updates_per_s = 2.0;       // live values
-  bool control = false;             // set points, outputs and modes from here
-  double session_hours = 12.0;      // longest, from the log-in
+  std::size_t clients = 200;     // connections at a time
+  double requests_per_s = 50.0;  // of one address
+  double updates_per_s = 2.0;    // live values
+  bool control = false;          // set points, outputs and modes from here
+  double session_hours = 12.0;   // longest, from the log-in
   double session_idle_minutes = 30.0;
-  std::string time_zone;            // empty: the box's
+  std::string time_zone;  // empty: the box's
 
   bool has_tls() const noexcept { return !certificate.empty(); }
 };

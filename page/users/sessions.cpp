@@ -16,11 +16,12 @@ void Sessions::make_room(const std::string& user, Moment now) {
   const auto is_of = [&](const auto& one) { return one.second.user == user; };
   const auto of_user =
       static_cast<std::size_t>(std::count_if(sessions_.begin(), sessions_.end(), is_of));
-  const bool full = sessions_.size() >= limits_.most;
-  if (!full && of_user < limits_.most_each) return;
+  // Who logs in again and again pushes out himself.
+  const bool of_all = of_user < limits_.most_each;
+  if (of_all && sessions_.size() < limits_.most) return;
   auto oldest = sessions_.end();
   for (auto it = sessions_.begin(); it != sessions_.end(); ++it) {
-    if (!full && !is_of(*it)) continue;
+    if (!of_all && !is_of(*it)) continue;
     if (oldest == sessions_.end() || it->second.used < oldest->second.used) oldest = it;
   }
   sessions_.erase(oldest);

@@ -19,8 +19,8 @@ using Moment = std::chrono::steady_clock::time_point;
 struct SessionLimits {
   std::chrono::milliseconds longest{12 * 3'600'000};
   std::chrono::milliseconds idle{30 * 60'000};
-  std::size_t most = 1000;      // in all
-  std::size_t most_each = 20;   // of one user; then the one silent for longest goes
+  std::size_t most = 1000;     // in all
+  std::size_t most_each = 20;  // of one user; then the one silent for longest goes
 };
 
 // Who asks. Without a session: user empty, role none.
@@ -39,7 +39,8 @@ class Sessions {
   std::string begin(const std::string& user, const User& known, Moment now);
   // Nothing where the session is unknown, too old or too long silent, or its user was removed or has another
   // password. The role is the one that the user has now. `touch`: a request keeps it alive; a stream does not.
-  std::optional<Identity> find(const std::string& cookie, const Users& users, Moment now, bool touch);
+  std::optional<Identity> find(const std::string& cookie, const Users& users, Moment now,
+                               bool touch);
   void end(const std::string& cookie);
   std::size_t size() const;
 

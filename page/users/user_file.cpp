@@ -121,7 +121,8 @@ void write_users(const Users& users, const std::filesystem::path& path) {
   if (!file.is_open()) fail(temporary, errno);
   if (::fchmod(file.fd(), 0640) != 0) fail(temporary, errno);
   keep_owner(file.fd(), path);
-  if (!file.write(text.data(), text.size()) || !file.sync() || !file.close()) fail(temporary, errno);
+  if (!file.write(text.data(), text.size()) || !file.sync() || !file.close())
+    fail(temporary, errno);
   if (::rename(temporary.c_str(), path.c_str()) != 0) fail(path, errno);
   record::sync_folder(path.has_parent_path() ? path.parent_path() : ".");
 }

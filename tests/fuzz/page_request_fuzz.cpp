@@ -51,8 +51,9 @@ constexpr std::array kPaths{"/",
                             "/reports/"};
 constexpr std::array kMethods{"GET", "POST", "HEAD", "PUT", "OPTIONS"};
 constexpr std::array kUsers{"", "vera", "otto", "ella", "nobody"};
-constexpr std::array kFields{"Cookie",        "X-CSRF-Token",   "Origin",          "Sec-Fetch-Site", "Content-Type",
-                             "If-None-Match", "Accept-Encoding", "Content-Length", "Host",           "X-Other"};
+constexpr std::array kFields{"Cookie",       "X-CSRF-Token",  "Origin",          "Sec-Fetch-Site",
+                             "Content-Type", "If-None-Match", "Accept-Encoding", "Content-Length",
+                             "Host",         "X-Other"};
 
 RequestHead head_from(FuzzedDataProvider& input) {
   RequestHead head{kMethods[input.ConsumeIntegralInRange<std::size_t>(0, kMethods.size() - 1)],
@@ -61,8 +62,9 @@ RequestHead head_from(FuzzedDataProvider& input) {
   head.target += input.ConsumeRandomLengthString(200);
   if (input.ConsumeBool()) head.fields.emplace_back("Host", "localhost:8480");
   for (int n = input.ConsumeIntegralInRange(0, 4); n > 0; --n) {
-    head.fields.emplace_back(kFields[input.ConsumeIntegralInRange<std::size_t>(0, kFields.size() - 1)],
-                             input.ConsumeRandomLengthString(100));
+    head.fields.emplace_back(
+        kFields[input.ConsumeIntegralInRange<std::size_t>(0, kFields.size() - 1)],
+        input.ConsumeRandomLengthString(100));
   }
   return head;
 }
@@ -88,7 +90,8 @@ tests::ApiRig& rig() {
 }
 
 void check(const page::http::Request& request, page::http::Response& response) {
-  static const std::set<int> kKnown{200, 302, 304, 400, 401, 403, 404, 405, 409, 413, 415, 429, 500, 503};
+  static const std::set<int> kKnown{200, 302, 304, 400, 401, 403, 404,
+                                    405, 409, 413, 415, 429, 500, 503};
   require(kKnown.contains(response.status), "a known status");
   const std::string head = page::http::head_text(response, {});
   require(head.ends_with("\r\n\r\n") && head.find("\r\n\r\n") == head.size() - 4, "one head");
@@ -104,7 +107,8 @@ void check(const page::http::Request& request, page::http::Response& response) {
     }
   }
   if (response.may_stay) response.may_stay();
-  require(request.method == page::http::Method::post || rig().orders.asked.empty(), "only POST orders");
+  require(request.method == page::http::Method::post || rig().orders.asked.empty(),
+          "only POST orders");
 }
 
 }  // namespace

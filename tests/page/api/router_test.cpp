@@ -15,7 +15,8 @@ const std::vector<std::string> kAlarm{"api", "loops", "FIC-101", "alarms", "stic
 const std::vector<std::string> kOrder{"api", "loops", "FIC-101", "order"};
 
 json set_point(double value, double old) {
-  return {{"set", {{"set_point", value}}}, {"confirm", {{"tag", "FIC-101"}, {"old", old}, {"new", value}}}};
+  return {{"set", {{"set_point", value}}},
+          {"confirm", {{"tag", "FIC-101"}, {"old", old}, {"new", value}}}};
 }
 
 TEST_CASE("without users everybody on this host looks and nobody writes") {
@@ -39,17 +40,25 @@ TEST_CASE("without users everybody on this host looks and nobody writes") {
 
 TEST_CASE("with users nothing is told to who has not logged in, but the session") {
   ApiRig rig(true);
-  const std::vector<std::vector<std::string>> paths{
-      {"api", "describe"}, {"api", "events"},  {"api", "sparklines"}, {"api", "alarms"},
-      {"api", "system"},   {"api", "journal"}, {"api", "reports"},    {"reports", "x"},
-      {"api", "loops", "FIC-101"}, {"api", "loops", "FIC-101", "history"},
-      {"api", "loops", "FIC-101", "history.csv"}, {"api", "evidence", "x"}};
+  const std::vector<std::vector<std::string>> paths{{"api", "describe"},
+                                                    {"api", "events"},
+                                                    {"api", "sparklines"},
+                                                    {"api", "alarms"},
+                                                    {"api", "system"},
+                                                    {"api", "journal"},
+                                                    {"api", "reports"},
+                                                    {"reports", "x"},
+                                                    {"api", "loops", "FIC-101"},
+                                                    {"api", "loops", "FIC-101", "history"},
+                                                    {"api", "loops", "FIC-101", "history.csv"},
+                                                    {"api", "evidence", "x"}};
   for (const auto& path : paths) {
     CAPTURE(path);
     CHECK(rig.answer(ApiRig::get(path)).status == 401);
   }
   CHECK(rig.answer(ApiRig::get({"api", "session"})).status == 200);
-  CHECK(json::parse(rig.answer(rig.get_as("otto", {"api", "session"})).body)["can"]["control"] == true);
+  CHECK(json::parse(rig.answer(rig.get_as("otto", {"api", "session"})).body)["can"]["control"] ==
+        true);
   CHECK(rig.daemon.asked.empty());
 }
 
@@ -91,7 +100,8 @@ TEST_CASE("a POST needs the session's token, JSON and this origin") {
     CHECK(rig.answer(request).status == 403);
   }
   SECTION("another origin") {
-    request.origin = GENERATE("https://evil", "null", "http://localhost:8481", "https://localhost:8480");
+    request.origin =
+        GENERATE("https://evil", "null", "http://localhost:8481", "https://localhost:8480");
     CHECK(rig.answer(request).status == 403);
   }
   SECTION("our own") {
@@ -108,11 +118,13 @@ TEST_CASE("a stranger's name does not lead here") {
     request.host = host;
     return rig.answer(request).status;
   };
-  for (const char* host : {"localhost", "localhost:8480", "127.0.0.1:8480", "[::1]:8480", "box.plant", "10.0.0.5:443"}) {
+  for (const char* host : {"localhost", "localhost:8480", "127.0.0.1:8480", "[::1]:8480",
+                           "box.plant", "10.0.0.5:443"}) {
     CAPTURE(host);
     CHECK(status(host) == 200);
   }
-  for (const char* host : {"evil.example", "localhost.evil.example:8480", "box.plant.evil", "", "[::1", "127.0.0.1.evil"}) {
+  for (const char* host : {"evil.example", "localhost.evil.example:8480", "box.plant.evil", "",
+                           "[::1", "127.0.0.1.evil"}) {
     CAPTURE(host);
     CHECK(status(host) == 403);
   }
@@ -159,28 +171,56 @@ TEST_CASE("an order needs the daemon's right, the page's right and a confirmatio
   json body = set_point(6.0, 5.0);
   int expected = 200;
   SECTION("sound") {}
-  SECTION("the page's right") { rig.settings.control = false; expected = 403; }
+  SECTION("the page's right") {
+    rig.settings.control = false;
+    expected = 403;
+  }
   SECTION("the daemon's right") {
     json description = describe_of_two();
     description["page"]["control"] = false;
     rig.now.plant = page::plant_of(description);
     expected = 403;
   }
-  SECTION("another tag") { body["confirm"]["tag"] = "FIC-102"; expected = 400; }
-  SECTION("another value") { body["confirm"]["new"] = 6.5; expected = 400; }
-  SECTION("no confirmation") { body.erase("confirm"); expected = 400; }
-  SECTION("two values") { body["set"]["output"] = 3; expected = 400; }
-  SECTION("an unknown value") { body["set"] = {{"gain", 3}}; expected = 400; }
-  SECTION("not a number") { body["set"]["set_point"] = "6"; expected = 400; }
-  SECTION("a key too many") { body["force"] = true; expected = 400; }
+  SECTION("another tag") {
+    body["confirm"]["tag"] = "FIC-102";
+    expected = 400;
+  }
+  SECTION("another value") {
+    body["confirm"]["new"] = 6.5;
+    expected = 400;
+  }
+  SECTION("no confirmation") {
+    body.erase("confirm");
+    expected = 400;
+  }
+  SECTION("two values") {
+    body["set"]["output"] = 3;
+    expected = 400;
+  }
+  SECTION("an unknown value") {
+    body["set"] = {{"gain", 3}};
+    expected = 400;
+  }
+  SECTION("not a number") {
+    body["set"]["set_point"] = "6";
+    expected = 400;
+  }
+  SECTION("a key too many") {
+    body["force"] = true;
+    expected = 400;
+  }
   CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == expected);
   if (expected != 200) {
     CHECK(rig.orders.asked.empty());
     return;
   }
   REQUIRE(rig.orders.asked.size() == 2);
-  CHECK(rig.orders.asked[0] == json{{"request", "set"}, {"loop", "FIC-101"}, {"set_point", 6.0},
-                                    {"expect", {{"set_point", 5.0}}}, {"user", "otto"}, {"address", "127.0.0.1"}});
+  CHECK(rig.orders.asked[0] == json{{"request", "set"},
+                                    {"loop", "FIC-101"},
+                                    {"set_point", 6.0},
+                                    {"expect", {{"set_point", 5.0}}},
+                                    {"user", "otto"},
+                                    {"address", "127.0.0.1"}});
   CHECK(rig.orders.asked[1] == json{{"request", "order"}, {"loop", "FIC-101"}, {"order", 3}});
 }
 
@@ -227,7 +267,8 @@ TEST_CASE("log-in, its delay, and its end") {
     CHECK(refused > 3);
   }
   SECTION("over TLS the cookie is for TLS") {
-    Request request = rig.post_as("", {"api", "login"}, {{"user", "otto"}, {"password", "correct horse"}});
+    Request request =
+        rig.post_as("", {"api", "login"}, {{"user", "otto"}, {"password", "correct horse"}});
     request.secure = true;
     CHECK(rig.answer(request).headers.at(0).second.find("; Secure") != std::string::npos);
   }

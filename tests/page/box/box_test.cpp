@@ -51,13 +51,16 @@ TEST_CASE("a daemon is seen to come, to go and to come back") {
   const auto answer = [&](const json& request) -> json {
     if (request["request"] == "describe") return describe_of_two();
     if (request["request"] == "overview") return overview_of_two(++period, 5.0);
-    return {{"now_ms", 1}, {"alarms", {alarm_of("FIC-102", "stiction", "unacknowledged", 5),
-                                       alarm_of("FIC-101", "stiction", "normal", 0)}}};
+    return {{"now_ms", 1},
+            {"alarms",
+             {alarm_of("FIC-102", "stiction", "unacknowledged", 5),
+              alarm_of("FIC-101", "stiction", "normal", 0)}}};
   };
   Heard heard;
   Box box(quick(folder / "status.sock"));
   box.start([&](http::EventKind kind, std::string data) { heard(kind, std::move(data)); }, [] {});
-  REQUIRE(eventually([&] { return heard.of(http::EventKind::daemon).find("\"up\":false") != std::string::npos; }));
+  REQUIRE(eventually(
+      [&] { return heard.of(http::EventKind::daemon).find("\"up\":false") != std::string::npos; }));
   std::optional<FakeDaemon> daemon(std::in_place, folder / "status.sock", answer);
   REQUIRE(eventually([&] { return box.now().up; }));
   CHECK(box.now().plant->loops.size() == 2);
@@ -108,7 +111,9 @@ TEST_CASE("a daemon that is stopped, and whose queue is full, holds nobody") {
 
 TEST_CASE("the daemon's refusals are told apart from its absence") {
   const TemporaryFolder folder;
-  const FakeDaemon daemon(folder / "s", [](const json&) -> json { return {{"ok", false}, {"error", "no loop 'x'"}}; });
+  const FakeDaemon daemon(folder / "s", [](const json&) -> json {
+    return {{"ok", false}, {"error", "no loop 'x'"}};
+  });
   DaemonDoor door((folder / "s").string(), std::chrono::milliseconds(2000));
   CHECK_THROWS_WITH(door.ask({{"request", "loop"}}), "no loop 'x'");
   CHECK_THROWS_AS(door.ask({{"request", "loop"}}), DaemonRefused);
@@ -119,8 +124,10 @@ TEST_CASE("of a loop's alarms the one that came first is told") {
   quiet["active"] = quiet["unacknowledged"] = false;
   const json shown = alarms_for_page(
       {{"now_ms", 9},
-       {"alarms", {alarm_of("A", "stiction", "unacknowledged", 30), alarm_of("A", "backlash", "acknowledged", 20),
-                   alarm_of("A", "unknown", "normal", 1), quiet, alarm_of("B", "stiction", "unacknowledged", 40)}}});
+       {"alarms",
+        {alarm_of("A", "stiction", "unacknowledged", 30),
+         alarm_of("A", "backlash", "acknowledged", 20), alarm_of("A", "unknown", "normal", 1),
+         quiet, alarm_of("B", "stiction", "unacknowledged", 40)}}});
   REQUIRE(shown["alarms"].size() == 3);
   CHECK(shown["alarms"][0]["first_out"] == false);
   CHECK(shown["alarms"][1]["first_out"] == true);

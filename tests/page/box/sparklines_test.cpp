@@ -16,7 +16,8 @@ constexpr std::int64_t kStart = 1'000'000;
 
 TEST_CASE("ten minutes in sixty steps of extremes") {
   Sparklines lines;
-  for (int s = 0; s < 1000; ++s) lines.add(kStart + s * 1000, {static_cast<double>(s % 10), std::nan("")});
+  for (int s = 0; s < 1000; ++s)
+    lines.add(kStart + s * 1000, {static_cast<double>(s % 10), std::nan("")});
   const json all = json::parse(lines.json(7));
   CHECK(all["step_s"] == 10);
   CHECK(all["until_ms"] == 7);

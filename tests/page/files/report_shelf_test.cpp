@@ -18,7 +18,8 @@ std::string html(const std::string& title) {
 
 TEST_CASE("reports below the state directory, by kind, title and loop") {
   const TemporaryFolder folder;
-  write_file(folder / "evidence/20261124T070000000Z-FIC-101-stiction/report.html", html("Gap: FIC-101 &lt;a&gt;"));
+  write_file(folder / "evidence/20261124T070000000Z-FIC-101-stiction/report.html",
+             html("Gap: FIC-101 &lt;a&gt;"));
   write_file(folder / "gap/report.html", html("Gap: boiler"));
   write_file(folder / "trained/training.html", html("Errors"));
   write_file(folder / "twins/FIC-7/report.html", html("Commissioning of FIC-7"));

@@ -30,12 +30,13 @@ struct Written {
   void to(const std::filesystem::path& folder) const {
     std::filesystem::create_directories(folder);
     std::ofstream file(folder / record::segment_name(sequence), std::ios::binary);
-    const auto header = record::encode(record::SegmentHeader{.sequence = sequence,
-                                                             .run = run,
-                                                             .loop = "FIC-101",
-                                                             .period_s = 0.1,
-                                                             .start_utc_ns = start_ms * 1'000'000,
-                                                             .start_monotonic_ns = rows.front().time_ns});
+    const auto header =
+        record::encode(record::SegmentHeader{.sequence = sequence,
+                                             .run = run,
+                                             .loop = "FIC-101",
+                                             .period_s = 0.1,
+                                             .start_utc_ns = start_ms * 1'000'000,
+                                             .start_monotonic_ns = rows.front().time_ns});
     file.write(header.bytes.data(), static_cast<std::streamsize>(header.bytes.size()));
     std::array<char, record::kSegmentRowBytes> bytes{};
     for (std::uint32_t i = 0; i < rows.size(); ++i) {
@@ -110,8 +111,10 @@ TEST_CASE("a spike of one sample is in every picture, however wide") {
     CHECK(greatest(past) == 9.5F);
     REQUIRE(past.bucket_ms);
     // And where it was, to a bucket and the block that it lies in.
-    const auto spike = std::find(past.curves.columns[kPv].begin(), past.curves.columns[kPv].end(), 9.5F);
-    const auto at = past.curves.t_ms[static_cast<std::size_t>(spike - past.curves.columns[kPv].begin())];
+    const auto spike =
+        std::find(past.curves.columns[kPv].begin(), past.curves.columns[kPv].end(), 9.5F);
+    const auto at =
+        past.curves.t_ms[static_cast<std::size_t>(spike - past.curves.columns[kPv].begin())];
     const auto truth = kStart_ms + static_cast<std::int64_t>(place) * 100;
     CHECK(std::abs(static_cast<double>(at - truth)) <= 1.3 * *past.bucket_ms + 100.0);
   }
@@ -149,7 +152,8 @@ TEST_CASE("what is missing is a row without values") {
   }
   SECTION("a restart") {
     written.to(folder.path());
-    Written{.sequence = 2, .run = 2, .start_ms = kStart_ms + 260'000, .rows = wave(0, 500)}.to(folder.path());
+    Written{.sequence = 2, .run = 2, .start_ms = kStart_ms + 260'000, .rows = wave(0, 500)}.to(
+        folder.path());
     const Past past = past_of(folder, {kStart_ms, kStart_ms + 400'000}, 4000);
     CHECK(gaps(past) == 1);
     CHECK(past.curves.t_ms.size() == 2501);
@@ -169,7 +173,8 @@ TEST_CASE("what is missing is a row without values") {
 TEST_CASE("one bad segment costs itself") {
   const TemporaryFolder folder;
   Written{.rows = wave(0, 500)}.to(folder.path());
-  Written{.sequence = 3, .start_ms = kStart_ms + 100'000, .rows = wave(1000, 500)}.to(folder.path());
+  Written{.sequence = 3, .start_ms = kStart_ms + 100'000, .rows = wave(1000, 500)}.to(
+      folder.path());
   write_file(folder / "0000000002.lwseg", "this is no segment at all");
   const Past past = past_of(folder, {kStart_ms, kStart_ms + 200'000}, 4000);
   REQUIRE(past.unreadable.size() == 1);
@@ -195,7 +200,8 @@ TEST_CASE("newer rows come from the daemon's memory") {
     const std::uint64_t first = newest ? newest->last_period + 1 : 0;
     const std::int64_t at = newest ? newest->last_ms + 100 : kStart_ms;
     for (std::uint64_t i = 0; i < 20; ++i) {
-      rows.push_back(block_of(row_at(first + i, 7.0), at + static_cast<std::int64_t>(i) * 100, 0, 0));
+      rows.push_back(
+          block_of(row_at(first + i, 7.0), at + static_cast<std::int64_t>(i) * 100, 0, 0));
     }
     return rows;
   };
@@ -217,7 +223,10 @@ TEST_CASE("what is kept of summaries is bounded") {
   const TemporaryFolder folder;
   SummaryStore store(200'000);
   for (std::uint64_t i = 1; i <= 20; ++i) {
-    Written{.sequence = i, .start_ms = kStart_ms + static_cast<std::int64_t>(i), .rows = wave(0, 20'000)}.to(folder.path());
+    Written{.sequence = i,
+            .start_ms = kStart_ms + static_cast<std::int64_t>(i),
+            .rows = wave(0, 20'000)}
+        .to(folder.path());
     const auto path = folder.path() / record::segment_name(i);
     CHECK(store.get(path, SegmentRows(path))->levels[0].size() == 313);
   }
@@ -227,7 +236,8 @@ TEST_CASE("what is kept of summaries is bounded") {
 TEST_CASE("all rows in pieces") {
   const TemporaryFolder folder;
   Written{.rows = wave(0, 10'000)}.to(folder.path());
-  Written{.sequence = 2, .start_ms = kStart_ms + 1'000'000, .rows = wave(10'000, 10'000)}.to(folder.path());
+  Written{.sequence = 2, .start_ms = kStart_ms + 1'000'000, .rows = wave(10'000, 10'000)}.to(
+      folder.path());
   RowReader reader(folder.path(), {kStart_ms + 50'000, kStart_ms + 1'500'000});
   std::size_t count = 0;
   std::int64_t last = 0;
@@ -265,7 +275,8 @@ TEST_CASE("whatever the rows, the picture keeps their extremes, rises in time an
                       "the least is kept");
     float most = -1e30F;
     for (const float value : pv) most = std::fmax(most, value);
-    property::require(most == *std::max_element(values.begin(), values.end()), "the greatest is kept");
+    property::require(most == *std::max_element(values.begin(), values.end()),
+                      "the greatest is kept");
   });
 }
 

@@ -10,7 +10,8 @@ using namespace page::http;
 TEST_CASE("a client that does not keep up skips to the newest") {
   EventBoard board;
   EventBoard::Cursor cursor = board.newcomer();
-  for (int i = 0; i < 1000; ++i) board.publish(EventKind::overview, "{\"n\":" + std::to_string(i) + "}");
+  for (int i = 0; i < 1000; ++i)
+    board.publish(EventKind::overview, "{\"n\":" + std::to_string(i) + "}");
   const auto frames = board.news(cursor);
   REQUIRE(frames.size() == 1);
   CHECK(*frames[0] == "event: overview\ndata: {\"n\":999}\n\n");

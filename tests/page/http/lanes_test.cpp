@@ -14,7 +14,10 @@ TEST_CASE("a lane that is full says so, and no client has all of it") {
   const std::shared_future<void> open = go.get_future().share();
   std::promise<void> begun;
   Lanes lanes({{{"t", 0, 0}, {"t", 1, 4}, {"t", 1, 4}, {"t", 1, 4}, {"t", 1, 4}}});
-  REQUIRE(lanes.begin(Lane::disk, "a", [&] { begun.set_value(); open.wait(); }));
+  REQUIRE(lanes.begin(Lane::disk, "a", [&] {
+    begun.set_value();
+    open.wait();
+  }));
   begun.get_future().wait();
   CHECK(lanes.begin(Lane::disk, "a", [] {}));
   CHECK(lanes.begin(Lane::disk, "a", [] {}));

@@ -37,7 +37,9 @@ class Echo final : public Handler {
   std::shared_future<void> open{go.get_future().share()};
 
   Lane lane(const Request& request) const noexcept override {
-    return request.part(0) == "slow" ? Lane::disk : request.part(0) == "busy" ? Lane::daemon : Lane::here;
+    return request.part(0) == "slow"   ? Lane::disk
+           : request.part(0) == "busy" ? Lane::daemon
+                                       : Lane::here;
   }
   Response answer(const Request& request) noexcept override {
     Response response;
@@ -47,7 +49,8 @@ class Echo final : public Handler {
     if (request.part(0) == "pieces") response.source = std::make_unique<Numbers>();
     if (request.part(0) == "large") response.body = std::string(8'000'000, 'x');
     if (request.part(0) == "events") response.may_stay = [this] { return stay.load(); };
-    if (response.body.empty()) response.body = "hello " + std::string(request.part(0)) + request.body;
+    if (response.body.empty())
+      response.body = "hello " + std::string(request.part(0)) + request.body;
     if (response.may_stay) response.body = "retry: 1000\n\n";
     return response;
   }
@@ -139,12 +142,15 @@ TEST_CASE("what could be read as two requests is read as none") {
   const Running running;
   const std::string smuggled = get_line("/admin");
   for (const std::string head :
-       {"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n", "Transfer-Encoding: chunked\r\nContent-Length: 5\r\n",
-        "Transfer-Encoding: chunked\r\n", "Transfer-Encoding : chunked\r\n", "Content-Length: 5\r\nContent-Length: 6\r\n",
-        "Content-Length: 5\r\n\tfold: x\r\nTransfer-Encoding:\tchunked\r\n", "Content-Length: -1\r\n",
-        "Content-Length: 5, 6\r\n", "Transfer-Encoding: xchunked\r\n", "transfer-encoding: identity, chunked\r\n"}) {
+       {"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n",
+        "Transfer-Encoding: chunked\r\nContent-Length: 5\r\n", "Transfer-Encoding: chunked\r\n",
+        "Transfer-Encoding : chunked\r\n", "Content-Length: 5\r\nContent-Length: 6\r\n",
+        "Content-Length: 5\r\n\tfold: x\r\nTransfer-Encoding:\tchunked\r\n",
+        "Content-Length: -1\r\n", "Content-Length: 5, 6\r\n", "Transfer-Encoding: xchunked\r\n",
+        "transfer-encoding: identity, chunked\r\n"}) {
     CAPTURE(head);
-    const std::string all = running.answer("POST /a HTTP/1.1\r\nHost: x\r\n" + head + "\r\n0\r\n\r\n" + smuggled);
+    const std::string all =
+        running.answer("POST /a HTTP/1.1\r\nHost: x\r\n" + head + "\r\n0\r\n\r\n" + smuggled);
     CHECK_THAT(all, StartsWith("HTTP/1.1 4"));
     CHECK_THAT(all, !Contains("hello admin"));
   }
@@ -264,14 +270,16 @@ TEST_CASE("events go to who listens; who does not read is dropped, and holds nob
   Running running;
   RawClient good = running.client();
   good.send(get_line("/events"));
-  CHECK_THAT(good.until("retry: 1000\n\n"), Contains("text/event-stream") || Contains("text/plain"));
+  CHECK_THAT(good.until("retry: 1000\n\n"),
+             Contains("text/event-stream") || Contains("text/plain"));
   const RawClient deaf(running.port, 4096);
   deaf.send(get_line("/events"));
   REQUIRE(eventually([&] { return running.server.counters().streams == 2; }));
   const std::string large(1'000'000, 'x');
   int heard = 0;
   for (int i = 0; i < 100 && running.server.counters().streams == 2; ++i) {
-    running.server.publish(EventKind::overview, "{\"n\":" + std::to_string(i) + ",\"x\":\"" + large + "\"}");
+    running.server.publish(EventKind::overview,
+                           "{\"n\":" + std::to_string(i) + ",\"x\":\"" + large + "\"}");
     if (good.until("\"}\n\n").find("\"n\":" + std::to_string(i)) != std::string::npos) ++heard;
     std::this_thread::sleep_for(milliseconds(10));
   }
@@ -279,7 +287,9 @@ TEST_CASE("events go to who listens; who does not read is dropped, and holds nob
   CHECK(eventually([&] { return running.server.counters().streams == 1; }));
   running.server.publish(EventKind::alarms, "[]");
   CHECK_THAT(good.until("event: alarms\ndata: []\n\n"), Contains("event: alarms"));
-  SECTION("a heartbeat while nothing happens") { CHECK_THAT(good.until(":\n\n"), Contains(":\n\n")); }
+  SECTION("a heartbeat while nothing happens") {
+    CHECK_THAT(good.until(":\n\n"), Contains(":\n\n"));
+  }
   SECTION("it ends when it may not stay") {
     running.echo.stay = false;
     good.rest();

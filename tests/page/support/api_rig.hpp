@@ -16,7 +16,8 @@ namespace loopwarden::tests {
 
 class ApiRig {
  public:
-  explicit ApiRig(bool with_users) : users_(with_users ? folder / "users" : std::filesystem::path()) {
+  explicit ApiRig(bool with_users)
+      : users_(with_users ? folder / "users" : std::filesystem::path()) {
     settings.control = true;
     settings.state_directory = folder / "state";
     now.up = true;
@@ -30,7 +31,9 @@ class ApiRig {
     users_.refresh();
   }
 
-  page::http::Response answer(const page::http::Request& request) { return router().answer(request); }
+  page::http::Response answer(const page::http::Request& request) {
+    return router().answer(request);
+  }
 
   page::api::Router& router() {
     if (!router_) router_ = std::make_unique<page::api::Router>(context());
@@ -52,7 +55,8 @@ class ApiRig {
     return request;
   }
 
-  page::http::Request post_as(const std::string& user, std::vector<std::string> path, const nlohmann::json& body) {
+  page::http::Request post_as(const std::string& user, std::vector<std::string> path,
+                              const nlohmann::json& body) {
     page::http::Request request = get_as(user, std::move(path));
     request.method = page::http::Method::post;
     request.content_type = "application/json";
@@ -66,7 +70,9 @@ class ApiRig {
   std::string cookie_of(const std::string& user) {
     const auto users = users_.users();
     const auto known = users->find(user);
-    return known == users->end() ? "" : sessions_.begin(user, known->second, std::chrono::steady_clock::now());
+    return known == users->end()
+               ? ""
+               : sessions_.begin(user, known->second, std::chrono::steady_clock::now());
   }
 
   void log_out(const std::string& cookie) { sessions_.end(cookie); }

@@ -21,9 +21,10 @@ namespace loopwarden::tests {
 inline nlohmann::json describe_of_two() {
   using nlohmann::json;
   const auto loop = [](const char* tag) {
-    return json{{"tag", tag},           {"pv_unit", "L/min"},  {"co_unit", "V"},
-                {"sample_time_s", 0.1}, {"recording", true},   {"stem", true},
-                {"pv_range", {0, 10}},  {"folder", std::string("/state/segments/") + tag}};
+    return json{{"tag", tag},          {"pv_unit", "L/min"},
+                {"co_unit", "V"},      {"sample_time_s", 0.1},
+                {"recording", true},   {"stem", true},
+                {"pv_range", {0, 10}}, {"folder", std::string("/state/segments/") + tag}};
   };
   return {{"version", "0.2.0"},
           {"config_hash", 7},
@@ -45,10 +46,11 @@ inline nlohmann::json overview_of_two(int period, double pv) {
           {"alarms_unacknowledged", {0, 1}}};
 }
 
-inline nlohmann::json alarm_of(const char* loop, const char* alarm, const char* state, std::int64_t raised_ms) {
+inline nlohmann::json alarm_of(const char* loop, const char* alarm, const char* state,
+                               std::int64_t raised_ms) {
   const bool active = std::string(state) != "normal";
-  return {{"loop", loop}, {"alarm", alarm}, {"state", state}, {"active", active},
-          {"unacknowledged", active}, {"raised_ms", raised_ms}};
+  return {{"loop", loop},     {"alarm", alarm},           {"state", state},
+          {"active", active}, {"unacknowledged", active}, {"raised_ms", raised_ms}};
 }
 
 // Answers on a socket, by a thread.

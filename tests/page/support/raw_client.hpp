@@ -20,8 +20,10 @@ namespace loopwarden::tests {
 class RawClient {
  public:
   // `receive_bytes`: of the socket's buffer, so that a client that does not read is soon noticed; 0: as usual.
-  explicit RawClient(int port, int receive_bytes = 0) : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    if (receive_bytes > 0) ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
+  explicit RawClient(int port, int receive_bytes = 0)
+      : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    if (receive_bytes > 0)
+      ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -30,7 +32,8 @@ class RawClient {
       throw std::runtime_error("no server at port " + std::to_string(port));
     }
   }
-  RawClient(RawClient&& other) noexcept : fd_(std::exchange(other.fd_, -1)), received_(std::move(other.received_)) {}
+  RawClient(RawClient&& other) noexcept
+      : fd_(std::exchange(other.fd_, -1)), received_(std::move(other.received_)) {}
   RawClient& operator=(RawClient&&) = delete;
   ~RawClient() {
     if (fd_ >= 0) ::close(fd_);
@@ -47,11 +50,12 @@ class RawClient {
   }
 
   // What comes until `end` does, or the connection ends, or the time is up.
-  std::string until(std::string_view end, std::chrono::milliseconds patience = std::chrono::seconds(20)) {
+  std::string until(std::string_view end,
+                    std::chrono::milliseconds patience = std::chrono::seconds(20)) {
     const auto deadline = std::chrono::steady_clock::now() + patience;
     while (received_.find(end) == std::string::npos) {
-      const auto left =
-          std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+          deadline - std::chrono::steady_clock::now());
       pollfd waiting{fd_, POLLIN, 0};
       if (left.count() <= 0 || ::poll(&waiting, 1, static_cast<int>(left.count())) <= 0) break;
       std::array<char, 65536> piece{};

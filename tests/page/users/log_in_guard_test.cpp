@@ -3,7 +3,6 @@
 
 #include <catch2/catch.hpp>
 
-
 namespace loopwarden::tests::log_in_guard_test {
 
 using page::LogInGuard;
@@ -38,7 +37,8 @@ TEST_CASE("an hour of guessing gives few tries, whatever is changed between them
 
 TEST_CASE("who knows the password is let in again soon") {
   LogInGuard guard;
-  for (int i = 0; i < 200; ++i) guard.wait_s("anna", "6.6.6." + std::to_string(i % 3), kStart + seconds(i));
+  for (int i = 0; i < 200; ++i)
+    guard.wait_s("anna", "6.6.6." + std::to_string(i % 3), kStart + seconds(i));
   CHECK(guard.wait_s("anna", "10.0.0.1", kStart + seconds(200)) <= 30);
   CHECK(guard.wait_s("anna", "10.0.0.1", kStart + seconds(231)) == 0);
   guard.right("anna", "10.0.0.1");

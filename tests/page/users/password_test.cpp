@@ -26,7 +26,8 @@ TEST_CASE("what nobody has is as dear as a user's") {
 }
 
 TEST_CASE("what is no hash by argon2id is told apart") {
-  for (const char* text : {"", "secret", "$argon2i$v=19$m=8,t=1,p=1$x$y", "$argon2id$v=19$m=8,t=1:x"}) {
+  for (const char* text :
+       {"", "secret", "$argon2i$v=19$m=8,t=1,p=1$x$y", "$argon2id$v=19$m=8,t=1:x"}) {
     CHECK_FALSE(is_hash(text));
   }
 }

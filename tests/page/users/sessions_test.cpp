@@ -54,7 +54,9 @@ TEST_CASE("it ends when it is not used, and in the end") {
   }
 }
 
-TEST_CASE("a user who is removed, or has another password, has no session; one with another role has it") {
+TEST_CASE(
+    "a user who is removed, or has another password, has no session; one with another role has "
+    "it") {
   Desk desk;
   const std::string cookie = desk.begin("anna", kStart);
   SECTION("removed") {

@@ -42,7 +42,8 @@ TEST_CASE("errors name line and column") {
   CHECK(trouble("# a comment\n\nanna:viewer:" + hash() + "\n") == "none");
   CHECK(trouble("anna") == "users:1:1: error: expected name:role:hash");
   CHECK(trouble("\nanna:viewr:" + hash()) ==
-        "users:2:6: error: expected viewer, operator or engineer (got 'viewr'); did you mean 'viewer'?");
+        "users:2:6: error: expected viewer, operator or engineer (got 'viewr'); did you mean "
+        "'viewer'?");
   CHECK(trouble("anna:viewer:secret") == "users:1:13: error: that is no hash by argon2id");
   CHECK(trouble("1a:viewer:" + hash()) == "users:1:1: error: that is no user name");
   CHECK(trouble("a:viewer:" + hash() + "\na:viewer:" + hash()) ==
@@ -68,7 +69,8 @@ TEST_CASE("the running page takes over a changed file and keeps the old users wh
 
 TEST_CASE("names that journals and files bear") {
   CHECK(is_user_name("anna.b-2_x"));
-  for (const char* name : {"", "2anna", "a b", "a:b", "a@b", "ann\xc3\xa4"}) CHECK_FALSE(is_user_name(name));
+  for (const char* name : {"", "2anna", "a b", "a:b", "a@b", "ann\xc3\xa4"})
+    CHECK_FALSE(is_user_name(name));
   CHECK_FALSE(is_user_name(std::string(33, 'a')));
 }
 
