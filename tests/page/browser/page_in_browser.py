@@ -173,8 +173,11 @@ def day_old(box, browser, spike_ms):
     stamp = browser.run("new Date(arguments[0] + 7200000).toISOString().slice(0, 10)", spike_ms)
     browser.check(stamp in browser.text(".cursor-time"), f"the cursor's time is {browser.text('.cursor-time')}, not of {stamp} in Johannesburg")
     fine = span()
-    ActionChains(browser.driver).double_click(browser.find(".plot .u-over")).perform()
-    browser.until(lambda: span() > 1.5 * fine, "a double click does not go back")
+    def goes_back():
+        # Again where a crowded machine made two clicks of it.
+        ActionChains(browser.driver).double_click(browser.find(".plot .u-over")).perform()
+        return span() > 1.5 * fine
+    browser.until(goes_back, "a double click does not go back")
     csv = browser.run_async("const r = await fetch(document.querySelector('.under a.button').href); return [r.status, (await r.text()).slice(0, 40)];")
     browser.check(csv[0] == 200 and csv[1].startswith("time,pv"), f"the CSV is {csv}")
 
