@@ -157,10 +157,13 @@ TEST_CASE("mbpoll reads every register with the script made for it, with names, 
     const std::size_t end = line.find_last_not_of(" 0123456789.eE+-");
     REQUIRE(end != std::string::npos);
     const std::size_t value = line.rfind(' ');
-    values[line.substr(0, line.find_last_not_of(' ', value) + 1)] = std::strtod(line.c_str() + value, nullptr);
+    values[line.substr(0, line.find_last_not_of(' ', value) + 1)] =
+        std::strtod(line.c_str() + value, nullptr);
   }
   CHECK(values.size() > 250);
-  const auto value = [&](const char* name) { return values.at(std::string("input register:") + name); };
+  const auto value = [&](const char* name) {
+    return values.at(std::string("input register:") + name);
+  };
   CHECK(value("box.magic") == 0x4C50);
   CHECK(value("box.float_test") == 123456.0);
   CHECK(value("box.integer_test") == 0x01020304);

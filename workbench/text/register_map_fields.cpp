@@ -82,7 +82,8 @@ std::string quoted(const std::string& text) { return nlohmann::json(text).dump()
 
 std::string shell_quotable(std::string text) {
   constexpr std::string_view kEscaped = "'\\''";
-  for (std::size_t at = text.find('\''); at != std::string::npos; at = text.find('\'', at + kEscaped.size())) {
+  for (std::size_t at = text.find('\''); at != std::string::npos;
+       at = text.find('\'', at + kEscaped.size())) {
     text.replace(at, 1, kEscaped);
   }
   return text;

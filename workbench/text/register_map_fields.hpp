@@ -14,10 +14,10 @@
 
 namespace loopwarden::workbench {
 
-const char* type_text(const register_map::Register& reg);       // "u16", "f32", "bit"
-const char* order_text(hal::modbus::ByteOrder order);           // "abcd"
-bool is_bit(const register_map::Register& reg) noexcept;        // a coil or a discrete input
-int read_function(register_map::Table table) noexcept;          // 1 to 4
+const char* type_text(const register_map::Register& reg);  // "u16", "f32", "bit"
+const char* order_text(hal::modbus::ByteOrder order);      // "abcd"
+bool is_bit(const register_map::Register& reg) noexcept;   // a coil or a discrete input
+int read_function(register_map::Table table) noexcept;     // 1 to 4
 
 // Calls `visit(reg, tag, address)` for the box's registers, whose tag is empty, and those of every loop.
 using VisitRegister = std::function<void(const register_map::Register& reg, const std::string& tag,
@@ -33,6 +33,7 @@ std::string quoted(const std::string& text);
 // A text as it stands between ' of a shell.
 std::string shell_quotable(std::string text);
 // `text` with what stands there for each @NAME@.
-std::string filled(std::string text, const std::initializer_list<std::pair<std::string, std::string>>& values);
+std::string filled(std::string text,
+                   const std::initializer_list<std::pair<std::string, std::string>>& values);
 
 }  // namespace loopwarden::workbench

@@ -54,14 +54,15 @@ std::string telegraf_field(const Register& reg) {
 }  // namespace
 
 std::string map_telegraf(const MapOptions& options) {
-  std::string text = fmt::format(R"(# Telegraf 1.20 or later. Measurement "loopwarden", a tag "loop" for each loop and for the box.
+  std::string text = fmt::format(
+      R"(# Telegraf 1.20 or later. Measurement "loopwarden", a tag "loop" for each loop and for the box.
 [[inputs.modbus]]
   name = "loopwarden"
   timeout = "1s"
   controller = "tcp://{}:{}"
   configuration_type = "metric"
 )",
-                                 options.host, options.port);
+      options.host, options.port);
   // Registers of 16 bits are the same in every word order but where bytes are swapped: they have a section of their own.
   std::vector<std::string> owners;
   std::map<std::pair<std::string, bool>, std::string> fields;  // by owner and whether 32 bits
@@ -81,7 +82,8 @@ std::string map_telegraf(const MapOptions& options) {
       if (section == fields.end()) continue;
       text += fmt::format(
           "\n  [[inputs.modbus.metric]]\n    slave_id = {}\n    byte_order = {}\n    measurement = "
-          "\"loopwarden\"\n    fields = [\n{}    ]\n    [inputs.modbus.metric.tags]\n      loop = {}\n",
+          "\"loopwarden\"\n    fields = [\n{}    ]\n    [inputs.modbus.metric.tags]\n      loop = "
+          "{}\n",
           options.unit, quoted(wide ? upper_case(order_text(options.word_order)) : "ABCD"),
           section->second, quoted(owner));
     }

@@ -5,9 +5,9 @@
 
 namespace loopwarden::workbench {
 
-extern const char* const kReadScript;       // read.sh
-extern const char* const kReadJavaScript;   // read.js
-extern const char* const kNodeRedDecode;    // node_red_decode.js
-extern const char* const kNodeRedWrite;     // node_red_write.js
+extern const char* const kReadScript;      // read.sh
+extern const char* const kReadJavaScript;  // read.js
+extern const char* const kNodeRedDecode;   // node_red_decode.js
+extern const char* const kNodeRedWrite;    // node_red_write.js
 
 }  // namespace loopwarden::workbench

@@ -76,11 +76,13 @@ TEST_CASE("an address is written as each master counts", "[register_map]") {
         std::string::npos);
   CHECK(map_csv(options).find("holding register,34,400035,FIC-101,sp,f32,2,1,PV,rw,") !=
         std::string::npos);
-  CHECK(map_mbpoll(options).find("\nread_one 'input register:FIC-102.pv' f32 1 -t 3:float -r 136 -B\n") !=
+  CHECK(map_mbpoll(options).find(
+            "\nread_one 'input register:FIC-102.pv' f32 1 -t 3:float -r 136 -B\n") !=
         std::string::npos);
   CHECK(map_mbpoll(options).find("host=${1:-10.0.0.9} port=${2:-502}") != std::string::npos);
   CHECK(map_mbpoll(options).find("-a 7 ") != std::string::npos);
-  CHECK(map_javascript(options).find("\n  [\"input register\", 136, 2, \"f32\", 1, \"FIC-102.pv\"],\n") !=
+  CHECK(map_javascript(options).find(
+            "\n  [\"input register\", 136, 2, \"f32\", 1, \"FIC-102.pv\"],\n") !=
         std::string::npos);
   // Node-red fetches the second and third blocks as well.
   CHECK(map_node_red(options).find(R"("adr": "57352")") != std::string::npos);
@@ -97,8 +99,10 @@ TEST_CASE("an address is written as each master counts", "[register_map]") {
         std::string::npos);
 }
 
-TEST_CASE("a flow of Node-RED stands on one tab, each node at a place of its own, each wire to a node of it",
-          "[register_map]") {
+TEST_CASE(
+    "a flow of Node-RED stands on one tab, each node at a place of its own, each wire to a node of "
+    "it",
+    "[register_map]") {
   const std::string text = map_node_red({.loops = {"FIC-101", "FIC-102"}});
   const nlohmann::json flow = nlohmann::json::parse(text);
   std::set<std::string> ids;
@@ -114,8 +118,10 @@ TEST_CASE("a flow of Node-RED stands on one tab, each node at a place of its own
     }
     if (node.contains("server")) CHECK(ids.contains(node.at("server")));
   }
-  CHECK(node_of(text, "lw-order").at("func").get<std::string>().find(R"("FIC-102/sp":[16,66,"f32",1.0])") !=
-        std::string::npos);
+  CHECK(node_of(text, "lw-order")
+            .at("func")
+            .get<std::string>()
+            .find(R"("FIC-102/sp":[16,66,"f32",1.0])") != std::string::npos);
   CHECK(node_of(text, "lw-sp-1").at("topic") == "FIC-102/sp");
   CHECK(node_of(text, "lw-sp-1").at("payload") ==
         R"($lookup($lookup($flowContext("loopwarden"), "FIC-102"), "set/sp"))");
