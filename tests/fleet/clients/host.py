@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """A Sparkplug host of paho-mqtt and the classes that protoc makes of sparkplug_b.proto: reads births, asks for a
 rebirth, gets it, reads data by alias.  Usage: host.py FOLDER_OF_sparkplug_b_pb2 PORT GROUP EDGE"""

@@ -436,10 +436,10 @@ TEST_CASE(
   REQUIRE(birth != nullptr);
   const std::int64_t number = bd_seq(*birth);
   const Host::Heard* stored = plant.host.await([](const Host::Heard& h) {
-    return h.payload.find("pv") != nullptr && h.payload.find("pv")->historical;
+    const Metric* pv = h.payload.find("pv");
+    return pv != nullptr && pv->historical && pv->value == Value(2.0);
   });
-  REQUIRE(stored != nullptr);
-  CHECK(stored->payload.find("pv")->value == Value(2.0));
+  CHECK(stored != nullptr);
   // An older word, such as the will of a connection that was replaced.
   plant.host.be_online(false, 999);
   plant.daemon.set("FIC-101", "pv", 3.0);

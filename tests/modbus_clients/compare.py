@@ -1,0 +1,28 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""What two masters read of one map is the same, but for what moves.  Usage: compare.py ONE.json OTHER.json"""
+import json
+import math
+import sys
+
+# A simulated loop goes on between two readings.
+MOVES = {"heartbeat", "uptime", "utc_seconds", "utc_milliseconds", "sequence_head", "sequence_tail", "pv", "co", "stem",
+         "pv_scaled", "co_scaled", "stem_scaled", "output", "output_scaled", "pv_age", "overruns", "wake_up_worst",
+         "wake_up_p99", "clients", "window_number", "windows_judged", "hours_automatic", "hours_manual",
+         "hours_at_limit", "records_dropped", "monitor_dropped", "window_backlog", "journal_waiting", "window_state",
+         "loop_bits", "at_low", "at_high", "jacket_rate", "jacket_rate_shadow", "compensator", "compensator_shadow"}
+
+
+def compare(one, other):
+    if one.keys() != other.keys():
+        sys.exit(f"other names: {sorted(one.keys() ^ other.keys())[:5]}")
+    wrong = [f"{name}: {one[name]} and {other[name]}" for name in one
+             if name.rsplit(".", 1)[-1] not in MOVES and not math.isclose(one[name], other[name], rel_tol=1e-9)]
+    if wrong:
+        sys.exit("\n".join(wrong[:20]))
+    print(f"{len(one)} values are the same")
+
+
+if __name__ == "__main__":
+    with open(sys.argv[1], encoding="utf-8") as first, open(sys.argv[2], encoding="utf-8") as second:
+        compare(json.load(first), json.load(second))
