@@ -143,18 +143,27 @@ void BrokerLink::send_waiting() {
 void BrokerLink::say_goodbye() {
   if (!client_) return;
   if (connected_ && owned_) {
+    // A death that is no will has the time at which it is said.
+    state_time_ms_ = std::max(state_time_ms_, static_cast<std::uint64_t>(utc_ms()));
     say_state(false);
+    // Confirmed first: a connection that ends with something on its way is none that said goodbye.
+    serve_until([this] { return client_->waiting() == 0; });
     client_->leave();
-    const auto end = std::chrono::steady_clock::now() + kGoodbye;
-    while (connected_ && std::chrono::steady_clock::now() < end) {
-      for (mqtt::Event& event : client_->events(kTick)) {
-        if (event.kind == mqtt::Event::Kind::disconnected) connected_ = false;
-        if (event.kind == mqtt::Event::Kind::message) handle(std::move(event));
-      }
-    }
+    serve_until([] { return false; });
   }
   connected_ = false;
   client_.reset();
+}
+
+// At most as long as a goodbye may take, and until the connection has ended.
+void BrokerLink::serve_until(const std::function<bool()>& done) {
+  const auto end = std::chrono::steady_clock::now() + kGoodbye;
+  while (connected_ && !done() && std::chrono::steady_clock::now() < end) {
+    for (mqtt::Event& event : client_->events(kTick)) {
+      if (event.kind == mqtt::Event::Kind::disconnected) connected_ = false;
+      if (event.kind == mqtt::Event::Kind::message) handle(std::move(event));
+    }
+  }
 }
 
 }  // namespace loopwarden::fleet

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -57,6 +58,7 @@ class BrokerLink {
   void say_state(bool online);
   void send_waiting();
   void say_goodbye();
+  void serve_until(const std::function<bool()>& done);
 
   const LinkSettings settings_;
   Spool& spool_;

@@ -10,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <random>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -39,10 +40,11 @@ void log_lost(const char* what, const std::exception& e) {
   spdlog::warn("{}: {}", what, why.substr(0, why.find('\n')));
 }
 
+// Machine and process for those who read the table; containers may have both in common.
 std::string owner_name() {
   std::array<char, 256> host{};
   ::gethostname(host.data(), host.size() - 1);
-  return fmt::format("{}:{}", host.data(), ::getpid());
+  return fmt::format("{}:{}:{:08x}", host.data(), ::getpid(), std::random_device{}());
 }
 
 std::string lease_name(const GroupHost& group) {

@@ -11,8 +11,10 @@
 
 #include <chrono>
 #include <filesystem>
+#include <atomic>
 #include <map>
 #include <memory>
+#include <utility>
 #include <string>
 #include <thread>
 #include <vector>
@@ -111,6 +113,9 @@ class Wire {
   }
   void send(const Arrival& message) {
     REQUIRE(client_.publish({message.topic, message.payload, mqtt::Qos::at_least_once, false}));
+  }
+  void send_retained(const std::string& topic, const std::string& payload) {
+    REQUIRE(client_.publish({topic, payload, mqtt::Qos::at_least_once, true}));
   }
   bool host_online() {
     poll();
@@ -334,6 +339,50 @@ TEST_CASE("edges are told to keep what they have before the spool is full", "[pl
   CHECK(eventually([&] { return !wire.host_online(); }, 30s));
   plant.database.start();
   CHECK(eventually([&] { return wire.host_online(); }, 60s));
+}
+
+TEST_CASE(
+    "the host's state is retained; its will has the time of its birth, its goodbye a newer one",
+    "[plant]") {
+  if (!installed()) return;
+  Plant plant;
+  const std::string topic = "spBv1.0/STATE/loopwarden-A";
+  HostProcess host(plant.database, plant.broker.port(), "host");
+  {
+    Wire wire(plant.broker.port());
+    REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
+  }
+  Wire wire(plant.broker.port());
+  REQUIRE(eventually([&] { return wire.host_online(); }, 30s));
+  const auto birth = sparkplug::parse_host_state(wire.newest(topic));
+  host.end(SIGKILL);
+  REQUIRE(eventually([&] { return !wire.host_online(); }, 30s));
+  const auto will = sparkplug::parse_host_state(wire.newest(topic));
+  CHECK(will->time_ms == birth->time_ms);
+  host.start();
+  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
+  const auto next = sparkplug::parse_host_state(wire.newest(topic));
+  CHECK(next->time_ms > birth->time_ms);
+  CHECK(host.end(SIGTERM) == 0);
+  REQUIRE(eventually([&] { return !wire.host_online(); }, 30s));
+  CHECK(sparkplug::parse_host_state(wire.newest(topic))->time_ms > next->time_ms);
+}
+
+TEST_CASE("a state of a later time at the broker makes the host connect anew with one still later",
+          "[plant]") {
+  if (!installed()) return;
+  Plant plant;
+  Wire wire(plant.broker.port());
+  const std::string topic = "spBv1.0/STATE/loopwarden-A";
+  const std::uint64_t later = now_ms() + 3'600'000;
+  wire.send_retained(topic, to_text(sparkplug::HostState{false, later}));
+  const HostProcess host(plant.database, plant.broker.port(), "host");
+  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
+  CHECK(eventually([&] { return sparkplug::parse_host_state(wire.newest(topic))->time_ms > later; },
+                   60s));
+  // The late will of an older connection does not stand.
+  wire.send_retained(topic, to_text(sparkplug::HostState{false, later - 5}));
+  CHECK(eventually([&] { return wire.host_online(); }, 30s));
 }
 
 TEST_CASE("a group has one owner; a second host takes over within 10 s of its death", "[plant]") {
