@@ -43,8 +43,8 @@ struct Phase {
   const char* name;   // in the table; empty: not measured
   const char* story;  // what the viewer sees
   double until_s;
-  double measured_from_s;  // after things have settled
-  nlohmann::json command;  // at its start; null: none
+  double measured_from_s;     // after things have settled
+  nlohmann::json command;     // at its start; null: none
   bool worth_a_look = false;  // the page is opened at its start, if at all
 };
 
@@ -199,7 +199,8 @@ class Demo {
     if (page_.empty()) return;
     if (!screen_) say(fmt::format("          in a browser: {}", page_));
     if (!open_page_ || (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY"))) return;
-    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);  // its words would tear the screen
+    const int nowhere =
+        ::open("/dev/null", O_WRONLY | O_CLOEXEC);  // its words would tear the screen
     try {
       browser_.emplace("/usr/bin/xdg-open", std::vector<std::string>{page_},
                        hal::os::ChildSettings{.output = nowhere, .idle = false});
@@ -273,8 +274,8 @@ class Demo {
     text += "\n" + coloured(fmt::format("  {:4.0f} s  {}", now_s(), story), Colour::bold) + "\n\n";
     if (!page_.empty()) text += fmt::format("  in a browser: {}\n\n", page_);
     if (!alarms_.empty()) text += coloured(alarms_.back(), Colour::red) + "\n\n";
-    for (const std::string& line :
-         trend_view(*loop, trend_.rows(), 300.0, size.columns, size.rows - (page_.empty() ? 11 : 13))) {
+    for (const std::string& line : trend_view(*loop, trend_.rows(), 300.0, size.columns,
+                                              size.rows - (page_.empty() ? 11 : 13))) {
       text += line + "\n";
     }
     screen_->show(text);
