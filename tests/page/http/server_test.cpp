@@ -33,6 +33,7 @@ class Numbers final : public Source {
 class Echo final : public Handler {
  public:
   std::atomic<bool> stay{true};
+  std::atomic<int> hanging{0};
   std::promise<void> go;
   std::shared_future<void> open{go.get_future().share()};
 
@@ -44,7 +45,10 @@ class Echo final : public Handler {
   Response answer(const Request& request) noexcept override {
     Response response;
     response.content_type = "text/plain";
-    if (request.part(0) == "slow") open.wait();
+    if (request.part(0) == "slow") {
+      ++hanging;
+      open.wait();
+    }
     if (request.part(0) == "late") response.delay = milliseconds(300);
     if (request.part(0) == "pieces") response.source = std::make_unique<Numbers>();
     if (request.part(0) == "large") response.body = std::string(8'000'000, 'x');
@@ -227,10 +231,14 @@ TEST_CASE("another client is answered while two hundred hold their places") {
 TEST_CASE("work that hangs takes its lane's threads and nobody else's") {
   Running running(patient());
   std::vector<RawClient> waiting;
-  for (int i = 0; i < 60; ++i) {
+  const auto wait_for_slow = [&] {
     waiting.push_back(running.client());
     waiting.back().send(get_line("/slow"));
-  }
+  };
+  // The lane's threads first: one that began late would make room in the full queue.
+  for (int i = 0; i < 2; ++i) wait_for_slow();
+  REQUIRE(eventually([&] { return running.echo.hanging == 2; }));
+  for (int i = 0; i < 58; ++i) wait_for_slow();
   CHECK_THAT(running.answer(get_line("/good", "Connection: close\r\n")), Contains("hello good"));
   CHECK_THAT(running.answer(get_line("/busy", "Connection: close\r\n")), Contains("hello busy"));
   RawClient late = running.client();
