@@ -51,6 +51,7 @@ GroupHost::GroupHost(GroupSettings settings)
     : settings_(std::move(settings)),
       spool_(settings_.spool),
       link_(settings_.link, spool_),
+      ingest_(settings_.tracker),
       left_over_phase_(!spool_.empty()) {
   status_.group = group();
   thread_.start({.name = "lw-ingest", .stack_bytes = 1024UL * 1024UL}, [this] { run(); });
@@ -176,7 +177,7 @@ void GroupHost::step() {
 void GroupHost::enter_live_phase() {
   left_over_phase_ = false;
   forget_births_ = false;
-  ingest_ = Ingest();
+  ingest_ = Ingest(settings_.tracker);
   restore(*connection_, group(), false, ingest_);
 }
 
