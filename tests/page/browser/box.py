@@ -58,7 +58,7 @@ def free_port():
 class Box:
     """Daemon and page in a folder of their own; use with `with`. healthy: how many loops beside FIC-101, which sticks."""
 
-    def __init__(self, healthy=3, accelerate=10, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
+    def __init__(self, healthy=3, accelerate=5, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
                  time_zone="Africa/Johannesburg"):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="loopwarden-page-"))
         self.port = port or free_port()
