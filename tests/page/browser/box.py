@@ -58,7 +58,7 @@ def free_port():
 class Box:
     """Daemon and page in a folder of their own; use with `with`. healthy: how many loops beside FIC-101, which sticks."""
 
-    def __init__(self, healthy=3, accelerate=10, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
+    def __init__(self, healthy=3, accelerate=5, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
                  time_zone="Africa/Johannesburg"):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="loopwarden-page-"))
         self.port = port or free_port()
@@ -180,6 +180,7 @@ class Browser:
             options.add_argument(word)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        self.driver.set_script_timeout(300)  # axe-core on a crowded machine
         self.wrong = wrong
 
     def __enter__(self):

@@ -59,7 +59,7 @@ def keep(browser, folder, name, full=False):
 
 def alarm_comes(box, browser):
     browser.go(box)
-    took = browser.until(lambda: "acknowledge" in browser.text(".summary"), "no alarm of the sticking valve comes", 300)
+    took = browser.until(lambda: "acknowledge" in browser.text(".summary"), "no alarm of the sticking valve comes", 900)
     print(f"alarm after {took:.0f} s" if took is not None else "no alarm")
     browser.until(lambda: browser.text(".tiles li:first-child .tag") == TAG, "the loop with the alarm is not the first")
     browser.check("Stiction" in browser.text(".tiles li:first-child .state"), f"its tile says {browser.text('.tiles li:first-child')}")
