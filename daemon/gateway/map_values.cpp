@@ -99,7 +99,7 @@ const BoxReading& MapValues::box() {
 
 const MapValues::Totals& MapValues::totals() {
   if (totals_) return *totals_;
-  Totals& t = totals_.emplace();
+  Totals& t = totals_.emplace(Totals{});
   for (std::size_t i = 0; i < plant_.loops(); ++i) {
     const LoopReading& reading = loop(i);
     t.windows += reading.watch.windows;

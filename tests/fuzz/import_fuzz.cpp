@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     importer.read(
         all, [](std::size_t, const Imported& imported) { check(imported); },
-        [](std::size_t, const RecordError& error) {
+        [](std::size_t, std::size_t, const RecordError& error) {
           require(std::string_view(error.what()).find("loopwarden_import_fuzz") !=
                       std::string_view::npos,
                   "the file's name in the message");
