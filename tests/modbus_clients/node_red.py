@@ -60,7 +60,7 @@ def main():
         flow = json.load(file)
     with open(sys.argv[3], encoding="utf-8") as file:
         wanted = json.load(file)
-    eventually("Node-RED", lambda: ask("GET", "/settings"))
+    eventually("Node-RED", lambda: ask("GET", "/settings"), 300)
     kinds = {kind for module in ask("GET", "/nodes") for kind in module["types"]}
     assert "modbus-read" in kinds and "modbus-flex-write" in kinds, "no node-red-contrib-modbus"
     ask("POST", "/flows", flow)

@@ -27,14 +27,14 @@ std::string literal_at(const std::string& text, std::size_t begin) {
 }
 
 std::set<std::string> test_names() {
-  constexpr std::string_view kStart = "TEST_CASE(\"";
+  constexpr std::string_view kStart = "TEST_CASE(";
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(LOOPWARDEN_SOURCE_DIR "/tests/fleet")) {
     if (!entry.path().string().ends_with("_test.cpp")) continue;
     const std::string text = read_file(entry.path());
     for (std::size_t at = text.find(kStart); at != std::string::npos;
          at = text.find(kStart, at + 1)) {
-      names.insert(literal_at(text, at + kStart.size()));
+      names.insert(literal_at(text, text.find('"', at) + 1));
     }
   }
   return names;

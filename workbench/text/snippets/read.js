@@ -30,7 +30,7 @@ async function main() {
   const client = new ModbusRTU();
   await client.connectTCP(process.argv[2] || HOST, { port: Number(process.argv[3] || PORT) });
   client.setID(UNIT);
-  client.setTimeout(2000);
+  client.setTimeout(5000);
   const read = {
     "input register": (address, words) => client.readInputRegisters(address, words),
     "holding register": (address, words) => client.readHoldingRegisters(address, words),
