@@ -92,17 +92,18 @@ export class Spark {
     this.step = null; // number of the newest step
     this.version = 0;
   }
-  // `pairs`: lowest and highest of each step, the newest last; it ends at `until_s`.
-  load(pairs, step_s, until_s) {
+  // `pairs`: lowest and highest of each step, the newest last.
+  load(pairs, step_s) {
     this.step_s = step_s;
     this.pairs = pairs.slice();
-    this.step = Math.round(until_s / step_s) - 1;
+    this.step = null;
     ++this.version;
   }
+  // `time_s`: of the plant, which an accelerated one runs through faster.
   add(time_s, value) {
     const step = Math.floor(time_s / this.step_s), n = this.pairs.length;
     if (this.step === null) this.step = step;
-    if (step < this.step) this.step = step; // the box's clock was set back
+    if (step < this.step) this.step = step; // the daemon has started again
     const moved = Math.min(step - this.step, n / 2);
     for (let k = 0; k < moved; ++k) {
       this.pairs.shift();

@@ -97,9 +97,9 @@ export class Live extends EventTarget {
 
   async #fetchSparks() {
     this.#sparks_due = performance.now() + 300_000;
-    const {step_s, until_ms, pv} = await get('/api/sparklines');
+    const {step_s, pv} = await get('/api/sparklines');
     if (pv.length !== this.sparks.length) return;
-    pv.forEach((pairs, i) => { this.sparks[i].load(pairs, step_s, until_ms / 1000); });
+    pv.forEach((pairs, i) => { this.sparks[i].load(pairs, step_s); });
     this.#soon('overview');
   }
 
@@ -111,7 +111,7 @@ export class Live extends EventTarget {
     for (let i = 0; i < loops.length; ++i) {
       if (o.period[i] === this.#periods[i]) continue;
       this.#moved[i] = now;
-      if (o.period[i] !== null) this.sparks[i].add(o.now_ms / 1000, o.pv[i]);
+      if (o.period[i] !== null) this.sparks[i].add(o.period[i] * loops[i].sample_time_s, o.pv[i]);
     }
     this.#periods = o.period;
     this.overview = o;

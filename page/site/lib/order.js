@@ -45,6 +45,17 @@ const KEYS = {
   condition: (o, i) => o.condition[i], alarm: (o, i) => urgency(o, i), urgency: (o, i) => urgency(o, i),
 };
 
+// Each loop's place in the order of tags, found once for a list: comparing texts is what sorting costs.
+const ranks = new WeakMap();
+function tagRanks(loops) {
+  if (!ranks.has(loops)) {
+    const rank = [];
+    loops.map((_, i) => i).sort((a, b) => byTag(loops[a].tag, loops[b].tag)).forEach((i, k) => { rank[i] = k; });
+    ranks.set(loops, rank);
+  }
+  return ranks.get(loops);
+}
+
 function matches(loop, words) {
   const text = `${loop.tag} ${loop.description ?? ''}`.toLowerCase();
   return words.every((word) => text.includes(word));
@@ -59,13 +70,13 @@ export function arranged(loops, o, {filter = 'all', search = '', sort = 'urgency
   for (let i = 0; i < loops.length; ++i) {
     if (matches(loops[i], words) && keep(o, i)) places.push(i);
   }
-  const turn = descending ? -1 : 1;
-  if (sort === 'tag') return places.sort((a, b) => turn * byTag(loops[a].tag, loops[b].tag));
+  const turn = descending ? -1 : 1, rank = tagRanks(loops);
+  if (sort === 'tag') return places.sort((a, b) => turn * (rank[a] - rank[b]));
   const keys = new Map(places.map((i) => [i, KEYS[sort]?.(o, i) ?? null]));
   return places.sort((a, b) => {
     const x = keys.get(a), y = keys.get(b);
-    if (x === null || y === null) return (x === null) - (y === null) || byTag(loops[a].tag, loops[b].tag);
-    return turn * (x - y) || byTag(loops[a].tag, loops[b].tag);
+    if (x === null || y === null) return (x === null) - (y === null) || rank[a] - rank[b];
+    return turn * (x - y) || rank[a] - rank[b];
   });
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What stays on every view: the head with alarms, clock and user, the way to the views, the word that values are old.
 import {actions} from './dialog.js';
-import {shown, waits} from './codes.js';
+import {priority, shown, waits} from './codes.js';
 import {el, icon, setAttribute, setText} from './dom.js';
 import {WallClock, duration} from './format.js';
 import {live} from './live.js';
@@ -34,7 +34,7 @@ export class Shell {
     readColours();
     live.addEventListener('stale', () => this.#stale());
     live.addEventListener('alarms', () => this.#alarms());
-    live.addEventListener('describe', () => this.#box());
+    live.addEventListener('describe', () => { this.#box(); this.#alarms(); });
     setInterval(() => this.#tick(), 1000);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#recolour());
   }
@@ -153,10 +153,12 @@ export class Shell {
     const alarms = live.alarms.filter((alarm) => shown(alarm.state));
     const wait = alarms.filter((alarm) => waits(alarm.state)), active = alarms.filter((alarm) => alarm.active && alarm.state !== 'shelved');
     const parts = [wait.length ? fill(texts.head.alarmsWait, {n: wait.length}) : null, active.length ? fill(texts.head.alarmsActive, {n: active.length}) : null];
-    this.summary.replaceChildren(icon(wait.length ? 'high' : active.length ? 'low' : 'ok'),
+    // In the shape and colour of the gravest that waits, else of the gravest that is on.
+    const grave = (wait.length ? wait : active).some((alarm) => priority(alarm, live.describe?.alarms?.severe_percent ?? 5) === 'high') ? 'high' : 'low';
+    this.summary.replaceChildren(icon(wait.length || active.length ? grave : 'ok'),
       el('span', {}, parts.filter(Boolean).join(', ') || texts.head.alarmsNone));
-    this.summary.classList.toggle('waits', wait.length > 0);
-    this.summary.classList.toggle('active', active.length > 0);
+    this.summary.className = `summary ${wait.length ? `waits ${grave}` : active.length ? 'active' : ''}`.trim();
+    this.badge.className = `badge ${grave}`;
     this.badge.hidden = !wait.length;
     setText(this.badge, String(wait.length));
     this.title(this.#title);

@@ -196,7 +196,12 @@ export class Trend {
   #selected(u) {
     const {left, width} = u.select;
     if (width < 5) return;
-    const wish = [u.posToVal(left, 'x'), u.posToVal(left + width, 'x')];
+    const wish = [u.posToVal(left, 'x'), u.posToVal(left + width, 'x')], limits = this.limits();
+    // What was drawn beyond the record is left out, so that the rest stays where it was drawn.
+    if (limits && wish[0] < limits[1] && wish[1] > limits[0]) {
+      wish[0] = Math.max(wish[0], limits[0]);
+      wish[1] = Math.min(wish[1], limits[1]);
+    }
     u.setSelect({left: 0, width: 0, top: 0, height: 0}, false);
     this.want(wish);
   }

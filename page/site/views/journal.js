@@ -17,7 +17,7 @@ export function changeOf(line) {
 }
 
 const columns = [{head: t.time, row: true, class: 'time'}, {head: t.kind}, {head: t.loop}, {head: t.what}, {head: t.change}, {head: t.who},
-  {head: t.result}, {head: t.reason, class: 'words'}];
+  {head: t.result, class: 'words'}, {head: t.reason, class: 'words'}];
 function lineRow(line) {
   const loop = line.loop ? el('a', {href: `#/loop/${encodeURIComponent(line.loop)}`}, line.loop) : '';
   const what = [line.alarm ? texts.alarms[line.alarm] ?? line.alarm : '', line.what].filter(Boolean).join(': ');

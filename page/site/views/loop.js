@@ -294,8 +294,8 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const trend = new LoopTrend(loop, scope, uPlot, options);
   const places = {condition: el('div', {}), measures: el('div', {}), windows: el('div', {}), health: el('div', {}), explanation: el('div', {})};
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, trend.phase, panel(t.measures, places.measures), panel(t.explanation, places.explanation),
-      el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'wider'}, panel(t.windows, places.windows)), panel(t.health, places.health)));
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation)), panel(t.measures, places.measures), panel(t.health, places.health),
+      el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
   const i = live.places.get(tag);
   const update = () => {
     if (!live.overview) return;

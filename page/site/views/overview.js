@@ -108,7 +108,9 @@ class Item {
     setText(this.condition, fixed(o.condition[i], 0));
     setAttribute(this.condition, 'class', o.condition[i] !== null && o.condition[i] < 50 ? 'value poor' : 'value');
     setAttribute(this.node, 'data-old', live.stands(i) ? '' : null);
-    const sketch = `${live.sparks[i].version} ${this.values.pv.shown} ${this.values.sp.shown} ${this.canvas.room}`;
+    // The picture changes with a new extreme, or where PV has moved by a dot of its gauge.
+    const [low, high] = loop.pv_range, dot = o.pv[i] === null ? '' : Math.round(this.canvas.tall * (o.pv[i] - low) / (high - low));
+    const sketch = `${live.sparks[i].version} ${dot} ${this.values.sp.shown} ${this.canvas.room}`;
     if (sketch === this.drawn) return;
     this.drawn = sketch;
     draw(this.canvas, live.sparks[i], o.pv[i], o.sp[i], loop.pv_range);

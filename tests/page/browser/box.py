@@ -58,17 +58,19 @@ def free_port():
 class Box:
     """Daemon and page in a folder of their own; use with `with`. healthy: how many loops beside FIC-101, which sticks."""
 
-    def __init__(self, healthy=3, accelerate=25, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
+    def __init__(self, healthy=3, accelerate=5, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
                  time_zone="Africa/Johannesburg"):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="loopwarden-page-"))
         self.port = port or free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self.daemon = self.page = None
+        # For work on the site: from its folder, without building the program.
+        self.site = ["--site", os.environ["LOOPWARDEN_PAGE_SITE"]] if "LOOPWARDEN_PAGE_SITE" in os.environ else []
         (self.folder / "config/loops.d").mkdir(parents=True)
         self.state = self.folder / "state"
         self.state.mkdir()
         (self.folder / "config/loopwardend.yaml").write_text(
-            f"accelerate: {accelerate}\nreal_time: {{priority: 0}}\nruntime_directory: {self.folder}\nstate_directory: {self.state}\n"
+            f"accelerate: {accelerate}\nreal_time: {{lock_memory: false}}\nruntime_directory: {self.folder}\nstate_directory: {self.state}\n"
             f"page: {{alarms: true, control: {str(control).lower()}}}\n", encoding="utf-8")
         self._write_loops(healthy, recording, twin, sticking)
         self.config = self.folder / "page.yaml"
@@ -86,7 +88,7 @@ class Box:
         calm = self.folder / "calm.yaml"
         calm.write_text(text[:text.index("  faults:")], encoding="utf-8")
         sick = self.folder / "sick.yaml"
-        sick.write_text(text.replace("from: 120, ramp: 180", "from: 0, ramp: 1"), encoding="utf-8")
+        sick.write_text(text.replace("from: 120, ramp: 180", "from: 0, ramp: 1").replace("j: 0.4", "j: 0.9"), encoding="utf-8")
         names = ["Feed to reactor R-1", "Cooling water E-204", "Reflux T-301", "Caustic dosing", "Condensate return", "Quench Q-7"]
         for n in range(healthy + 1):
             first = n == 0 and sticking
@@ -117,7 +119,7 @@ class Box:
 
     def start_page(self):
         with open(self.folder / "page.log", "a", encoding="utf-8") as log:
-            self.page = subprocess.Popen([BIN / "loopwarden-page", "--config", self.config], stdout=log, stderr=log)
+            self.page = subprocess.Popen([BIN / "loopwarden-page", "--config", self.config, *self.site], stdout=log, stderr=log)
         self._until(lambda: urllib.request.urlopen(self.url + "/api/session", timeout=5).read(), self.page, "page.log")
 
     def _until(self, attempt, process, log):
@@ -147,8 +149,8 @@ class Box:
                 answer += some
         return json.loads(answer)
 
-    def write_old_segment(self, tag="FIC-101", ago_s=86400, seconds=600, period_s=0.1, sequence=1):
-        """What the recorder would have left of another day: a sine with one spike, in the format of record/segment_format.hpp.
+    def write_old_segment(self, tag="FIC-101", ago_s=86400, seconds=3600, period_s=0.1, sequence=1):
+        """What the recorder would have left of another day: a sine with one spike to 8.5, in the format of record/segment_format.hpp.
         Returns when the spike was, UTC ms. Before the daemon starts."""
         folder = self.state / "segments" / tag
         folder.mkdir(parents=True, exist_ok=True)
@@ -161,7 +163,7 @@ class Box:
         rows = [head + struct.pack("<I", crc)]
         count = int(seconds / period_s)
         for k in range(count):
-            pv = 4 + math.sin(k * period_s / 20) + (3 if k == count // 2 else 0)
+            pv = 8.5 if k == count // 2 else 4 + math.sin(k * period_s / 20)
             row = struct.pack("<qQddddfffff8BfI", int(k * period_s * 1e9), k, 4.0, pv, 5.0, 5.0, 5.0, 0, 0, 0, 0, 1, 0, 192, 0, 0, 0, 1, 0, 1.0, k)
             rows.append(row + struct.pack("<I", zlib.crc32(row, crc)))
         (folder / f"{sequence:010}.lwseg").write_bytes(b"".join(rows))
@@ -178,6 +180,7 @@ class Browser:
             options.add_argument(word)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        self.driver.set_script_timeout(300)  # axe-core on a crowded machine
         self.wrong = wrong
 
     def __enter__(self):

@@ -59,7 +59,7 @@ def keep(browser, folder, name, full=False):
 
 def alarm_comes(box, browser):
     browser.go(box)
-    took = browser.until(lambda: "acknowledge" in browser.text(".summary"), "no alarm of the sticking valve comes", 300)
+    took = browser.until(lambda: "acknowledge" in browser.text(".summary"), "no alarm of the sticking valve comes", 900)
     print(f"alarm after {took:.0f} s" if took is not None else "no alarm")
     browser.until(lambda: browser.text(".tiles li:first-child .tag") == TAG, "the loop with the alarm is not the first")
     browser.check("Stiction" in browser.text(".tiles li:first-child .state"), f"its tile says {browser.text('.tiles li:first-child')}")
@@ -102,7 +102,7 @@ def evidence_shows(box, browser):
     browser.until(lambda: len(browser.text(".guide .action dd")) > 20, "the alarm does not say what to do")
     browser.until(lambda: len(browser.all(".evidence .plot canvas")) == 2, "the evidence is not drawn")
     browser.until(lambda: drawn(browser, ".evidence canvas", "measured") > 200, "the evidence is empty")
-    browser.check("961 samples" in browser.text(".evidence"), "the evidence is not 961 samples")
+    browser.check("961 samples" in browser.text(".evidence"), f"the evidence is not 961 samples: {browser.text('.evidence')[:300]}")
     browser.check("loopwarden replay" in browser.text(".command code"), "no command to judge it once more")
 
 
@@ -136,7 +136,7 @@ def acknowledge(box, browser):
 
 def killed_and_back(box, browser):
     browser.go(box)
-    browser.until(lambda: browser.all(".tile .value"), "no tiles")
+    browser.until(lambda: browser.all(".tile .pv .value"), "no tiles")
     browser.check(not browser.run("document.body.classList.contains('stale')"), "live values look stale")
     box.kill_daemon()
     took = browser.until(lambda: browser.run("document.body.classList.contains('stale') && !document.querySelector('.banner').hidden"),
@@ -156,7 +156,7 @@ def day_old(box, browser, spike_ms):
     """A stretch of yesterday, with a spike of one sample that no decimation may lose."""
     browser.go(box, f"loop/{TAG}?from={spike_ms - 36_000_000}&to={spike_ms + 36_000_000}")
     pv = lambda: browser.run("[...document.querySelectorAll('.trend details:last-of-type tbody tr:first-child td')].map((e) => e.textContent)")
-    browser.until(lambda: pv() and abs(float(pv()[2]) - 8) < 0.05 or abs(float(pv()[2]) - 7) < 0.6, f"the spike of yesterday is lost: {pv()}")
+    browser.until(lambda: pv() and pv()[2] == "8.50", "the spike of yesterday is lost")
     before = browser.run("(({from, to}) => to - from)(document.querySelector('.panes').dataset)")
     over = browser.find(".plot .u-over")
     browser.run("arguments[0].scrollIntoView({block: 'center'})", over)
@@ -172,9 +172,12 @@ def day_old(box, browser, spike_ms):
     browser.until(lambda: browser.text(".curves .curve:nth-child(2) .value").endswith("L/min"), "the cursor reads no PV with its unit")
     stamp = browser.run("new Date(arguments[0] + 7200000).toISOString().slice(0, 10)", spike_ms)
     browser.check(stamp in browser.text(".cursor-time"), f"the cursor's time is {browser.text('.cursor-time')}, not of {stamp} in Johannesburg")
-    over = browser.find(".plot .u-over")
-    ActionChains(browser.driver).double_click(over).perform()
-    browser.until(lambda: span() > 1.5 * 1, "a double click does not go back")
+    fine = span()
+    def goes_back():
+        # Again where a crowded machine made two clicks of it.
+        ActionChains(browser.driver).double_click(browser.find(".plot .u-over")).perform()
+        return span() > 1.5 * fine
+    browser.until(goes_back, "a double click does not go back")
     csv = browser.run_async("const r = await fetch(document.querySelector('.under a.button').href); return [r.status, (await r.text()).slice(0, 40)];")
     browser.check(csv[0] == 200 and csv[1].startswith("time,pv"), f"the CSV is {csv}")
 
@@ -285,9 +288,9 @@ def overview_used(box, browser):
 
 def keyboard(box, browser):
     """From the top without a mouse: the skip link, the views, a tile, the trend, a dialog and back."""
-    browser.driver.get(box.url + "/#/")
+    browser.go(box)
+    browser.driver.refresh()
     browser.until(lambda: browser.all(".tile"), "no tiles")
-    browser.run("document.activeElement.blur()")
     press = lambda *keys: ActionChains(browser.driver).send_keys(*keys).perform()
     press(Keys.TAB)
     browser.check(browser.run("document.activeElement.className") == "skip", "the first stop is not the skip link")
@@ -406,11 +409,14 @@ def reports_and_system(box, browser):
 
 
 def make_report(box):
-    model = pathlib.Path(__file__).resolve().parents[3] / "config/examples/models/plant1-believed.yaml"
-    record = box.folder / "record.csv"
+    """A gap report in the state directory."""
+    models = pathlib.Path(__file__).resolve().parents[3] / "config/examples/models"
+    record, sticky = box.folder / "record.csv", box.folder / "sticky.yaml"
+    sticky.write_text((models / "plant1.yaml").read_text(encoding="utf-8").replace("from: 120, ramp: 180", "from: 0, ramp: 1")
+                      .replace("[[0, 4], [30, 5]]", "[[0, 4], [20, 5.5], [90, 4.2], [160, 6]]"), encoding="utf-8")
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "check": True}
-    subprocess.run([BIN / "loopwarden", "simulate", model, "--duration", "240", "--out", record], **quiet)
-    subprocess.run([BIN / "loopwarden", "gap", record, "--model", model, "--out", box.state / "gap-FIC-101"], **quiet)
+    subprocess.run([BIN / "loopwarden", "simulate", sticky, "--duration", "240", "--out", record], **quiet)
+    subprocess.run([BIN / "loopwarden", "gap", record, "--model", models / "plant1-believed.yaml", "--out", box.state / "gap-FIC-101"], **quiet)
 
 
 def axe_source():
@@ -478,9 +484,9 @@ def main():
             if options.all:
                 everything(box, browser, source, options.keep, spike_ms)
             # The browser itself tells of every answer that is an error: those that were asked for.
-            browser.quiet("page", allowed=("status of 401", "status of 403", "status of 409"))
+            browser.quiet("page", allowed=("getImageData", "status of 401", "status of 403", "status of 409"))
             killed_and_back(box, browser)
-            browser.quiet("dead daemon", allowed=("status of 503", "ERR_"))
+            browser.quiet("dead daemon", allowed=("getImageData", "status of 503", "ERR_"))
     except (WebDriverException, OSError, subprocess.CalledProcessError) as error:
         print(f"page_in_browser: {error}", file=sys.stderr)
         return 74
