@@ -288,7 +288,7 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
   Bench bench;
   json all = bench.ask_status(R"({"request": "overview"})");
   CHECK(all.at("pv")[0].is_null());
-  CHECK(all.at("alarm") == json({7}));
+  CHECK(all.at("alarm") == json::array({7}));
   CHECK(all.at("alarm_kind")[0].is_null());
   bench.loops.front().channels->records.try_push({.period_index = 123'456'789,
                                                   .sp = 5.0,
@@ -310,21 +310,21 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
   all = bench.ask_status(R"({"request": "overview"})");
   CHECK(all.at("now_ms") == bench.now_ms);
   CHECK(all.at("config_hash") == 17);
-  CHECK(all.at("period") == json({123'456'789}));
-  CHECK(all.at("pv") == json({4.12346}));
-  CHECK(all.at("co") == json({0.333333}));
+  CHECK(all.at("period") == json::array({123'456'789}));
+  CHECK(all.at("pv") == json::array({4.12346}));
+  CHECK(all.at("co") == json::array({0.333333}));
   CHECK(all.at("stem")[0].is_null());
-  CHECK(all.at("mode") == json({1}));
-  CHECK(all.at("requested_mode") == json({1}));
-  CHECK(all.at("fault") == json({2}));
-  CHECK(all.at("quality") == json({192}));
-  CHECK(all.at("flags") == json({5}));
-  CHECK(all.at("pv_age_ms") == json({12.5}));
-  CHECK(all.at("alarm") == json({1}));
+  CHECK(all.at("mode") == json::array({1}));
+  CHECK(all.at("requested_mode") == json::array({1}));
+  CHECK(all.at("fault") == json::array({2}));
+  CHECK(all.at("quality") == json::array({192}));
+  CHECK(all.at("flags") == json::array({5}));
+  CHECK(all.at("pv_age_ms") == json::array({12.5}));
+  CHECK(all.at("alarm") == json::array({1}));
   CHECK(all.at("alarm_kind") == json::array({0}));
-  CHECK(all.at("alarms_unacknowledged") == json({1}));
-  CHECK(all.at("condition") == json({40.5}));
-  CHECK(all.at("ne107") == json({4}));
+  CHECK(all.at("alarms_unacknowledged") == json::array({1}));
+  CHECK(all.at("condition") == json::array({40.5}));
+  CHECK(all.at("ne107") == json::array({4}));
 }
 
 TEST_CASE("the newest windows, with what each specialist makes of them", "[console][windows]") {
