@@ -10,6 +10,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -82,6 +83,8 @@ class Plant:
         self.processes = {}
         self.logs = {}
         atexit.register(self.close)
+        # Ends as usual, so that nothing stays behind.
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
         self.broker_port = free_port()
         self.database_port = free_port([port for port in range(21600, 21700) if port != self.broker_port])
         self.broker_address = '127.0.0.1'
@@ -132,7 +135,7 @@ class Plant:
             if os.getuid() == 0:
                 shutil.chown(data, 'postgres', 'postgres')
             subprocess.run([*self.as_postgres, programs / 'initdb', '-D', data, '-A', 'trust', '-U', 'postgres',
-                            '-E', 'UTF8', '--locale=C.UTF-8'], check=True, stdout=subprocess.DEVNULL)
+                            '-E', 'UTF8', '--locale=C.UTF-8', '--no-sync'], check=True, stdout=subprocess.DEVNULL)
             with open(data / 'postgresql.conf', 'a', encoding='ascii') as f:
                 # So that a row's commit has a time: the delay from edge to row is measured by it.
                 f.write(f"port = {self.database_port}\nlisten_addresses = '127.0.0.1'\n"

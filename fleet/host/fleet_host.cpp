@@ -67,7 +67,8 @@ GroupSettings settings_of(const HostConfig& config, const std::string& group) {
           .spool = {.folder = config.state_directory / "spool" / folder,
                     .limit_bytes = config.spool_bytes},
           .database = {config.database, config.database_password},
-          .writer = config.writer};
+          .writer = config.writer,
+          .tracker = config.tracker};
 }
 
 }  // namespace

@@ -18,6 +18,8 @@ using std::chrono::steady_clock;
 constexpr milliseconds kBetweenCommits{100};
 constexpr milliseconds kLongestWait{5000};
 constexpr milliseconds kBetweenSyncs{1000};
+constexpr const char* kTimeout =
+    "57014";  // of a statement: with fewer messages it may not be reached
 // The edges keep what they have from the one on, and send again below the other.
 constexpr double kFull = 0.8;
 constexpr double kRoomAgain = 0.5;
@@ -51,6 +53,7 @@ GroupHost::GroupHost(GroupSettings settings)
     : settings_(std::move(settings)),
       spool_(settings_.spool),
       link_(settings_.link, spool_),
+      ingest_(settings_.tracker),
       left_over_phase_(!spool_.empty()) {
   status_.group = group();
   thread_.start({.name = "lw-ingest", .stack_bytes = 1024UL * 1024UL}, [this] { run(); });
@@ -176,7 +179,7 @@ void GroupHost::step() {
 void GroupHost::enter_live_phase() {
   left_over_phase_ = false;
   forget_births_ = false;
-  ingest_ = Ingest();
+  ingest_ = Ingest(settings_.tracker);
   restore(*connection_, group(), false, ingest_);
 }
 
@@ -188,6 +191,7 @@ void GroupHost::write(std::vector<Arrival> arrivals) {
     try {
       done = Writer(*connection_, settings_.writer).write(batch);
     } catch (const pqxx::sql_error& e) {
+      if (e.sqlstate() == kTimeout) most_ = std::max<std::size_t>(1, arrivals.size() / 2);
       if (!is_of_the_data(e)) throw;
       if (!refused(e, arrivals)) return;
       batch = {};

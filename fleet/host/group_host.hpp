@@ -30,6 +30,7 @@ struct GroupSettings {
   SpoolSettings spool;
   DatabaseSettings database;
   WriterSettings writer;
+  TrackerSettings tracker;
 };
 
 class GroupHost {

@@ -136,6 +136,12 @@ void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
   if (id.valid && !sparkplug::is_identifier(config.host_id)) {
     in.error("host_id", "must have no / + # and no control characters");
   }
+  config.tracker.reorder_timeout_ms = static_cast<std::int64_t>(
+      1e3 * in.number("reorder_timeout",
+                      {"s", config::between(0.0, 60.0),
+                       "a message from beyond a gap waits so long for those before it; then a "
+                       "rebirth is asked for"},
+                      static_cast<double>(config.tracker.reorder_timeout_ms) / 1e3));
   config.state_directory = config::resolve(
       file, in.text("state_directory", "for the spool", config.state_directory.string()));
   config.spool_bytes =

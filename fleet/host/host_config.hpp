@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/diagnostic.hpp"
+#include "fleet/host/edge_tracker.hpp"
 #include "fleet/host/maintenance.hpp"
 #include "fleet/host/writer.hpp"
 #include "fleet/mqtt/client.hpp"
@@ -34,6 +35,7 @@ struct HostConfig {
   std::filesystem::path state_directory = "/var/lib/loopwarden-fleet";
   std::uint64_t spool_bytes = 1024ULL * 1024ULL * 1024ULL;  // a group
   Retention retention;
+  TrackerSettings tracker;
   WriterSettings writer;
   MetricsServer metrics;
   std::string log_level = "info";

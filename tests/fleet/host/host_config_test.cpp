@@ -31,6 +31,7 @@ groups: [North, South]
 host_id: plant1
 state_directory: /srv/fleet
 spool: 64
+reorder_timeout: 0.5
 keep: {values: 7, history: 400, evidence: 30}
 evidence: {ask: false}
 metrics: {address: 10.0.0.1, port: 9471}
@@ -46,6 +47,7 @@ log_level: warn
   CHECK(config->groups == std::vector<std::string>{"North", "South"});
   CHECK(config->spool_bytes == 64U * 1024U * 1024U);
   CHECK(config->retention.history_days == 400);
+  CHECK(config->tracker.reorder_timeout_ms == 500);
   CHECK_FALSE(config->writer.ask_evidence);
   CHECK(fleet::host_id_of(*config, "North") == "plant1-North");
   CHECK(fleet::host_id_of(*config, "") == "plant1");
