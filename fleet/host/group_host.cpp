@@ -18,6 +18,8 @@ using std::chrono::steady_clock;
 constexpr milliseconds kBetweenCommits{100};
 constexpr milliseconds kLongestWait{5000};
 constexpr milliseconds kBetweenSyncs{1000};
+constexpr const char* kTimeout =
+    "57014";  // of a statement: with fewer messages it may not be reached
 // The edges keep what they have from the one on, and send again below the other.
 constexpr double kFull = 0.8;
 constexpr double kRoomAgain = 0.5;
@@ -189,6 +191,7 @@ void GroupHost::write(std::vector<Arrival> arrivals) {
     try {
       done = Writer(*connection_, settings_.writer).write(batch);
     } catch (const pqxx::sql_error& e) {
+      if (e.sqlstate() == kTimeout) most_ = std::max<std::size_t>(1, arrivals.size() / 2);
       if (!is_of_the_data(e)) throw;
       if (!refused(e, arrivals)) return;
       batch = {};

@@ -207,7 +207,11 @@ std::vector<Arrival> Spool::peek(std::size_t most) {
     dropped_ += files_.front().messages;
     remove_front();
   }
-  peeked_ = std::min(most, memory_.size());
+  peeked_ = 0;
+  std::size_t bytes = 0;
+  while (peeked_ < std::min(most, memory_.size()) && bytes < kMostPeekedBytes) {
+    bytes += size_of(memory_[peeked_++]);
+  }
   return {memory_.begin(), memory_.begin() + static_cast<std::ptrdiff_t>(peeked_)};
 }
 
@@ -218,7 +222,8 @@ std::vector<Arrival> Spool::peek_disk(std::size_t most) {
   peeked_to_ = file.read;
   std::ifstream in(file.path, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(file.read));
-  while (arrivals.size() < most && peeked_to_ < file.bytes) {
+  const std::uint64_t end = std::min(file.bytes, file.read + kMostPeekedBytes);
+  while (arrivals.size() < most && peeked_to_ < end) {
     std::optional<Arrival> arrival = read_record(in);
     if (!arrival) break;
     arrival->left_over = file.left_over;

@@ -45,7 +45,8 @@ class Spool {
 
   // Where the disk refuses, it stays in memory up to the limit there, beyond it is dropped and counted.
   void push(Arrival arrival);
-  // The oldest ones, at most `most`; they stay until dropped.
+  // The oldest ones, at most `most` and, but for the first, at most kMostPeekedBytes; they stay until dropped.
+  static constexpr std::size_t kMostPeekedBytes = 2UL * 1024UL * 1024UL;
   std::vector<Arrival> peek(std::size_t most);
   // Those that peek() gave.
   void pop();

@@ -115,6 +115,10 @@ INSERT INTO edge_event(edge_id, received, online)
     (SELECT online FROM edge_event WHERE edge_id = $1 ORDER BY received DESC LIMIT 1)
   ON CONFLICT DO NOTHING)";
 
+constexpr const char* kUpdateDevices = R"(
+UPDATE device d SET online = e.online, born = CASE WHEN e.online THEN to_timestamp(e.seconds) ELSE born END
+  FROM unnest($1::integer[], $2::boolean[], $3::float8[]) AS e(id, online, seconds) WHERE d.id = e.id)";
+
 constexpr const char* kUpdatePositions = R"(
 INSERT INTO ingest_position(edge_id, bd_seq, seq, time, received)
   SELECT id, bd_seq, seq, to_timestamp(seconds), to_timestamp(received)
@@ -249,21 +253,33 @@ class Writer::Transaction {
   }
 
   void write_events() {
+    std::map<int, const LifeEvent*> devices;  // the newest of each
     for (const LifeEvent& event : batch_.events) {
-      const int edge = edge_id(event.edge);
       if (!event.of_node) {
-        work_.exec_params(
-            "UPDATE device SET online = $2, born = CASE WHEN $2 THEN to_timestamp($3) ELSE born "
-            "END WHERE id = $1",
-            event.book->device_id, event.online, in_seconds(event.born_ms));
+        devices[event.book->device_id] = &event;
         continue;
       }
+      const int edge = edge_id(event.edge);
       work_.exec_params(kUpdateEdge, edge, event.online, in_seconds(event.received_ms),
                         in_seconds(event.born_ms));
       work_.exec_params(kInsertEdgeEvent, edge, event.online, in_seconds(event.received_ms));
       // Each device's own birth must follow.
       work_.exec_params("UPDATE device SET online = false WHERE edge_id = $1 AND online", edge);
+      std::erase_if(devices, [&](const auto& one) { return one.second->book->edge_id == edge; });
     }
+    write_device_events(devices);
+  }
+
+  void write_device_events(const std::map<int, const LifeEvent*>& devices) {
+    ArrayText ids;
+    ArrayText online;
+    ArrayText born;
+    for (const auto& [id, event] : devices) {
+      ids.add(id);
+      online.add(event->online);
+      born.add_time(event->born_ms);
+    }
+    if (!ids.empty()) work_.exec_params(kUpdateDevices, ids.text(), online.text(), born.text());
   }
 
   void write_values() {
