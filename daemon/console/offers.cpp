@@ -23,13 +23,13 @@ struct Offer {
 
 // control.sock offers all of them.
 constexpr std::array kOffers{
-    Offer{"status", true, false, Need::nothing},    Offer{"trend", true, false, Need::nothing},
-    Offer{"alarms", true, false, Need::nothing},    Offer{"explain", true, false, Need::nothing},
-    Offer{"journal", true, false, Need::nothing},   Offer{"describe", true, false, Need::nothing},
-    Offer{"overview", true, false, Need::nothing},  Offer{"loop", true, false, Need::nothing},
-    Offer{"windows", true, false, Need::nothing},   Offer{"registers", true, false, Need::nothing},
-    Offer{"order", false, true, Need::some},        Offer{"set", false, true, Need::control},
-    Offer{"alarm", false, true, Need::alarms},      Offer{"veto", false, true, Need::alarms},
+    Offer{"status", true, false, Need::nothing},   Offer{"trend", true, false, Need::nothing},
+    Offer{"alarms", true, false, Need::nothing},   Offer{"explain", true, false, Need::nothing},
+    Offer{"journal", true, false, Need::nothing},  Offer{"describe", true, false, Need::nothing},
+    Offer{"overview", true, false, Need::nothing}, Offer{"loop", true, false, Need::nothing},
+    Offer{"windows", true, false, Need::nothing},  Offer{"registers", true, false, Need::nothing},
+    Offer{"order", false, true, Need::some},       Offer{"set", false, true, Need::control},
+    Offer{"alarm", false, true, Need::alarms},     Offer{"veto", false, true, Need::alarms},
     Offer{"record", false, false, Need::nothing},
 };
 
@@ -82,9 +82,9 @@ void check_offered(std::string_view request, SocketName socket, const Rights& ri
                                    request, elsewhere(*offer)));
   }
   if (limited && !allowed(offer->need, rights.of(socket))) {
-    throw RequestError(fmt::format("'{}' is not allowed on {}.sock: loopwardend.yaml needs {}: {{{}: true}}",
-                                   request, to_text(socket), to_text(socket),
-                                   offer->need == Need::alarms ? "alarms" : "control"));
+    throw RequestError(fmt::format(
+        "'{}' is not allowed on {}.sock: loopwardend.yaml needs {}: {{{}: true}}", request,
+        to_text(socket), to_text(socket), offer->need == Need::alarms ? "alarms" : "control"));
   }
 }
 

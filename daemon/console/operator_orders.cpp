@@ -130,8 +130,9 @@ journal::JournalEntry OperatorOrders::line_of(std::size_t loop, const std::strin
   return line;
 }
 
-std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& order, std::size_t loop,
-                                                           const std::string& peer) const {
+std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& order,
+                                                            std::size_t loop,
+                                                            const std::string& peer) const {
   const rt::LoopChannels& channels = *parts_.loops[loop].channels;
   record::RecordRow row;
   const bool known = parts_.historian.latest(loop, row);
@@ -197,10 +198,10 @@ json OperatorOrders::order(const json& request) {
   const std::uint64_t number = optional_count(request, "order", 0);
   if (number < 1 || number > desk.newest()) throw RequestError("there is no such order");
   if (const std::optional<orders::Outcome> outcome = desk.outcome(number)) {
-    return {
-        {"state", outcome->why.empty() ? "done" : "refused"},
-        {"why", outcome->why},
-        {"on_disk", parts_.journal.wait_written(outcome->journal_ticket, std::chrono::milliseconds(0))}};
+    return {{"state", outcome->why.empty() ? "done" : "refused"},
+            {"why", outcome->why},
+            {"on_disk",
+             parts_.journal.wait_written(outcome->journal_ticket, std::chrono::milliseconds(0))}};
   }
   bool waits = false;
   desk.for_each_waiting([&](const rt::Order& one) { waits = waits || one.number == number; });
@@ -248,8 +249,9 @@ json OperatorOrders::alarm(const json& request, const Sender& sender) {
   const monitor::OrderResult result = parts_.board.act(index, order, patience_for(sender));
   if (!result.accepted) throw RequestError(result.why);
   const monitor::LoopWatch watch = parts_.board.watch(index);
-  return {{"alarm", alarm_json(parts_.board.name(index), order.kind, watch.alarms.alarm(order.kind))},
-          {"on_disk", result.on_disk}};
+  return {
+      {"alarm", alarm_json(parts_.board.name(index), order.kind, watch.alarms.alarm(order.kind))},
+      {"on_disk", result.on_disk}};
 }
 
 json OperatorOrders::veto(const json& request, const Sender& sender) {
@@ -260,7 +262,7 @@ json OperatorOrders::veto(const json& request, const Sender& sender) {
   }
   const monitor::OrderResult result =
       parts_.board.set_veto(index, wanted->get<bool>() ? model::Veto::back : model::Veto::none,
-                      sender.peer, reason_of(request), patience_for(sender));
+                            sender.peer, reason_of(request), patience_for(sender));
   if (!result.accepted) throw RequestError(result.why);
   return {{"on_disk", result.on_disk}};
 }

@@ -61,7 +61,8 @@ void see_alarms(const model::LoopAlarms& alarms, Glance& glance) {
 
 double lowest_known(const analysis::ConditionIndices& c) {
   double lowest = kUnknown;
-  for (const double index : {c.control_performance, c.valve, c.actuator, c.positioner, c.environment}) {
+  for (const double index :
+       {c.control_performance, c.valve, c.actuator, c.positioner, c.environment}) {
     lowest = std::fmin(lowest, index);  // which passes over what is no number
   }
   return lowest;
@@ -96,7 +97,8 @@ constexpr std::array kColumns{
     Column{"co", [](const Glance& g) { return g.row.co; }},
     Column{"stem", [](const Glance& g) { return g.row.stem; }},
     Column{"mode", [](const Glance& g) { return static_cast<double>(g.row.mode); }},
-    Column{"requested_mode", [](const Glance& g) { return static_cast<double>(g.row.requested_mode); }},
+    Column{"requested_mode",
+           [](const Glance& g) { return static_cast<double>(g.row.requested_mode); }},
     Column{"fault", [](const Glance& g) { return static_cast<double>(g.row.fault); }},
     Column{"quality", [](const Glance& g) { return static_cast<double>(g.row.pv_quality); }},
     Column{"flags", [](const Glance& g) { return static_cast<double>(g.row.flags); }},

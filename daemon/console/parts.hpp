@@ -24,12 +24,12 @@ struct Parts {
   monitor::WatchBoard& board;
   journal::Journal& journal;
   const EvidenceStore& evidence;
-  double severe_percent;                                    // % of the CO span
-  std::function<nlohmann::json()> daemon_status;            // of the status, what is not about one loop
-  std::function<nlohmann::json()> box_description;          // of `describe`, the same
-  std::function<std::uint32_t()> config_hash;               // of what is in force
-  std::function<gateway::BoxReading()> box;                 // for the registers
-  std::function<gateway::ServerState()> modbus_server;      // the same
+  double severe_percent;                                // % of the CO span
+  std::function<nlohmann::json()> daemon_status;        // of the status, what is not about one loop
+  std::function<nlohmann::json()> box_description;      // of `describe`, the same
+  std::function<std::uint32_t()> config_hash;           // of what is in force
+  std::function<gateway::BoxReading()> box;             // for the registers
+  std::function<gateway::ServerState()> modbus_server;  // the same
 };
 
 }  // namespace loopwarden::daemon::console

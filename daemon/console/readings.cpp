@@ -74,8 +74,7 @@ std::optional<std::int64_t> optional_ms(const json& request, const char* key) {
 journal::JournalEntry::Kind wanted_kind(const json& request) {
   using Kind = journal::JournalEntry::Kind;
   const std::string name = wanted_text(request, "kind");
-  for (const Kind kind :
-       {Kind::alarm, Kind::operator_action, Kind::register_write, Kind::system}) {
+  for (const Kind kind : {Kind::alarm, Kind::operator_action, Kind::register_write, Kind::system}) {
     if (name == journal::to_text(kind)) return kind;
   }
   throw RequestError("kind is alarm, operator, register or system");
@@ -189,8 +188,7 @@ json Readings::loop(const json& request) const {
 
 json Readings::windows(const json& request) const {
   json windows = json::array();
-  for (const monitor::LoggedWindow& window :
-       parts_.board.windows(loop_index(parts_, request))) {
+  for (const monitor::LoggedWindow& window : parts_.board.windows(loop_index(parts_, request))) {
     windows.push_back(window_json(window));
   }
   return {{"windows", std::move(windows)}};

@@ -12,6 +12,15 @@ using nlohmann::json;
 
 namespace {
 
+// Written out, a document takes a stack frame for each level: one that is all brackets would end the thread.
+json parsed(std::string_view line) {
+  constexpr int kDeepest = 8;
+  return json::parse(line, [](int depth, json::parse_event_t, json&) {
+    if (depth > kDeepest) throw RequestError("a request has at most 8 levels");
+    return true;
+  });
+}
+
 std::string line_of(const json& reply) {
   return reply.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -26,7 +35,7 @@ std::string done(json reply) {
 std::string answer_line(std::string_view line,
                         const std::function<std::string(const json& request)>& handler) {
   try {
-    const json request = json::parse(line);
+    const json request = parsed(line);
     if (!request.is_object()) throw RequestError("a request is a JSON object");
     return handler(request);
   } catch (const std::exception& e) {

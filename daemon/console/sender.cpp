@@ -40,8 +40,8 @@ Sender sender_of(const nlohmann::json& request, SocketName socket, unsigned uid)
   }
   const std::string user = name_of(request, "user");
   const std::string address = name_of(request, "address");
-  const std::string who =
-      user + (user.empty() || address.empty() ? "" : "@") + address + (user.empty() && address.empty() ? "" : " by ");
+  const std::string who = user + (user.empty() || address.empty() ? "" : "@") + address +
+                          (user.empty() && address.empty() ? "" : " by ");
   return {socket, fmt::format("{}{} (uid {})", who, to_text(socket), uid)};
 }
 

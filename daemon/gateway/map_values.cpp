@@ -20,8 +20,8 @@ using model::AlarmKind;
 
 namespace {
 
-constexpr double kHour = 3600.0;          // s
-constexpr double kNotThere = -327.68;     // %, the scaled copy's mark
+constexpr double kHour = 3600.0;       // s
+constexpr double kNotThere = -327.68;  // %, the scaled copy's mark
 
 double scaled(double value, double low, double high) {
   if (!std::isfinite(value) || !(high > low)) return kNotThere;
@@ -130,7 +130,9 @@ double MapValues::value(const Register& reg, std::size_t index) {
   const auto of = [&]() -> const LoopReading& { return loop(index); };
   const auto row = [&]() -> const record::RecordRow& { return of().row; };
   const auto pid = [&]() -> const control::PidSettings& { return of().settings.controller.pid; };
-  const auto alarm = [&]() -> const model::Alarm& { return of().watch.alarms.alarm(alarm_of(reg)); };
+  const auto alarm = [&]() -> const model::Alarm& {
+    return of().watch.alarms.alarm(alarm_of(reg));
+  };
   const auto of_pv = [&](double v) {
     return scaled(v, of().settings.pv_check.low, of().settings.pv_check.high);
   };
@@ -218,7 +220,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::probability: return 100.0 * of().watch.judgement.probability[reg.which];
     case Field::alarm_severity:
       return alarm().active() && model::has_size(alarm_of(reg)) ? alarm().memory().severity_percent
-                                                               : 0.0;
+                                                                : 0.0;
     case Field::alarm_state: return static_cast<double>(alarm().state());
     case Field::hours_automatic: return of().watch.times.seconds_in(Mode::automatic) / kHour;
     case Field::hours_manual: return of().watch.times.seconds_in(Mode::manual) / kHour;

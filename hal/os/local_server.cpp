@@ -94,14 +94,12 @@ class LocalServer::Socket {
     unsigned uid = 0;
     std::string received{};
     std::string to_send{};
-    std::size_t sent = 0;     // of to_send
+    std::size_t sent = 0;      // of to_send
     Steady::time_point moved;  // when it last took something of its answer
-    bool ended = false;       // it sends no more
+    bool ended = false;        // it sends no more
 
     std::size_t unsent() const noexcept { return to_send.size() - sent; }
-    bool asks() const noexcept {
-      return unsent() == 0 && received.find('\n') != std::string::npos;
-    }
+    bool asks() const noexcept { return unsent() == 0 && received.find('\n') != std::string::npos; }
   };
 
   void refill(Steady::time_point now);
@@ -249,8 +247,7 @@ void LocalServer::Socket::answer(Peer& peer, Steady::time_point now) {
 
 bool LocalServer::Socket::send_pending(Peer& peer, Steady::time_point now) {
   while (peer.unsent() > 0) {
-    const ssize_t n =
-        send(peer.fd, peer.to_send.data() + peer.sent, peer.unsent(), MSG_NOSIGNAL);
+    const ssize_t n = send(peer.fd, peer.to_send.data() + peer.sent, peer.unsent(), MSG_NOSIGNAL);
     if (n < 0) {
       return (errno == EAGAIN || errno == EINTR) && now - peer.moved <= kReadPatience;
     }

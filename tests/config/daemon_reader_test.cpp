@@ -63,7 +63,8 @@ links:
   CHECK_FALSE(line.response_timeout_ms);
 }
 
-TEST_CASE("Nobody orders by the page's or the edge's socket unless it is said", "[config][daemon]") {
+TEST_CASE("Nobody orders by the page's or the edge's socket unless it is said",
+          "[config][daemon]") {
   const auto rights = [](const std::string& text) {
     const auto daemon = read_daemon_text("/etc/lw/loopwardend.yaml", text);
     INFO(to_text(daemon.diagnostics));
@@ -80,7 +81,7 @@ TEST_CASE("Nobody orders by the page's or the edge's socket unless it is said", 
   CHECK(said_of_daemon("page: {control: maybe}\n") ==
         "d.yaml:1:17: error: page.control: must be true or false (got 'maybe')\n");
   CHECK(said_of_daemon("page: {controls: true}\n") ==
-        "d.yaml:1:8: error: unknown key 'controls' in 'page'; did you mean 'control'?\n");
+        "d.yaml:1:8: error: unknown key 'controls'; did you mean 'control'?\n");
 }
 
 TEST_CASE("Faults of the daemon's file", "[config][daemon]") {

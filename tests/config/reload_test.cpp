@@ -70,7 +70,8 @@ TEST_CASE("What a reload takes over does not wait", "[config][reload]") {
   CHECK(after(modbus_loop(), "range: [0, 10]}", "range: [0, 10], frozen_after: 5}").empty());
   CHECK(after(modbus_loop(), "form: bounded", "form: dwell").empty());
   CHECK(after_daemon("links:", "log_level: warn\nstop_timeout: 8\nlinks:").empty());
-  CHECK(after_daemon("links:", "page: {alarms: true, control: true}\nedge: {alarms: true}\nlinks:").empty());
+  CHECK(after_daemon("links:", "page: {alarms: true, control: true}\nedge: {alarms: true}\nlinks:")
+            .empty());
 }
 
 TEST_CASE("What a reload can't take over of a loop is named by its key, and nothing else is",

@@ -20,7 +20,10 @@ daemon::console::Parts parts_of(Bench& bench, std::function<nlohmann::json()> st
           .evidence = bench.evidence,
           .severe_percent = 10.0,
           .daemon_status = std::move(status),
-          .box_description = [] { return nlohmann::json{{"version", "test"}}; },
+          .box_description =
+              [] {
+                return nlohmann::json{{"version", "test"}};
+              },
           .config_hash = [] { return 17U; },
           .box = [] { return daemon::gateway::BoxReading{.utc_ms = 1'800'000'000'123}; },
           .modbus_server = [] { return daemon::gateway::ServerState{}; }};

@@ -142,11 +142,11 @@ TEST_CASE("names that could pass for something else are refused", "[console][soc
   Bench bench(kAll);
   bench.run(1);
   const std::string key = GENERATE("user", "address");
-  const json name = GENERATE(
-      json(""), json(std::string(65, 'x')), json("an\nna"), json("an\tna"), json("\x7f"),
-      json("\x1b[31m"), json("an na"), json("'anna'"), json("\"anna\""), json("`id`"),
-      json("anna\\"), json("root@10.0.0.1"), json("ann\xc3\xa4"), json(std::string("a\0b", 3)),
-      json(7), json(nullptr), json::array());
+  const json name =
+      GENERATE(json(""), json(std::string(65, 'x')), json("an\nna"), json("an\tna"), json("\x7f"),
+               json("\x1b[31m"), json("an na"), json("'anna'"), json("\"anna\""), json("`id`"),
+               json("anna\\"), json("root@10.0.0.1"), json("ann\xc3\xa4"),
+               json(std::string("a\0b", 3)), json(7), json(nullptr), json::array());
   INFO(key << " " << name.dump());
   error_of(bench.ask(with(kSet, {{key, name}}), SocketName::page));
   CHECK(bench.orders().empty());
@@ -180,8 +180,8 @@ TEST_CASE("an order holds only for what its sender has seen", "[console][sockets
   told = outcome({{"set_point", 60}, {"expect", {{"mode", "man"}}}});
   CHECK(told.at("why") == "the mode is AUTO by now, MAN was expected");
   told = outcome({{"set_point", 60}, {"expect", {{"output", 12.5}}}});
-  CHECK_THAT(told.at("why").get<std::string>(), Catch::StartsWith("the output is ") &&
-                                                    Catch::EndsWith("by now, 12.5 was expected"));
+  CHECK_THAT(told.at("why").get<std::string>(),
+             Catch::StartsWith("the output is ") && Catch::EndsWith("by now, 12.5 was expected"));
   // As text a number loses its last digits.
   told = outcome({{"set_point", 60}, {"expect", {{"set_point", 50.00009}, {"mode", "auto"}}}});
   CHECK(told.at("state") == "done");
@@ -196,8 +196,7 @@ TEST_CASE("what another orders in between counts, and not what was so when it wa
           "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(2);
-  const json sent =
-      bench.ask(with(kSet, {{"expect", {{"set_point", 50}}}}), SocketName::page);
+  const json sent = bench.ask(with(kSet, {{"expect", {{"set_point", 50}}}}), SocketName::page);
   REQUIRE(sent.at("ok") == true);
   // A master's order is taken first in the same cycle.
   bench.loops.front().channels->master_orders.orders.try_push({.set_point = 55.0});
@@ -206,12 +205,28 @@ TEST_CASE("what another orders in between counts, and not what was so when it wa
   CHECK(bench.loops.front().channels->set_point_wanted == 55.0);
 }
 
+TEST_CASE("a request that is all brackets is refused, and takes no thread's stack",
+          "[console][sockets]") {
+  Bench bench(kAll);
+  bench.run(1);
+  const std::string open = GENERATE("[", "{\"a\":");
+  const std::string close = open == "[" ? "]" : "}";
+  std::string deep = R"({"request": "set", "loop": "FIC-101", "set_point": 42, "x": )";
+  const std::size_t levels = (hal::os::LocalServer::kLongestLine - 100) / (open.size() + 1);
+  for (std::size_t i = 0; i < levels; ++i) deep += open;
+  deep += '1';
+  for (std::size_t i = 0; i < levels; ++i) deep += close;
+  deep += '}';
+  CHECK_THAT(error_of(bench.ask(deep, SocketName::page)), Catch::Contains("at most 8 levels"));
+  CHECK(bench.orders().empty());
+}
+
 TEST_CASE("expectations that can't be understood are refused", "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(1);
-  const json expect = GENERATE(json(5), json::array(), json{{"set_point", "50"}},
-                               json{{"setpoint", 50}}, json{{"mode", "cascade"}},
-                               json{{"output", nullptr}});
+  const json expect =
+      GENERATE(json(5), json::array(), json{{"set_point", "50"}}, json{{"setpoint", 50}},
+               json{{"mode", "cascade"}}, json{{"output", nullptr}});
   error_of(bench.ask(with(kSet, {{"expect", expect}}), SocketName::page));
   CHECK(bench.orders().empty());
 }
@@ -241,7 +256,8 @@ TEST_CASE("page.sock and edge.sock are there only where something is allowed",
   CHECK(json::parse(operators.request(kSet, kPatience)).at("ok") == true);
 }
 
-TEST_CASE("a page that floods its socket does not keep an operator from his", "[console][sockets]") {
+TEST_CASE("a page that floods its socket does not keep an operator from his",
+          "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   bench.server->start();
@@ -322,8 +338,9 @@ TEST_CASE("the newest windows, with what each specialist makes of them", "[conso
   bench.board.window_judged(0, {}, judgement, {});
   bench.now_ms += 48'000;
   bench.board.window_not_fit(0, {}, loopwarden::monitor::WindowState::saturated);
-  bench.board.window_not_fit(0, {}, loopwarden::monitor::WindowState::not_enough_movement,
-                             {.result = loopwarden::monitor::WindowJudgement::Result::not_enough_movement});
+  bench.board.window_not_fit(
+      0, {}, loopwarden::monitor::WindowState::not_enough_movement,
+      {.result = loopwarden::monitor::WindowJudgement::Result::not_enough_movement});
   const auto windows = [&] {
     return bench.ask_status(R"({"request": "windows", "loop": "FIC-101"})").at("windows");
   };
@@ -355,8 +372,12 @@ TEST_CASE("the newest windows, with what each specialist makes of them", "[conso
 
 TEST_CASE("every field of the register map by name, as a master reads it", "[console][registers]") {
   Bench bench;
-  bench.loops.front().channels->records.try_push(
-      {.period_index = 70'001, .sp = 5.0, .pv = 4.125, .co = 50.0, .stem = std::nan(""), .pv_quality = 192});
+  bench.loops.front().channels->records.try_push({.period_index = 70'001,
+                                                  .sp = 5.0,
+                                                  .pv = 4.125,
+                                                  .co = 50.0,
+                                                  .stem = std::nan(""),
+                                                  .pv_quality = 192});
   record::RecordRow row;
   REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
   const json all = bench.ask_status(R"({"request": "registers"})");
@@ -364,7 +385,8 @@ TEST_CASE("every field of the register map by name, as a master reads it", "[con
   CHECK(names.size() == register_map::registers().size());
   REQUIRE(all.at("loops").size() == 1);
   CHECK(all.at("loops")[0].at("tag") == "FIC-101");
-  const auto value = [&](const std::string& area, const std::string& table, const std::string& name) {
+  const auto value = [&](const std::string& area, const std::string& table,
+                         const std::string& name) {
     std::size_t place = 0;
     for (const json& one : names) {
       if (one.at("area") != area) continue;
@@ -432,7 +454,8 @@ TEST_CASE("the journal is searched", "[console][journal]") {
   CHECK(found({{"most", 2}}) == 2);
   for (const char* bad :
        {R"({"request": "journal", "kind": "other"})", R"({"request": "journal", "text": 5})",
-        R"({"request": "journal", "before_id": -1})", R"({"request": "journal", "from_ms": "x"})"}) {
+        R"({"request": "journal", "before_id": -1})",
+        R"({"request": "journal", "from_ms": "x"})"}) {
     error_of(bench.ask_status(bad));
   }
   error_of(bench.ask_status(json{{"request", "journal"}, {"text", std::string(201, 'x')}}.dump()));
