@@ -57,7 +57,7 @@ std::optional<unsigned> group_id(const std::string& name) {
 bool admit_group(const std::string& path, unsigned group, const GroupRights& rights) noexcept {
   acl_t list = acl_get_file(path.c_str(), ACL_TYPE_ACCESS);
   if (list == nullptr) return false;
-  const acl_entry_t entry = entry_of(list, group);
+  acl_entry_t entry = entry_of(list, group);
   const bool done = entry != nullptr && set_rights(entry, rights) && acl_calc_mask(&list) == 0 &&
                     acl_set_file(path.c_str(), ACL_TYPE_ACCESS, list) == 0;
   acl_free(list);  // by its last address: a new entry may have moved it
