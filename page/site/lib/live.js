@@ -24,6 +24,7 @@ export class Live extends EventTarget {
   #periods = [];
   #retry = 0;
   #sparks_due = 0;
+  #asked = 0; // when the description was asked for last
 
   async start() {
     this.heard_ms = Date.now();
@@ -77,6 +78,7 @@ export class Live extends EventTarget {
   }
 
   async #fetchDescribe() {
+    this.#asked = performance.now();
     try {
       const describe = await get('/api/describe');
       if (describe.up === false && this.describe) return;
@@ -106,7 +108,11 @@ export class Live extends EventTarget {
   #take(o) {
     const loops = this.describe?.loops;
     this.heard_ms = Date.now();
-    if (!loops || o.pv.length !== loops.length) return; // the description of these columns is on its way
+    if (!loops || o.pv.length !== loops.length) {
+      // The description of these columns is on its way, or was lost on it.
+      if (performance.now() - this.#asked > 1000) this.#fetchDescribe();
+      return;
+    }
     const now = performance.now();
     for (let i = 0; i < loops.length; ++i) {
       if (o.period[i] === this.#periods[i]) continue;
