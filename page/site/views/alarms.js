@@ -95,6 +95,10 @@ class Detail {
     try {
       const [e, reports] = await Promise.all([get(loopPath(loop, 'alarms', alarm), this.scope.signal), get('/api/reports', this.scope.signal).catch(() => [])]);
       if (this.scope.over) return;
+      // What stands there stays, and with it the focus and what is selected, unless something is new.
+      const key = JSON.stringify([{...e, monitor: null}, reports.length, live.session.can]);
+      if (key === this.key) return;
+      this.key = key;
       this.#fill(e, reports);
     } catch (error) {
       if (error.name !== 'AbortError') this.about.replaceChildren(el('p', {class: 'trouble', role: 'alert'}, fill(texts.failed, {why: error.message})));
@@ -154,7 +158,8 @@ export function show(main, {parts}, scope) {
     inner = new (scope.constructor)();
     detail = new Detail(chosen, inner);
     side.replaceChildren(detail.node);
-    detail.load();
+    // Evidence and explanation come after the alarm, and no event tells of them.
+    inner.every(5000, () => detail.load());
   };
   main.append(el('h1', {tabindex: -1}, t.title), el('div', {class: 'alarm-view'}, list, side));
   choose(parts);

@@ -65,7 +65,11 @@ class Box:
         self.url = f"http://127.0.0.1:{self.port}"
         self.daemon = self.page = None
         # For work on the site: from its folder, without building the program.
-        self.site = ["--site", os.environ["LOOPWARDEN_PAGE_SITE"]] if "LOOPWARDEN_PAGE_SITE" in os.environ else []
+        self.site = []
+        if "LOOPWARDEN_PAGE_SITE" in os.environ:
+            shutil.copytree(os.environ["LOOPWARDEN_PAGE_SITE"], self.folder / "site")
+            shutil.copytree(ROOT / "third_party/uplot", self.folder / "site/uplot")
+            self.site = ["--site", str(self.folder / "site")]
         (self.folder / "config/loops.d").mkdir(parents=True)
         self.state = self.folder / "state"
         self.state.mkdir()
