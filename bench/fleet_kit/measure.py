@@ -48,9 +48,12 @@ def compare(plant, numbers):
     return Result(expected, expected - different, stored - different)
 
 
-def delays(plant):
-    """Median and 99th percentile, s. Births, whose values may be older, are those with other names."""
+def delays(plant, births_s):
+    """Median, 99th percentile and longest, s: of the first `births_s` seconds, in which all boxes are born at once, and of what
+    comes after them. Births, whose values may be older, are those with other names."""
     return plant.sql("""
-        SELECT percentile_cont(0.5) WITHIN GROUP (ORDER BY delay), percentile_cont(0.99) WITHIN GROUP (ORDER BY delay)
-          FROM (SELECT extract(epoch FROM pg_xact_commit_timestamp(v.xmin) - v.time)::float8 AS delay
-                  FROM value v JOIN metric m ON m.id = v.metric_id WHERE m.name = 'pv') d""")[0]
+        SELECT percentile_cont(0.5) WITHIN GROUP (ORDER BY delay), percentile_cont(0.99) WITHIN GROUP (ORDER BY delay), max(delay)
+          FROM (SELECT extract(epoch FROM pg_xact_commit_timestamp(v.xmin) - v.time)::float8 AS delay,
+                       v.time > min(v.time) OVER () + %s * interval '1 second' AS later
+                  FROM value v JOIN metric m ON m.id = v.metric_id WHERE m.name = 'pv') d
+          GROUP BY later ORDER BY later""", (births_s,))
