@@ -32,7 +32,7 @@ struct Route {
 
 constexpr std::array kRoutes{
     Route{Method::get, "api/session", Lane::here, Role::none, session},
-    Route{Method::get, "api/describe", Lane::here, Role::viewer, describe},
+    Route{Method::get, "api/describe", Lane::daemon, Role::viewer, describe},
     Route{Method::get, "api/events", Lane::here, Role::viewer, events},
     Route{Method::get, "api/sparklines", Lane::daemon, Role::viewer, sparklines},
     Route{Method::get, "api/alarms", Lane::here, Role::viewer, alarms},

@@ -32,6 +32,7 @@
 #include "page/http/event_board.hpp"
 #include "page/http/lanes.hpp"
 #include "page/http/message.hpp"
+#include "page/http/packing.hpp"
 #include "page/http/request_head.hpp"
 #include "page/http/response_head.hpp"
 #include "page/http/server.hpp"
@@ -208,6 +209,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
         lane, peer_.network,
         [self = this->shared_from_this(), request = std::move(request)]() mutable {
           auto answer = std::make_shared<Response>(self->house_.handler.answer(request));
+          pack(*answer, request);
           // Moved: the last word on the connection is the loop's.
           asio::io_context& loop = self->house_.loop;
           asio::post(loop, [self = std::move(self), answer] { self->respond(std::move(*answer)); });
