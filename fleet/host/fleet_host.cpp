@@ -32,7 +32,6 @@ constexpr seconds kBetweenDecimations{5};
 constexpr int kMostDecimations = 50;  // edges' quarters of an hour at a time
 constexpr std::chrono::milliseconds kUpkeepTick{500};
 constexpr seconds kBetweenAttempts{2};
-constexpr int kFirstRounds = 3;
 constexpr const char* kAllGroups = "*";
 
 void log_lost(const char* what, const std::exception& e) {
@@ -105,7 +104,7 @@ int FleetHost::run() {
   sd_notify(0, "STOPPING=1");
   quit_ = true;
   for (const auto& group : groups_) group->stop();
-  release_leases();
+  withdraw_leases();
   maintenance_.join();
   return kExitOk;
 }
@@ -133,29 +132,55 @@ void FleetHost::prepare_database() {
 void FleetHost::hold_leases() {
   try {
     prepare_database();
-    std::size_t taken = 0;
-    for (const auto& group : groups_) {
-      // Of several processes that begin together each gets some.
-      if (!group->owned() && taken > 0 && rounds_ < kFirstRounds) continue;
-      const bool mine = hold_lease(*leases_, lease_name(*group), owner_);
-      if (mine == group->owned()) continue;
-      spdlog::info("group {}: {}", lease_name(*group),
-                   mine ? "served from now on" : "another host has it");
-      group->own(mine);
-      if (mine) ++taken;
-    }
-    ++rounds_;
+    std::vector<std::string> names;
+    for (const auto& group : groups_) names.push_back(lease_name(*group));
+    const std::map<std::string, int> fewest = announce(*leases_, owner_, names);
+    for (const auto& group : groups_) renew(*group, fewest);
+    share(fewest);
   } catch (const std::exception& e) {
     log_lost("database", e);
     leases_.reset();
   }
 }
 
-void FleetHost::release_leases() {
+void FleetHost::renew(GroupHost& group, const std::map<std::string, int>& fewest) {
+  const std::string name = lease_name(group);
+  if (group.handed_over()) {
+    release_lease(*leases_, name, owner_);
+    spdlog::info("group {}: given to another host", name);
+    return group.own(false);
+  }
+  const bool had = group.owned() || group.handing_over();
+  const auto other = fewest.find(name);
+  if (!had && other != fewest.end() && other->second < served()) return;
+  const bool mine = hold_lease(*leases_, name, owner_);
+  if (mine == had) return;
+  spdlog::info("group {}: {}", name, mine ? "served from now on" : "another host has it");
+  group.own(mine);
+}
+
+// One at a time, so that each host has seen the last one's effect.
+void FleetHost::share(const std::map<std::string, int>& fewest) {
+  for (const auto& group : groups_) {
+    if (group->handing_over()) return;
+  }
+  for (auto group = groups_.rbegin(); group != groups_.rend(); ++group) {
+    const auto other = fewest.find(lease_name(**group));
+    if (!(*group)->owned() || other == fewest.end() || other->second + 2 > served()) continue;
+    if ((*group)->behind()) continue;
+    spdlog::info("group {}: another host has fewer and is to have it", lease_name(**group));
+    return (*group)->hand_over();
+  }
+}
+
+int FleetHost::served() const {
+  return static_cast<int>(
+      std::count_if(groups_.begin(), groups_.end(), [](const auto& g) { return g->owned(); }));
+}
+
+void FleetHost::withdraw_leases() {
   try {
-    for (const auto& group : groups_) {
-      if (leases_ && group->owned()) release_lease(*leases_, lease_name(*group), owner_);
-    }
+    if (leases_) withdraw(*leases_, owner_);
   } catch (const std::exception& e) {
     log_lost("leases", e);  // they run out by themselves
   }
