@@ -10,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <thread>
@@ -94,7 +95,10 @@ int FleetHost::run() {
     groups_.push_back(std::make_unique<GroupHost>(settings_of(config_, name)));
   }
   const MetricsServer& wanted = config_.metrics;
-  MetricsEndpoint endpoint(wanted.address, wanted.port, [this] { return metrics(); });
+  std::optional<MetricsEndpoint> endpoint;
+  if (wanted.port != 0) {
+    endpoint.emplace(wanted.address, wanted.port, [this] { return metrics(); });
+  }
   maintenance_.start({.name = "lw-upkeep", .stack_bytes = 1024UL * 1024UL}, [this] { maintain(); });
   sd_notify(0, "READY=1");
   do {
