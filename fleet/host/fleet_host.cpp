@@ -21,6 +21,7 @@
 #include "fleet/host/metrics_server.hpp"
 #include "fleet/host/migrations.hpp"
 #include "hal/os/exit_code.hpp"
+#include "hal/os/signals.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -104,23 +105,13 @@ int FleetHost::run() {
   do {
     hold_leases();
     sd_notify(0, "WATCHDOG=1");
-  } while (wait_for_signal(kRenewSeconds) == 0);
+  } while (hal::os::wait_for_signal({SIGTERM, SIGINT}, seconds(kRenewSeconds)) == 0);
   sd_notify(0, "STOPPING=1");
   quit_ = true;
   for (const auto& group : groups_) group->stop();
   withdraw_leases();
   maintenance_.join();
   return kExitOk;
-}
-
-// 0: none came.
-int FleetHost::wait_for_signal(int patience_s) const {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGTERM);
-  sigaddset(&set, SIGINT);
-  const timespec patience{patience_s, 0};
-  return std::max(0, ::sigtimedwait(&set, nullptr, &patience));
 }
 
 void FleetHost::prepare_database() {

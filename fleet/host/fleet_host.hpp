@@ -38,7 +38,6 @@ class FleetHost {
   void maintain();
   void ask_what_is_due(pqxx::connection& connection);
   void decimate(pqxx::connection& connection);
-  int wait_for_signal(int patience_s) const;
 
   const HostConfig config_;
   const std::string owner_;
