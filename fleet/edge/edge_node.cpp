@@ -51,7 +51,7 @@ std::uint64_t system_ms() {
 std::optional<std::uint8_t> last_bd_seq(Store& store) {
   try {
     return store.bd_seq();
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     spdlog::error("store: {}", e.what());
     return std::nullopt;
   }
@@ -204,7 +204,7 @@ void EdgeNode::connect() {
   const std::uint8_t bd_seq = session_.connecting();
   try {
     store_.keep_bd_seq(bd_seq);
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     spdlog::error("store: {}", e.what());
   }
   client_.connect(death());

@@ -42,7 +42,7 @@ int watch(NotifyConfig config) {
   std::unique_ptr<Notifier> notifier;
   try {
     notifier = std::make_unique<Notifier>(std::move(config));
-  } catch (const OutboxError& e) {
+  } catch (const sqlite::Error& e) {
     spdlog::error("{}", e.what());
     return kExitIo;
   } catch (const std::runtime_error& e) {
