@@ -36,7 +36,7 @@ void Outbox::flush() {
     for_disk_.clear();
     if (disk_refuses_) spdlog::info("the store takes reports again");
     disk_refuses_ = false;
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     if (!disk_refuses_) spdlog::error("store: {}; reports wait in memory", e.what());
     disk_refuses_ = true;
   }
@@ -53,7 +53,7 @@ void Outbox::tidy(Clock::time_point now) {
   if (arrived == 0) return;
   try {
     store_.remove_up_to(arrived);
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     // They are sent once more after the next loss; hosts know them by their time.
     spdlog::warn("store: {}; what was sent stays there", e.what());
   }
@@ -68,7 +68,7 @@ void Outbox::replay(std::size_t most, Clock::time_point now,
       replayed_up_to_ = row.id;
       replayed_.emplace_back(now, row.id);
     }
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     spdlog::error("store: {}", e.what());
   }
 }

@@ -56,9 +56,8 @@ class Guest {
 
 // What all connections share; all of it but lanes and counters belongs to the loop's thread.
 struct House {
-  explicit House(const ServerSettings& all, Handler& behind,
-                 const std::array<LaneSize, kLanes>& sizes)
-      : settings(all), handler(behind), door(all.door), lanes(sizes) {}
+  House(const ServerSettings& all, Handler& behind)
+      : settings(all), handler(behind), door(all.door), lanes(all.lanes) {}
 
   void streams_changed() const {
     if (on_streams) on_streams(streams.size());

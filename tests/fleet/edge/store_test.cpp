@@ -93,7 +93,7 @@ TEST_CASE("a file that is damaged or another's is moved aside", "[edge]") {
 
 TEST_CASE("without a folder there is no store", "[edge]") {
   const TemporaryFolder folder;
-  CHECK_THROWS_AS(Store(folder / "none/s", kPlenty), StoreError);
+  CHECK_THROWS_AS(Store(folder / "none/s", kPlenty), loopwarden::sqlite::Error);
 }
 
 struct Box {
