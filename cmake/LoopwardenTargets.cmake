@@ -47,17 +47,17 @@ macro(loopwarden_together name)
   endif()
 endmacro()
 
-# loopwarden_library(NAME [SOURCES files...] [LINK targets...])
+# loopwarden_library(NAME [ALONE] [SOURCES files...] [LINK targets...])
 # Defines NAME for the current folder. Its headers are included as "<folder>/<file>.hpp" from the
-# top of the tree, and only by targets that link NAME.
+# top of the tree, and only by targets that link NAME. ALONE: never together with the rest of the folder above.
 function(loopwarden_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE" "" "SOURCES;LINK" ${ARGN})
   file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   set(view ${CMAKE_BINARY_DIR}/include/${name})
   get_filename_component(parent ${view}/${folder} DIRECTORY)
   file(MAKE_DIRECTORY ${parent})
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${view}/${folder} SYMBOLIC)
-  if(ARG_SOURCES AND loopwarden_group)
+  if(ARG_SOURCES AND loopwarden_group AND NOT ARG_ALONE)
     list(TRANSFORM ARG_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
     target_sources(${loopwarden_group} PRIVATE ${ARG_SOURCES})
     target_include_directories(${loopwarden_group} PUBLIC ${view})
