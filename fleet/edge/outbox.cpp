@@ -4,8 +4,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstddef>
 
 namespace loopwarden::edge {
+namespace {
+
+constexpr std::size_t kMostAtOnce = 500;  // reports, of a transaction
+
+}  // namespace
 
 void Outbox::sent(Report report, Clock::time_point now) {
   sent_.emplace_back(now, std::move(report));
@@ -29,11 +35,15 @@ void Outbox::lost(Clock::time_point now) {
   flush();
 }
 
+// A few at a time: all at once they may never fit into what a full disk has room for again.
 void Outbox::flush() {
   if (for_disk_.empty()) return;
   try {
-    store_.append({for_disk_.begin(), for_disk_.end()});
-    for_disk_.clear();
+    while (!for_disk_.empty()) {
+      const auto some = static_cast<std::ptrdiff_t>(std::min(kMostAtOnce, for_disk_.size()));
+      store_.append({for_disk_.begin(), for_disk_.begin() + some});
+      for_disk_.erase(for_disk_.begin(), for_disk_.begin() + some);
+    }
     if (disk_refuses_) spdlog::info("the store takes reports again");
     disk_refuses_ = false;
   } catch (const sqlite::Error& e) {
