@@ -27,7 +27,8 @@ constexpr std::array<LaneSize, kLanes> kLaneSizes{{{"pg-here", 0, 0},
                                                    {"pg-daemon", 3, 64},
                                                    {"pg-disk", 2, 32},
                                                    {"pg-login", 1, 8},
-                                                   {"pg-orders", 2, 16}}};
+                                                   {"pg-orders", 2, 16},
+                                                   {"pg-fleet", 2, 64}}};
 
 Peer peer_of(const tcp::endpoint& endpoint) {
   asio::ip::address address = endpoint.address();
