@@ -28,6 +28,26 @@ io: {{backend: simulated, model: {root}/config/examples/models/plant1.yaml}}
 {more}"""
 
 
+def free_port():
+    with socket.socket() as any_port:
+        any_port.bind(("127.0.0.1", 0))
+        return any_port.getsockname()[1]
+
+
+def ask(control_socket, request):
+    with socket.socket(socket.AF_UNIX) as peer:
+        peer.settimeout(60)
+        peer.connect(str(control_socket))
+        peer.sendall(json.dumps(request).encode() + b"\n")
+        answer = b""
+        while not answer.endswith(b"\n"):
+            some = peer.recv(1 << 20)
+            if not some:
+                raise OSError("the control socket closed")
+            answer += some
+    return json.loads(answer)
+
+
 class Daemon:
     """Runs in a folder of its own; use with `with`."""
 
@@ -71,17 +91,7 @@ class Daemon:
             return file.read()
 
     def ask(self, request):
-        with socket.socket(socket.AF_UNIX) as peer:
-            peer.settimeout(60)
-            peer.connect(self.folder + "/control.sock")
-            peer.sendall(json.dumps(request).encode() + b"\n")
-            answer = b""
-            while not answer.endswith(b"\n"):
-                some = peer.recv(1 << 20)
-                if not some:
-                    raise OSError("the control socket closed")
-                answer += some
-        return json.loads(answer)
+        return ask(self.folder + "/control.sock", request)
 
     def status(self):
         return self.ask({"request": "status"})

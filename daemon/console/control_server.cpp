@@ -20,6 +20,7 @@ namespace {
 // Of a limited socket: one answer a round, so that whoever floods it delays an operator by one.
 constexpr std::size_t kLimitedLinesARound = 1;
 constexpr double kLimitedLinesPerSecond = 50.0;
+constexpr std::chrono::minutes kBetweenWarnings{1};
 
 }  // namespace
 
@@ -142,11 +143,28 @@ bool ControlServer::stop_for(std::chrono::milliseconds patience) {
   return metrics_.stop_for(patience) && read;
 }
 
+// What a limited socket asks for beyond its rights is in the log, but can't fill it.
+void ControlServer::check_allowed(const std::string& request, SocketName socket) {
+  try {
+    console::check_offered(request, socket, rights());
+  } catch (const std::exception& e) {
+    const auto now = std::chrono::steady_clock::now();
+    ++not_allowed_;
+    if (now >= log_again_) {
+      spdlog::warn("refused at {}.sock: {} (so many since the last such line: {})", to_text(socket),
+                   e.what(), not_allowed_);
+      log_again_ = now + kBetweenWarnings;
+      not_allowed_ = 0;
+    }
+    throw;
+  }
+}
+
 std::string ControlServer::answer(std::string_view line, SocketName socket, unsigned peer_uid) {
   return console::answer_line(line, [&](const nlohmann::json& request) {
     const std::string what = console::wanted_text(request, "request");
     const console::Sender sender = console::sender_of(request, socket, peer_uid);
-    console::check_offered(what, socket, rights());
+    check_allowed(what, socket);
     return console::is_order(what) ? orders_.answer(what, request, sender)
                                    : readings_.answer(what, request);
   });

@@ -50,6 +50,7 @@ class ControlServer {
   void listen(console::SocketName socket);
   void follow_rights();
   void round();
+  void check_allowed(const std::string& request, console::SocketName socket);
   void publish_metrics();
   void end_thread() noexcept;
 
@@ -63,6 +64,8 @@ class ControlServer {
   std::optional<unsigned> page_group_;
   std::optional<unsigned> edge_group_;
   hal::os::LocalServer server_;
+  std::uint64_t not_allowed_ = 0;  // requests since the log had the last one
+  std::chrono::steady_clock::time_point log_again_{};
 
   std::filesystem::path metrics_file_;
   std::chrono::steady_clock::time_point metrics_due_{};

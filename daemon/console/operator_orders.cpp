@@ -193,6 +193,21 @@ json OperatorOrders::set(const json& request, const Sender& sender) {
   return {{"order", number}, {"sample_time_s", parts_.loops[index].config.sample_time_s}};
 }
 
+namespace {
+
+// Of an order that held for another value only: the one in force, under its key in `set`.
+json changed_value(const orders::Outcome& outcome) {
+  switch (outcome.refusal) {
+    case rt::Refusal::mode_changed:
+      return {{"mode", outcome.now.mode == control::Mode::manual ? "manual" : "automatic"}};
+    case rt::Refusal::set_point_changed: return {{"set_point", number(outcome.now.set_point)}};
+    case rt::Refusal::output_changed: return {{"output", number(outcome.now.output)}};
+    default: return nullptr;
+  }
+}
+
+}  // namespace
+
 json OperatorOrders::order(const json& request) {
   orders::OrderDesk& desk = this->desk(loop_index(parts_, request));
   const std::uint64_t number = optional_count(request, "order", 0);
@@ -200,6 +215,7 @@ json OperatorOrders::order(const json& request) {
   if (const std::optional<orders::Outcome> outcome = desk.outcome(number)) {
     return {{"state", outcome->why.empty() ? "done" : "refused"},
             {"why", outcome->why},
+            {"now", changed_value(*outcome)},
             {"on_disk",
              parts_.journal.wait_written(outcome->journal_ticket, std::chrono::milliseconds(0))}};
   }

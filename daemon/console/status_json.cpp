@@ -288,6 +288,9 @@ json loop_status(const Parts& parts, std::size_t index) {
   loop["ne107"] = model::to_text(health_of(config, row, watch, parts.severe_percent));
   loop["time_s"] = static_cast<double>(row.period_index) * config.sample_time_s;
   loop.update(row_json(row, settings));
+  // Where a ramp goes: what an order's `expect` is held against.
+  loop["set_point_wanted"] =
+      number(runtime.channels->set_point_wanted.load(std::memory_order_relaxed));
   return loop;
 }
 

@@ -34,7 +34,8 @@ void OrderDesk::collect() {
     // Answers come in the order of the orders.
     Waiting waiting = std::move(waiting_.front());
     waiting_.pop_front();
-    Outcome outcome{.number = answer.number, .refusal = answer.refusal, .why = {}};
+    Outcome outcome{
+        .number = answer.number, .refusal = answer.refusal, .now = answer.now, .why = {}};
     if (answer.refusal == rt::Refusal::none) {
       if (ends_.done) ends_.done(waiting.order);
     } else {

@@ -24,6 +24,7 @@ namespace loopwarden::daemon::orders {
 struct Outcome {
   std::uint64_t number = 0;
   rt::Refusal refusal = rt::Refusal::none;
+  rt::InForce now{};                 // as the cycle took it
   std::string why;                   // empty: it was done
   std::uint64_t journal_ticket = 0;  // of its last line
 };

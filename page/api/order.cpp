@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Set point, output and mode: the only handler that moves a valve.
-#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <string_view>
 #include <thread>
 
 #include "page/api/body.hpp"
@@ -57,21 +55,9 @@ Wish wish_of(const http::Request& request, const std::string& tag) {
   return wish;
 }
 
-// "the set point is 5 by now, 4 was expected", as the daemon says it: 5; null: it says something else.
-json value_by_now(const std::string& why) {
-  constexpr std::string_view kBefore = " is ";
-  const std::size_t end = why.find(" by now");
-  if (end == std::string::npos) return nullptr;
-  const std::size_t begin = why.rfind(kBefore, end);
-  if (begin == std::string::npos) return nullptr;
-  const std::size_t first = begin + kBefore.size();
-  const std::string word = why.substr(first, end - std::min(end, first));
-  const json number = json::parse(word, nullptr, false);
-  return number.is_number() ? number : json(word);
-}
-
-http::Response changed_meanwhile(const std::string& why) {
-  http::Response response = json_response({{"error", why}, {"now", value_by_now(why)}});
+http::Response changed_meanwhile(const json& told) {
+  http::Response response =
+      json_response({{"error", told.at("why")}, {"now", *told.at("now").begin()}});
   response.status = 409;
   return response;
 }
@@ -114,14 +100,9 @@ http::Response order(Context& context, const Call& call) {
                   {"address", call.request.peer}};
   // Nothing known is no value to hold the order to: a loop that has not run yet.
   if (!wish.old.is_null()) request["expect"] = {{wish.what, wish.old}};
-  try {
-    const json now = outcome(context, loop.tag, context.orders.ask(request));
-    const std::string why = now.value("why", std::string());
-    return value_by_now(why).is_null() ? json_response(now) : changed_meanwhile(why);
-  } catch (const DaemonRefused& e) {
-    if (value_by_now(e.what()).is_null()) throw;
-    return changed_meanwhile(e.what());
-  }
+  const json told = outcome(context, loop.tag, context.orders.ask(request));
+  const bool changed = told.contains("now") && told["now"].is_object() && !told["now"].empty();
+  return changed ? changed_meanwhile(told) : json_response(told);
 }
 
 }  // namespace loopwarden::page::api

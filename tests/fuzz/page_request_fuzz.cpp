@@ -2,14 +2,16 @@
 // A browser that asks for anything, with anybody's cookie: every handler, on a daemon whose answers are drawn from the
 // input as well. Whatever comes, there is an answer with a known status, its head is whole, what is JSON is JSON, and nobody orders
 // who may not.
-#include <fuzzer/FuzzedDataProvider.h>
-
-#include <array>
+//
+// The input is text (tests/fuzz/corpus/page_request): who asks, and "token" if he knows his CSRF token; the request as
+// HTTP has it; a line "----"; what the daemon answers, each time a line.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -29,51 +31,31 @@ void require(bool holds, const char* what) {
   std::abort();
 }
 
-// What leads somewhere, for the fuzzer to find its way.
-constexpr std::array kPaths{"/",
-                            "/api/session",
-                            "/api/describe",
-                            "/api/events",
-                            "/api/sparklines",
-                            "/api/alarms",
-                            "/api/system",
-                            "/api/loops/FIC-101",
-                            "/api/loops/FIC-101/windows",
-                            "/api/loops/FIC-101/history",
-                            "/api/loops/FIC-101/history.csv",
-                            "/api/loops/FIC-101/alarms/stiction",
-                            "/api/loops/FIC-101/order",
-                            "/api/journal",
-                            "/api/journal.csv",
-                            "/api/evidence/one",
-                            "/api/reports",
-                            "/api/login",
-                            "/api/logout",
-                            "/reports/"};
-constexpr std::array kMethods{"GET", "POST", "HEAD", "PUT", "OPTIONS"};
-constexpr std::array kUsers{"", "vera", "otto", "ella", "nobody"};
-constexpr std::array kFields{"Cookie",       "X-CSRF-Token",  "Origin",          "Sec-Fetch-Site",
-                             "Content-Type", "If-None-Match", "Accept-Encoding", "Content-Length",
-                             "Host",         "X-Other"};
+// What stands before `end`, which goes with it; all of the text where it has none.
+std::string take(std::string_view& text, std::string_view end) {
+  const std::size_t at = std::min(text.find(end), text.size());
+  std::string taken(text.substr(0, at));
+  text.remove_prefix(std::min(at + end.size(), text.size()));
+  return taken;
+}
 
-RequestHead head_from(FuzzedDataProvider& input) {
-  RequestHead head{kMethods[input.ConsumeIntegralInRange<std::size_t>(0, kMethods.size() - 1)],
-                   kPaths[input.ConsumeIntegralInRange<std::size_t>(0, kPaths.size() - 1)],
-                   {}};
-  head.target += input.ConsumeRandomLengthString(200);
-  if (input.ConsumeIntegralInRange(0, 7) != 7) head.fields.emplace_back("Host", "localhost:8480");
-  for (int n = input.ConsumeIntegralInRange(0, 4); n > 0; --n) {
-    head.fields.emplace_back(
-        kFields[input.ConsumeIntegralInRange<std::size_t>(0, kFields.size() - 1)],
-        input.ConsumeRandomLengthString(100));
+RequestHead head_from(std::string_view& input) {
+  std::string line = take(input, "\n");
+  std::string_view words = line;
+  RequestHead head{take(words, " "), take(words, " "), {}};
+  for (line = take(input, "\n"); !line.empty(); line = take(input, "\n")) {
+    std::string_view field = line;
+    const std::string name = take(field, ": ");
+    head.fields.emplace_back(name, field);
   }
   return head;
 }
 
 // The daemon says what it likes; most of it is no answer to what was asked.
-json answer_from(FuzzedDataProvider& input) {
-  json answer = json::parse(input.ConsumeRandomLengthString(300), nullptr, false);
-  if (!answer.is_object()) throw page::DaemonRefused(input.ConsumeRandomLengthString(50));
+json answer_from(std::string_view& input) {
+  const std::string line = take(input, "\n");
+  json answer = json::parse(line, nullptr, false);
+  if (!answer.is_object()) throw page::DaemonRefused(line);
   return answer;
 }
 
@@ -115,14 +97,18 @@ void check(const page::http::Request& request, page::http::Response& response) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  FuzzedDataProvider input(data, size);
-  const std::string user = kUsers[input.ConsumeIntegralInRange<std::size_t>(0, kUsers.size() - 1)];
-  const bool knows_token = input.ConsumeBool();
-  RequestHead head = head_from(input);
+  std::string_view input(reinterpret_cast<const char*>(data), size);
+  const std::string who = take(input, "\n");
+  std::string_view words = who;
+  const std::string user = take(words, " ");
+  const bool knows_token = words == "token";
+  const RequestHead head = head_from(input);
   if (page::http::refusal_of(head)) return 0;
   tests::ApiRig& all = rig();
   page::http::Request request = page::http::request_of(head);
   request.peer = "10.0.0.1";
+  request.body = take(input, "\n----\n");
+  if (request.body.size() > page::http::kMostBodyBytes) return 0;
   const page::http::Request known = all.post_as(user, {}, {});
   if (!user.empty()) request.cookies = known.cookies;
   if (knows_token) {
@@ -134,7 +120,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   all.orders.says = answers;
   all.daemon.asked.clear();
   all.orders.asked.clear();
-  request.body = input.ConsumeRandomLengthString(page::http::kMostBodyBytes);
   page::http::Response response = all.answer(request);
   check(request, response);
   const bool may_order = knows_token && (user == "otto" || user == "ella");

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What two masters read of one map is the same, but for what moves.  Usage: compare.py ONE.json OTHER.json"""
+"""What two masters read of one map is the same, but for what moves.  Usage: compare.py ONE OTHER, each JSON, or lines of a
+name and a value"""
 import json
 import math
 import sys
@@ -31,6 +32,13 @@ def compare(one, other):
     print(f"{len(one)} values are the same")
 
 
+def values_of(path):
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    if text.startswith("{"):
+        return json.loads(text)
+    return {name.rstrip(): float(value) for name, value in (line.rsplit(" ", 1) for line in text.splitlines())}
+
+
 if __name__ == "__main__":
-    with open(sys.argv[1], encoding="utf-8") as first, open(sys.argv[2], encoding="utf-8") as second:
-        compare(json.load(first), json.load(second))
+    compare(values_of(sys.argv[1]), values_of(sys.argv[2]))

@@ -55,7 +55,7 @@ std::string telegraf_field(const Register& reg) {
 
 std::string map_telegraf(const MapOptions& options) {
   std::string text = fmt::format(
-      R"(# Telegraf 1.20 or later. Measurement "loopwarden", a tag "loop" for each loop and for the box.
+      R"(# Telegraf 1.28 or later. Measurement "loopwarden", a tag "loop" for each loop and for the box.
 [[inputs.modbus]]
   name = "loopwarden"
   timeout = "1s"

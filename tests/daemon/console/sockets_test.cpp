@@ -3,9 +3,14 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <memory>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <catch2/catch.hpp>
 
@@ -138,6 +143,22 @@ TEST_CASE("who ordered by the page stands in the journal with user and address",
         std::string(64, 'x') + " by page (uid 1000)");
 }
 
+TEST_CASE("who asks for what he may not is in the log, which he can't fill", "[console][sockets]") {
+  std::ostringstream log;
+  const auto usual = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+  {
+    Bench bench;
+    for (int i = 0; i < 100; ++i) error_of(bench.ask(kSet, SocketName::page));
+  }
+  spdlog::set_default_logger(usual);
+  const std::string text = log.str();
+  INFO(text);
+  CHECK_THAT(text, Catch::Contains("refused at page.sock: 'set' is not allowed"));
+  CHECK(text.find("'set' is not") == text.rfind("'set' is not"));
+}
+
 TEST_CASE("names that could pass for something else are refused", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
@@ -177,14 +198,17 @@ TEST_CASE("an order holds only for what its sender has seen", "[console][sockets
   json told = outcome({{"set_point", 60}, {"expect", {{"set_point", 49.9}}}});
   CHECK(told.at("state") == "refused");
   CHECK(told.at("why") == "the set point is 50 by now, 49.9 was expected");
+  CHECK(told.at("now") == json{{"set_point", 50.0}});
   told = outcome({{"set_point", 60}, {"expect", {{"mode", "man"}}}});
   CHECK(told.at("why") == "the mode is AUTO by now, MAN was expected");
+  CHECK(told.at("now") == json{{"mode", "automatic"}});
   told = outcome({{"set_point", 60}, {"expect", {{"output", 12.5}}}});
   CHECK_THAT(told.at("why").get<std::string>(),
              Catch::StartsWith("the output is ") && Catch::EndsWith("by now, 12.5 was expected"));
   // As text a number loses its last digits.
   told = outcome({{"set_point", 60}, {"expect", {{"set_point", 50.00009}, {"mode", "auto"}}}});
   CHECK(told.at("state") == "done");
+  CHECK(told.at("now").is_null());
   told = outcome({{"set_point", 70}, {"expect", {{"set_point", 60.0002}}}});
   CHECK(told.at("state") == "refused");
   const auto lines = bench.lines(5);
@@ -426,6 +450,23 @@ TEST_CASE("a loop by itself is what the status has of it, and more", "[console][
   CHECK(described.at("recording") == false);
   CHECK(described.at("specialists").empty());
   CHECK(described.at("folder") == (bench.folder / "segments" / "FIC-101").string());
+}
+
+TEST_CASE("while the set point follows the last order, the loop tells where to",
+          "[console][sockets][expect]") {
+  Bench bench(kAll);
+  bench.run(2);
+  const auto eventually_told = [&](double set_point) {
+    return test::eventually([&] {
+      const json loop = bench.ask_status(R"({"request": "loop", "loop": "FIC-101"})");
+      return loop.value("sp", json()) == 50.0 &&
+             loop.value("set_point_wanted", json()) == set_point;
+    });
+  };
+  CHECK(eventually_told(50.0));
+  // The historian's newest row is of the last cycle.
+  bench.loops.front().channels->set_point_wanted = 62.5;
+  CHECK(eventually_told(62.5));
 }
 
 TEST_CASE("the journal is searched", "[console][journal]") {

@@ -5,10 +5,8 @@ import json
 import math
 import os
 import pathlib
-import random
 import shutil
 import signal
-import socket
 import struct
 import subprocess
 import sys
@@ -27,6 +25,9 @@ except ImportError:
     sys.exit("python3-selenium is missing: tools/install-packages test")
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "bench"))
+from bench_daemon import ask, free_port  # noqa: E402
+
 BIN = pathlib.Path(os.environ.get("LOOPWARDEN_BIN_DIR", ROOT / "build/release/bin"))
 PASSWORD = "correct horse battery"
 USERS = {"vera": "viewer", "otto": "operator"}
@@ -47,12 +48,6 @@ recording: {{enabled: {recording}}}
 monitor: {{specialists: {root}/data/specialists/plant1{twin}}}
 io: {{backend: simulated, model: {model}}}
 """
-
-
-def free_port():
-    with socket.socket() as any_port:
-        any_port.bind(("127.0.0.1", 0))
-        return any_port.getsockname()[1]
 
 
 class Box:
@@ -141,17 +136,7 @@ class Box:
         self.daemon.wait()
 
     def ask(self, request):
-        with socket.socket(socket.AF_UNIX) as peer:
-            peer.settimeout(60)
-            peer.connect(str(self.folder / "control.sock"))
-            peer.sendall(json.dumps(request).encode() + b"\n")
-            answer = b""
-            while not answer.endswith(b"\n"):
-                some = peer.recv(1 << 20)
-                if not some:
-                    raise OSError("the control socket closed")
-                answer += some
-        return json.loads(answer)
+        return ask(self.folder / "control.sock", request)
 
     def write_old_segment(self, tag="FIC-101", ago_s=86400, seconds=3600, period_s=0.1, sequence=1):
         """What the recorder would have left of another day: a sine with one spike to 8.5, in the format of record/segment_format.hpp.
