@@ -76,9 +76,12 @@ std::unique_ptr<pqxx::connection> open_database(const DatabaseSettings& settings
       connected(with_parameters(settings.url, purpose.program), settings.password);
   // Kept by libpqxx, which sets them again where it opens a lost connection by itself.
   connection->set_variable("statement_timeout", fmt::format("'{}s'", purpose.statement_seconds));
-  connection->set_variable("TIME ZONE", "'UTC'");
+  connection->set_variable("TimeZone", "'UTC'");
   connection->set_variable("client_min_messages", "warning");
-  connection->set_variable("default_transaction_read_only", purpose.read_only ? "on" : "off");
+  if (purpose.read_only) {
+    connection->set_variable("default_transaction_read_only", "on");
+    connection->set_variable("jit", "off");
+  }
   return connection;
 }
 

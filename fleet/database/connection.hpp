@@ -13,7 +13,7 @@ namespace loopwarden::fleet {
 struct Purpose {
   const char* program;  // as pg_stat_activity shows it
   int statement_seconds = 60;
-  bool read_only = false;
+  bool read_only = false;  // and its queries are not worth compiling (jit)
 };
 inline constexpr Purpose kForHost{.program = "loopwarden-fleet"};
 

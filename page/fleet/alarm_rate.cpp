@@ -34,12 +34,14 @@ AlarmRate rates_of(const Week& week) {
 
 }  // namespace
 
-std::map<std::string, AlarmRate> alarm_rates(const std::vector<RaisedRow>& rows) {
+std::map<std::string, AlarmRate> alarm_rates(const std::vector<RaisedRow>& rows,
+                                             std::int64_t until) {
   std::map<std::string, Week> weeks;
   weeks[""];
   for (const RaisedRow& row : rows) {
-    if (row.bin < 0 || row.bin >= kBinsOfWeek) continue;
-    const auto bin = static_cast<std::size_t>(row.bin);
+    const std::int64_t from_oldest = row.bin - (until - kBinsOfWeek);
+    if (from_oldest < 0 || row.bin >= until) continue;
+    const auto bin = static_cast<std::size_t>(from_oldest);
     weeks[row.group][bin] += row.raised;
     weeks[""][bin] += row.raised;
   }

@@ -21,7 +21,7 @@ inline constexpr double kMostManageable = 2.0;
 inline constexpr std::int64_t kFlood = 10;  // more than that in 10 minutes
 inline constexpr double kMostFlood_percent = 1.0;
 
-// Alarms that were raised in one of the 10 minutes before `until`: bin 0 is the oldest of the week.
+// Alarms that a group has raised within 10 minutes; bin: their number.
 struct RaisedRow {
   std::string group;
   std::int64_t bin = 0;
@@ -41,7 +41,8 @@ struct AlarmRate {
   std::array<std::int64_t, kBinsOfDay> bins{};  // of the day, the newest last
 };
 
-// By group; of all together under "". A group without a row is not in it.
-std::map<std::string, AlarmRate> alarm_rates(const std::vector<RaisedRow>& rows);
+// Of the week before the bin `until`. By group; of all together under "". A group without a row is not in it.
+std::map<std::string, AlarmRate> alarm_rates(const std::vector<RaisedRow>& rows,
+                                             std::int64_t until);
 
 }  // namespace loopwarden::page

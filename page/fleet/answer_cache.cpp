@@ -24,9 +24,8 @@ void AnswerCache::keep(const std::string& key, const Answer& answer) {
   entries_[key] = {answer, now_()};
   if (entries_.size() <= limits_.most) return;
   entries_.erase(
-      std::min_element(entries_.begin(), entries_.end(), [](const auto& a, const auto& b) {
-        return a.second.made < b.second.made;
-      }));
+      std::min_element(entries_.begin(), entries_.end(),
+                       [](const auto& a, const auto& b) { return a.second.made < b.second.made; }));
 }
 
 AnswerCache::Answer AnswerCache::get(const std::string& key, const Make& make) {

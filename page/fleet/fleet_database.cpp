@@ -15,7 +15,7 @@ using nlohmann::json;
 using std::chrono::minutes;
 
 constexpr loopwarden::fleet::Purpose kForPage{
-    .program = "loopwarden-page", .statement_seconds = 5, .read_only = true};
+    .program = "loopwarden-page", .statement_seconds = 20, .read_only = true};
 constexpr minutes kCurvesFresh{5};
 constexpr minutes kVersionsFresh{1};
 constexpr std::size_t kMostGroupsKept = 100;
@@ -98,15 +98,15 @@ AnswerCache::Answer FleetDatabase::make_overview(const std::string& group) {
     const std::int64_t now = now_ms(database);
     json valves = worst_valves(database, group);
     add_curves(database, valves["list"], now);
-    return json{{"now_ms", now},
-                {"group", group},
-                {"groups", groups(database)},
-                {"weeks",
-                 {{"from_ms", 1000 * kWeeksOfList.from_s(now)}, {"step_s", kWeeksOfList.step_s}}},
-                {"valves", std::move(valves)},
-                {"silent", silent_boxes(database, group)},
-                {"versions", versions(database, group)},
-                {"alarm_rate", rates(database, now)}};
+    return json{
+        {"now_ms", now},
+        {"group", group},
+        {"groups", groups(database)},
+        {"weeks", {{"from_ms", 1000 * kWeeksOfList.from_s(now)}, {"step_s", kWeeksOfList.step_s}}},
+        {"valves", std::move(valves)},
+        {"silent", silent_boxes(database, group)},
+        {"versions", versions(database, group)},
+        {"alarm_rate", rates(database, now)}};
   }));
 }
 
@@ -154,13 +154,18 @@ const json& FleetDatabase::versions(pqxx::transaction_base& database, const std:
   return (versions_[group] = {std::move(what), now}).what;
 }
 
-// Only whole ten minutes count, so they are asked for when one more has passed.
+// Only whole ten minutes count, so they are asked for when one more has passed, and but for the first time those of the
+// last day alone: what a box stored while it was away comes late.
 const json& FleetDatabase::rates(pqxx::transaction_base& database, std::int64_t now_ms) {
-  const std::int64_t until_s = now_ms / 1000 / kBin_s * kBin_s;
-  if (until_s != rates_until_s_) {
-    rates_ = rates_json(alarm_rates(raised_before(database, until_s)), until_s);
-    rates_until_s_ = until_s;
-  }
+  const std::int64_t until = now_ms / 1000 / kBin_s;
+  if (until == rates_until_) return rates_;
+  const std::int64_t oldest = until - kBinsOfWeek;
+  const std::int64_t from = std::max(oldest, rates_until_ - kBinsOfDay);
+  const auto fresh = raised_between(database, from * kBin_s, until * kBin_s);
+  std::erase_if(raised_, [&](const RaisedRow& row) { return row.bin < oldest || row.bin >= from; });
+  raised_.insert(raised_.end(), fresh.begin(), fresh.end());
+  rates_ = rates_json(alarm_rates(raised_, until), until * kBin_s);
+  rates_until_ = until;
   return rates_;
 }
 

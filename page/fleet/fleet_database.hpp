@@ -22,7 +22,7 @@
 
 namespace loopwarden::page {
 
-// Any thread. One connection, opened when somebody asks and again after it was lost; one query at a time, of 5 s at most. What
+// Any thread. One connection, opened when somebody asks and again after it was lost; one query at a time, of 20 s at most. What
 // changes slowly (curves, versions, alarm rates) is asked for less often than what is on now.
 class FleetDatabase final : public Fleet {
  public:
@@ -58,8 +58,9 @@ class FleetDatabase final : public Fleet {
   std::unique_ptr<pqxx::connection> connection_;
   std::map<AlarmName, Curve> curves_;
   std::map<std::string, Slow> versions_;  // by group
+  std::vector<RaisedRow> raised_;
   nlohmann::json rates_;
-  std::int64_t rates_until_s_ = 0;
+  std::int64_t rates_until_ = 0;  // bin
 };
 
 }  // namespace loopwarden::page

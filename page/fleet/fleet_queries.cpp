@@ -64,7 +64,7 @@ SELECT group_name AS "group", mode() WITHIN GROUP (ORDER BY version) AS version,
   FROM box_version GROUP BY 1 ORDER BY 1)";
 
 constexpr const char* kRaised = R"(
-SELECT l.group_name, floor((extract(epoch FROM r.time) - $1::bigint) / $3::bigint)::bigint AS bin, count(*)
+SELECT l.group_name, floor(date_part('epoch', r.time) / $3::bigint)::bigint AS bin, count(*)
   FROM alarm_raised r JOIN loop l USING (device_id)
   WHERE r.raised AND r.time >= to_timestamp($1::bigint) AND r.time < to_timestamp($2::bigint)
   GROUP BY 1, 2)";
@@ -81,7 +81,7 @@ SELECT place, -1 AS step, before.last, before.last
     SELECT h.last FROM history_decimated h
       WHERE h.metric_id = a.metric_id AND h.bucket < to_timestamp($3::bigint) ORDER BY h.bucket DESC LIMIT 1) before ON true
 UNION ALL
-SELECT place, floor((extract(epoch FROM h.bucket) - $3::bigint) / $4::bigint)::integer, max(h.high),
+SELECT place, floor((date_part('epoch', h.bucket) - $3::bigint) / $4::bigint)::integer, max(h.high),
        (array_agg(h.last ORDER BY h.bucket DESC))[1]
   FROM asked a JOIN history_decimated h USING (metric_id) WHERE h.bucket >= to_timestamp($3::bigint)
   GROUP BY 1, 2
@@ -191,11 +191,12 @@ json different_boxes(pqxx::transaction_base& database, const std::string& group)
 
 json usual_versions(pqxx::transaction_base& database) { return rows_json(database.exec(kUsual)); }
 
-std::vector<RaisedRow> raised_before(pqxx::transaction_base& database, std::int64_t until_s) {
+std::vector<RaisedRow> raised_between(pqxx::transaction_base& database, std::int64_t from_s,
+                                      std::int64_t until_s) {
   std::vector<RaisedRow> rows;
-  const std::int64_t from_s = until_s - kBinsOfWeek * kBin_s;
   for (const pqxx::row row : database.exec_params(kRaised, from_s, until_s, kBin_s)) {
-    rows.push_back({row[0].as<std::string>(), row[1].as<std::int64_t>(), row[2].as<std::int64_t>()});
+    rows.push_back(
+        {row[0].as<std::string>(), row[1].as<std::int64_t>(), row[2].as<std::int64_t>()});
   }
   return rows;
 }

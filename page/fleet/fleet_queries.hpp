@@ -40,7 +40,9 @@ nlohmann::json different_boxes(pqxx::transaction_base& database, const std::stri
 // What most boxes of each group have.
 nlohmann::json usual_versions(pqxx::transaction_base& database);
 
-std::vector<RaisedRow> raised_before(pqxx::transaction_base& database, std::int64_t until_s);
+// Alarms by group and ten minutes, whose number is that since 1970.
+std::vector<RaisedRow> raised_between(pqxx::transaction_base& database, std::int64_t from_s,
+                                      std::int64_t until_s);
 
 // The severity of alarms over time, one curve for each in `alarms`.
 struct AlarmName {

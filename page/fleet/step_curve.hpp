@@ -9,9 +9,9 @@ namespace loopwarden::page {
 
 // What a value's history says of one step of time.
 struct StepRow {
-  int step = 0;        // -1: before the first
-  double high = 0.0;   // highest in it
-  double last = 0.0;   // what it ended with
+  int step = 0;       // -1: before the first
+  double high = 0.0;  // highest in it
+  double last = 0.0;  // what it ended with
 };
 
 inline constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();

@@ -168,7 +168,7 @@ const en = {
   },
   valve: {
     alarms: 'Alarms of this valve', noAlarm: 'No alarm of this valve has ever come.', where: 'Where', online: 'online', loopAway: 'the box is online, the loop is not', weeks: 'Size of its faults over thirteen weeks', ofSpan: '% of CO span',
-    values: 'Last values', noValues: 'No value of this loop has come yet.', when: 'When', changes: 'Changes of its alarms', detectable: 'Smallest fault that can be seen', evidence: 'In the host’s database; the samples themselves are on the box.', file: 'File', asked: 'Begun', there: 'Complete',
+    values: 'Last values', noValues: 'No value of this loop has come yet.', changes: 'Changes of its alarms', detectable: 'Smallest fault that can be seen', evidence: 'Files in the host’s database; they are looked at on the box.', file: 'File', asked: 'Begun', there: 'Complete',
   },
   valueNames: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem', variability: 'Variability', mean_error: 'Mean of SP − PV', oscillation_index: 'Regularity of the oscillation', oscillation_period: 'Its period', travel: 'Travel', reversals: 'Reversals', stick: 'Stick',
     saturated: 'Output at a limit'},

@@ -39,9 +39,8 @@ ShellOutcome loopwarden(const DaemonProcess& daemon, const std::string& argument
 }
 
 bool has(const std::set<std::string>& lines, const std::string& word) {
-  return std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
-    return line.find(word) != std::string::npos;
-  });
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return line.find(word) != std::string::npos; });
 }
 
 }  // namespace

@@ -28,6 +28,13 @@ export function judged(rate, figures) {
   return rate.per_10_min > figures.acceptable ? ['manageable', 'low'] : ['acceptable', null];
 }
 
+// The group whose last day is the least acceptable; null where all are.
+export function worstOf(rates, figures) {
+  const rank = (rate) => [null, 'low', 'high'].indexOf(judged(rate.day, figures)[1]);
+  const [worst] = sorted(rates, (rate) => 1e6 * rank(rate) + rate.day.raised, true);
+  return worst && rank(worst) > 0 ? worst : null;
+}
+
 // A value for each step as a path of level strokes, 0 at the bottom and `top` at 0; null is a gap.
 export function curvePath(values, width, height, top) {
   const step = width / values.length;
@@ -47,8 +54,8 @@ export function barPath(values, height, top, keep) {
   return values.map((n, i) => (n > 0 && keep(n) ? `M${i} ${height}V${Number((height * (1 - Math.min(n / top, 1))).toFixed(2))}h1V${height}z` : '')).join('');
 }
 
-// What was highest, and what it is now; null where nothing is known.
-export function extremes(values) {
+// Null where nothing is known.
+export function greatest(values) {
   const known = values.filter((value) => value !== null);
-  return known.length ? {most: Math.max(...known), now: values.at(-1)} : null;
+  return known.length ? Math.max(...known) : null;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table whose heads sort it. What is shown anew keeps the reader's place: scroll and focus.
+// A table whose heads sort it; its roles are said, since on a phone its rows are no longer laid out as a table's. What is shown anew keeps the reader's place: scroll and focus.
 import {el, scroller, setAttribute} from './dom.js';
 import {sorted} from './fleet.js';
 
@@ -9,14 +9,14 @@ export class SortedTable {
   constructor(label, columns, keyOf, sort, attributes = {class: 'lines'}) {
     Object.assign(this, {columns, keyOf, sort, falls: columns.find((column) => column.key === sort)?.falls ?? false, rows: []});
     this.heads = columns.map((column) => this.#head(column));
-    this.body = el('tbody', {});
-    this.node = scroller(label, el('table', attributes, el('caption', {class: 'unseen'}, label), el('thead', {}, el('tr', {}, this.heads)), this.body));
+    this.body = el('tbody', {role: 'rowgroup'});
+    this.node = scroller(label, el('table', {role: 'table', ...attributes}, el('caption', {class: 'unseen'}, label), el('thead', {role: 'rowgroup'}, el('tr', {role: 'row'}, this.heads)), this.body));
     this.#mark();
   }
 
   #head(column) {
-    if (!column.value) return el('th', {scope: 'col', class: column.class}, column.head);
-    return el('th', {scope: 'col', class: column.class}, el('button', {type: 'button', class: 'sort', click: () => this.#by(column)},
+    if (!column.value) return el('th', {scope: 'col', role: 'columnheader', class: column.class}, column.head);
+    return el('th', {scope: 'col', role: 'columnheader', class: column.class}, el('button', {type: 'button', class: 'sort', click: () => this.#by(column)},
       column.head, el('span', {class: 'arrow', 'aria-hidden': 'true'})));
   }
 
@@ -40,7 +40,7 @@ export class SortedTable {
   }
 
   #row(row) {
-    return el('tr', {'data-key': this.keyOf(row)}, this.columns.map((column) =>
-      el(column.row ? 'th' : 'td', {class: column.class, scope: column.row ? 'row' : null}, ...[column.cell(row) ?? ''].flat())));
+    return el('tr', {role: 'row', 'data-key': this.keyOf(row)}, this.columns.map((column) =>
+      el(column.row ? 'th' : 'td', {class: column.class, scope: column.row ? 'row' : null, role: column.row ? 'rowheader' : 'cell'}, ...[column.cell(row) ?? ''].flat())));
   }
 }

@@ -3,7 +3,7 @@
 // alarm rates against ISA-18.2.
 import {NONE, count, duration, fixed, percent} from '../lib/format.js';
 import {SortedTable} from '../lib/sorted_table.js';
-import {barPath, curvePath, extremes, judged, matching} from '../lib/fleet.js';
+import {barPath, curvePath, greatest, judged, matching, worstOf} from '../lib/fleet.js';
 import {el, icon, setText, svg, unseen} from '../lib/dom.js';
 import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
@@ -25,7 +25,7 @@ const dateTime = (ms) => wall().dateTime(ms);
 const at = (ms) => (ms === null ? NONE : value(dateTime(ms)));
 // A hash is a number; one that an edge of another make sends is whatever it is.
 export const hash = (text) => (text === null ? NONE : /^\d+$/.test(text) ? Number(text).toString(16).padStart(8, '0') : text);
-const boxCell = (row) => [row.edge, el('small', {}, row.group)];
+const boxCell = (row) => [el('span', {class: 'box-name'}, row.edge), el('small', {}, row.group)];
 const boxKey = (row) => `${row.group}\n${row.edge}`;
 
 export function alarmSign(row) {
@@ -33,12 +33,12 @@ export function alarmSign(row) {
   return el('span', {class: `state ${grave} ${waits(row.state) ? 'waits' : 'seen'}`}, el('span', {class: 'sign'}, icon(signOf(row.state, grave))), el('span', {}, texts.alarms[row.alarm] ?? row.alarm));
 }
 
-function curve(values, top) {
-  const found = extremes(values);
-  if (!found) return el('span', {class: 'soft'}, t.noCurve);
+function curve({weeks: values, severity}, top) {
+  const most = greatest(values);
+  if (most === null) return el('span', {class: 'soft'}, t.noCurve);
   return [svg('svg', {class: 'weeks', viewBox: '0 0 112 24', preserveAspectRatio: 'none', 'aria-hidden': 'true'},
     svg('path', {class: 'weeks-ground', d: 'M0 24H112'}), svg('path', {class: 'weeks-curve', d: curvePath(values, 112, 24, top), 'vector-effect': 'non-scaling-stroke'})),
-  unseen(fill(t.curve, {now: percent(found.now, 1), most: percent(found.most, 1)}))];
+  unseen(fill(t.curve, {now: percent(severity, 1), most: percent(most, 1)}))];
 }
 
 function rateBars(bins, figures) {
@@ -49,6 +49,7 @@ function rateBars(bins, figures) {
     svg('path', {class: 'rate-flood', d: barPath(bins, 24, RATE_TOP, (n) => n > figures.flood)}));
 }
 
+// The figures are for one operator, and all groups together have more than one.
 function verdict(rate, figures) {
   const [word, grave] = judged(rate, figures);
   return el('span', {class: `state ${grave ?? ''}`}, el('span', {class: 'sign'}, icon(grave ?? 'ok')), el('span', {}, t.judged[word]));
@@ -119,7 +120,7 @@ class FleetView {
       {key: 'alarm', head: t.alarm, value: (row) => texts.alarms[row.alarm] ?? row.alarm, cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
       {key: 'severity', head: t.size, ...number, falls: true, value: (row) => row.severity, cell: (row) => value(percent(row.severity, 1))},
       {key: 'since', head: t.since, class: 'time', value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
-      {key: 'weeks', head: t.weeks, class: 'curve-cell', cell: (row) => curve(row.weeks, this.top)},
+      {key: 'weeks', head: t.weeks, class: 'curve-cell', cell: (row) => curve(row, this.top)},
     ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'severity', {class: 'lines worst'});
     this.silent = new SortedTable(t.silentCaption, [
       {key: 'edge', head: t.box, row: true, value: (row) => row.edge, cell: boxCell},
@@ -139,7 +140,7 @@ class FleetView {
     const rate = (name) => (row) => row.day[name];
     this.rates = new SortedTable(t.rateCaption, [
       {key: 'group', head: t.group, row: true, value: (row) => row.group, cell: (row) => row.group || t.allGroups},
-      {key: 'verdict', head: t.week, falls: true, value: (row) => row.week.per_10_min, cell: (row) => [verdict(row.week, this.answer.alarm_rate.figures), el('small', {}, fill(t.weekFigures, {mean: fixed(row.week.per_10_min, 2), flood: percent(row.week.flood_percent, 1)}))]},
+      {key: 'verdict', head: t.week, falls: true, value: (row) => row.week.per_10_min, cell: (row) => [row.group || this.oneGroup ? verdict(row.week, this.answer.alarm_rate.figures) : null, el('small', {}, fill(t.weekFigures, {mean: fixed(row.week.per_10_min, 2), flood: percent(row.week.flood_percent, 1)}))]},
       {key: 'raised', head: t.aDay, ...number, falls: true, value: rate('raised'), cell: (row) => value(count(row.day.raised))},
       {key: 'mean', head: t.inTen, ...number, falls: true, value: rate('per_10_min'), cell: (row) => value(fixed(row.day.per_10_min, 2))},
       {key: 'most', head: t.most, ...number, falls: true, value: rate('most'), cell: (row) => value(count(row.day.most))},
@@ -175,6 +176,7 @@ class FleetView {
     this.#list('valves', this.valves, answer.valves, t.noSick);
     this.#list('silent', this.silent, answer.silent, t.noSilent);
     this.#list('versions', this.versions, answer.versions, t.noDifference);
+    this.oneGroup = groups.length === 1;
     this.rates.show(answer.alarm_rate.list.filter((row) => !row.group || !answer.group || row.group === answer.group));
     setText(this.usual, answer.versions.usual.filter((one) => !answer.group || one.group === answer.group)
       .map((one) => fill(t.usual, {group: one.group, version: one.version ?? texts.notKnown, model: hash(one.model_hash)})).join('; '));
@@ -191,14 +193,15 @@ class FleetView {
 
   #figures(groups) {
     const of = (name) => sum(groups, name), boxes = of('boxes'), loops = of('loops'), {figures} = this.answer.alarm_rate;
-    const rate = this.answer.alarm_rate.list.find((row) => row.group === this.answer.group);
+    const {list} = this.answer.alarm_rate, rate = list.find((row) => row.group === this.answer.group);
+    const worst = worstOf(list.filter((row) => row.group && groups.some((one) => one.group === row.group)), figures);
     this.figures.replaceChildren(
       figure(t.boxesOnline, fill(t.nOf, {n: count(of('online')), all: count(boxes)}), of('online') < boxes),
       figure(t.silent, count(of('silent')), of('silent') > 0),
       figure(t.loopsOnline, fill(t.nOf, {n: count(of('loops_online')), all: count(loops)}), of('loops_online') < loops),
       figure(t.sick, count(of('sick')), of('sick') > 0, loops ? percent(100 * of('sick') / loops, 1) : null),
       figure(t.waiting, count(of('waiting')), of('waiting') > 0),
-      figure(t.rateToday, fixed(rate?.day.per_10_min ?? 0, 2), judged(rate?.day ?? {per_10_min: 0, flood_percent: 0}, figures)[1] !== null, t.judged[judged(rate?.day ?? {per_10_min: 0, flood_percent: 0}, figures)[0]]));
+      figure(t.rateToday, fixed(rate?.day.per_10_min ?? 0, 2), worst !== null, worst ? `${worst.group}: ${t.judged[judged(worst.day, figures)[0]]}` : null));
   }
 
   // What is old says so, and for how long it has been.

@@ -37,16 +37,18 @@ function historyTable(changes) {
 }
 
 function valueTable(valve) {
-  const rows = valve.values.filter(({name}) => !name.includes('/')).map((one) => [texts.valueNames[one.name] ?? one.name,
-    one.number === null ? one.text ?? NONE : [el('span', {class: 'value'}, significant(one.number, 4)), one.unit ? el('span', {class: 'unit'}, one.unit) : null], wall().dateTime(one.time_ms)]);
+  const rows = valve.values.filter(({name}) => !name.includes('/')).map((one) => [texts.valueNames[one.name] ?? one.name, [
+    one.number === null ? one.text ?? NONE : [el('span', {class: 'value'}, significant(one.number, 4)), one.unit ? el('span', {class: 'unit'}, one.unit) : null],
+    el('small', {}, wall().dateTime(one.time_ms))].flat()]);
   if (!rows.length) return el('p', {class: 'nothing'}, t.noValues);
-  return table(t.values, [{head: texts.measures.measure, row: true}, {head: texts.measures.value, class: 'number'}, {head: t.when, class: 'time'}], rows, {captionHidden: true, class: 'pairs'});
+  return table(t.values, [{head: texts.measures.measure, row: true}, {head: texts.measures.value, class: 'number'}], rows, {captionHidden: true, class: 'pairs last-values'});
 }
 
 function evidenceList(evidence) {
   if (!evidence.length) return null;
   return panel(texts.alarm.evidence, el('p', {class: 'soft small'}, t.evidence),
-    table(texts.alarm.evidence, [{head: t.file, row: true}, {head: t.asked, class: 'time'}, {head: t.there}], evidence.map((one) => [one.name, wall().dateTime(one.begun_ms), one.complete ? texts.yes : texts.no]), {captionHidden: true, class: 'pairs'}));
+    scroller(texts.alarm.evidence, table(texts.alarm.evidence, [{head: t.file, row: true}, {head: t.asked, class: 'time'}, {head: t.there}],
+      evidence.map((one) => [one.name, wall().dateTime(one.begun_ms), one.complete ? texts.yes : texts.no]), {captionHidden: true})));
 }
 
 function boxFacts(valve) {

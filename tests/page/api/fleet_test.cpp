@@ -76,9 +76,13 @@ TEST_CASE("on a machine without a daemon the box's addresses are not there") {
   rig.settings.box = false;
   CHECK(session_of(rig)["fleet"] == true);
   CHECK(session_of(rig)["box"] == false);
-  for (const std::vector<std::string>& path :
-       {std::vector<std::string>{"api", "alarms"}, {"api", "describe"}, {"api", "events"},
-        {"api", "journal"}, {"api", "reports"}, {"api", "loops", "FIC-101"}, {"reports", "x"}}) {
+  for (const std::vector<std::string>& path : {std::vector<std::string>{"api", "alarms"},
+                                               {"api", "describe"},
+                                               {"api", "events"},
+                                               {"api", "journal"},
+                                               {"api", "reports"},
+                                               {"api", "loops", "FIC-101"},
+                                               {"reports", "x"}}) {
     CAPTURE(path);
     CHECK(rig.answer(rig.get_as("vera", path)).status == 404);
     CHECK(rig.answer(ApiRig::get(path)).status == 401);

@@ -168,7 +168,7 @@ class FleetPlant:
 
     def _boxes(self):
         # Where it is not as everywhere: minutes of silence, whether it is connected, clock, name used twice.
-        odd = {"crude-07": (186, False, 0.2, None), "utilities-04": (26, True, 0.1, None), "reformer-11": (0.1, True, 74, self._ago(5 * HOUR))}
+        odd = {"crude-07": (186, False, 74, None), "utilities-04": (26, True, 0.1, self._ago(5 * HOUR))}
         names = [(group, f"{group.lower()}-{n + 1:02}") for group, count in GROUPS.items() for n in range(count)]
         rows = []
         for group, name in names:

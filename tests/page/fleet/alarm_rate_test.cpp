@@ -8,10 +8,11 @@ namespace loopwarden::tests::alarm_rate_test {
 using namespace page;
 
 TEST_CASE("day and week of each group, and of all together") {
-  const std::int64_t newest = kBinsOfWeek - 1;
-  const std::int64_t yesterday = kBinsOfWeek - kBinsOfDay - 1;
-  const auto rates =
-      alarm_rates({{"A", newest, 11}, {"A", newest - 1, 10}, {"B", newest, 1}, {"B", yesterday, 144}});
+  const std::int64_t until = 3'000'000;
+  const std::int64_t newest = until - 1;
+  const std::int64_t yesterday = newest - kBinsOfDay;
+  const auto rates = alarm_rates(
+      {{"A", newest, 11}, {"A", newest - 1, 10}, {"B", newest, 1}, {"B", yesterday, 144}}, until);
   REQUIRE(rates.size() == 3);
   const AlarmRate& a = rates.at("A");
   CHECK(a.day.raised == 21);
@@ -33,7 +34,7 @@ TEST_CASE("day and week of each group, and of all together") {
 }
 
 TEST_CASE("without an alarm all is nought, and what lies outside the week does not count") {
-  const auto rates = alarm_rates({{"A", -1, 5}, {"A", kBinsOfWeek, 5}});
+  const auto rates = alarm_rates({{"A", 1000 - kBinsOfWeek - 1, 5}, {"A", 1000, 5}}, 1000);
   REQUIRE(rates.size() == 1);
   CHECK(rates.at("").week.raised == 0);
   CHECK(rates.at("").day.flood_percent == 0.0);

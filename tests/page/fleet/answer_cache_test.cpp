@@ -22,9 +22,8 @@ struct Rig {
   int made = 0;
 
   std::string get(const std::string& key) {
-    return *cache.get(key, [&] {
-      return std::make_shared<const std::string>(key + std::to_string(++made));
-    });
+    return *cache.get(
+        key, [&] { return std::make_shared<const std::string>(key + std::to_string(++made)); });
   }
   std::string why(const std::string& key, const std::string& what) {
     try {
@@ -49,7 +48,8 @@ TEST_CASE("an answer is made once for all who ask while it is fresh") {
   CHECK(rig.get("a") == "a3");
 }
 
-TEST_CASE("after a failure nobody tries for a while, whatever the key, but what is fresh is given") {
+TEST_CASE(
+    "after a failure nobody tries for a while, whatever the key, but what is fresh is given") {
   Rig rig;
   rig.get("a");
   rig.now += 3s;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import {barPath, curvePath, extremes, judged, matching, sorted} from '../../../page/site/lib/fleet.js';
+import {barPath, curvePath, greatest, judged, matching, sorted, worstOf} from '../../../page/site/lib/fleet.js';
 
 const FIGURES = {acceptable: 1, most: 2, flood: 10, flood_percent: 1};
 
@@ -34,6 +34,15 @@ test('alarm rates against ISA-18.2', () => {
   assert.deepEqual(of(0.5, 1.1), ['floods', 'high']);
 });
 
+test('the worst group is the one with floods, then the one with most alarms; where all is well there is none', () => {
+  const group = (name, per_10_min, flood_percent = 0) => ({group: name, day: {raised: 144 * per_10_min, per_10_min, flood_percent}});
+  assert.equal(worstOf([group('A', 0.5), group('B', 1.5), group('C', 1.6)], FIGURES).group, 'C');
+  assert.equal(worstOf([group('A', 3), group('B', 0.9, 2)], FIGURES).group, 'A');
+  assert.equal(worstOf([group('A', 1.9), group('B', 0.9, 2)], FIGURES).group, 'B');
+  assert.equal(worstOf([group('A', 1)], FIGURES), null);
+  assert.equal(worstOf([], FIGURES), null);
+});
+
 test('a curve of steps, with its gaps, cut off at the top', () => {
   assert.equal(curvePath([0, 5, null, 20, 10], 50, 20, 10), 'M0 20H10V10H20M30 0H40V0H50');
   assert.equal(curvePath([null, null], 50, 20, 10), '');
@@ -45,8 +54,8 @@ test('bars of those numbers that are asked for', () => {
   assert.equal(barPath(bins, 16, 8, (n) => n > 10), 'M2 16V0h1V16z');
 });
 
-test('what a curve says in words', () => {
-  assert.deepEqual(extremes([null, 3, 9, 4]), {most: 9, now: 4});
-  assert.equal(extremes([null, null]), null);
-  assert.equal(extremes([]), null);
+test('the greatest of what is known', () => {
+  assert.equal(greatest([null, 3, 9, 4]), 9);
+  assert.equal(greatest([null, null]), null);
+  assert.equal(greatest([]), null);
 });

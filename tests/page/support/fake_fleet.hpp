@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "page/fleet/fleet.hpp"
 
 namespace loopwarden::tests {
@@ -15,7 +17,9 @@ class FakeFleet final : public page::Fleet {
   std::shared_ptr<const std::string> overview(const std::string& group) override {
     asked.push_back(group);
     if (!why_down.empty()) throw page::FleetDown(why_down);
-    return last = std::make_shared<const std::string>(R"({"group":")" + group + "\"}");
+    const nlohmann::json answer{{"group", group}};
+    return last = std::make_shared<const std::string>(
+               answer.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
   std::shared_ptr<const std::string> last_overview(const std::string&) override { return last; }
   std::shared_ptr<const std::string> valve(const page::ValveName& name) override {
