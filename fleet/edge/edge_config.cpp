@@ -32,9 +32,9 @@ std::string resolved(const std::string& file, const std::string& path) {
   return path.empty() ? path : config::resolve(file, path).string();
 }
 
-mqtt::Secret read_secret_place(MapReader& in, const std::string& file, const char* key,
-                               const char* meaning) {
-  mqtt::Secret secret;
+fleet::Secret read_secret_place(MapReader& in, const std::string& file, const char* key,
+                                const char* meaning) {
+  fleet::Secret secret;
   std::optional<MapReader> section = in.maybe_section(key, meaning);
   if (!section) return secret;
   const config::Value<std::string> credential =

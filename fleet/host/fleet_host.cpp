@@ -67,17 +67,14 @@ GroupSettings settings_of(const HostConfig& config, const std::string& group) {
   return {.link = {std::move(client), group, host_id_of(config, group)},
           .spool = {.folder = config.state_directory / "spool" / folder,
                     .limit_bytes = config.spool_bytes},
-          .database = {config.database, config.database_password},
+          .database = config.database,
           .writer = config.writer,
           .tracker = config.tracker};
 }
 
 }  // namespace
 
-FleetHost::FleetHost(HostConfig config)
-    : config_(std::move(config)),
-      owner_(owner_name()),
-      database_{config_.database, config_.database_password} {}
+FleetHost::FleetHost(HostConfig config) : config_(std::move(config)), owner_(owner_name()) {}
 
 FleetHost::~FleetHost() { quit_ = true; }
 
@@ -115,7 +112,7 @@ int FleetHost::run() {
 }
 
 void FleetHost::prepare_database() {
-  if (!leases_) leases_ = open_database(database_);
+  if (!leases_) leases_ = open_database(config_.database);
   if (schema_ready_) return;
   const int applied = migrate(*leases_);
   if (applied > 0) spdlog::info("database: {} migrations applied", applied);
@@ -190,7 +187,7 @@ void FleetHost::maintain() {
     std::this_thread::sleep_for(kUpkeepTick);
     if (!schema_ready_) continue;
     try {
-      if (!connection) connection = open_database(database_);
+      if (!connection) connection = open_database(config_.database);
       const auto now = steady_clock::now();
       if (now - partitions >= kBetweenPartitions) {
         keep_partitions(*connection, config_.retention);

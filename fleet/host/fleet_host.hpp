@@ -41,7 +41,6 @@ class FleetHost {
 
   const HostConfig config_;
   const std::string owner_;
-  DatabaseSettings database_;
   std::vector<std::unique_ptr<GroupHost>> groups_;
   std::unique_ptr<pqxx::connection> leases_;  // of the main thread
   std::atomic<bool> schema_ready_{false};

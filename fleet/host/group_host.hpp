@@ -15,7 +15,7 @@
 #include <pqxx/pqxx>
 
 #include "fleet/host/broker_link.hpp"
-#include "fleet/host/database.hpp"
+#include "fleet/database/connection.hpp"
 #include "fleet/host/ingest.hpp"
 #include "fleet/host/maintenance.hpp"
 #include "fleet/host/spool.hpp"

@@ -13,6 +13,7 @@
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
+#include "fleet/secret/secret_section.hpp"
 #include "fleet/sparkplug/topic.hpp"
 #include "hal/os/peer_list.hpp"
 
@@ -29,22 +30,7 @@ constexpr std::array kLogLevels{
     Choice<const char*>{"warn", "warn"}, Choice<const char*>{"error", "error"}};
 constexpr std::uint64_t kMebibyte = 1024ULL * 1024ULL;
 constexpr std::size_t kMostGroups = 100;
-
-mqtt::Secret read_secret_section(MapReader& in, std::string_view key, const char* meaning,
-                                 const std::string& file) {
-  mqtt::Secret secret;
-  std::optional<MapReader> section = in.maybe_section(key, meaning);
-  if (!section) return secret;
-  const Value<std::string> credential =
-      section->text("credential", "its name, as in LoadCredential= of the unit", "");
-  const Value<std::string> path = section->text("file", "a file whose first line it is", "");
-  secret.credential = credential;
-  if (path.given && path.valid) secret.file = config::resolve(file, path.value);
-  if (!section->describing() && credential.given == path.given) {
-    section->error("must have one of credential and file");
-  }
-  return secret;
-}
+constexpr const char* kDatabasePassword = "database_password";
 
 std::optional<std::string> broker_error(const std::string& text,
                                         std::optional<mqtt::BrokerUrl>& url) {
@@ -54,22 +40,6 @@ std::optional<std::string> broker_error(const std::string& text,
   } catch (const std::invalid_argument& e) {
     return e.what();
   }
-}
-
-// "postgresql://user:secret@host": whoever may read the file, or the list of processes, would have it.
-std::optional<std::string> database_error(const std::string& text) {
-  if (!text.starts_with("postgresql://") && !text.starts_with("postgres://")) {
-    return fmt::format("must be postgresql://[USER@]HOST[:PORT]/NAME (got '{}')",
-                       config::quotable(text));
-  }
-  const std::string_view behind = std::string_view(text).substr(text.find("//") + 2);
-  const std::string_view user = behind.substr(0, behind.find_first_of("@/"));
-  const bool has_user = behind.substr(0, behind.find('/')).find('@') != std::string_view::npos;
-  if ((has_user && user.find(':') != std::string_view::npos) ||
-      text.find("password=") != std::string::npos) {
-    return "holds a password; use database_password with a credential or a file";
-  }
-  return std::nullopt;
 }
 
 std::optional<std::string> groups_error(const std::vector<std::string>& groups) {
@@ -105,14 +75,7 @@ void read_broker(MapReader& in, HostConfig& config, const std::string& file) {
 }
 
 void read_database(MapReader& in, HostConfig& config, const std::string& file) {
-  const Value<std::string> database =
-      in.text("database", "postgresql://[USER@]HOST[:PORT]/NAME", "");
-  config.database = database;
-  if (database.given && database.valid) {
-    if (const auto error = database_error(database.value)) in.error("database", *error);
-  }
-  config.database_password =
-      read_secret_section(in, "database_password", "of the database's user", file);
+  config.database = read_database_settings(in, config::Presence::optional, kDatabasePassword, file);
   if (std::optional<MapReader> keep = in.maybe_section("keep", "how long rows are kept")) {
     const auto days = [&](const char* key, const char* meaning, int fallback) {
       return static_cast<int>(keep->integer(key, {1, 36'600, "days", meaning}, fallback));
@@ -210,8 +173,8 @@ config::Loaded<HostConfig> read_host_config(const CommandLine& command_line) {
     complain(report, "--broker", broker_error(command_line.broker, config.broker));
   }
   if (!command_line.database.empty()) {
-    config.database = command_line.database;
-    complain(report, "--database", database_error(config.database));
+    config.database.url = command_line.database;
+    complain(report, "--database", database_url_error(config.database.url, kDatabasePassword));
   }
   if (!command_line.groups.empty()) {
     config.groups = command_line.groups;
@@ -220,7 +183,7 @@ config::Loaded<HostConfig> read_host_config(const CommandLine& command_line) {
   if (!report.has_errors() && !config.broker) {
     report.error({}, "broker", "must be given, here or as --broker");
   }
-  if (!report.has_errors() && config.database.empty()) {
+  if (!report.has_errors() && config.database.url.empty()) {
     report.error({}, "database", "must be given, here or as --database");
   }
   return config::loaded(std::move(config), report);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/diagnostic.hpp"
+#include "fleet/database/database_settings.hpp"
 #include "fleet/host/edge_tracker.hpp"
 #include "fleet/host/maintenance.hpp"
 #include "fleet/host/writer.hpp"
@@ -24,12 +25,11 @@ struct MetricsServer {
 struct HostConfig {
   std::optional<mqtt::BrokerUrl> broker;
   std::string user;
-  mqtt::Secret password;
+  Secret password;
   std::string ca_file;
   std::string certificate_file;
-  mqtt::Secret key;
-  std::string database;  // postgresql://...
-  mqtt::Secret database_password;
+  Secret key;
+  DatabaseSettings database;
   std::vector<std::string> groups;  // empty: all, as one
   std::string host_id = "loopwarden";
   std::filesystem::path state_directory = "/var/lib/loopwarden-fleet";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/host/lease.hpp"
 
-#include "fleet/host/array_text.hpp"
+#include "fleet/database/array_text.hpp"
 
 namespace loopwarden::fleet {
 namespace {

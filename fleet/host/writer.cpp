@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "fleet/host/array_text.hpp"
+#include "fleet/database/array_text.hpp"
 
 namespace loopwarden::fleet {
 namespace {

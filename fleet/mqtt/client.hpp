@@ -24,7 +24,7 @@
 
 #include "fleet/mqtt/back_off.hpp"
 #include "fleet/mqtt/broker_url.hpp"
-#include "fleet/mqtt/secret.hpp"
+#include "fleet/secret/secret.hpp"
 #include "hal/os/thread.hpp"
 
 struct mosquitto;
@@ -44,10 +44,10 @@ struct ClientSettings {
   BrokerUrl broker;
   std::string client_id;  // unique at the broker
   std::string user;       // empty: none
-  Secret password;
+  fleet::Secret password;
   std::string ca_file;           // of TLS; empty: those of the system
   std::string certificate_file;  // the client's own; empty: none
-  Secret key;
+  fleet::Secret key;
   std::chrono::seconds keep_alive{15};  // at least 5: libmosquitto
   std::chrono::milliseconds reconnect_min{1000};
   std::chrono::milliseconds reconnect_max{60'000};

@@ -11,6 +11,7 @@
 #include "page/box/daemon_door.hpp"
 #include "page/files/report_shelf.hpp"
 #include "page/history/history.hpp"
+#include "page/fleet/fleet.hpp"
 #include "page/http/assets.hpp"
 #include "page/http/message.hpp"
 #include "page/http/server.hpp"
@@ -34,6 +35,7 @@ struct Context {
   LogInGuard& guard;
   history::History& history;
   files::ReportShelf& reports;
+  Fleet* fleet;  // null: page.yaml has none
   std::function<http::Response(const http::Request&)> site;
   std::function<http::Counters()> counters;
 };

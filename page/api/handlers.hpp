@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One function a path; router.cpp has the table. Each throws ApiError, DaemonDown or DaemonRefused.
+// One function a path; router.cpp has the table. Each throws ApiError, DaemonDown, DaemonRefused or FleetDown.
 #pragma once
 
 #include "page/api/context.hpp"
@@ -39,5 +39,9 @@ http::Response journal_csv(Context& context, const Call& call);
 http::Response reports(Context& context, const Call& call);
 http::Response report(Context& context, const Call& call);
 http::Response evidence(Context& context, const Call& call);
+
+// fleet.cpp
+http::Response fleet_overview(Context& context, const Call& call);
+http::Response fleet_valve(Context& context, const Call& call);
 
 }  // namespace loopwarden::page::api

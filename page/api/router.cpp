@@ -22,7 +22,11 @@ using http::Method;
 using http::Request;
 using http::Response;
 
+// What page.yaml must have for it.
+enum class Of { page, box, fleet };
+
 struct Route {
+  Of of;
   Method method;
   std::string_view path;  // "*" is any part; "**", the last, any number of them
   Lane lane;
@@ -31,26 +35,29 @@ struct Route {
 };
 
 constexpr std::array kRoutes{
-    Route{Method::get, "api/session", Lane::here, Role::none, session},
-    Route{Method::get, "api/describe", Lane::daemon, Role::viewer, describe},
-    Route{Method::get, "api/events", Lane::here, Role::viewer, events},
-    Route{Method::get, "api/sparklines", Lane::daemon, Role::viewer, sparklines},
-    Route{Method::get, "api/alarms", Lane::here, Role::viewer, alarms},
-    Route{Method::get, "api/system", Lane::daemon, Role::viewer, system},
-    Route{Method::get, "api/loops/*", Lane::daemon, Role::viewer, loop},
-    Route{Method::get, "api/loops/*/windows", Lane::daemon, Role::viewer, windows},
-    Route{Method::get, "api/loops/*/history", Lane::disk, Role::viewer, past},
-    Route{Method::get, "api/loops/*/history.csv", Lane::disk, Role::viewer, past_csv},
-    Route{Method::get, "api/loops/*/alarms/*", Lane::daemon, Role::viewer, loop_alarm},
-    Route{Method::get, "api/journal", Lane::daemon, Role::viewer, journal},
-    Route{Method::get, "api/journal.csv", Lane::daemon, Role::viewer, journal_csv},
-    Route{Method::get, "api/evidence/*", Lane::disk, Role::viewer, evidence},
-    Route{Method::get, "api/reports", Lane::disk, Role::viewer, reports},
-    Route{Method::get, "reports/**", Lane::disk, Role::viewer, report},
-    Route{Method::post, "api/login", Lane::log_in, Role::none, log_in},
-    Route{Method::post, "api/logout", Lane::here, Role::none, log_out},
-    Route{Method::post, "api/loops/*/alarms/*", Lane::orders, Role::operator_, act_on_alarm},
-    Route{Method::post, "api/loops/*/order", Lane::orders, Role::operator_, order},
+    Route{Of::page, Method::get, "api/session", Lane::here, Role::none, session},
+    Route{Of::box, Method::get, "api/describe", Lane::daemon, Role::viewer, describe},
+    Route{Of::box, Method::get, "api/events", Lane::here, Role::viewer, events},
+    Route{Of::box, Method::get, "api/sparklines", Lane::daemon, Role::viewer, sparklines},
+    Route{Of::box, Method::get, "api/alarms", Lane::here, Role::viewer, alarms},
+    Route{Of::box, Method::get, "api/system", Lane::daemon, Role::viewer, system},
+    Route{Of::box, Method::get, "api/loops/*", Lane::daemon, Role::viewer, loop},
+    Route{Of::box, Method::get, "api/loops/*/windows", Lane::daemon, Role::viewer, windows},
+    Route{Of::box, Method::get, "api/loops/*/history", Lane::disk, Role::viewer, past},
+    Route{Of::box, Method::get, "api/loops/*/history.csv", Lane::disk, Role::viewer, past_csv},
+    Route{Of::box, Method::get, "api/loops/*/alarms/*", Lane::daemon, Role::viewer, loop_alarm},
+    Route{Of::box, Method::get, "api/journal", Lane::daemon, Role::viewer, journal},
+    Route{Of::box, Method::get, "api/journal.csv", Lane::daemon, Role::viewer, journal_csv},
+    Route{Of::box, Method::get, "api/evidence/*", Lane::disk, Role::viewer, evidence},
+    Route{Of::box, Method::get, "api/reports", Lane::disk, Role::viewer, reports},
+    Route{Of::box, Method::get, "reports/**", Lane::disk, Role::viewer, report},
+    Route{Of::fleet, Method::get, "api/fleet", Lane::fleet, Role::viewer, fleet_overview},
+    Route{Of::fleet, Method::get, "api/fleet/valves/*/*/*", Lane::fleet, Role::viewer, fleet_valve},
+    Route{Of::page, Method::post, "api/login", Lane::log_in, Role::none, log_in},
+    Route{Of::page, Method::post, "api/logout", Lane::here, Role::none, log_out},
+    Route{Of::box, Method::post, "api/loops/*/alarms/*", Lane::orders, Role::operator_,
+          act_on_alarm},
+    Route{Of::box, Method::post, "api/loops/*/order", Lane::orders, Role::operator_, order},
 };
 
 bool matches(std::string_view pattern, std::span<const std::string> path) {
@@ -98,6 +105,13 @@ bool is_ours(const Request& request) {
   return request.part(0) == "api" || request.part(0) == "reports";
 }
 
+void check_there(const Context& context, Of of) {
+  if (of == Of::box && !context.settings.box) {
+    throw ApiError(404, "this machine has no loopwardend (page.yaml: box: false)");
+  }
+  if (of == Of::fleet && context.fleet == nullptr) throw ApiError(404, "page.yaml has no fleet");
+}
+
 // In the words of whatever was thrown.
 Response excuse(std::exception_ptr what) {
   try {
@@ -107,6 +121,8 @@ Response excuse(std::exception_ptr what) {
   } catch (const DaemonRefused& e) {
     return http::error_response(409, e.what());
   } catch (const DaemonDown& e) {
+    return http::error_response(503, e.what());
+  } catch (const FleetDown& e) {
     return http::error_response(503, e.what());
   } catch (const record::RecordError& e) {
     return http::error_response(e.kind() == record::RecordError::Kind::io ? 503 : 409, e.what());
@@ -142,6 +158,7 @@ Response Router::route(const Request& request) {
   if (request.part(0) == "api") check_origin(request);
   if (route->method == Method::post) check_post(request, who);
   check_role(who, route->role);
+  check_there(context_, route->of);
   return route->handle(context_, {request, who});
 }
 

@@ -41,6 +41,8 @@ json session_json(Context& context, const Identity& who) {
           {"can",
            {{"alarms", acts && plant && plant->alarms},
             {"control", acts && plant && plant->control && context.settings.control}}},
+          {"box", context.settings.box},
+          {"fleet", context.fleet != nullptr},
           {"time_zone", context.settings.time_zone},
           {"utc_offset_s", utc_offset_s()},
           {"version", LOOPWARDEN_VERSION},

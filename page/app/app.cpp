@@ -11,6 +11,7 @@
 #include <cctype>
 #include <csignal>
 #include <cstdlib>
+#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
@@ -18,6 +19,7 @@
 
 #include "hal/os/exit_code.hpp"
 #include "page/api/router.hpp"
+#include "page/fleet/fleet_database.hpp"
 #include "page/http/server.hpp"
 #include "page/http/tls.hpp"
 #include "page/site/assets.hpp"
@@ -85,12 +87,14 @@ class App {
       : settings_(settings),
         site_folder_(site),
         site_(site.empty() ? built_in_site() : http::Assets()),
-        box_({.status_socket = settings.status_socket, .live = per_second(settings.updates_per_s)}),
+        box_({.status_socket = settings.box ? settings.status_socket.string() : std::string(),
+              .live = per_second(settings.updates_per_s)}),
         daemon_(settings.status_socket, kPatience),
         orders_(settings.page_socket, kOrderPatience, DaemonDoor::Connections::fresh),
         users_(settings.users),
         sessions_(session_limits(settings)),
         reports_(settings.state_directory),
+        fleet_(settings.fleet ? std::make_unique<FleetDatabase>(*settings.fleet) : nullptr),
         router_(api::Context{.settings = settings_,
                              .hosts = hosts_of(settings),
                              .now = [this] { return box_.now(); },
@@ -102,6 +106,7 @@ class App {
                              .guard = guard_,
                              .history = history_,
                              .reports = reports_,
+                             .fleet = fleet_.get(),
                              .site = [this](const http::Request& r) { return answer_of_site(r); },
                              .counters = [this] { return server_.counters(); }}),
         server_(server_settings(settings), router_) {}
@@ -182,6 +187,7 @@ class App {
   LogInGuard guard_;
   history::History history_;
   files::ReportShelf reports_;
+  std::unique_ptr<FleetDatabase> fleet_;
   api::Router router_;
   http::Server server_;
 };

@@ -137,7 +137,7 @@ std::string Box::sparklines() const {
 void Box::run() {
   for (;;) {
     try {
-      look();
+      if (!settings_.status_socket.empty()) look();
       errand_();
     } catch (const std::exception& e) {
       spdlog::error("box: {}", e.what());

@@ -22,7 +22,7 @@
 namespace loopwarden::page {
 
 struct BoxSettings {
-  std::string status_socket;
+  std::string status_socket;              // empty: there is no daemon, only the errand
   std::chrono::milliseconds live{500};    // between looks while somebody listens
   std::chrono::milliseconds quiet{2000};  // while nobody does: for sparklines
   std::chrono::milliseconds patience{1000};

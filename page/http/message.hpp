@@ -62,8 +62,8 @@ struct Response {
 
 // Where an answer is made. Each lane but `here` has threads and a queue of its own, so that slow work
 // of one kind never delays another.
-enum class Lane { here, daemon, disk, log_in, orders };
-inline constexpr std::size_t kLanes = 5;
+enum class Lane { here, daemon, disk, log_in, orders, fleet };
+inline constexpr std::size_t kLanes = 6;
 
 // What stands behind the server. `answer` is called by the lane's threads, several at a time.
 class Handler {

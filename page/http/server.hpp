@@ -39,7 +39,8 @@ inline constexpr std::array<LaneSize, kLanes> kPageLanes{{{"pg-here", 0, 0},
                                                           {"pg-daemon", 3, 64},
                                                           {"pg-disk", 2, 32},
                                                           {"pg-login", 1, 8},
-                                                          {"pg-orders", 2, 16}}};
+                                                          {"pg-orders", 2, 16},
+                                                          {"pg-fleet", 2, 64}}};
 
 struct ServerSettings {
   DoorLimits door;

@@ -81,6 +81,20 @@ void read_limits(MapReader& in, PageSettings& settings) {
                 settings.updates_per_s);
 }
 
+void read_fleet(MapReader& in, const std::string& file, PageSettings& settings) {
+  if (auto fleet = in.maybe_section("fleet", "of loopwarden-fleet: a plant of boxes is shown")) {
+    settings.fleet = loopwarden::fleet::read_database_settings(*fleet, config::Presence::required,
+                                                               "password", file);
+  }
+  settings.box = in.flag("box",
+                         "loopwardend runs on this machine; false: only the fleet is shown, which "
+                         "the section fleet must name",
+                         settings.box);
+  if (!in.describing() && !settings.box && !in.given("fleet")) {
+    in.error("box", "false leaves nothing to show without the section fleet");
+  }
+}
+
 bool is_time_zone(const std::string& name) {
   const std::filesystem::path zone = std::filesystem::path(name).lexically_normal();
   std::error_code none;
@@ -124,6 +138,7 @@ PageSettings read_page(MapReader& in, const std::string& file) {
     in.error("time_zone", fmt::format("this box knows no zone '{}' (/usr/share/zoneinfo)",
                                       config::quotable(settings.time_zone)));
   }
+  read_fleet(in, file, settings);
   check_listen(in, settings);
   return settings;
 }

@@ -11,6 +11,7 @@
 
 #include "config/diagnostic.hpp"
 #include "config/key_reference.hpp"
+#include "fleet/database/database_settings.hpp"
 
 namespace loopwarden::page {
 
@@ -38,7 +39,9 @@ struct PageSettings {
   bool control = false;          // set points, outputs and modes from here
   double session_hours = 12.0;   // longest, from the log-in
   double session_idle_minutes = 30.0;
-  std::string time_zone;  // empty: the box's
+  std::string time_zone;                                     // empty: the box's
+  std::optional<loopwarden::fleet::DatabaseSettings> fleet;  // of a plant of boxes
+  bool box = true;  // false: this machine has no loopwardend, and only the fleet is shown
 
   bool has_tls() const noexcept { return !certificate.empty(); }
 };

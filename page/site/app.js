@@ -9,8 +9,12 @@ import {fill, texts} from './texts.js';
 const VIEWS = {
   '': () => import('./views/overview.js'), loop: () => import('./views/loop.js'), alarms: () => import('./views/alarms.js'),
   journal: () => import('./views/journal.js'), reports: () => import('./views/reports.js'),
-  system: () => import('./views/system.js'), login: () => import('./views/login.js'),
+  system: () => import('./views/system.js'), fleet: () => import('./views/fleet.js'), valve: () => import('./views/valve.js'), login: () => import('./views/login.js'),
 };
+
+// What a page without that part (page.yaml: box, fleet) doesn't have.
+const OF_FLEET = new Set(['fleet', 'valve']), OF_PAGE = new Set(['login']);
+const has = (view) => OF_PAGE.has(view) || (OF_FLEET.has(view) ? live.session?.fleet : live.session?.box !== false);
 
 const shell = new Shell(document.getElementById('app'));
 let scope = null;
@@ -27,7 +31,8 @@ function address() {
       return part;
     }
   });
-  return {view: parts[0], parts: parts.slice(1), options: Object.fromEntries(new URLSearchParams(search))};
+  const view = parts[0] || has('') ? parts[0] : 'fleet';
+  return {view, parts: parts.slice(1), options: Object.fromEntries(new URLSearchParams(search))};
 }
 
 function trouble(main, error) {
@@ -43,8 +48,8 @@ async function show() {
   route = wanted;
   scope?.end();
   const mine = scope = new Scope();
-  const load = VIEWS[wanted.view];
-  shell.mark(wanted.view === 'loop' ? '' : wanted.view);
+  const load = has(wanted.view) ? VIEWS[wanted.view] : null;
+  shell.mark({loop: '', valve: 'fleet'}[wanted.view] ?? wanted.view);
   const main = shell.main;
   try {
     if (!load) throw new Error(texts.notFound);

@@ -24,7 +24,7 @@ const en = {
   notFound: 'There is no such page.',
   simulated: 'simulated',
   accelerated: '{factor} × real time',
-  nav: {label: 'Views', overview: 'Overview', alarms: 'Alarms', journal: 'Journal', reports: 'Reports', system: 'System', login: 'Log in'},
+  nav: {label: 'Views', overview: 'Overview', alarms: 'Alarms', journal: 'Journal', reports: 'Reports', system: 'System', fleet: 'Fleet', login: 'Log in'},
   head: {
     label: 'Box', theme: 'Theme', themeSystem: 'System', themeDark: 'Dark', themeLight: 'Light',
     login: 'Log in', logout: 'Log out', user: '{user}, {role}', readOnly: 'Read-only',
@@ -152,6 +152,26 @@ const en = {
     linkDown: '{loop}: no connection to the device.', journal: 'Journal', journalWritten: '{n} lines written, {waiting} waiting, {lost} lost', evidence: 'Evidence', explanations: 'Explanations', explained: '{n} made, {waiting} waiting, {failed} failed', windows: 'Windows judged', backlog: 'Loops behind', dropped: 'Cycles dropped', logLost: 'Log lines lost', free: 'Free',
     modbus: 'Modbus server', port: 'port {port}', clients: 'Clients', requests: 'Requests', malformed: 'Malformed', busCaption: 'Buses by loop', freeOf: '{free} of {all}', journalDamaged: '{n} journal files were damaged and moved aside.',
   },
+  fleet: {
+    title: 'Fleet', search: 'Search', searchHint: 'valve, box or alarm', group: 'Group', allGroups: 'All groups', asOf: 'As of {time}',
+    old: 'The plant’s database does not answer ({why}). What is shown is of {time}, {long} old.', down: 'The plant’s database does not answer ({why}). It is asked again by itself.',
+    boxesOnline: 'Boxes online', loopsOnline: 'Loops online', sick: 'Sick valves', waiting: 'Alarms to acknowledge', rateToday: 'Alarms in 10 min, last day', nOf: '{n} of {all}',
+    worst: 'Worst valves', worstCaption: 'Valves with an alarm that is on, in the chosen order', valve: 'Valve', alarm: 'Alarm', size: 'Size', since: 'Since', weeks: 'Eight weeks', for: 'for {long}', ago: '{long} ago',
+    curve: 'now {now}, at most {most} in eight weeks', noCurve: 'no history', noSick: 'No valve has an alarm that is on.', shown: '{n} shown of {all} alarms that are on, the greatest first; sizes in % of the CO span.', nothing: 'No row is like that.',
+    silent: 'Silent boxes', silentCaption: 'Boxes that are away, or have said nothing for two minutes', box: 'Box', state: 'State', heard: 'Last heard', note: 'Note', saysNothing: 'connected, says nothing', away: 'away', noSilent: 'Every box has been heard within two minutes.',
+    conflict: 'its name was used twice, {time}', clockAhead: 'its clock is ahead by {long}', clockBehind: 'its clock is behind by {long}',
+    versions: 'Versions and configurations that differ', versionsCaption: 'Boxes with another version, other specialists or another configuration than most of their group, or with a configuration that changed within a week', version: 'Version', config: 'Configuration', model: 'Specialists',
+    changed: 'Changed', times: '{n} times', differs: 'differs', noDifference: 'All boxes of a group are alike, and no configuration has changed within a week.', usual: 'Most of {group}: {version}, specialists {model}',
+    rate: 'Alarm rate', rateCaption: 'Alarms that were raised, by group', rateFigures: 'ISA-18.2, for one operator: on average 1 alarm in 10 minutes (150 a day) is acceptable, 2 (300 a day) are the most that can be managed; more than 10 in 10 minutes are a flood, and floods take at most 1 % of the time. The lines behind the bars are at 2 and 10.',
+    week: 'Last week', weekFigures: '{mean} in 10 min, floods {flood}', aDay: 'Last day', inTen: 'In 10 min', most: 'Most in 10 min', flood: 'Time in floods', lastDay: 'Last day, by 10 min',
+    judged: {acceptable: 'acceptable', manageable: 'manageable', over: 'too many', floods: 'floods'},
+  },
+  valve: {
+    alarms: 'Alarms of this valve', noAlarm: 'No alarm of this valve has ever come.', where: 'Where', online: 'online', loopAway: 'the box is online, the loop is not', weeks: 'Size of its faults over thirteen weeks', ofSpan: '% of CO span',
+    values: 'Last values', noValues: 'No value of this loop has come yet.', changes: 'Changes of its alarms', detectable: 'Smallest fault that can be seen', evidence: 'Files in the host’s database; they are looked at on the box.', file: 'File', asked: 'Begun', there: 'Complete',
+  },
+  valueNames: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem', variability: 'Variability', mean_error: 'Mean of SP − PV', oscillation_index: 'Regularity of the oscillation', oscillation_period: 'Its period', travel: 'Travel', reversals: 'Reversals', stick: 'Stick',
+    saturated: 'Output at a limit'},
   login: {title: 'Log in', user: 'User', password: 'Password', enter: 'Log in', wrong: 'User or password is wrong.', later: 'Too many attempts. Try again in {long}.', off: 'This page has no users: it is read-only, for this computer alone.', needed: 'Log in to see this box.', as: 'You are logged in as {user}.'},
 };
 

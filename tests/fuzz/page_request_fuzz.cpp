@@ -63,6 +63,7 @@ json answer_from(std::string_view& input) {
 tests::ApiRig& rig() {
   static tests::ApiRig one(true);
   static const bool filled = [] {
+    one.has_fleet = true;
     tests::write_file(one.folder / "state/evidence/one/evidence.json", "{}");
     tests::write_file(one.folder / "state/evidence/one/record.csv", "time,pv\n0,1\n1,2\n");
     tests::write_file(one.folder / "state/evidence/one/report.html", "<title>Gap</title>");
@@ -120,6 +121,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   all.orders.says = answers;
   all.daemon.asked.clear();
   all.orders.asked.clear();
+  all.fleet.asked.clear();
   page::http::Response response = all.answer(request);
   check(request, response);
   const bool may_order = knows_token && (user == "otto" || user == "ella");

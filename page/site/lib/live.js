@@ -32,11 +32,14 @@ export class Live extends EventTarget {
     keepCsrf(this.session.csrf);
     if (this.session.must_login) return;
     this.connect();
+    if (this.session.box === false) return;
     setInterval(() => this.#watch(), 250);
     document.addEventListener('visibilitychange', () => { if (!document.hidden) this.#watch(); });
   }
 
+  // Where no daemon is, nothing comes by itself.
   connect() {
+    if (this.session.box === false) return;
     this.#source?.close();
     const source = new EventSource('/api/events');
     this.#source = source;

@@ -10,7 +10,7 @@ import {post} from './api.js';
 import {readColours} from './spark.js';
 import {fill, texts} from '../texts.js';
 
-const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system']];
+const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system'], ['fleet', 'fleet']];
 
 let clock = new WallClock('UTC');
 export const wall = () => clock;
@@ -81,7 +81,7 @@ export class Shell {
       const link = el('a', {href: `#/${path}`}, icon(name), el('span', {}, texts.nav[name]), badge);
       this.#links.set(path, link);
       if (name === 'alarms') this.badge = badge;
-      return el('li', {}, link);
+      return el('li', {hidden: path === 'fleet'}, link);
     })));
   }
 
@@ -104,6 +104,7 @@ export class Shell {
     const s = live.session;
     clock = new WallClock(s.time_zone);
     setText(this.host, s.host ?? '');
+    this.#parts(s);
     this.#tick();
     this.user.replaceChildren();
     if (s.user) {
@@ -114,6 +115,12 @@ export class Shell {
     } else {
       this.user.append(el('span', {class: 'who'}, texts.head.readOnly));
     }
+  }
+
+  // What page.yaml leaves out has no way to it.
+  #parts({box, fleet}) {
+    for (const [path, link] of this.#links) link.parentNode.hidden = path === 'fleet' ? !fleet : box === false;
+    this.summary.hidden = this.link.hidden = box === false;
   }
 
   #box() {

@@ -15,9 +15,10 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <pqxx/pqxx>
 
-#include "fleet/host/database.hpp"
+#include "fleet/database/connection.hpp"
 #include "fleet/host/lease.hpp"
 #include "fleet/host/maintenance.hpp"
 #include "fleet/host/migrations.hpp"
@@ -449,7 +450,7 @@ TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
     });
   }
   for (std::thread& program : programs) program.join();
-  CHECK(applied == 4);
+  CHECK(applied == 5);
   const auto connection = fleet::open_database({database.url(), {}});
   pqxx::nontransaction(*connection).exec("INSERT INTO migration(number) VALUES(99)");
   CHECK_THROWS_WITH(fleet::migrate(*connection), Catch::Contains("newer"));
@@ -497,6 +498,57 @@ TEST_CASE("the decimated history is that of the values, also of those that come 
     INSERT INTO history_waiting SELECT 1, bucket FROM history_decimated)");
   CHECK(fleet::decimate_history(*connection, "", 10) == 1);
   CHECK(database.ask("SELECT (count, high, last)::text FROM history_decimated") == "(11,100,100)");
+}
+
+TEST_CASE("an alarm is now what its newest change says, also where an older one comes later",
+          "[plant]") {
+  if (!installed()) return;
+  const tests::Postgres database;
+  const auto connection = fleet::open_database({database.url(), {}});
+  fleet::migrate(*connection);
+  const auto exec = [&](const std::string& sql) { pqxx::nontransaction(*connection).exec(sql); };
+  const auto change = [&](const char* hours, const char* state) {
+    exec(fmt::format(
+        "INSERT INTO alarm VALUES(1, 'stiction', now() - {} * interval '1 hour', '{}', 5)", hours,
+        state));
+  };
+  exec(R"(INSERT INTO edge(group_name, name) VALUES('A', 'box1');
+    INSERT INTO device(edge_id, name, tag) VALUES(1, 'FIC', 'FIC'))");
+  change("9", "unacknowledged");
+  change("2", "acknowledged");
+  CHECK(database.ask("SELECT state FROM alarm_now") == "acknowledged");
+  change("5", "normal");
+  CHECK(database.ask("SELECT state FROM alarm_now") == "acknowledged");
+  change("4", "unacknowledged");
+  CHECK(database.ask("SELECT round(extract(epoch FROM now() - since) / 3600) FROM worst_valve") ==
+        "4");
+  CHECK(database.ask("SELECT sum(raised) FROM alarm_rate") == "2");
+  exec("DELETE FROM alarm");  // too old to be kept
+  CHECK(database.ask("SELECT count(*) FROM worst_valve WHERE severity = 5") == "1");
+  change("1", "normal");
+  CHECK(database.ask("SELECT count(*) FROM worst_valve") == "0");
+}
+
+TEST_CASE("a box differs from what most of its group have", "[plant]") {
+  if (!installed()) return;
+  const tests::Postgres database;
+  const auto connection = fleet::open_database({database.url(), {}});
+  fleet::migrate(*connection);
+  // A: two of three have one configuration. B: two of four have, which is no rule.
+  pqxx::nontransaction(*connection).exec(R"(
+    INSERT INTO edge(group_name, name) SELECT g, g || n FROM (VALUES('A', 3), ('B', 4)) s(g, m), generate_series(1, m) n;
+    INSERT INTO device(edge_id, name, tag) SELECT id, '', '' FROM edge;
+    INSERT INTO metric(device_id, name, type) SELECT id, unnest(ARRAY['version', 'config_hash', 'model_hash']), 'String' FROM device;
+    INSERT INTO latest SELECT m.id, now(), CASE m.name WHEN 'config_hash' THEN greatest(substr(e.name, 2)::integer, 2) END,
+        CASE m.name WHEN 'version' THEN CASE e.name WHEN 'B3' THEN '1' ELSE '2' END WHEN 'model_hash' THEN CASE e.name WHEN 'A2' THEN 'x' ELSE 'y' END END, false
+      FROM metric m JOIN device d ON d.id = m.device_id JOIN edge e ON e.id = d.edge_id)");
+  const auto boxes = [&](const char* which) {
+    return database.ask(fmt::format(
+        "SELECT string_agg(edge, ' ' ORDER BY edge) FROM box_version WHERE {}_differs", which));
+  };
+  CHECK(boxes("version") == "B3");
+  CHECK(boxes("model") == "A2");
+  CHECK(boxes("config") == "A3");
 }
 
 TEST_CASE("a lease belongs to one owner until it runs out or is given back", "[plant]") {

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the client is told: where the broker is, secrets, how long to wait.
+// What the client is told: where the broker is, how long to wait.
 #include <catch2/catch.hpp>
 #include <chrono>
-#include <cstdlib>
 #include <stdexcept>
 #include <string>
 
 #include "fleet/mqtt/back_off.hpp"
 #include "fleet/mqtt/broker_url.hpp"
-#include "fleet/mqtt/secret.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace settings_test {
 
@@ -29,21 +26,6 @@ TEST_CASE("a broker's URL", "[mqtt]") {
     INFO(text);
     CHECK_THROWS_AS(parse_broker_url(text), std::invalid_argument);
   }
-}
-
-TEST_CASE("a secret is the first line of a credential or of a file", "[mqtt]") {
-  const loopwarden::tests::TemporaryFolder folder;
-  loopwarden::tests::write_file(folder / "password", "geheim\r\nnot this\n");
-  loopwarden::tests::write_file(folder / "empty", "\n");
-  CHECK(read_secret({.credential = {}, .file = folder / "password"}) == "geheim");
-  CHECK_THROWS_AS(read_secret({.credential = {}, .file = folder / "empty"}), std::runtime_error);
-  CHECK_THROWS_AS(read_secret({.credential = {}, .file = folder / "none"}), std::runtime_error);
-  ::unsetenv("CREDENTIALS_DIRECTORY");
-  CHECK_THROWS_WITH(read_secret({.credential = "password", .file = {}}),
-                    Catch::Contains("LoadCredential"));
-  ::setenv("CREDENTIALS_DIRECTORY", folder.path().c_str(), 1);
-  CHECK(read_secret({.credential = "password", .file = {}}) == "geheim");
-  ::unsetenv("CREDENTIALS_DIRECTORY");
 }
 
 TEST_CASE("waits double up to the longest, each with a random part", "[mqtt]") {

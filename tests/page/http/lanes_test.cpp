@@ -13,7 +13,7 @@ TEST_CASE("a lane that is full says so, and no client has all of it") {
   std::promise<void> go;
   const std::shared_future<void> open = go.get_future().share();
   std::promise<void> begun;
-  Lanes lanes({{{"t", 0, 0}, {"t", 1, 4}, {"t", 1, 4}, {"t", 1, 4}, {"t", 1, 4}}});
+  Lanes lanes({{{"t", 0, 0}, {"t", 1, 4}, {"t", 1, 4}, {"t", 1, 4}, {"t", 1, 4}, {"t", 1, 4}}});
   REQUIRE(lanes.begin(Lane::disk, "a", [&] {
     begun.set_value();
     open.wait();

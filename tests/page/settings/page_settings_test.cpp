@@ -76,6 +76,33 @@ TEST_CASE("a time zone is one that the box knows") {
   }
 }
 
+TEST_CASE("a fleet's database, its password elsewhere") {
+  const auto settings =
+      read_page_text("/etc/p/page.yaml",
+                     "fleet: {database: postgresql:///loopwarden, password: {file: secret}}\n");
+  REQUIRE(settings);
+  REQUIRE(settings->fleet);
+  CHECK(settings->fleet->url == "postgresql:///loopwarden");
+  CHECK(settings->fleet->password.file == "/etc/p/secret");
+  CHECK(settings->box);
+  CHECK_FALSE(read_page_text("p", "updates: 2\n")->fleet);
+  CHECK(trouble("fleet: {}\n").find("database") != std::string::npos);
+  CHECK(trouble("fleet: {database: mysql://h/d}\n").find("must be postgresql://") !=
+        std::string::npos);
+  CHECK(trouble("fleet: {database: \"postgresql://u:secret@h/d\"}\n")
+            .find("holds a password; use password with") != std::string::npos);
+  CHECK(trouble("fleet: {database: \"postgresql:///d\", password: {}}\n")
+            .find("one of credential and file") != std::string::npos);
+}
+
+TEST_CASE("a machine without a daemon shows the fleet or nothing") {
+  CHECK(trouble("box: false\n").find("page.yaml:1:6: error: box: false leaves nothing to show") ==
+        0);
+  const auto settings = read_page_text("p", "box: false\nfleet: {database: postgresql:///d}\n");
+  REQUIRE(settings);
+  CHECK_FALSE(settings->box);
+}
+
 TEST_CASE("the keys in docs/page.md are those of the program") {
   const std::string document = read_file(LOOPWARDEN_SOURCE_DIR "/docs/page.md");
   CHECK(document.find(config::to_markdown(describe_page())) != std::string::npos);

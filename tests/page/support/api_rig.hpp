@@ -10,6 +10,7 @@
 #include "page/api/router.hpp"
 #include "page/users/password.hpp"
 #include "tests/page/support/fake_daemon.hpp"
+#include "tests/page/support/fake_fleet.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests {
@@ -87,6 +88,8 @@ class ApiRig {
   page::Box::Now now;
   SpokenDaemon daemon;
   SpokenDaemon orders;
+  FakeFleet fleet;
+  bool has_fleet = false;  // before the first answer
 
  private:
   page::api::Context context() {
@@ -101,6 +104,7 @@ class ApiRig {
             .guard = guard_,
             .history = history_,
             .reports = reports_,
+            .fleet = has_fleet ? &fleet : nullptr,
             .site = [](const page::http::Request&) { return page::http::Response(); },
             .counters = [] { return page::http::Counters(); }};
   }

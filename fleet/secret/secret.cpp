@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/mqtt/secret.hpp"
+#include "fleet/secret/secret.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 
-namespace loopwarden::mqtt {
+namespace loopwarden::fleet {
 
 std::filesystem::path path_of(const Secret& secret) {
   if (secret.credential.empty()) return secret.file;
@@ -37,4 +37,4 @@ std::string read_secret(const Secret& secret) {
   return line;
 }
 
-}  // namespace loopwarden::mqtt
+}  // namespace loopwarden::fleet

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-namespace loopwarden::mqtt {
+namespace loopwarden::fleet {
 
 struct Secret {
   std::string credential;      // its name; empty: a file
@@ -19,4 +19,4 @@ std::filesystem::path path_of(const Secret& secret);
 // Its first line; at most 4096 bytes. Throws std::runtime_error where it can't be read or is empty.
 std::string read_secret(const Secret& secret);
 
-}  // namespace loopwarden::mqtt
+}  // namespace loopwarden::fleet
