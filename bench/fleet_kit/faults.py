@@ -94,14 +94,14 @@ def disk_full(plant, args):
         stored = box.on_disk()
         box.make_room()
         plant.start_broker()
-        took = recovery(plant)
+        took = recovery(plant, 900)
         start = time.monotonic()
         wait_for(lambda: box.newest('store/waiting') == 0, 'all that is stored is sent', 600)
         sent = time.monotonic() - start + took
         time.sleep(5)
         lost = len(stored - box.rows())
         return took, (f'{len(stored)} values on the disk, of which {left / 1024:.0f} KiB were free, lost {lost}; beyond disk and memory '
-                      f'{box.newest("store/dropped"):.0f} reports dropped and counted, {box.missing()} missing; '
+                      f'{box.newest("store/dropped"):.0f} reports dropped and counted, a gap of {box.gap():.0f} s; '
                       f'all sent after {sent:.0f} s'), lost
 
 

@@ -83,16 +83,10 @@ class RealBox:
         found = self.plant.sql(NEWEST, (EDGE, metric))
         return found[0][0] if found else None
 
-    def missing(self):
-        """How many reports the longest silence of each loop would have held."""
+    def gap(self):
+        """The longest silence of a loop, s."""
         times = {}
         for device, metric, ms in self.rows():
             if metric == 'output':
                 times.setdefault(device, []).append(ms)
-        missing = 0.0
-        for of_loop in times.values():
-            of_loop.sort()
-            gap = max(b - a for a, b in zip(of_loop, of_loop[1:]))
-            spacing = (of_loop[-1] - of_loop[0] - gap) / (len(of_loop) - 2)
-            missing += gap / spacing - 1
-        return round(missing)
+        return max(b - a for of_loop in times.values() for a, b in zip(sorted(of_loop), sorted(of_loop)[1:])) / 1000

@@ -169,9 +169,9 @@ TEST_CASE("while the disk refuses, reports wait in memory, then the oldest go", 
 TEST_CASE("a disk that has room for some of what waits gets that, and the rest when it has more",
           "[edge]") {
   Box box;
-  constexpr std::size_t kReports = 10'000;
+  constexpr std::size_t kReports = Outbox::kMostInMemory;
   {
-    const loopwarden::tests::FileSizeLimit small(100'000);
+    const loopwarden::tests::FileSizeLimit small(300'000);
     for (std::size_t i = 0; i < kReports; ++i) box.outbox.keep(report("a", static_cast<double>(i)));
     box.outbox.tidy(box.now);
     CHECK(box.store.waiting() > 0);
