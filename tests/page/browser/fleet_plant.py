@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A plant of 40 boxes in the host's database, as months of running would have left it, and loopwarden-page before it.
 
-The tables are made by loopwarden-fleet itself; the rows are written here, the same ones for the same `seed`, their times
-counted back from now. See them: tests/page/browser/fleet_plant.py [--port PORT] [--minutes N].
+The tables are made by loopwarden-fleet itself; the rows are drawn here from a `seed`, their times counted back
+from now. See them: tests/page/browser/fleet_plant.py [--port PORT] [--minutes N].
 """
 import argparse
 import datetime
