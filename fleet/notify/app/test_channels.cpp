@@ -11,6 +11,7 @@
 #include "config/diagnostic.hpp"
 #include "fleet/notify/app/commands.hpp"
 #include "fleet/notify/app/wall_clock.hpp"
+#include "fleet/notify/channels/channel.hpp"
 #include "fleet/notify/rules/dispatch.hpp"
 #include "hal/os/exit_code.hpp"
 
