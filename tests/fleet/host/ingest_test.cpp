@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "fleet/host/array_text.hpp"
+#include "fleet/database/array_text.hpp"
 #include "tests/fleet/host/messages.hpp"
 #include "tests/support/property.hpp"
 
