@@ -69,7 +69,7 @@ def main():
         for name in ("alone", "beside explanations"):
             ended, counts = threading.Event(), []
             thread = threading.Thread(target=explain_until, args=(folder, ended, counts))
-            with bench_daemon.Daemon(options.daemon, "log_level: warning\n",
+            with bench_daemon.Daemon(options.daemon, "log_level: warn\n",
                                      [(0.1, "")] * options.loops) as daemon:
                 if name != "alone":
                     thread.start()

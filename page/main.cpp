@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <exception>
 #include <string>
 #include <vector>
 
+#include "config/command_line/service.hpp"
+#include "config/command_line/unknown_word.hpp"
 #include "config/diagnostic.hpp"
 #include "hal/os/exit_code.hpp"
 #include "hal/os/standard_streams.hpp"
@@ -34,12 +34,6 @@ struct Options {
   bool check = false;
 };
 
-void open_log() {
-  auto log = spdlog::stderr_logger_mt("loopwarden-page");
-  log->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
-  spdlog::set_default_logger(std::move(log));
-}
-
 int run(const Options& options) {
   config::Loaded<PageSettings> settings =
       options.config.empty() ? read_page_text("(defaults)", "{}") : read_page_file(options.config);
@@ -56,7 +50,7 @@ int run(const Options& options) {
     fmt::print("{}: no errors\n", options.config.empty() ? "defaults" : options.config);
     return kExitOk;
   }
-  open_log();
+  config::log_to_stderr("loopwarden-page", "info");
   return serve(*settings, options.site);
 }
 
@@ -83,7 +77,7 @@ int run_command_line(int argc, char** argv) {
   app.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   app.footer(kFooter);
   std::vector<std::string> words = workbench::in_options({argv + 1, argv + argc});
-  const std::string unknown = workbench::unknown_word(app, words);
+  const std::string unknown = config::unknown_word(app, words);
   if (!unknown.empty()) {
     fmt::print(stderr, "loopwarden-page: {}\n", unknown);
     return kExitUsage;
@@ -94,7 +88,7 @@ int run_command_line(int argc, char** argv) {
     if (!app.get_subcommands().empty()) return exit_code;
     return run(options);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+    return config::say(app, e);
   } catch (const BadConfiguration& e) {
     fmt::print(stderr, "loopwarden-page: {}\n", e.what());
     return kExitConfiguration;

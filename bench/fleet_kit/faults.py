@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can go wrong between a box and its rows: each while everything runs, with what was lost and how long it took.
 
-A fault takes (plant, args) and returns a word on what else was seen. `took` is from the fault's end, or from the fault
-where it does not end, to the first rows of values that are newer.
+A fault takes (plant, args) and returns how long it took, a word on what else was seen, and, where it has values of its own,
+how many of them were lost. `took` is from the fault's end, or from the fault where it does not end, to the first rows of values
+that are newer.
 """
 import os
 import random
@@ -13,6 +14,7 @@ import time
 
 import measure
 from plant import Plant, wait_for
+from real_box import RealBox
 
 
 def newest(plant):
@@ -69,10 +71,38 @@ def database_stopped_host_killed(plant, args):
     return recovery(plant), f'away {args.away / 2:g} s, host killed meanwhile'
 
 
-def clock_stepped(_plant, _args):
-    # The boxes' clock goes an hour back in the middle: see OPTIONS.
-    time.sleep(45)
-    return 0.0, "the boxes' clock an hour behind and then set right"
+def clock_set(to, seen):
+    """Of those whose clock is in a file, see CLOCKS. Rows count, whatever time they have."""
+    def fault(plant, args):
+        time.sleep(20)
+        (plant.folder / 'clock').write_text(to)
+        start = time.monotonic()
+        enough = measure.rows(plant) + len(measure.METRICS) * args.boxes * args.loops
+        wait_for(lambda: (measure.rows(plant) or 0) >= enough, 'rows of all loops', 240)
+        took = time.monotonic() - start
+        time.sleep(20)
+        return took, seen
+    return fault
+
+
+def disk_full(plant, args):
+    """The store of a real edge fills its disk while the broker is away; then there is room again."""
+    with RealBox(plant, loops=40, disk_mib=2) as box:
+        plant.kill('mosquitto')
+        time.sleep(args.away)
+        left = box.room()
+        stored = box.on_disk()
+        box.make_room()
+        plant.start_broker()
+        took = recovery(plant, 900)
+        start = time.monotonic()
+        wait_for(lambda: box.newest('store/waiting') == 0, 'all that is stored is sent', 600)
+        sent = time.monotonic() - start + took
+        time.sleep(5)
+        lost = len(stored - box.rows())
+        return took, (f'{len(stored)} values on the disk, of which {left / 1024:.0f} KiB were free, lost {lost}; beyond disk and memory '
+                      f'{box.newest("store/dropped"):.0f} reports dropped and counted, a gap of {box.gap():.0f} s; '
+                      f'all sent after {sent:.0f} s'), lost
 
 
 def two_edges(plant, args):
@@ -159,7 +189,10 @@ FAULTS = {
     'database stopped, host killed -9': database_stopped_host_killed,
     'network cut, host to broker': network_cut(True),
     'network cut, broker to host': network_cut(False),
-    'clock stepped': clock_stepped,
+    'clock stepped': clock_set('+0', "the boxes' clock an hour behind and then set right"),
+    'clock set back, boxes': clock_set('-1h', 'by an hour'),
+    'clock set back, host': clock_set('-1h', 'by an hour'),
+    'an edge\'s disk full': disk_full,
     'two edges of one name': two_edges,
     'a birth lost': birth_lost,
     'garbage payloads': garbage,
@@ -169,20 +202,27 @@ FAULTS = {
 OPTIONS = {'a birth lost': {'lose_births': 1}}
 
 
-def faketime_env(plant):
-    """The boxes' clock, in a file that libfaketime reads again each second."""
-    library = next((p for p in ('/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1',
-                                '/usr/lib/aarch64-linux-gnu/faketime/libfaketimeMT.so.1') if os.path.exists(p)), None)
-    if library is None:
-        return None
-    (plant.folder / 'clock').write_text('-1h')
-    return {'LD_PRELOAD': library, 'FAKETIME_TIMESTAMP_FILE': str(plant.folder / 'clock'), 'FAKETIME_NO_CACHE': '0',
+# Whose clock is in a file, and what it says at the start.
+CLOCKS = {'clock stepped': ('boxes', '-1h'), 'clock set back, boxes': ('boxes', '+0'), 'clock set back, host': ('host', '+0')}
+
+
+def faketime():
+    return next((p for p in ('/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1',
+                             '/usr/lib/aarch64-linux-gnu/faketime/libfaketimeMT.so.1') if os.path.exists(p)), None)
+
+
+def faketime_env(plant, at_start):
+    """The clock in a file that libfaketime reads again each second."""
+    (plant.folder / 'clock').write_text(at_start)
+    return {'LD_PRELOAD': faketime(), 'FAKETIME_TIMESTAMP_FILE': str(plant.folder / 'clock'), 'FAKETIME_NO_CACHE': '0',
             'FAKETIME_CACHE_DURATION': '1', 'DONT_FAKE_MONOTONIC': '1'}
 
 
 def can_run(name):
-    if name.startswith('network') and os.getuid() != 0:
+    if (name.startswith('network') or name.endswith('disk full')) and os.getuid() != 0:
         return 'needs root'
+    if name in CLOCKS and faketime() is None:
+        return 'needs libfaketime (Debian: faketime)'
     if name.startswith('network') and subprocess.run(
             ['unshare', '--net', 'true'], check=False, stderr=subprocess.DEVNULL).returncode != 0:
         return 'needs network namespaces'
@@ -219,25 +259,22 @@ def start_all(plant, name, args):
         plant.start_host('host1', broker=f'mqtt://10.213.77.2:{plant.broker_port}')
         return plant.start_boxes(prefix=inside, **boxes)
     plant.start_broker()
-    plant.start_host('host1')
-    env = faketime_env(plant) if name == 'clock stepped' else None
-    simulated = plant.start_boxes(env=env, **boxes)
-    if env:
-        time.sleep(25)
-        (plant.folder / 'clock').write_text('+0')
-    return simulated
+    whose, at_start = CLOCKS.get(name, ('', ''))
+    env = faketime_env(plant, at_start) if whose else None
+    plant.start_host('host1', env=env if whose == 'host' else None)
+    return plant.start_boxes(env=env if whose == 'boxes' else None, **boxes)
 
 
 def observe(plant, name, fault, args):
     boxes = start_all(plant, name, args)
     measure.settle(lambda: boxes.state['live'] == args.boxes and (measure.rows(plant) or 0) > 0, f'{name}: births')
     time.sleep(max(5.0, args.period))
-    took, seen = fault(plant, args)
+    took, seen, *own = fault(plant, args)
     time.sleep(max(5.0, args.period))
     boxes.process.send_signal(signal.SIGTERM)
     numbers = boxes.finish()
     result = measure.compare(plant, numbers)
-    good = result.lost == 0 and result.twice == 0
+    good = result.lost == 0 and result.twice == 0 and not any(own)
     print(f'  {name:<36} values {result.expected:8}, lost {result.lost}, twice {result.twice}; rows of now after '
           f'{took:5.1f} s; {seen}', flush=True)
     return good

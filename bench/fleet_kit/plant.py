@@ -64,13 +64,13 @@ class Usage:
     @staticmethod
     def children(pid):
         found = []
-        for task in pathlib.Path('/proc').glob('[0-9]*/stat'):
+        for child in filter(str.isdigit, os.listdir('/proc')):
             try:
-                fields = task.read_text().rsplit(')', 1)[1].split()
+                fields = pathlib.Path(f'/proc/{child}/stat').read_text().rsplit(')', 1)[1].split()
             except OSError:
-                continue
+                continue  # it has ended
             if int(fields[1]) == pid:
-                found.append(int(task.parts[2]))
+                found.append(int(child))
         return found
 
 

@@ -26,6 +26,7 @@
 #include "daemon/loops/loop_orders.hpp"
 #include "hal/os/exit_code.hpp"
 #include "hal/os/real_time.hpp"
+#include "hal/os/signals.hpp"
 #include "record/segment_format.hpp"
 #include "model/commission/explain.hpp"
 #include "model/monitor/specialist_judge.hpp"
@@ -132,16 +133,6 @@ std::optional<gateway::SerialServerSettings> serial_of(const config::ModbusServe
   if (!server.serial) return std::nullopt;
   return gateway::SerialServerSettings{
       .line = server.serial->line, .unit = server.serial->unit, .writes = server.serial->writes};
-}
-
-// Waits for one of the daemon's signals; 0 if none came in time.
-int wait_for_signal(std::int64_t timeout_ns) {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int s : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, s);
-  const timespec timeout{timeout_ns / kSecond, timeout_ns % kSecond};
-  const int got = sigtimedwait(&set, nullptr, &timeout);
-  return got > 0 ? got : 0;
 }
 
 // What goes wrong beside the loops, such as memory that can't be had, must not end them. False if it
@@ -481,7 +472,8 @@ void App::watch_threads() {
 
 void App::supervise() {
   for (;;) {
-    const int signal = wait_for_signal(kSupervisePeriod);
+    const int signal = hal::os::wait_for_signal({SIGTERM, SIGINT, SIGHUP},
+                                                std::chrono::nanoseconds(kSupervisePeriod));
     if (signal == SIGTERM || signal == SIGINT) {
       spdlog::info("{}: outputs go to their stop actions",
                    signal == SIGTERM ? "SIGTERM" : "SIGINT");

@@ -6,40 +6,29 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
-#include <exception>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "config/command_line/service.hpp"
 #include "config/config_reader.hpp"
 #include "daemon/app/app.hpp"
 #include "daemon/app/log_queue.hpp"
 #include "daemon/app/specialist_files.hpp"
 #include "hal/os/exit_code.hpp"
+#include "hal/os/signals.hpp"
+#include "hal/os/standard_streams.hpp"
 
 namespace {
 
 using loopwarden::kExitConfiguration;
-using loopwarden::kExitIo;
 using loopwarden::kExitOk;
-using loopwarden::kExitUsage;
 
 constexpr const char* kFooter =
     "Exit codes: 0 done, 64 usage, 74 I/O, 78 bad configuration.\n"
     "Signals: SIGTERM and SIGINT send every output to its stop action and end; SIGHUP reads the\n"
     "configuration again and keeps running on the old one if the new has errors.\n"
     "Example: loopwardend --config /etc/loopwardend --check";
-
-// Signals are taken by the main thread alone, at a place of its choosing.
-void block_signals() {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int s : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, s);
-  pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit is a full disk, not an end
-}
 
 std::shared_ptr<loopwarden::daemon::LogQueue> open_log(const std::string& level) {
   auto queue = std::make_shared<loopwarden::daemon::LogQueue>(STDERR_FILENO);
@@ -67,6 +56,8 @@ int run_loops(loopwarden::config::Configuration configuration, const std::string
 
 int run(const std::string& directory, bool check, bool safe) {
   namespace config = loopwarden::config;
+  // Taken by the main thread alone, at a place of its choosing.
+  loopwarden::hal::os::block_signals({SIGTERM, SIGINT, SIGHUP});
   auto configuration = config::read_configuration(directory);
   fmt::print(stderr, "{}", config::to_text(configuration.diagnostics));
   if (!configuration) return kExitConfiguration;
@@ -97,25 +88,13 @@ int run_command_line(int argc, char** argv) {
       ->excludes(check_flag);
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  try {
-    cli.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return cli.exit(e) == 0 ? kExitOk : kExitUsage;
-  }
-  block_signals();
-  try {
-    return run(directory, check, safe);
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "loopwardend: {}\n", e.what());
-    return kExitIo;
-  }
+  return loopwarden::config::run_service(cli, argc, argv,
+                                         [&] { return run(directory, check, safe); });
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int exit_code = run_command_line(argc, argv);
-  // What was printed and not taken is an error too.
-  const bool taken = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
-  return exit_code == kExitOk && !taken ? kExitIo : exit_code;
+  loopwarden::hal::os::StandardStreams streams;
+  return streams.finish(run_command_line(argc, argv));
 }

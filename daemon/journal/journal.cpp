@@ -36,9 +36,9 @@ AlarmStates Journal::open() {
     open_file();
     AlarmStates stored = file_->read_states();
     if (stored.revision >= states_.revision) states_ = std::move(stored);
-  } catch (const JournalError& e) {
+  } catch (const sqlite::Error& e) {
     file_.reset();
-    if (e.kind() == JournalError::Kind::damaged) {
+    if (e.damaged()) {
       replace_damaged(e.what());
     } else {
       failed(e.what());
@@ -127,7 +127,7 @@ std::vector<JournalRow> Journal::search(const JournalQuery& query) const {
   // A connection of its own: in WAL mode a reader and the writer don't disturb each other.
   try {
     return JournalFile::search(path(), query);
-  } catch (const JournalError&) {
+  } catch (const sqlite::Error&) {
     return {};
   }
 }
@@ -191,8 +191,8 @@ bool Journal::write_waiting() {
   try {
     open_file();
     file_->write(waiting_, changed_states_);
-  } catch (const JournalError& e) {
-    if (e.kind() == JournalError::Kind::damaged) {
+  } catch (const sqlite::Error& e) {
+    if (e.damaged()) {
       file_.reset();
       return !replace_damaged(e.what());
     }
@@ -226,7 +226,7 @@ void Journal::save_copy() {
 bool Journal::replace_damaged(const std::string& why) {
   try {
     const std::int64_t now_ms = utc_ms();
-    const std::filesystem::path aside = move_aside(path(), now_ms);
+    const std::filesystem::path aside = sqlite::move_aside(path(), now_ms);
     spdlog::error("journal: damaged ({}); kept as {}, a new one begins", why, aside.string());
     waiting_.push_back({.kind = JournalEntry::Kind::system,
                         .utc_ms = now_ms,

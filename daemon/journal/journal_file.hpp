@@ -13,29 +13,13 @@
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "daemon/journal/journal_entry.hpp"
-
-struct sqlite3;
-struct sqlite3_stmt;
+#include "record/sqlite/sqlite.hpp"
 
 namespace loopwarden::daemon::journal {
-
-class JournalError : public std::runtime_error {
- public:
-  enum class Kind : std::uint8_t {
-    damaged,     // the file is no sound database of ours
-    unavailable  // disk full, no rights, I/O error, locked: may work later
-  };
-  JournalError(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
-  Kind kind() const noexcept { return kind_; }
-
- private:
-  Kind kind_;
-};
 
 // Which lines; what is empty or not given does not matter.
 struct JournalQuery {
@@ -62,30 +46,18 @@ class JournalFile {
                                         const JournalQuery& query);
   JournalFile(const JournalFile&) = delete;
   JournalFile& operator=(const JournalFile&) = delete;
-  ~JournalFile();
 
-  // All in one transaction, or nothing and a JournalError.
+  // All in one transaction, or nothing and a sqlite::Error.
   void write(std::span<const JournalEntry> entries, const AlarmStates& states);
   AlarmStates read_states();
 
  private:
-  class Statement;
-  enum class Access : std::uint8_t { write, read };
-  JournalFile(const std::filesystem::path& path, Access access, std::int64_t most_rows);
+  JournalFile(const std::filesystem::path& path, sqlite::Access access, std::int64_t most_rows);
   std::vector<JournalRow> search(const JournalQuery& query);
-  static JournalRow row_of(const Statement& read);
-  void make_tables();
-  void check();
-  void execute(const char* sql);
-  [[noreturn]] void fail(const char* step) const;
-  void add(Statement& insert, const JournalEntry& entry);
+  static JournalRow row_of(const sqlite::Statement& read);
 
-  sqlite3* db_ = nullptr;
+  sqlite::Database database_;
   std::int64_t most_rows_;
 };
-
-// Moves a damaged database and what belongs to it aside; returns its new name. Throws
-// std::filesystem::filesystem_error.
-std::filesystem::path move_aside(const std::filesystem::path& path, std::int64_t utc_ms);
 
 }  // namespace loopwarden::daemon::journal

@@ -25,7 +25,7 @@ constexpr std::size_t kStalled = 500;
 // Births of a thousand loops go out at once.
 constexpr std::size_t kMostWaiting = 20'000;
 constexpr std::size_t kPartsALook = 8;
-constexpr std::chrono::seconds kGoodbye{2};
+constexpr std::chrono::seconds kGoodbye{3};  // the client's, and some
 constexpr std::chrono::seconds kFirstConnection{2};
 
 mqtt::ClientSettings settings_of(const EdgeConfig& config) {
@@ -51,7 +51,7 @@ std::uint64_t system_ms() {
 std::optional<std::uint8_t> last_bd_seq(Store& store) {
   try {
     return store.bd_seq();
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     spdlog::error("store: {}", e.what());
     return std::nullopt;
   }
@@ -204,7 +204,7 @@ void EdgeNode::connect() {
   const std::uint8_t bd_seq = session_.connecting();
   try {
     store_.keep_bd_seq(bd_seq);
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     spdlog::error("store: {}", e.what());
   }
   client_.connect(death());

@@ -27,7 +27,7 @@ namespace loopwarden::edge {
 
 class EdgeNode {
  public:
-  // Throws StoreError where there is no store to be had.
+  // Throws sqlite::Error where there is no store to be had.
   explicit EdgeNode(EdgeConfig config);
 
   void start();

@@ -4,8 +4,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstddef>
 
 namespace loopwarden::edge {
+namespace {
+
+constexpr std::size_t kMostAtOnce = 500;  // reports, of a transaction
+
+}  // namespace
 
 void Outbox::sent(Report report, Clock::time_point now) {
   sent_.emplace_back(now, std::move(report));
@@ -29,14 +35,18 @@ void Outbox::lost(Clock::time_point now) {
   flush();
 }
 
+// A few at a time: all at once they may never fit into what a full disk has room for again.
 void Outbox::flush() {
   if (for_disk_.empty()) return;
   try {
-    store_.append({for_disk_.begin(), for_disk_.end()});
-    for_disk_.clear();
+    while (!for_disk_.empty()) {
+      const auto some = static_cast<std::ptrdiff_t>(std::min(kMostAtOnce, for_disk_.size()));
+      store_.append({for_disk_.begin(), for_disk_.begin() + some});
+      for_disk_.erase(for_disk_.begin(), for_disk_.begin() + some);
+    }
     if (disk_refuses_) spdlog::info("the store takes reports again");
     disk_refuses_ = false;
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     if (!disk_refuses_) spdlog::error("store: {}; reports wait in memory", e.what());
     disk_refuses_ = true;
   }
@@ -53,7 +63,7 @@ void Outbox::tidy(Clock::time_point now) {
   if (arrived == 0) return;
   try {
     store_.remove_up_to(arrived);
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     // They are sent once more after the next loss; hosts know them by their time.
     spdlog::warn("store: {}; what was sent stays there", e.what());
   }
@@ -68,7 +78,7 @@ void Outbox::replay(std::size_t most, Clock::time_point now,
       replayed_up_to_ = row.id;
       replayed_.emplace_back(now, row.id);
     }
-  } catch (const StoreError& e) {
+  } catch (const sqlite::Error& e) {
     spdlog::error("store: {}", e.what());
   }
 }

@@ -10,14 +10,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "fleet/sparkplug/payload.hpp"
-
-struct sqlite3;
-struct sqlite3_stmt;
+#include "record/sqlite/sqlite.hpp"
 
 namespace loopwarden::edge {
 
@@ -27,28 +24,15 @@ struct Report {
   std::vector<sparkplug::Metric> metrics;
 };
 
-class StoreError : public std::runtime_error {
- public:
-  enum class Kind : std::uint8_t {
-    damaged,     // the file is no sound store of ours
-    unavailable  // disk full, no rights, locked: may work later
-  };
-  StoreError(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
-  Kind kind() const noexcept { return kind_; }
-
- private:
-  Kind kind_;
-};
-
 class Store {
  public:
-  // Opens or makes the file. Throws StoreError where that can't be.
-  Store(std::filesystem::path file, std::uint64_t most_bytes);
+  // Opens or makes the file. Throws sqlite::Error where that can't be, std::filesystem::filesystem_error where a damaged one can't
+  // be moved.
+  Store(const std::filesystem::path& file, std::uint64_t most_bytes);
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
-  ~Store();
 
-  // All of them behind what is there, or StoreError (disk full). Drops the oldest beyond the bound.
+  // All of them behind what is there, or sqlite::Error (disk full). Drops the oldest beyond the bound.
   void append(const std::vector<Report>& reports);
 
   struct Row {
@@ -66,20 +50,13 @@ class Store {
   void keep_bd_seq(std::uint8_t bd_seq);
 
  private:
-  class Statement;
-  void open();
-  void check();
-  void execute(const char* sql);
-  [[noreturn]] void fail(const char* step) const;
   void drop_oldest();
-  void move_aside(const char* why);
   void count();
   void keep(const char* name, std::int64_t value);
   std::optional<std::int64_t> kept(const char* name);
 
-  std::filesystem::path file_;
+  sqlite::Database database_;
   std::uint64_t most_bytes_;
-  sqlite3* db_ = nullptr;
   std::uint64_t bytes_ = 0;
   std::uint64_t waiting_ = 0;
   std::uint64_t dropped_ = 0;

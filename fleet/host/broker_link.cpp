@@ -19,7 +19,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kTick{50};
-constexpr milliseconds kGoodbye{2000};
+constexpr milliseconds kGoodbye{3000};  // the client's, and some
 constexpr std::size_t kMostWaiting = 10'000;
 
 std::vector<mqtt::Subscription> subscriptions_of(const LinkSettings& settings) {
@@ -59,12 +59,11 @@ void BrokerLink::run() {
     if (owned_) {
       serve();
     } else {
-      client_.reset();
-      connected_ = false;
+      end(goodbye_);
       std::this_thread::sleep_for(kTick);
     }
   }
-  say_goodbye();
+  end(owned_ || goodbye_);
 }
 
 void BrokerLink::serve() {
@@ -76,6 +75,7 @@ void BrokerLink::serve() {
 }
 
 void BrokerLink::open() {
+  gone_ = false;
   mqtt::ClientSettings settings = settings_.client;
   settings.client_id = settings_.host_id;
   settings.subscriptions = subscriptions_of(settings_);
@@ -140,25 +140,23 @@ void BrokerLink::send_waiting() {
   while (!waiting_.empty() && client_->publish(waiting_.front())) waiting_.pop_front();
 }
 
-void BrokerLink::say_goodbye() {
-  if (!client_) return;
-  if (connected_ && owned_) {
+void BrokerLink::end(bool goodbye) {
+  if (connected_ && goodbye) {
     // A death that is no will has the time at which it is said.
     state_time_ms_ = std::max(state_time_ms_, static_cast<std::uint64_t>(utc_ms()));
     say_state(false);
-    // Confirmed first: a connection that ends with something on its way is none that said goodbye.
-    serve_until([this] { return client_->waiting() == 0; });
     client_->leave();
-    serve_until([] { return false; });
+    await_end();
   }
   connected_ = false;
   client_.reset();
+  gone_ = true;
 }
 
-// At most as long as a goodbye may take, and until the connection has ended.
-void BrokerLink::serve_until(const std::function<bool()>& done) {
+// What still comes goes to the spool.
+void BrokerLink::await_end() {
   const auto end = std::chrono::steady_clock::now() + kGoodbye;
-  while (connected_ && !done() && std::chrono::steady_clock::now() < end) {
+  while (connected_ && std::chrono::steady_clock::now() < end) {
     for (mqtt::Event& event : client_->events(kTick)) {
       if (event.kind == mqtt::Event::Kind::disconnected) connected_ = false;
       if (event.kind == mqtt::Event::Kind::message) handle(std::move(event));

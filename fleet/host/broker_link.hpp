@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -36,7 +35,15 @@ class BrokerLink {
   ~BrokerLink();
 
   // Whether there is to be a connection. An end of it without a goodbye: another host has the group.
-  void own(bool owned) noexcept { owned_ = owned; }
+  void own(bool owned) noexcept {
+    goodbye_ = false;
+    owned_ = owned;
+  }
+  // Says goodbye: another host is to have the group.
+  void leave() noexcept {
+    goodbye_ = true;
+    owned_ = false;
+  }
   // Whether edges may send: else the host says that it is offline, and they store.
   void accept(bool accepting) noexcept { accepting_ = accepting; }
   // Says goodbye and ends.
@@ -46,6 +53,7 @@ class BrokerLink {
   void send(mqtt::Message message);
 
   bool connected() const noexcept { return connected_; }
+  bool gone() const noexcept { return gone_; }  // no message will come
   std::uint64_t connections() const noexcept { return connections_; }
 
  private:
@@ -57,15 +65,17 @@ class BrokerLink {
   void hear_own_state(const mqtt::Message& message);
   void say_state(bool online);
   void send_waiting();
-  void say_goodbye();
-  void serve_until(const std::function<bool()>& done);
+  void end(bool goodbye);
+  void await_end();
 
   const LinkSettings settings_;
   Spool& spool_;
   std::atomic<bool> owned_{false};
   std::atomic<bool> accepting_{true};
+  std::atomic<bool> goodbye_{false};
   std::atomic<bool> quit_{false};
   std::atomic<bool> connected_{false};
+  std::atomic<bool> gone_{true};
   std::atomic<std::uint64_t> connections_{0};
 
   // Of the thread.

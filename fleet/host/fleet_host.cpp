@@ -10,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <thread>
@@ -20,6 +21,7 @@
 #include "fleet/host/metrics_server.hpp"
 #include "fleet/host/migrations.hpp"
 #include "hal/os/exit_code.hpp"
+#include "hal/os/signals.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -32,7 +34,6 @@ constexpr seconds kBetweenDecimations{5};
 constexpr int kMostDecimations = 50;  // edges' quarters of an hour at a time
 constexpr std::chrono::milliseconds kUpkeepTick{500};
 constexpr seconds kBetweenAttempts{2};
-constexpr int kFirstRounds = 3;
 constexpr const char* kAllGroups = "*";
 
 void log_lost(const char* what, const std::exception& e) {
@@ -92,29 +93,22 @@ int FleetHost::run() {
     groups_.push_back(std::make_unique<GroupHost>(settings_of(config_, name)));
   }
   const MetricsServer& wanted = config_.metrics;
-  MetricsEndpoint endpoint(wanted.address, wanted.port, [this] { return metrics(); });
+  std::optional<MetricsEndpoint> endpoint;
+  if (wanted.port != 0) {
+    endpoint.emplace(wanted.address, wanted.port, [this] { return metrics(); });
+  }
   maintenance_.start({.name = "lw-upkeep", .stack_bytes = 1024UL * 1024UL}, [this] { maintain(); });
   sd_notify(0, "READY=1");
   do {
     hold_leases();
     sd_notify(0, "WATCHDOG=1");
-  } while (wait_for_signal(kRenewSeconds) == 0);
+  } while (hal::os::wait_for_signal({SIGTERM, SIGINT}, seconds(kRenewSeconds)) == 0);
   sd_notify(0, "STOPPING=1");
   quit_ = true;
   for (const auto& group : groups_) group->stop();
-  release_leases();
+  withdraw_leases();
   maintenance_.join();
   return kExitOk;
-}
-
-// 0: none came.
-int FleetHost::wait_for_signal(int patience_s) const {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGTERM);
-  sigaddset(&set, SIGINT);
-  const timespec patience{patience_s, 0};
-  return std::max(0, ::sigtimedwait(&set, nullptr, &patience));
 }
 
 void FleetHost::prepare_database() {
@@ -130,29 +124,55 @@ void FleetHost::prepare_database() {
 void FleetHost::hold_leases() {
   try {
     prepare_database();
-    std::size_t taken = 0;
-    for (const auto& group : groups_) {
-      // Of several processes that begin together each gets some.
-      if (!group->owned() && taken > 0 && rounds_ < kFirstRounds) continue;
-      const bool mine = hold_lease(*leases_, lease_name(*group), owner_);
-      if (mine == group->owned()) continue;
-      spdlog::info("group {}: {}", lease_name(*group),
-                   mine ? "served from now on" : "another host has it");
-      group->own(mine);
-      if (mine) ++taken;
-    }
-    ++rounds_;
+    std::vector<std::string> names;
+    for (const auto& group : groups_) names.push_back(lease_name(*group));
+    const std::map<std::string, int> fewest = announce(*leases_, owner_, names);
+    for (const auto& group : groups_) renew(*group, fewest);
+    share(fewest);
   } catch (const std::exception& e) {
     log_lost("database", e);
     leases_.reset();
   }
 }
 
-void FleetHost::release_leases() {
+void FleetHost::renew(GroupHost& group, const std::map<std::string, int>& fewest) {
+  const std::string name = lease_name(group);
+  if (group.handed_over()) {
+    release_lease(*leases_, name, owner_);
+    spdlog::info("group {}: given to another host", name);
+    return group.own(false);
+  }
+  const bool had = group.owned() || group.handing_over();
+  const auto other = fewest.find(name);
+  if (!had && other != fewest.end() && other->second < served()) return;
+  const bool mine = hold_lease(*leases_, name, owner_);
+  if (mine == had) return;
+  spdlog::info("group {}: {}", name, mine ? "served from now on" : "another host has it");
+  group.own(mine);
+}
+
+// One at a time, so that each host has seen the last one's effect.
+void FleetHost::share(const std::map<std::string, int>& fewest) {
+  for (const auto& group : groups_) {
+    if (group->handing_over()) return;
+  }
+  for (auto group = groups_.rbegin(); group != groups_.rend(); ++group) {
+    const auto other = fewest.find(lease_name(**group));
+    if (!(*group)->owned() || other == fewest.end() || other->second + 2 > served()) continue;
+    if ((*group)->behind()) continue;
+    spdlog::info("group {}: another host has fewer and is to have it", lease_name(**group));
+    return (*group)->hand_over();
+  }
+}
+
+int FleetHost::served() const {
+  return static_cast<int>(
+      std::count_if(groups_.begin(), groups_.end(), [](const auto& g) { return g->owned(); }));
+}
+
+void FleetHost::withdraw_leases() {
   try {
-    for (const auto& group : groups_) {
-      if (leases_ && group->owned()) release_lease(*leases_, lease_name(*group), owner_);
-    }
+    if (leases_) withdraw(*leases_, owner_);
   } catch (const std::exception& e) {
     log_lost("leases", e);  // they run out by themselves
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,17 +31,18 @@ class FleetHost {
  private:
   void prepare_database();
   void hold_leases();
-  void release_leases();
+  void renew(GroupHost& group, const std::map<std::string, int>& fewest);
+  void share(const std::map<std::string, int>& fewest);
+  int served() const;
+  void withdraw_leases();
   void maintain();
   void ask_what_is_due(pqxx::connection& connection);
   void decimate(pqxx::connection& connection);
-  int wait_for_signal(int patience_s) const;
 
   const HostConfig config_;
   const std::string owner_;
   std::vector<std::unique_ptr<GroupHost>> groups_;
   std::unique_ptr<pqxx::connection> leases_;  // of the main thread
-  int rounds_ = 0;                            // of leases
   std::atomic<bool> schema_ready_{false};
   std::atomic<bool> quit_{false};
   hal::os::Thread maintenance_;

@@ -64,8 +64,15 @@ GroupHost::~GroupHost() { stop(); }
 void GroupHost::own(bool owned) {
   // Another host may have had it since: the edges' births are not known any more.
   if (owned && !owned_) forget_births_ = true;
+  handing_over_ = false;
   owned_ = owned;
   link_.own(owned);
+}
+
+void GroupHost::hand_over() {
+  link_.leave();
+  owned_ = false;
+  handing_over_ = true;
 }
 
 void GroupHost::ask(const DueRequest& request) {

@@ -44,6 +44,12 @@ class GroupHost {
   const std::string& group() const noexcept { return settings_.link.group; }
   bool owned() const noexcept { return owned_; }
   void own(bool owned);
+  // Says goodbye at the broker and writes what is there: another host is to have the group. Ends with own().
+  void hand_over();
+  bool handing_over() const noexcept { return handing_over_; }
+  bool handed_over() const { return handing_over_ && link_.gone() && spool_.waiting() == 0; }
+  // There is more to write than a moment takes.
+  bool behind() const { return spool_.disk_bytes() > 0; }
   // Asks a box for something (DCMD, or NCMD for the box itself).
   void ask(const DueRequest& request);
   // Says goodbye at the broker, writes what is there if the database lets it at once, else leaves it in the spool.
@@ -68,6 +74,7 @@ class GroupHost {
   Spool spool_;
   BrokerLink link_;
   std::atomic<bool> owned_{false};
+  std::atomic<bool> handing_over_{false};
   std::atomic<bool> forget_births_{false};
   std::atomic<bool> quit_{false};
 

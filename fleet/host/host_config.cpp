@@ -15,6 +15,7 @@
 #include "config/yaml_document.hpp"
 #include "fleet/secret/secret_section.hpp"
 #include "fleet/sparkplug/topic.hpp"
+#include "hal/os/peer_list.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -121,7 +122,13 @@ void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
         "delay", {0, 86'400, "s", "from the alarm to that"}, config.writer.evidence_delay_s));
   }
   if (std::optional<MapReader> metrics = in.maybe_section("metrics", "HTTP for Prometheus")) {
-    config.metrics.address = metrics->text("address", "to listen at", config.metrics.address);
+    const Value<std::string> address =
+        metrics->text("address", "to listen at, numeric", config.metrics.address);
+    if (address.given && address.valid && !hal::os::parse_network(address)) {
+      metrics->error("address", fmt::format("must be a numeric address (got '{}')",
+                                            config::quotable(address.value)));
+    }
+    config.metrics.address = address;
     config.metrics.port = static_cast<std::uint16_t>(
         metrics->integer("port", {0, 65'535, "", "0: none"}, config.metrics.port));
   }

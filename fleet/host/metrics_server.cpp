@@ -1,42 +1,71 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/host/metrics_server.hpp"
 
-#include <fmt/format.h>
-#include <httplib.h>
+#include <spdlog/spdlog.h>
 
-#include <stdexcept>
 #include <utility>
 
 #include "hal/os/thread.hpp"
+#include "page/http/server.hpp"
 
 namespace loopwarden::fleet {
 
-struct MetricsEndpoint::Server {
-  httplib::Server http;
+namespace http = page::http;
+
+namespace {
+
+// Answers come from memory: no thread but the loop's.
+http::ServerSettings without_lanes() {
+  http::ServerSettings settings;
+  settings.lanes = {};
+  return settings;
+}
+
+}  // namespace
+
+struct MetricsEndpoint::Server : http::Handler {
+  explicit Server(Text wanted) : text(std::move(wanted)) {}
+  ~Server() override {
+    server.stop();
+    thread.join();
+  }
+
+  http::Lane lane(const http::Request&) const noexcept override { return http::Lane::here; }
+  http::Response answer(const http::Request& request) noexcept override {
+    http::Response response;
+    response.content_type = "text/plain; version=0.0.4; charset=utf-8";
+    const bool reads = request.method == http::Method::get || request.method == http::Method::head;
+    if (request.path.size() != 1 || request.part(0) != "metrics") {
+      response.status = 404;
+    } else if (!reads) {
+      response.status = 405;
+    } else {
+      fill(response);
+    }
+    return response;
+  }
+
+  void fill(http::Response& response) noexcept {
+    try {
+      response.body = text();
+    } catch (const std::exception& e) {
+      spdlog::error("metrics: {}", e.what());
+      response.status = 500;
+    }
+  }
+
+  Text text;
+  http::Server server{without_lanes(), *this};
   hal::os::Thread thread;
 };
 
 MetricsEndpoint::MetricsEndpoint(const std::string& address, std::uint16_t port, Text text) {
-  if (port == 0) return;
-  server_ = std::make_unique<Server>();
-  httplib::Server& http = server_->http;
-  http.new_task_queue = [] { return new httplib::ThreadPool(2); };  // httplib deletes it
-  http.set_payload_max_length(1024);
-  http.Get("/metrics",
-           [text = std::move(text)](const httplib::Request&, httplib::Response& answer) {
-             answer.set_content(text(), "text/plain; version=0.0.4; charset=utf-8");
-           });
-  if (!http.bind_to_port(address, port)) {
-    throw std::runtime_error(fmt::format("metrics: {}:{} can't be listened at", address, port));
-  }
+  server_ = std::make_unique<Server>(std::move(text));
+  port_ = server_->server.listen(address, port);
   server_->thread.start({.name = "lw-metrics", .stack_bytes = 1024UL * 1024UL},
-                        [this] { server_->http.listen_after_bind(); });
+                        [this] { server_->server.run(); });
 }
 
-MetricsEndpoint::~MetricsEndpoint() {
-  if (!server_) return;
-  server_->http.stop();
-  server_->thread.join();
-}
+MetricsEndpoint::~MetricsEndpoint() = default;
 
 }  // namespace loopwarden::fleet

@@ -13,15 +13,19 @@ class MetricsEndpoint {
  public:
   using Text = std::function<std::string()>;
 
-  // Port 0: none. Throws std::runtime_error where the port can't be had.
+  // `address` is numeric; port 0: any. `text` is called on a thread of the endpoint's own. Throws std::runtime_error
+  // where the port can't be had.
   MetricsEndpoint(const std::string& address, std::uint16_t port, Text text);
   MetricsEndpoint(const MetricsEndpoint&) = delete;
   MetricsEndpoint& operator=(const MetricsEndpoint&) = delete;
   ~MetricsEndpoint();
 
+  std::uint16_t port() const noexcept { return port_; }
+
  private:
   struct Server;
   std::unique_ptr<Server> server_;
+  std::uint16_t port_ = 0;
 };
 
 }  // namespace loopwarden::fleet

@@ -15,6 +15,7 @@ namespace {
 
 // How long the network thread sleeps where nothing wakes it: libmosquitto looks at keep-alive between two sleeps.
 constexpr int kLoopMs = 500;
+constexpr std::chrono::seconds kGoodbye{2};  // longest wait for confirmations
 
 struct Library {
   Library() { mosquitto_lib_init(); }
@@ -64,10 +65,14 @@ void Client::connect(std::optional<Message> will) {
 }
 
 void Client::leave() {
-  const std::lock_guard lock(handle_mutex_);
-  leaving_ = true;
-  connected_ = false;
-  if (handle_ != nullptr) mosquitto_disconnect(handle_);
+  {
+    const std::lock_guard lock(handle_mutex_);
+    if (handle_ == nullptr) return;
+    leaving_ = true;
+    connected_ = false;
+    leave_by_ = Clock::now() + kGoodbye;
+  }
+  say_goodbye();
 }
 
 bool Client::publish(const Message& message) {
@@ -200,6 +205,7 @@ void Client::secure() {
 std::string Client::serve() {
   for (;;) {
     const int result = mosquitto_loop(handle_, kLoopMs, 1);
+    if (leaving_) say_goodbye();
     if (leaving_ && result != MOSQ_ERR_SUCCESS) return "left";
     if (!why_.empty()) return why_;
     if (result == MOSQ_ERR_ERRNO) return std::generic_category().message(errno);
@@ -209,9 +215,16 @@ std::string Client::serve() {
   }
 }
 
+void Client::say_goodbye() {
+  const std::lock_guard lock(handle_mutex_);
+  if (goodbye_said_ || (waiting() > 0 && Clock::now() < leave_by_)) return;
+  goodbye_said_ = mosquitto_disconnect(handle_) == MOSQ_ERR_SUCCESS;
+}
+
 void Client::close() {
   const std::lock_guard lock(handle_mutex_);
   connected_ = false;
+  goodbye_said_ = false;
   mosquitto_destroy(handle_);
   handle_ = nullptr;
   waiting_ = 0;

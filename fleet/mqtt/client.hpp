@@ -51,7 +51,7 @@ struct ClientSettings {
   std::chrono::seconds keep_alive{15};  // at least 5: libmosquitto
   std::chrono::milliseconds reconnect_min{1000};
   std::chrono::milliseconds reconnect_max{60'000};
-  std::size_t most_waiting = 200;     // messages handed over and not yet on the network
+  std::size_t most_waiting = 200;     // see waiting()
   std::size_t most_events = 100'000;  // not fetched; then the network waits
   std::vector<Subscription>
       subscriptions;  // of every connection, granted before it counts as connected
@@ -82,12 +82,14 @@ class Client {
 
   // After the start and after each `disconnected`: tries once, with this will. Clean session.
   void connect(std::optional<Message> will);
-  // Says goodbye (no will) behind what was handed over; `disconnected` follows, also where the broker hangs. The wait
-  // before the next attempt is the shortest again.
+  // Says goodbye (no will) once nothing is waiting, for 2 s at most: a connection that ends with a confirmation on its
+  // way is to a broker one that broke. `disconnected` follows, also where the broker hangs. The wait before the next
+  // attempt is the shortest again. Without a connection nothing happens.
   void leave();
 
   // False, and nothing is sent: not connected, or too many are waiting.
   bool publish(const Message& message);
+  // Messages handed over and not yet on the network (QoS 0) or confirmed (QoS 1).
   std::size_t waiting() const noexcept { return waiting_.load(std::memory_order_relaxed); }
   bool connected() const noexcept { return connected_.load(std::memory_order_relaxed); }
 
@@ -104,6 +106,7 @@ class Client {
   void set_up(const std::optional<Message>& will);
   void secure();
   std::string serve();
+  void say_goodbye();
   void close();
   void push(Event event);
 
@@ -114,8 +117,10 @@ class Client {
   const ClientSettings settings_;
   BackOff back_off_;
 
-  std::mutex handle_mutex_;  // of handle_: its user and its network thread
+  std::mutex handle_mutex_;  // of what follows: the handle's user and its network thread
   mosquitto* handle_ = nullptr;
+  Clock::time_point leave_by_;
+  bool goodbye_said_ = false;
   std::atomic<std::size_t> waiting_{0};
   std::atomic<bool> connected_{false};
   std::atomic<bool> leaving_{false};

@@ -36,7 +36,7 @@ struct Route {
 
 constexpr std::array kRoutes{
     Route{Of::page, Method::get, "api/session", Lane::here, Role::none, session},
-    Route{Of::box, Method::get, "api/describe", Lane::here, Role::viewer, describe},
+    Route{Of::box, Method::get, "api/describe", Lane::daemon, Role::viewer, describe},
     Route{Of::box, Method::get, "api/events", Lane::here, Role::viewer, events},
     Route{Of::box, Method::get, "api/sparklines", Lane::daemon, Role::viewer, sparklines},
     Route{Of::box, Method::get, "api/alarms", Lane::here, Role::viewer, alarms},

@@ -3,14 +3,13 @@
 
 #include <fmt/format.h>
 #include <sodium.h>
-#include <zlib.h>
 
 #include <array>
 #include <fstream>
 #include <iterator>
-#include <stdexcept>
 #include <utility>
 
+#include "page/http/packing.hpp"
 #include "page/http/response_head.hpp"
 
 namespace loopwarden::page::http {
@@ -29,6 +28,8 @@ constexpr std::array<std::pair<std::string_view, const char*>, 11> kTypes{{
     {".txt", "text/plain; charset=utf-8"},
     {"LICENSE", "text/plain; charset=utf-8"},
 }};
+
+constexpr int kSmallest = 9;
 
 std::string type_of(std::string_view path) {
   for (const auto& [ending, type] : kTypes) {
@@ -54,25 +55,6 @@ std::string joined(const std::vector<std::string>& path) {
 
 }  // namespace
 
-std::string gzip(std::string_view bytes) {
-  z_stream stream{};
-  constexpr int kGzipWindow = 15 + 16;
-  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, kGzipWindow, 9, Z_DEFAULT_STRATEGY) !=
-      Z_OK) {
-    throw std::runtime_error("no memory for zlib");
-  }
-  std::string packed(deflateBound(&stream, static_cast<uLong>(bytes.size())), '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-  stream.avail_out = static_cast<uInt>(packed.size());
-  const int result = deflate(&stream, Z_FINISH);
-  packed.resize(stream.total_out);
-  deflateEnd(&stream);
-  if (result != Z_STREAM_END) throw std::runtime_error("zlib can't compress");
-  return packed;
-}
-
 Assets::Assets(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
@@ -84,7 +66,7 @@ Assets::Assets(const std::filesystem::path& folder) {
 
 void Assets::add(const std::string& path, std::string bytes) {
   Asset asset{.type = type_of(path), .tag = tag_of(bytes), .plain = nullptr, .packed = nullptr};
-  std::string packed = gzip(bytes);
+  std::string packed = gzip(bytes, kSmallest);
   if (packed.size() < bytes.size()) {
     asset.packed = std::make_shared<const std::string>(std::move(packed));
   }

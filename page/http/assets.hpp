@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <string_view>
 
 #include "page/http/message.hpp"
 
@@ -34,8 +33,5 @@ class Assets {
 
   std::map<std::string, Asset> assets_;
 };
-
-// gzip, level 9.
-std::string gzip(std::string_view bytes);
 
 }  // namespace loopwarden::page::http

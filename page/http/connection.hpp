@@ -32,6 +32,7 @@
 #include "page/http/event_board.hpp"
 #include "page/http/lanes.hpp"
 #include "page/http/message.hpp"
+#include "page/http/packing.hpp"
 #include "page/http/request_head.hpp"
 #include "page/http/response_head.hpp"
 #include "page/http/server.hpp"
@@ -55,9 +56,8 @@ class Guest {
 
 // What all connections share; all of it but lanes and counters belongs to the loop's thread.
 struct House {
-  explicit House(const ServerSettings& all, Handler& behind,
-                 const std::array<LaneSize, kLanes>& sizes)
-      : settings(all), handler(behind), door(all.door), lanes(sizes) {}
+  House(const ServerSettings& all, Handler& behind)
+      : settings(all), handler(behind), door(all.door), lanes(all.lanes) {}
 
   void streams_changed() const {
     if (on_streams) on_streams(streams.size());
@@ -208,6 +208,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
         lane, peer_.network,
         [self = this->shared_from_this(), request = std::move(request)]() mutable {
           auto answer = std::make_shared<Response>(self->house_.handler.answer(request));
+          pack(*answer, request);
           // Moved: the last word on the connection is the loop's.
           asio::io_context& loop = self->house_.loop;
           asio::post(loop, [self = std::move(self), answer] { self->respond(std::move(*answer)); });

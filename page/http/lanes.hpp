@@ -20,8 +20,8 @@ namespace loopwarden::page::http {
 
 struct LaneSize {
   const char* thread_name = "";  // at most 15 characters
-  std::size_t threads = 1;
-  std::size_t queue = 64;
+  std::size_t threads = 0;
+  std::size_t queue = 0;
 };
 
 class Lanes {

@@ -22,14 +22,6 @@ namespace {
 
 using asio::ip::tcp;
 
-// argon2 takes 64 MiB and a second of a small box's processor: one at a time.
-constexpr std::array<LaneSize, kLanes> kLaneSizes{{{"pg-here", 0, 0},
-                                                   {"pg-daemon", 3, 64},
-                                                   {"pg-disk", 2, 32},
-                                                   {"pg-login", 1, 8},
-                                                   {"pg-orders", 2, 16},
-                                                   {"pg-fleet", 2, 64}}};
-
 Peer peer_of(const tcp::endpoint& endpoint) {
   asio::ip::address address = endpoint.address();
   if (address.is_v6() && address.to_v6().is_v4_mapped()) {
@@ -65,7 +57,7 @@ std::string address_of_socket(int fd) {
 
 class Server::Body {
  public:
-  Body(ServerSettings settings, Handler& handler) : house_(settings, handler, kLaneSizes) {
+  Body(ServerSettings settings, Handler& handler) : house_(settings, handler) {
     if (house_.settings.tls) load_certificate();
   }
 

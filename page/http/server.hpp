@@ -3,6 +3,7 @@
 // thread. Every wait for a client has its time-out. Beast is in server.cpp and connection.hpp only.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -14,6 +15,7 @@
 
 #include "page/http/doorkeeper.hpp"
 #include "page/http/event_board.hpp"
+#include "page/http/lanes.hpp"
 #include "page/http/message.hpp"
 
 namespace loopwarden::page::http {
@@ -32,10 +34,19 @@ struct Timeouts {
   std::chrono::milliseconds heartbeat{10'000};
 };
 
+// Of a page. argon2 takes 64 MiB and a second of a small box's processor: one at a time.
+inline constexpr std::array<LaneSize, kLanes> kPageLanes{{{"pg-here", 0, 0},
+                                                          {"pg-daemon", 3, 64},
+                                                          {"pg-disk", 2, 32},
+                                                          {"pg-login", 1, 8},
+                                                          {"pg-orders", 2, 16},
+                                                          {"pg-fleet", 2, 64}}};
+
 struct ServerSettings {
   DoorLimits door;
   Timeouts timeouts;
-  std::optional<TlsFiles> tls;  // nothing: plain HTTP
+  std::optional<TlsFiles> tls;                      // nothing: plain HTTP
+  std::array<LaneSize, kLanes> lanes = kPageLanes;  // without threads: all answers are made here
 };
 
 struct Counters {

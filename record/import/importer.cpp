@@ -478,6 +478,42 @@ std::vector<fs::path> exports_in(const fs::path& folder) {
   return found;
 }
 
+// Empty: none is near.
+std::string nearest(const std::vector<std::string>& names, const std::string& wanted) {
+  constexpr std::size_t kMost = 60;  // characters that are compared
+  std::string near;
+  std::size_t best = wanted.size() / 2 + 1;
+  for (const std::string& name : names) {
+    const std::size_t distance = hal::os::edit_distance(lower_case(name.substr(0, kMost)),
+                                                        lower_case(wanted.substr(0, kMost)));
+    if (!name.empty() && distance < best) {
+      best = distance;
+      near = name;
+    }
+  }
+  return near;
+}
+
+// The column or tag that `wanted` means: by its name, its name without the unit, or its number. Throws RecordError.
+std::string name_meant(const std::vector<std::string>& names, const std::string& wanted,
+                       const std::string& file) {
+  for (const std::string& name : names) {
+    if (name == wanted || lower_case(name) == lower_case(wanted)) return name;
+  }
+  for (const std::string& name : names) {
+    const std::size_t bracket = name.find_last_of("([");
+    if (bracket != std::string::npos && trimmed(name.substr(0, bracket)) == wanted) return name;
+  }
+  if (const auto number = parse_number(wanted, '.');
+      number && *number >= 1.0 && *number <= static_cast<double>(names.size())) {
+    return names[static_cast<std::size_t>(*number) - 1];
+  }
+  const std::string near = nearest(names, wanted);
+  throw RecordError(RecordError::Kind::data, 0, 0,
+                    fmt::format("{}: no column or tag {}{}", file, in_quotes(wanted),
+                                near.empty() ? near : "; is it " + in_quotes(near) + "?"));
+}
+
 }  // namespace
 
 Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options, bool lenient,
@@ -570,83 +606,63 @@ std::vector<std::string> Importer::names_in(std::size_t file, const Layout& layo
   return names;
 }
 
-void Importer::add_loops(std::size_t file, const std::vector<std::string>& names) {
+std::vector<LoopSignals> Importer::asked_for(std::size_t file,
+                                             const std::vector<std::string>& names) const {
   std::vector<LoopSignals> found;
-  if (!options_.loops.empty()) {
-    const auto index = [&](const std::string& wanted) -> std::string {
-      for (const std::string& name : names) {
-        if (name == wanted || lower_case(name) == lower_case(wanted)) return name;
-      }
-      for (const std::string& name : names) {  // without its unit
-        const std::size_t bracket = name.find_last_of("([");
-        if (bracket != std::string::npos && trimmed(name.substr(0, bracket)) == wanted) return name;
-      }
-      if (const auto number = parse_number(wanted, '.');
-          number && *number >= 1.0 && *number <= static_cast<double>(names.size())) {
-        return names[static_cast<std::size_t>(*number) - 1];
-      }
-      const std::string* near = nullptr;
-      std::size_t best = wanted.size() / 2 + 1;
-      for (const std::string& name : names) {
-        const std::size_t distance = hal::os::edit_distance(lower_case(name.substr(0, 60)),
-                                                            lower_case(wanted.substr(0, 60)));
-        if (!name.empty() && distance < best) {
-          best = distance;
-          near = &name;
-        }
-      }
-      throw RecordError(
-          RecordError::Kind::data, 0, 0,
-          fmt::format("{}: no column or tag {}{}", name_of(file), in_quotes(wanted),
-                      near != nullptr ? "; is it " + in_quotes(*near) + "?" : std::string()));
-    };
-    for (const LoopSignals& asked : options_.loops) {
-      LoopSignals loop = asked;
-      try {
-        for (std::string& name : loop.names) {
-          if (!name.empty()) name = index(name);
-        }
-      } catch (const RecordError&) {
-        // Of several files each has its own loops.
-        if (options_.loops.size() == 1) throw;
-        continue;
+  for (LoopSignals loop : options_.loops) {
+    try {
+      for (std::string& name : loop.names) {
+        if (!name.empty()) name = name_meant(names, name, name_of(file));
       }
       found.push_back(std::move(loop));
+    } catch (const RecordError&) {
+      // Of several loops each may have its own file.
+      if (options_.loops.size() == 1) throw;
     }
-  } else {
-    found = find_loops(names);
   }
+  return found;
+}
+
+void Importer::take_units(std::size_t file, LoopSignals& signals) const {
+  const Layout& layout = sources_[file].layout;
+  if (layout.is_long) return;
+  for (std::size_t role = 0; role < kRoles; ++role) {
+    const std::string& name = signals.names[role];
+    if (name.empty() || !signals.units[role].empty()) continue;
+    for (std::size_t c = 0; c < layout.names.size(); ++c) {
+      if (layout.names[c] == name) signals.units[role] = layout.units[c];
+    }
+  }
+}
+
+// A loop whose times are absolute goes on in the next file.
+void Importer::add_loop(std::size_t file, LoopSignals signals) {
+  const std::string tag = signals.tag.empty() ? file_tag(files_[file]) : signals.tag;
+  const auto [at, is_new] = by_tag_.try_emplace(tag, loops_.size());
+  FoundLoop* same = is_new ? nullptr : &loops_[at->second];
+  const bool goes_on = same != nullptr && !signals.tag.empty() &&
+                       is_absolute(sources_[file].layout.form) &&
+                       is_absolute(sources_[same->files.front()].layout.form);
+  if (!goes_on) {
+    FoundLoop loop{.signals = std::move(signals), .tag = tag, .files = {file}};
+    if (same != nullptr) loop.tag += " in " + file_tag(files_[file]);
+    loops_.push_back(std::move(loop));
+    return;
+  }
+  same->files.push_back(file);
+  for (std::size_t role = 0; role < kRoles; ++role) {
+    if (!same->signals.names[role].empty()) continue;
+    same->signals.names[role] = signals.names[role];
+    same->signals.units[role] = signals.units[role];
+  }
+}
+
+void Importer::add_loops(std::size_t file, const std::vector<std::string>& names) {
   std::set<std::string> used;
-  for (LoopSignals& signals : found) {
-    for (std::size_t role = 0; role < kRoles; ++role) {
-      const std::string& name = signals.names[role];
-      used.insert(name);
-      if (name.empty() || !signals.units[role].empty()) continue;
-      const Layout& layout = sources_[file].layout;
-      for (std::size_t c = 0; c < layout.names.size(); ++c) {
-        if (layout.names[c] == name && !layout.is_long) signals.units[role] = layout.units[c];
-      }
-    }
-    const std::string tag = signals.tag.empty() ? file_tag(files_[file]) : signals.tag;
-    // A loop whose times are absolute goes on in the next file.
-    const auto [at, is_new] = by_tag_.try_emplace(tag, loops_.size());
-    FoundLoop* same = is_new ? nullptr : &loops_[at->second];
-    const bool goes_on = same != nullptr && !signals.tag.empty() &&
-                         is_absolute(sources_[file].layout.form) &&
-                         is_absolute(sources_[same->files.front()].layout.form);
-    if (!goes_on) {
-      FoundLoop loop{.signals = signals, .tag = tag, .files = {file}};
-      if (same != nullptr) loop.tag += " in " + file_tag(files_[file]);
-      loops_.push_back(std::move(loop));
-      continue;
-    }
-    same->files.push_back(file);
-    for (std::size_t role = 0; role < kRoles; ++role) {
-      if (same->signals.names[role].empty()) {
-        same->signals.names[role] = signals.names[role];
-        same->signals.units[role] = signals.units[role];
-      }
-    }
+  for (LoopSignals& signals : options_.loops.empty() ? find_loops(names) : asked_for(file, names)) {
+    used.insert(signals.names.begin(), signals.names.end());
+    take_units(file, signals);
+    add_loop(file, std::move(signals));
   }
   for (const std::string& name : names) {
     if (!name.empty() && used.count(name) == 0) other_names_.push_back(name);

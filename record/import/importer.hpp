@@ -81,6 +81,9 @@ class Importer {
   std::string name_of(std::size_t file) const;
   std::vector<std::string> names_in(std::size_t file, const Layout& layout,
                                     const ImportProgress& progress);
+  std::vector<LoopSignals> asked_for(std::size_t file, const std::vector<std::string>& names) const;
+  void take_units(std::size_t file, LoopSignals& signals) const;
+  void add_loop(std::size_t file, LoopSignals signals);
   void add_loops(std::size_t file, const std::vector<std::string>& names);
   Imported finished(std::size_t loop, std::vector<ImportPart>& pieces) const;
 

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Any bytes as a Sparkplug payload, from a broker that anybody may write to: decoded or refused, and what was decoded
-// goes through a host's view and an edge's commands without harm.
+// goes through the host's ingest and an edge's commands
+// without harm.
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "fleet/edge/command.hpp"
+#include "fleet/host/ingest.hpp"
 #include "fleet/sparkplug/host_state.hpp"
-#include "fleet/sparkplug/node_view.hpp"
 #include "fleet/sparkplug/payload.hpp"
 #include "fleet/sparkplug/topic.hpp"
 #include "tests/fuzz/require.hpp"
@@ -37,13 +39,24 @@ void check_again(const sparkplug::Payload& payload) {
           "what was decoded is encoded and decoded the same");
 }
 
-void take(sparkplug::NodeView& view, MessageType type, const char* device,
-          sparkplug::Payload payload) {
-  try {
-    const sparkplug::Verdict verdict = view.take({"g", type, "e", device}, payload);
-    require(verdict.usable || *verdict.why != '\0', "a reason");
-  } catch (const sparkplug::BadPayload&) {
+// The bytes as each message of a node's life.
+void live(const std::string& bytes) {
+  fleet::Ingest ingest;
+  std::vector<fleet::Arrival> arrivals;
+  const auto say = [&](MessageType type, const char* device) {
+    arrivals.push_back({to_text(sparkplug::Topic{"g", type, "e", device}), bytes, 0, false});
+  };
+  say(MessageType::nbirth, "");
+  say(MessageType::dbirth, "d");
+  say(MessageType::ddata, "d");
+  say(MessageType::ndata, "");
+  say(MessageType::ndeath, "");
+  fleet::Batch batch = ingest.prepare(arrivals, 0);
+  require(batch.counts.messages == arrivals.size(), "each is looked at");
+  for (const fleet::ValueRow& row : batch.rows.values) {
+    require(row.metric < row.book->metrics.size(), "a metric of the birth");
   }
+  ingest.commit(std::move(batch));
 }
 
 }  // namespace
@@ -59,12 +72,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const sparkplug::Payload payload = sparkplug::decode(bytes);
     check_again(payload);
     for (const bool of_device : {false, true}) edge::read_command(payload.metrics, of_device);
-    sparkplug::NodeView view;
-    take(view, MessageType::nbirth, "", payload);
-    take(view, MessageType::dbirth, "d", payload);
-    take(view, MessageType::ddata, "d", payload);
-    take(view, MessageType::ndeath, "", payload);
   } catch (const sparkplug::BadPayload&) {
   }
+  live(std::string(bytes));
   return 0;
 }

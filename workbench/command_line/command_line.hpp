@@ -17,10 +17,6 @@ CLI::Option* add_json_flag(CLI::App& sub, bool& json);
 // `help COMMAND` and `version` as options.
 std::vector<std::string> in_options(std::vector<std::string> words);
 
-// What is wrong with the first word that no command or option answers to, with the nearest that one does; empty if
-// all are known. Asked first: CLI11 would rather name what is missing.
-std::string unknown_word(const CLI::App& app, const std::vector<std::string>& words);
-
 // Counts are not negative: CLI11 takes -1 for 18446744073709551615.
 void refuse_negative_counts(CLI::App& app);
 

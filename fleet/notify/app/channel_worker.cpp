@@ -25,7 +25,13 @@ constexpr std::chrono::milliseconds kDiskPause{2000};
 Attempt judge(const Delivery& delivery, const Message& message, const BackOff& back_off,
               std::int64_t now_ms, double chance) {
   Attempt attempt{.id = message.id, .at_ms = now_ms, .result = delivery.text};
-  if (delivery.outcome == Delivery::Outcome::sent) return attempt;
+  if (delivery.is_sent()) return attempt;
+  if (delivery.outcome == Delivery::Outcome::shut_out) {
+    // Due as soon as the program has been started again.
+    attempt.state = MessageState::queued;
+    attempt.result += "; nothing is sent before the next start";
+    return attempt;
+  }
   attempt.state = MessageState::failed;
   if (delivery.outcome == Delivery::Outcome::refused) return attempt;
   if (now_ms - message.made_ms >= back_off.give_up_ms) {
@@ -73,8 +79,7 @@ std::string ChannelWorker::trouble() const {
 void ChannelWorker::run() {
   while (!quit_) {
     try {
-      const std::optional<Message> message = outbox_.next(name_, utc_ms(), last_);
-      last_.reset();
+      const std::optional<Message> message = next();
       message ? send(*message) : wait();
     } catch (const std::exception& e) {
       spdlog::error("channel {}: {}", name_, e.what());
@@ -90,8 +95,19 @@ void ChannelWorker::run() {
   }
 }
 
+std::optional<Message> ChannelWorker::next() {
+  std::optional<Message> message;
+  if (!shut_out_) {
+    message = outbox_.next(name_, utc_ms(), last_);
+  } else if (last_) {
+    outbox_.settle(*last_);
+  }
+  last_.reset();
+  return message;
+}
+
 void ChannelWorker::wait() {
-  const std::optional<std::int64_t> due = outbox_.due_ms(name_);
+  const std::optional<std::int64_t> due = shut_out_ ? std::nullopt : outbox_.due_ms(name_);
   const std::int64_t left_ms =
       std::clamp<std::int64_t>(due ? *due - utc_ms() : kLongestSleep, 1, kLongestSleep);
   std::unique_lock lock(mutex_);
@@ -111,14 +127,25 @@ void ChannelWorker::send(const Message& message) {
   const Delivery delivery = attempt(message);
   const double chance = std::uniform_real_distribution<double>(0.0, 1.0)(random_);
   last_ = judge(delivery, message, back_off_, utc_ms(), chance);
-  const bool failed = last_->state != MessageState::sent;
-  if (failed) {
-    spdlog::log(last_->state == MessageState::failed ? spdlog::level::err : spdlog::level::warn,
-                "channel {}: message {} {}: {}", name_, message.id,
-                last_->state == MessageState::failed ? "failed" : "waits", last_->result);
+  shut_out_ = delivery.outcome == Delivery::Outcome::shut_out;
+  const bool good = delivery.outcome == Delivery::Outcome::sent;
+  if (good) {
+    spdlog::info("channel {}: message {} sent: {}", name_, message.id, last_->result);
+  } else {
+    tell(message);
   }
   const std::lock_guard lock(mutex_);
-  trouble_ = failed ? last_->result : std::string();
+  trouble_ = good ? std::string() : last_->result;
+}
+
+// What passes by itself is a warning, what doesn't an error.
+void ChannelWorker::tell(const Message& message) const {
+  const bool may_pass = last_->state == MessageState::queued && !shut_out_;
+  const char* what = last_->state == MessageState::sent     ? "did not go to all"
+                     : last_->state == MessageState::failed ? "failed"
+                                                            : "waits";
+  spdlog::log(may_pass ? spdlog::level::warn : spdlog::level::err, "channel {}: message {} {}: {}",
+              name_, message.id, what, last_->result);
 }
 
 }  // namespace loopwarden::notify

@@ -44,8 +44,10 @@ class ChannelWorker {
 
  private:
   void run();
+  std::optional<Message> next();
   void wait();
   void send(const Message& message);
+  void tell(const Message& message) const;
   Delivery attempt(const Message& message);
 
   std::string name_;
@@ -54,6 +56,7 @@ class ChannelWorker {
   BackOff back_off_;
   std::mt19937_64 random_{std::random_device{}()};
   std::optional<Attempt> last_;  // not on the disk yet
+  bool shut_out_ = false;        // until the next start, which reads user and password anew
 
   std::atomic<bool> quit_{false};
   mutable std::mutex mutex_;

@@ -41,12 +41,12 @@ void print(const MessageRow& row, const NotifyConfig& config) {
 
 int list_notifications(const NotifyConfig& config, std::size_t most, bool json) {
   try {
-    Outbox outbox(outbox_file(config.state_directory), Outbox::Access::read);
+    Outbox outbox(outbox_file(config.state_directory), sqlite::Access::read);
     for (const MessageRow& row : outbox.newest(most)) {
       json ? fmt::print("{}\n", dump(to_json(row, config.box))) : print(row, config);
     }
     return kExitOk;
-  } catch (const OutboxError& e) {
+  } catch (const sqlite::Error& e) {
     fmt::print(stderr, "loopwarden-notify: {}\n", e.what());
     return kExitIo;
   }

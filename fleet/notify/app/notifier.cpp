@@ -53,18 +53,11 @@ std::unique_ptr<Outbox> open_outbox(const std::string& state_directory) {
   const std::string file = outbox_file(state_directory);
   try {
     return std::make_unique<Outbox>(file);
-  } catch (const OutboxError& e) {
+  } catch (const sqlite::Error& e) {
     if (!e.damaged()) throw;
-    const std::string aside = fmt::format("{}.damaged-{}", file, utc_ms());
+    const std::filesystem::path aside = sqlite::move_aside(file, utc_ms());
     spdlog::error("{}; kept as {}, a new one begins: alarms that stand are told again", e.what(),
-                  aside);
-    std::filesystem::rename(file, aside);
-    // A log left behind would be played into the new database.
-    for (const char* belongs : {"-wal", "-shm"}) {
-      if (std::filesystem::exists(file + belongs)) {
-        std::filesystem::rename(file + belongs, aside + belongs);
-      }
-    }
+                  aside.string());
   }
   return std::make_unique<Outbox>(file);
 }
@@ -107,7 +100,7 @@ void Notifier::step() {
     for (auto& [name, line] : lines_) make_messages(line, now_ms);
     if (!trouble_.empty()) spdlog::warn("the disk takes it again");
     trouble_.clear();
-  } catch (const OutboxError& e) {
+  } catch (const sqlite::Error& e) {
     // What was read is kept, and what changed since is told when it can be stored.
     if (trouble_ != e.what()) spdlog::error("not stored: {}", e.what());
     trouble_ = e.what();

@@ -19,7 +19,7 @@ namespace loopwarden::notify {
 
 class Notifier {
  public:
-  // Opens the store and the channels. Throws OutboxError, or std::runtime_error where a secret is missing.
+  // Opens the store and the channels. Throws sqlite::Error, or std::runtime_error where a secret is missing.
   explicit Notifier(NotifyConfig config);
   Notifier(const Notifier&) = delete;
   Notifier& operator=(const Notifier&) = delete;

@@ -42,8 +42,10 @@ Delivery try_channel(const ChannelSettings& settings, const Sender& sender) {
 const char* word(Delivery::Outcome outcome) {
   switch (outcome) {
     case Delivery::Outcome::sent: return "sent";
+    case Delivery::Outcome::sent_to_some: return "not sent to all";
     case Delivery::Outcome::later: return "failed";
-    case Delivery::Outcome::refused: break;
+    case Delivery::Outcome::refused:
+    case Delivery::Outcome::shut_out: break;
   }
   return "refused";
 }

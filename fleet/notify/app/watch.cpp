@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <csignal>
-#include <ctime>
 #include <exception>
 #include <memory>
 #include <stdexcept>
@@ -15,20 +14,16 @@
 #include "fleet/notify/app/commands.hpp"
 #include "fleet/notify/app/notifier.hpp"
 #include "hal/os/exit_code.hpp"
+#include "hal/os/signals.hpp"
 
 namespace loopwarden::notify {
 namespace {
 
-constexpr timespec kRound{0, 200'000'000};
+constexpr std::chrono::milliseconds kRound{200};
 // An attempt under way ends within that, or is given up.
 constexpr std::chrono::milliseconds kPatienceAtEnd{5000};
 
-bool end_asked() {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int s : {SIGTERM, SIGINT}) sigaddset(&set, s);
-  return sigtimedwait(&set, nullptr, &kRound) > 0;
-}
+bool end_asked() { return hal::os::wait_for_signal({SIGTERM, SIGINT}, kRound) != 0; }
 
 void run_rounds(Notifier& notifier) {
   std::string told;
@@ -47,7 +42,7 @@ int watch(NotifyConfig config) {
   std::unique_ptr<Notifier> notifier;
   try {
     notifier = std::make_unique<Notifier>(std::move(config));
-  } catch (const OutboxError& e) {
+  } catch (const sqlite::Error& e) {
     spdlog::error("{}", e.what());
     return kExitIo;
   } catch (const std::runtime_error& e) {

@@ -16,12 +16,22 @@
 
 namespace loopwarden::notify {
 
-// What came of it. `later`: the fault may pass, try again; `refused`: this message will never be taken.
+// What came of it.
 struct Delivery {
-  enum class Outcome : std::uint8_t { sent, later, refused };
+  enum class Outcome : std::uint8_t {
+    sent,
+    sent_to_some,  // others of those that it is for are refused, and will be
+    later,         // the fault may pass: try again
+    refused,       // this message will never be taken
+    shut_out       // nor will any other: the channel's own user or password is refused
+  };
   Outcome outcome = Outcome::sent;
   std::string text;                       // one line
   std::optional<std::int64_t> wait_ms{};  // as the other side asks for it
+
+  bool is_sent() const noexcept {
+    return outcome == Outcome::sent || outcome == Outcome::sent_to_some;
+  }
 };
 
 inline Delivery sent(std::string text) { return {Delivery::Outcome::sent, std::move(text), {}}; }

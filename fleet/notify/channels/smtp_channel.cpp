@@ -2,7 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
+#include <array>
+#include <charconv>
 #include <cstring>
 #include <string_view>
 #include <utility>
@@ -27,20 +28,22 @@ std::size_t read_upload(char* buffer, std::size_t size, std::size_t count, void*
   return n;
 }
 
-// What the server said: the newest line, and the refusals.
+// What the server refused.
 struct Replies {
-  std::string last;
   std::string refusals;
+  int newest = 0;  // its code
 };
 
 std::size_t keep_reply(char* bytes, std::size_t size, std::size_t count, void* replies) {
   auto& kept = *static_cast<Replies*>(replies);
   std::string_view line(bytes, size * count);
   while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
-  kept.last = one_line(line, 200);
-  const bool refusal = line.starts_with('4') || line.starts_with('5');
-  if (refusal && kept.refusals.size() < 400) {
-    kept.refusals += (kept.refusals.empty() ? "" : "; ") + kept.last;
+  int code = 0;
+  std::from_chars(line.data(), line.data() + std::min<std::size_t>(line.size(), 3), code);
+  if (code < 400) return size * count;
+  kept.newest = code;
+  if (kept.refusals.size() < 400) {
+    kept.refusals += (kept.refusals.empty() ? "" : "; ") + one_line(line, 200);
   }
   return size * count;
 }
@@ -52,9 +55,19 @@ std::string url_of(const EmailSettings& settings) {
                      v6 ? "[" : "", settings.host, v6 ? "]" : "", settings.port);
 }
 
-// A wrong password is no fault of the message: it is tried again until somebody has seen to it.
-bool is_final(CURLcode code, long response) {
-  return code != CURLE_LOGIN_DENIED && response >= 500 && response < 600;
+using Outcome = Delivery::Outcome;
+
+// A wrong user or password is no fault of the message, and is none that passes by itself (RFC 4954, 6).
+bool is_of_login(CURLcode code, int refusal) {
+  constexpr std::array kCodes{530, 534, 535, 538};
+  return code == CURLE_LOGIN_DENIED ||
+         std::find(kCodes.begin(), kCodes.end(), refusal) != kCodes.end();
+}
+
+Outcome outcome_of(CURLcode code, int refusal) {
+  const bool may_pass = refusal >= 400 && refusal < 500;
+  if (is_of_login(code, refusal)) return may_pass ? Outcome::later : Outcome::shut_out;
+  return refusal >= 500 && refusal < 600 ? Outcome::refused : Outcome::later;
 }
 
 }  // namespace
@@ -86,13 +99,14 @@ Delivery SmtpChannel::send(const Message& message, const std::atomic<bool>& quit
   request.set(CURLOPT_HEADERDATA, &replies);
   const CURLcode code = request.perform(quit);
   if (code == CURLE_OK) {
-    return sent(replies.refusals.empty() ? fmt::format("taken by {}", settings_.host)
-                                         : fmt::format("taken by {}, but refused: {}",
-                                                       settings_.host, replies.refusals));
+    if (replies.refusals.empty()) return sent(fmt::format("taken by {}", settings_.host));
+    return {Outcome::sent_to_some,
+            fmt::format("taken by {}, but refused: {}", settings_.host, replies.refusals),
+            {}};
   }
   const std::string why = fmt::format("{}{}{}", request.error(code),
                                       replies.refusals.empty() ? "" : ": ", replies.refusals);
-  return is_final(code, request.response_code()) ? refused(why) : later(why);
+  return {outcome_of(code, replies.newest), why, {}};
 }
 
 }  // namespace loopwarden::notify

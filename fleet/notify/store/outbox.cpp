@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <set>
 #include <utility>
 
@@ -12,9 +13,7 @@ namespace loopwarden::notify {
 namespace {
 
 using nlohmann::json;
-
-constexpr int kSchemaVersion = 1;
-constexpr int kApplicationId = 0x4C574E31;  // "LWN1": tells file(1) and us whose database it is
+using sqlite::Statement;
 
 constexpr const char* kTables = R"(
 CREATE TABLE picture(
@@ -47,6 +46,19 @@ void read_content(const std::string& text, Message& message) {
   content.at("lost").get_to(message.lost);
 }
 
+constexpr sqlite::Schema kSchema{"file of notifications", 0x4C574E31 /* "LWN1" */, 1, kTables};
+
+sqlite::Database opened(const std::filesystem::path& file, sqlite::Access access) {
+  try {
+    sqlite::Database database(file, access, std::chrono::seconds(5));
+    if (access == sqlite::Access::write) database.keep_log(sqlite::Sync::full);
+    database.adopt(kSchema);
+    return database;
+  } catch (const sqlite::Error& e) {
+    throw sqlite::Error(e.kind(), fmt::format("{}: {}", file.string(), e.what()));
+  }
+}
+
 // Also where the clock was set back since.
 bool is_due(std::int64_t again_ms, std::int64_t now_ms) {
   constexpr std::int64_t kLongestPause = 2LL * 3600 * 1000;  // ms
@@ -65,154 +77,34 @@ const char* to_text(MessageState state) noexcept {
   return "failed";
 }
 
-// A prepared statement that finalises itself.
-class Outbox::Statement {
- public:
-  Statement(Outbox& outbox, const char* sql) : outbox_(outbox) {
-    if (sqlite3_prepare_v2(outbox.db_.get(), sql, -1, &statement_, nullptr) != SQLITE_OK) {
-      outbox.fail("prepare");
-    }
-  }
-  template <class... Values>
-  Statement(Outbox& outbox, const char* sql, const Values&... values) : Statement(outbox, sql) {
-    int column = 0;
-    (bind(++column, values), ...);
-  }
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
-  ~Statement() { sqlite3_finalize(statement_); }
-
-  bool step() {
-    const int result = sqlite3_step(statement_);
-    if (result == SQLITE_ROW) return true;
-    if (result != SQLITE_DONE) outbox_.fail("step");
-    return false;
-  }
-  void run() { step(); }
-  std::string text(int column) const {
-    const unsigned char* bytes = sqlite3_column_text(statement_, column);
-    return bytes == nullptr ? std::string()
-                            : std::string(bytes, bytes + sqlite3_column_bytes(statement_, column));
-  }
-  std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
-  std::optional<double> number(int column) const {
-    if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::nullopt;
-    return sqlite3_column_double(statement_, column);
-  }
-
- private:
-  void bind(int column, const std::string& text) {
-    check(sqlite3_bind_text64(statement_, column, text.data(), text.size(), SQLITE_TRANSIENT,
-                              SQLITE_UTF8));
-  }
-  void bind(int column, std::int64_t value) {
-    check(sqlite3_bind_int64(statement_, column, value));
-  }
-  void bind(int column, std::optional<double> value) {
-    check(value ? sqlite3_bind_double(statement_, column, *value)
-                : sqlite3_bind_null(statement_, column));
-  }
-  void check(int result) const {
-    if (result != SQLITE_OK) outbox_.fail("bind");
-  }
-
-  Outbox& outbox_;
-  sqlite3_stmt* statement_ = nullptr;
-};
-
-// All or nothing, with the lock held.
+// All or nothing, while nobody else is at it.
 class Outbox::Transaction {
  public:
-  explicit Transaction(Outbox& outbox) : outbox_(outbox), lock_(outbox.mutex_) {
-    outbox.execute("BEGIN IMMEDIATE");
-  }
-  Transaction(const Transaction&) = delete;
-  Transaction& operator=(const Transaction&) = delete;
-  ~Transaction() {
-    // Some errors have rolled back already; a second time does no harm.
-    if (open_) sqlite3_exec(outbox_.db_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
-  }
-  void commit() {
-    outbox_.execute("COMMIT");
-    open_ = false;
-  }
+  explicit Transaction(Outbox& outbox) : lock_(outbox.mutex_), transaction_(outbox.database_) {}
+  void commit() { transaction_.commit(); }
 
  private:
-  Outbox& outbox_;
   std::lock_guard<std::mutex> lock_;
-  bool open_ = true;
+  sqlite::Transaction transaction_;
 };
 
-Outbox::Outbox(const std::filesystem::path& file, Access access) {
-  sqlite3* opened = nullptr;
-  const int flags =
-      access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-  const int result = sqlite3_open_v2(file.c_str(), &opened, flags | SQLITE_OPEN_NOMUTEX, nullptr);
-  db_.reset(opened);
-  if (result != SQLITE_OK) {
-    throw OutboxError(fmt::format("{}: {}", file.string(), sqlite3_errmsg(opened)), false);
-  }
-  sqlite3_busy_timeout(opened, 5000);  // ms, for a backup or --list
-  try {
-    if (access == Access::write) {
-      execute("PRAGMA journal_mode=WAL");
-      execute("PRAGMA synchronous=FULL");
-      execute("PRAGMA journal_size_limit=1048576");
-    }
-    check();
-    if (access == Access::read) return;
-    // What was being sent when the program ended.
-    execute("UPDATE message SET state = 0, perhaps_twice = 1, again_ms = 0 WHERE state = 1");
-  } catch (const OutboxError& e) {
-    throw OutboxError(fmt::format("{}: {}", file.string(), e.what()), e.damaged());
-  }
-}
-
-void Outbox::check() {
-  std::int64_t version = 0;
-  std::int64_t application = 0;
-  {
-    Statement read(*this, "PRAGMA user_version");
-    if (read.step()) version = read.integer(0);
-    Statement id(*this, "PRAGMA application_id");
-    if (id.step()) application = id.integer(0);
-  }
-  if (version == 0 && application == 0) {
-    make_tables();
-  } else if (version != kSchemaVersion || application != kApplicationId) {
-    throw OutboxError(fmt::format("it is no file of notifications, version {}", kSchemaVersion),
-                      true);
-  }
-}
-
-void Outbox::make_tables() {
-  Transaction transaction(*this);
-  execute(kTables);
-  execute(fmt::format("PRAGMA application_id={}", kApplicationId).c_str());
-  execute(fmt::format("PRAGMA user_version={}", kSchemaVersion).c_str());
-  transaction.commit();
-}
-
-void Outbox::execute(const char* sql) {
-  if (sqlite3_exec(db_.get(), sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail("execute");
-}
-
-void Outbox::fail(const char* step) const {
-  const int code = sqlite3_errcode(db_.get()) & 0xFF;
-  // SQLITE_ERROR: what the file says of its tables is not what we made.
-  const bool damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR;
-  throw OutboxError(fmt::format("{}: {}", step, sqlite3_errmsg(db_.get())), damaged);
+Outbox::Outbox(const std::filesystem::path& file, sqlite::Access access)
+    : database_(opened(file, access)) {
+  if (access == sqlite::Access::read) return;
+  // What was being sent when the program ended.
+  database_.execute(
+      "UPDATE message SET state = 0, perhaps_twice = 1, again_ms = 0 WHERE state = 1");
 }
 
 Pictures Outbox::pictures() {
   const std::lock_guard lock(mutex_);
   Pictures pictures;
-  Statement read(*this, "SELECT * FROM picture");
+  Statement read(database_, "SELECT * FROM picture");
   while (read.step()) {
     pictures[{read.text(0), read.text(1)}] = {.state = read.text(2),
                                               .unacknowledged = read.integer(3) != 0,
                                               .times_raised = read.integer(4),
-                                              .worst_percent = read.number(5),
+                                              .worst_percent = read.number_or_null(5),
                                               .since_ms = read.integer(6),
                                               .reminded_ms = read.integer(7)};
   }
@@ -222,7 +114,7 @@ Pictures Outbox::pictures() {
 std::vector<Waiting> Outbox::waiting(const std::string& channel) {
   const std::lock_guard lock(mutex_);
   std::vector<Waiting> all;
-  Statement read(*this, "SELECT id, since_ms, event FROM waiting WHERE channel = ? ORDER BY id",
+  Statement read(database_, "SELECT id, since_ms, event FROM waiting WHERE channel = ? ORDER BY id",
                  channel);
   while (read.step()) {
     all.push_back({read.integer(0), read.integer(1), event_from(json::parse(read.text(2)))});
@@ -233,8 +125,9 @@ std::vector<Waiting> Outbox::waiting(const std::string& channel) {
 std::vector<std::int64_t> Outbox::made_ms(const std::string& channel, std::size_t most) {
   const std::lock_guard lock(mutex_);
   std::vector<std::int64_t> times;
-  Statement read(*this, "SELECT made_ms FROM message WHERE channel = ? ORDER BY id DESC LIMIT ?",
-                 channel, static_cast<std::int64_t>(most));
+  Statement read(database_,
+                 "SELECT made_ms FROM message WHERE channel = ? ORDER BY id DESC LIMIT ?", channel,
+                 static_cast<std::int64_t>(most));
   while (read.step()) times.push_back(read.integer(0));
   return times;
 }
@@ -242,13 +135,13 @@ std::vector<std::int64_t> Outbox::made_ms(const std::string& channel, std::size_
 std::map<std::string, std::vector<Waiting>> Outbox::post(const Step& step, std::int64_t now_ms) {
   Transaction transaction(*this);
   for (const auto& [key, picture] : step.changed) {
-    Statement(*this, "INSERT OR REPLACE INTO picture VALUES(?,?,?,?,?,?,?,?)", key.first,
-              key.second, picture.state, std::int64_t{picture.unacknowledged}, picture.times_raised,
+    Statement(database_, "INSERT OR REPLACE INTO picture VALUES(?,?,?,?,?,?,?,?)", key.first,
+              key.second, picture.state, picture.unacknowledged, picture.times_raised,
               picture.worst_percent, picture.since_ms, picture.reminded_ms)
         .run();
   }
   for (const AlarmKey& key : step.forgotten) {
-    Statement(*this, "DELETE FROM picture WHERE loop = ? AND alarm = ?", key.first, key.second)
+    Statement(database_, "DELETE FROM picture WHERE loop = ? AND alarm = ?", key.first, key.second)
         .run();
   }
   std::map<std::string, std::vector<Waiting>> added;
@@ -261,23 +154,23 @@ std::map<std::string, std::vector<Waiting>> Outbox::post(const Step& step, std::
 }
 
 std::int64_t Outbox::add_waiting(const Post& post, std::int64_t now_ms) {
-  Statement(*this, "INSERT INTO waiting(channel, since_ms, event) VALUES(?,?,?)", post.channel,
+  Statement(database_, "INSERT INTO waiting(channel, since_ms, event) VALUES(?,?,?)", post.channel,
             now_ms, dump(to_json(post.event)))
       .run();
-  return sqlite3_last_insert_rowid(db_.get());
+  return database_.last_row();
 }
 
 void Outbox::bound_waiting(const std::string& channel) {
-  Statement count(*this, "SELECT count(*) FROM waiting WHERE channel = ?", channel);
+  Statement count(database_, "SELECT count(*) FROM waiting WHERE channel = ?", channel);
   count.step();
   const std::int64_t excess = count.integer(0) - static_cast<std::int64_t>(kMostWaiting);
   if (excess <= 0) return;
-  Statement(*this,
+  Statement(database_,
             "DELETE FROM waiting WHERE id IN "
             "(SELECT id FROM waiting WHERE channel = ? ORDER BY id LIMIT ?)",
             channel, excess)
       .run();
-  Statement(*this,
+  Statement(database_,
             "INSERT INTO lost VALUES(?,?) ON CONFLICT DO UPDATE SET events = events + "
             "excluded.events",
             channel, excess)
@@ -285,17 +178,17 @@ void Outbox::bound_waiting(const std::string& channel) {
 }
 
 std::int64_t Outbox::take_lost(const std::string& channel) {
-  Statement read(*this, "SELECT events FROM lost WHERE channel = ?", channel);
+  Statement read(database_, "SELECT events FROM lost WHERE channel = ?", channel);
   if (!read.step()) return 0;
   const std::int64_t lost = read.integer(0);
-  Statement(*this, "DELETE FROM lost WHERE channel = ?", channel).run();
+  Statement(database_, "DELETE FROM lost WHERE channel = ?", channel).run();
   return lost;
 }
 
 void Outbox::add_message(const Message& message, std::int64_t lost) {
   Message whole = message;
   whole.lost += lost;
-  Statement(*this, "INSERT INTO message(channel, made_ms, content, state) VALUES(?,?,?,0)",
+  Statement(database_, "INSERT INTO message(channel, made_ms, content, state) VALUES(?,?,?,0)",
             whole.channel, whole.made_ms, content_of(whole))
       .run();
 }
@@ -304,11 +197,11 @@ void Outbox::queue(std::span<const Message> messages, std::span<const std::int64
   if (messages.empty()) return;
   Transaction transaction(*this);
   for (const std::int64_t id : waiting_ids) {
-    Statement(*this, "DELETE FROM waiting WHERE id = ?", id).run();
+    Statement(database_, "DELETE FROM waiting WHERE id = ?", id).run();
   }
   std::int64_t lost = take_lost(messages.front().channel);
   for (const Message& message : messages) add_message(message, std::exchange(lost, 0));
-  Statement(*this,
+  Statement(database_,
             "DELETE FROM message WHERE id <= (SELECT max(id) FROM message) - ? AND state >= 2",
             kMostKept)
       .run();
@@ -317,13 +210,15 @@ void Outbox::queue(std::span<const Message> messages, std::span<const std::int64
 
 std::size_t Outbox::queued(const std::string& channel) {
   const std::lock_guard lock(mutex_);
-  Statement count(*this, "SELECT count(*) FROM message WHERE channel = ? AND state < 2", channel);
+  Statement count(database_, "SELECT count(*) FROM message WHERE channel = ? AND state < 2",
+                  channel);
   count.step();
   return static_cast<std::size_t>(count.integer(0));
 }
 
 void Outbox::keep(const Attempt& attempt) {
-  Statement(*this, "UPDATE message SET state = ?, at_ms = ?, again_ms = ?, result = ? WHERE id = ?",
+  Statement(database_,
+            "UPDATE message SET state = ?, at_ms = ?, again_ms = ?, result = ? WHERE id = ?",
             static_cast<std::int64_t>(attempt.state), attempt.at_ms, attempt.again_ms,
             attempt.result, attempt.id)
       .run();
@@ -336,7 +231,7 @@ std::optional<Message> Outbox::next(const std::string& channel, std::int64_t now
   std::optional<Message> message;
   {
     // In the order in which they were made: what is told of an alarm must not change places.
-    Statement read(*this,
+    Statement read(database_,
                    "SELECT id, made_ms, content, attempts, perhaps_twice, again_ms FROM message "
                    "WHERE channel = ? AND state = 0 ORDER BY id LIMIT 1",
                    channel);
@@ -351,7 +246,7 @@ std::optional<Message> Outbox::next(const std::string& channel, std::int64_t now
     }
   }
   if (message) {
-    Statement(*this, "UPDATE message SET state = 1, attempts = ?, at_ms = ? WHERE id = ?",
+    Statement(database_, "UPDATE message SET state = 1, attempts = ?, at_ms = ? WHERE id = ?",
               message->attempts, now_ms, message->id)
         .run();
   }
@@ -368,13 +263,13 @@ void Outbox::settle(const Attempt& last) {
 void Outbox::give_up_others(const std::vector<std::string>& channels) {
   Transaction transaction(*this);
   std::set<std::string> others;
-  Statement read(*this,
+  Statement read(database_,
                  "SELECT channel FROM waiting UNION SELECT channel FROM message WHERE state = 0");
   while (read.step()) others.insert(read.text(0));
   for (const std::string& channel : channels) others.erase(channel);
   for (const std::string& other : others) {
-    Statement(*this, "DELETE FROM waiting WHERE channel = ?", other).run();
-    Statement(*this,
+    Statement(database_, "DELETE FROM waiting WHERE channel = ?", other).run();
+    Statement(database_,
               "UPDATE message SET state = 3, result = 'the channel is no longer configured' "
               "WHERE channel = ? AND state = 0",
               other)
@@ -385,7 +280,7 @@ void Outbox::give_up_others(const std::vector<std::string>& channels) {
 
 std::optional<std::int64_t> Outbox::due_ms(const std::string& channel) {
   const std::lock_guard lock(mutex_);
-  Statement read(*this,
+  Statement read(database_,
                  "SELECT again_ms FROM message WHERE channel = ? AND state = 0 ORDER BY id LIMIT 1",
                  channel);
   if (!read.step()) return std::nullopt;
@@ -395,7 +290,7 @@ std::optional<std::int64_t> Outbox::due_ms(const std::string& channel) {
 std::vector<MessageRow> Outbox::newest(std::size_t most) {
   const std::lock_guard lock(mutex_);
   std::vector<MessageRow> rows;
-  Statement read(*this,
+  Statement read(database_,
                  "SELECT id, channel, made_ms, content, state, attempts, perhaps_twice, at_ms, "
                  "result FROM message ORDER BY id DESC LIMIT ?",
                  static_cast<std::int64_t>(most));

@@ -12,36 +12,21 @@
 // Any thread; calls wait for each other, and for the disk.
 #pragma once
 
-#include <sqlite3.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "fleet/notify/rules/dispatch.hpp"
 #include "fleet/notify/rules/watch_rules.hpp"
+#include "record/sqlite/sqlite.hpp"
 
 namespace loopwarden::notify {
-
-class OutboxError : public std::runtime_error {
- public:
-  // `damaged`: it is no sound database of ours. Else the disk is full, the file locked or not to be written: it may work
-  // later.
-  OutboxError(const std::string& what, bool damaged)
-      : std::runtime_error(what), damaged_(damaged) {}
-  bool damaged() const noexcept { return damaged_; }
-
- private:
-  bool damaged_;
-};
 
 enum class MessageState : std::uint8_t { queued, sending, sent, failed };
 const char* to_text(MessageState state) noexcept;
@@ -68,9 +53,8 @@ class Outbox {
   static constexpr std::size_t kMostQueued = 100;
   static constexpr std::int64_t kMostKept = 20'000;
 
-  enum class Access : std::uint8_t { write, read };
-  // Opens or makes the file; with `read`, one that another process writes.
-  explicit Outbox(const std::filesystem::path& file, Access access = Access::write);
+  // Opens or makes the file; with `read`, one that another process writes. Throws sqlite::Error, as all of these.
+  explicit Outbox(const std::filesystem::path& file, sqlite::Access access = sqlite::Access::write);
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
@@ -102,12 +86,7 @@ class Outbox {
   std::vector<MessageRow> newest(std::size_t most);
 
  private:
-  class Statement;
   class Transaction;
-  void make_tables();
-  void check();
-  void execute(const char* sql);
-  [[noreturn]] void fail(const char* step) const;
   std::int64_t add_waiting(const Post& post, std::int64_t now_ms);
   void bound_waiting(const std::string& channel);
   std::int64_t take_lost(const std::string& channel);
@@ -115,7 +94,7 @@ class Outbox {
   void add_message(const Message& message, std::int64_t lost);
 
   std::mutex mutex_;
-  std::unique_ptr<sqlite3, int (*)(sqlite3*)> db_{nullptr, sqlite3_close};
+  sqlite::Database database_;
 };
 
 }  // namespace loopwarden::notify

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What waits on the disk, and when it is sent again.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <string>
@@ -93,7 +94,7 @@ TEST_CASE("a file that is damaged or another's is moved aside", "[edge]") {
 
 TEST_CASE("without a folder there is no store", "[edge]") {
   const TemporaryFolder folder;
-  CHECK_THROWS_AS(Store(folder / "none/s", kPlenty), StoreError);
+  CHECK_THROWS_AS(Store(folder / "none/s", kPlenty), loopwarden::sqlite::Error);
 }
 
 struct Box {
@@ -163,6 +164,25 @@ TEST_CASE("while the disk refuses, reports wait in memory, then the oldest go", 
   CHECK(box.store.waiting() == Outbox::kMostInMemory);
   box.replay(1);
   CHECK(box.sent == std::vector<double>{5});
+}
+
+TEST_CASE("a disk that has room for some of what waits gets that, and the rest when it has more",
+          "[edge]") {
+  Box box;
+  constexpr std::size_t kReports = Outbox::kMostInMemory;
+  {
+    const loopwarden::tests::FileSizeLimit small(300'000);
+    for (std::size_t i = 0; i < kReports; ++i) box.outbox.keep(report("a", static_cast<double>(i)));
+    box.outbox.tidy(box.now);
+    CHECK(box.store.waiting() > 0);
+    CHECK(box.store.waiting() < kReports);
+    CHECK(box.outbox.waiting() == kReports);
+  }
+  box.outbox.tidy(box.now);
+  CHECK(box.store.waiting() == kReports);
+  box.replay(kReports);
+  CHECK(box.sent.size() == kReports);
+  CHECK(std::is_sorted(box.sent.begin(), box.sent.end()));
 }
 
 }  // namespace store_test

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "fleet/sparkplug/edge_session.hpp"
 #include "tests/support/property.hpp"
 
 namespace loopwarden::edge_tracker_test {
@@ -198,6 +200,42 @@ TEST_CASE("whatever is lost, nothing comes out twice and a loss is noticed") {
     property::require(times.size() == count + 1 - lost, "all that came");
     property::require(feed.tracker.missing() == lost, "each loss counted");
     property::require(feed.tracker.wants_rebirth() == (lost > 0), "a rebirth wanted where one is");
+  });
+}
+
+TEST_CASE("whatever happens, a host that sees every message never misses one") {
+  using sparkplug::EdgeSession;
+  property::for_all("no gap", 200, [] {
+    EdgeSession edge(property::coin(), static_cast<std::uint8_t>(property::integer(0, 255)));
+    Feed host;
+    std::uint64_t time = 1;
+    const auto say = [&](Message message) {
+      const Verdict verdict = host.take(std::move(message));
+      property::require(verdict == Verdict::taken && !host.tracker.wants_rebirth(), "in order");
+    };
+    const auto births = [&](EdgeSession::Next next) {
+      if (next != EdgeSession::Next::births) return;
+      Message birth = with_bd_seq(MessageType::nbirth, edge.bd_seq(), ++time);
+      birth.payload.seq = edge.birth_seq();
+      say(std::move(birth));
+      say(data(edge.next_seq(), ++time));
+    };
+    for (int step = 0; step < 400; ++step) {
+      switch (property::one_of(6)) {
+        case 0:
+          edge.disconnected();
+          if (host.tracker.born()) {
+            say(with_bd_seq(MessageType::ndeath, *host.tracker.bd_seq(), ++time));
+          }
+          edge.connecting();
+          births(edge.connected());
+          break;
+        case 1: births(edge.host_said({property::coin(), ++time})); break;
+        case 2: births(edge.rebirth_asked()); break;
+        default:
+          if (edge.live()) say(data(edge.next_seq(), ++time));
+      }
+    }
   });
 }
 

@@ -61,6 +61,7 @@ TEST_CASE("errors name file, place, key, what was expected, and the nearest key"
   CHECK_THAT(errors_of("database: mysql://x\n"), Catch::Contains("must be postgresql://"));
   CHECK_THAT(errors_of("groups: [A, B/C]\n"), Catch::Contains("'B/C' can't be a group's name"));
   CHECK_THAT(errors_of("groups: [A, A]\n"), Catch::Contains("has 'A' twice"));
+  CHECK_THAT(errors_of("metrics: {address: localhost}\n"), Catch::Contains("must be a numeric"));
   CHECK_THAT(errors_of("keep: {values: 0}\n"), Catch::Contains("keep.values"));
   CHECK_THAT(errors_of("password: {}\n"), Catch::Contains("one of credential and file"));
 }

@@ -100,6 +100,63 @@ TEST_CASE("a device without a birth, an alias nobody gave and a lost message ask
   CHECK(batch.ask_rebirth.size() == 1);
 }
 
+TEST_CASE("a host follows a node from birth to death") {
+  EdgeMessages edge;
+  edge.bd_seq = 3;
+  Ingest ingest;
+  const auto known = [&] { return ingest.edges().at({"A", "box1"}); };
+  taken(ingest, {edge.nbirth(), edge.dbirth()});
+  CHECK(known().tracker.born());
+  CHECK(known().tracker.bd_seq() == 3);
+  CHECK(known().books.contains("FIC-101"));
+  Batch batch = taken(ingest, {edge.ddeath()});
+  REQUIRE(batch.events.size() == 1);
+  CHECK_FALSE(batch.events[0].online);
+  CHECK_FALSE(batch.events[0].of_node);
+  CHECK_FALSE(known().books.contains("FIC-101"));
+  CHECK(taken(ingest, {edge.pv(1.0)}).ask_rebirth.size() == 1);
+  taken(ingest, {edge.nbirth(), edge.dbirth()});
+  // The will of an older connection: this one lives.
+  edge.bd_seq = 2;
+  CHECK(taken(ingest, {edge.ndeath()}).counts.old_deaths == 1);
+  CHECK(known().tracker.born());
+  edge.bd_seq = 3;
+  batch = taken(ingest, {edge.ndeath()});
+  REQUIRE(batch.events.size() == 1);
+  CHECK(batch.events[0].of_node);
+  CHECK_FALSE(known().tracker.born());
+  CHECK(known().books.empty());
+  const Batch command = taken(ingest, {{"spBv1.0/A/NCMD/box1", edge.ndeath().payload, 0, false}});
+  CHECK(command.edges.empty());
+  CHECK(command.counts.garbage == 0);
+}
+
+TEST_CASE("a value has the type that the birth gave its metric") {
+  EdgeMessages edge;
+  Ingest ingest;
+  taken(ingest, {edge.nbirth(), edge.birth_of({metric("level", DataType::int16, {}, {}, 7)})});
+  const Batch batch =
+      taken(ingest, {edge.data({metric("", DataType::unknown, std::uint64_t{0xFFFFFFFF}, {}, 7)})});
+  REQUIRE(batch.rows.values.size() == 1);
+  CHECK(batch.rows.values[0].number == -1.0);
+}
+
+TEST_CASE("what a birth can't mean is left out: no name, no type, a name or an alias twice") {
+  const auto book = fleet::book_of(
+      "d", {metric("a", DataType::int8, {}, {}, 1), metric("", DataType::int8, {}, {}, 2),
+            metric("b", DataType::unknown, {}, {}, 3), metric("c", DataType::int8, {}, {}, 1),
+            metric("a", DataType::int16, {}, {}, 4), metric("d", DataType::int16, {}, {}, 5)});
+  REQUIRE(book->metrics.size() == 2);
+  CHECK(book->find(metric("", DataType::unknown, {}, {}, 1))->name == "a");
+  CHECK(book->find(metric("a", DataType::unknown, {}))->type == DataType::int8);
+  CHECK(book->find(metric("", DataType::unknown, {}, {}, 5))->name == "d");
+  for (const std::uint64_t alias : {2U, 3U, 9U}) {
+    CHECK(book->find(metric("", DataType::unknown, {}, {}, alias)) == nullptr);
+  }
+  CHECK(book->find(metric("none", DataType::unknown, {})) == nullptr);
+  CHECK(book->find(metric("", DataType::unknown, {})) == nullptr);
+}
+
 TEST_CASE("who does not answer is asked less and less often") {
   EdgeMessages edge;
   Ingest ingest;

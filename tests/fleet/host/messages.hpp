@@ -65,6 +65,10 @@ class EdgeMessages {
          metric("condition/valve", DataType::float64, 97.0, time_ms, 6),
          metric("tag", DataType::string, std::string("10-FIC/101"))});
   }
+  fleet::Arrival birth_of(std::vector<sparkplug::Metric> metrics) {
+    return message(sparkplug::MessageType::dbirth, "FIC-101", std::move(metrics));
+  }
+  fleet::Arrival ddeath() { return message(sparkplug::MessageType::ddeath, "FIC-101", {}); }
   fleet::Arrival data(std::vector<sparkplug::Metric> metrics) {
     return message(sparkplug::MessageType::ddata, "FIC-101", std::move(metrics));
   }

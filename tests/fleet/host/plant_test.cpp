@@ -3,20 +3,16 @@
 // out, with a word, where one of them is not installed.
 #include <catch2/catch.hpp>
 
-#include <fcntl.h>
-#include <signal.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <chrono>
-#include <filesystem>
 #include <atomic>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
 #include <map>
 #include <memory>
-#include <utility>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -31,6 +27,7 @@
 #include "tests/fleet/host/messages.hpp"
 #include "tests/support/mqtt_broker.hpp"
 #include "tests/support/postgres.hpp"
+#include "tests/support/program.hpp"
 
 namespace loopwarden::plant_test {
 namespace {
@@ -51,58 +48,29 @@ bool installed() {
 
 class HostProcess {
  public:
-  HostProcess(const tests::Postgres& database, int broker_port, std::string name,
-              std::string groups = "A", std::string more = "")
-      : name_(std::move(name)) {
+  HostProcess(const tests::Postgres& database, int broker_port, std::string groups = "A",
+              const std::string& more = "") {
     tests::write_file(folder_ / "fleet.yaml", "state_directory: " + (folder_ / "state").string() +
                                                   "\nmetrics: {port: 0}\n" + more);
-    words_ = {LOOPWARDEN_BIN_DIR "/loopwarden-fleet",
-              "--broker",
-              "mqtt://127.0.0.1:" + std::to_string(broker_port),
-              "--database",
-              database.url(),
-              "--groups",
-              std::move(groups),
-              "--config",
-              (folder_ / "fleet.yaml").string()};
+    program_.emplace(
+        std::vector<std::string>{LOOPWARDEN_BIN_DIR "/loopwarden-fleet", "--broker",
+                                 "mqtt://127.0.0.1:" + std::to_string(broker_port), "--database",
+                                 database.url(), "--groups", std::move(groups), "--config",
+                                 (folder_ / "fleet.yaml").string()},
+        folder_ / "log");
     start();
   }
-  HostProcess(const HostProcess&) = delete;
-  HostProcess& operator=(const HostProcess&) = delete;
-  ~HostProcess() { end(SIGKILL); }
 
-  void start() {
-    std::vector<char*> argv;
-    for (std::string& word : words_) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    const std::string log = (folder_ / "log").string();
-    child_ = ::fork();
-    if (child_ == 0) {
-      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-      ::dup2(::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644), STDERR_FILENO);
-      ::execv(argv[0], argv.data());
-      ::_exit(127);
-    }
-  }
-  // The exit code, or -signal.
-  int end(int signal) {
-    if (child_ <= 0) return 0;
-    int status = 0;
-    ::kill(child_, signal);
-    ::waitpid(child_, &status, 0);
-    child_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-  void freeze() const { ::kill(child_, SIGSTOP); }
-  void thaw() const { ::kill(child_, SIGCONT); }
-  std::string log() const { return tests::read_file(folder_ / "log"); }
+  void start() { program_->start(); }
+  int end(int signal) { return program_->end(signal); }
+  void freeze() const { program_->signal(SIGSTOP); }
+  void thaw() const { program_->signal(SIGCONT); }
+  std::string log() const { return program_->log(); }
   std::filesystem::path state() const { return folder_ / "state"; }
 
  private:
   tests::TemporaryFolder folder_;
-  std::string name_;
-  std::vector<std::string> words_;
-  pid_t child_ = -1;
+  std::optional<tests::Program> program_;
 };
 
 // Sends what the test says and keeps what comes.
@@ -162,198 +130,183 @@ const std::string kPvDifferent =
     "SELECT count(DISTINCT v.number) FROM value v JOIN metric m ON m.id = v.metric_id WHERE m.name "
     "= 'pv'";
 
-struct Plant {
-  tests::MqttBroker broker;
-  tests::Postgres database;
-};
-
 std::uint64_t now_ms() {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(
                                         std::chrono::system_clock::now().time_since_epoch())
                                         .count());
 }
 
+struct Plant {
+  tests::MqttBroker broker;
+  tests::Postgres database;
+};
+
+// A plant whose host is online, and an edge that is not born yet.
+struct Served : Plant {
+  explicit Served(const std::string& groups = "A", const std::string& more = "")
+      : host(database, broker.port(), groups, more) {
+    REQUIRE(online());
+    edge.time_ms = now_ms();
+  }
+  void bear(double pv = 1.0) {
+    wire.send(edge.nbirth());
+    wire.send(edge.dbirth(pv));
+  }
+  bool online() {
+    return eventually([&] { return wire.host_online(); }, 60s);
+  }
+  bool offline() {
+    return eventually([&] { return !wire.host_online(); }, 60s);
+  }
+  bool has(const std::string& sql, const std::string& answer) const {
+    return eventually([&] { return database.ask_or_nothing(sql) == answer; }, 60s);
+  }
+  std::string owner() const { return database.ask("SELECT owner FROM lease"); }
+
+  HostProcess host;
+  Wire wire{broker.port()};
+  EdgeMessages edge;
+};
+
+const std::string kNewestPv = "SELECT number FROM value_now WHERE name = 'pv'";
+
 TEST_CASE("a box that is born, says values and an alarm, and dies, is in the database", "[plant]") {
   if (!installed()) return;
-  Plant plant;
-  HostProcess host(plant.database, plant.broker.port(), "host", "A", "evidence: {delay: 0}\n");
-  Wire wire(plant.broker.port());
-  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
-  EdgeMessages edge;
-  edge.time_ms = now_ms();
-  wire.send(edge.nbirth());
-  wire.send(edge.dbirth());
-  wire.send(edge.pv(2.5));
-  wire.send(edge.data({metric("", DataType::unknown, std::uint64_t{1}, edge.time_ms, 3),
-                       metric("", DataType::unknown, 6.1, edge.time_ms, 4),
-                       metric("", DataType::unknown, std::string("stiction"), edge.time_ms, 5)}));
+  Served plant("A", "evidence: {delay: 0}\n");
+  plant.bear();
+  plant.wire.send(plant.edge.pv(2.5));
+  plant.wire.send(plant.edge.data(
+      {metric("", DataType::unknown, std::uint64_t{1}, plant.edge.time_ms, 3),
+       metric("", DataType::unknown, 6.1, plant.edge.time_ms, 4),
+       metric("", DataType::unknown, std::string("stiction"), plant.edge.time_ms, 5)}));
   const tests::Postgres& database = plant.database;
-  CHECK(eventually([&] { return database.ask_or_nothing(kPvRows) == "2"; }, 30s));
+  CHECK(plant.has(kPvRows, "2"));
   CHECK(database.ask("SELECT tag FROM loop") == "10-FIC/101");
   CHECK(database.ask("SELECT online FROM loop") == "t");
-  CHECK(database.ask("SELECT number FROM value_now WHERE name = 'pv'") == "2.5");
+  CHECK(database.ask(kNewestPv) == "2.5");
   CHECK(database.ask("SELECT percent FROM condition WHERE name = 'valve'") == "97");
-  CHECK(eventually([&] { return database.ask("SELECT severity FROM worst_valve") == "6.1"; }, 30s));
+  CHECK(plant.has("SELECT severity FROM worst_valve", "6.1"));
   CHECK(database.ask("SELECT parts ->> 'effect' FROM explanation ORDER BY time DESC") ==
         "stiction");
   CHECK(database.ask("SELECT raised FROM alarm_rate") == "1");
   // The evidence of that alarm is asked for, and comes in two parts.
   const std::string asked = "spBv1.0/A/DCMD/box1/FIC-101";
-  CHECK(eventually([&] { return wire.count(asked) == 1; }, 30s));
-  CHECK(sparkplug::decode(wire.newest(asked)).find("request/evidence")->value ==
+  CHECK(eventually([&] { return plant.wire.count(asked) == 1; }, 30s));
+  CHECK(sparkplug::decode(plant.wire.newest(asked)).find("request/evidence")->value ==
         sparkplug::Value(std::string("stiction")));
   for (const std::int64_t part : {1, 0}) {
     sparkplug::Metric file = metric("file/evidence.csv", DataType::file,
-                                    sparkplug::Bytes{part == 0 ? "hel" : "lo"}, edge.time_ms);
+                                    sparkplug::Bytes{part == 0 ? "hel" : "lo"}, plant.edge.time_ms);
     // sha256 of "hello"
     file.properties = {
         {"part", DataType::int32, part},
         {"parts", DataType::int32, std::int64_t{2}},
         {"sha256", DataType::string,
          std::string("2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824")}};
-    wire.send(edge.data({file}));
+    plant.wire.send(plant.edge.data({file}));
   }
   CHECK(eventually([&] { return !database.ask("SELECT complete FROM evidence").empty(); }, 30s));
-  wire.send(edge.ndeath());
-  CHECK(eventually([&] { return database.ask("SELECT online FROM edge") == "f"; }, 30s));
+  plant.wire.send(plant.edge.ndeath());
+  CHECK(plant.has("SELECT online FROM edge", "f"));
   CHECK(database.ask("SELECT count(*) FROM silent_box") == "1");
-  CHECK(host.end(SIGTERM) == 0);
-  CHECK(eventually([&] { return !wire.host_online(); }, 30s));
+  CHECK(plant.host.end(SIGTERM) == 0);
+  CHECK(plant.offline());
   CHECK(database.ask("SELECT count(*) FROM lease") == "0");
 }
 
 TEST_CASE("what comes twice counts once, by whatever message it comes", "[plant]") {
   if (!installed()) return;
-  Plant plant;
-  const HostProcess host(plant.database, plant.broker.port(), "host");
-  Wire wire(plant.broker.port());
-  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
-  EdgeMessages edge;
-  edge.time_ms = now_ms();
-  wire.send(edge.nbirth());
-  wire.send(edge.dbirth(1.0));
-  const std::uint64_t taken_ms = edge.time_ms;
-  const Arrival value = edge.pv(2.0);
-  wire.send(value);
-  wire.send(value);
+  Served plant;
+  plant.bear(1.0);
+  const std::uint64_t taken_ms = plant.edge.time_ms;
+  const Arrival value = plant.edge.pv(2.0);
+  plant.wire.send(value);
+  plant.wire.send(value);
   // From the edge's store, after a new connection: other bdSeq, other seq, the same time.
-  ++edge.bd_seq;
-  wire.send(edge.nbirth());
-  wire.send(edge.dbirth(2.0, taken_ms));
-  wire.send(edge.pv(2.0, true, taken_ms));
-  wire.send(edge.pv(3.0));
-  CHECK(eventually([&] { return plant.database.ask_or_nothing(kPvDifferent) == "3"; }, 30s));
+  ++plant.edge.bd_seq;
+  plant.wire.send(plant.edge.nbirth());
+  plant.wire.send(plant.edge.dbirth(2.0, taken_ms));
+  plant.wire.send(plant.edge.pv(2.0, true, taken_ms));
+  plant.wire.send(plant.edge.pv(3.0));
+  CHECK(plant.has(kPvDifferent, "3"));
   CHECK(plant.database.ask(kPvRows) == "3");
-  CHECK(plant.database.ask("SELECT number FROM value_now WHERE name = 'pv'") == "3");
+  CHECK(plant.database.ask(kNewestPv) == "3");
 }
 
 TEST_CASE("a lost birth and a gap make the host ask for a rebirth, not more often than it may",
           "[plant]") {
   if (!installed()) return;
-  Plant plant;
-  const HostProcess host(plant.database, plant.broker.port(), "host");
-  Wire wire(plant.broker.port());
-  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
-  EdgeMessages edge;
-  edge.time_ms = now_ms();
-  for (int i = 0; i < 20; ++i) wire.send(edge.pv(1.0));
+  Served plant;
+  for (int i = 0; i < 20; ++i) plant.wire.send(plant.edge.pv(1.0));
   std::size_t asked = 0;
-  const auto was_asked = [&] { return (asked += wire.count("spBv1.0/A/NCMD/box1")) > 0; };
+  const auto was_asked = [&] { return (asked += plant.wire.count("spBv1.0/A/NCMD/box1")) > 0; };
   CHECK(eventually(was_asked, 30s));
   std::this_thread::sleep_for(1s);
   was_asked();
   CHECK(asked == 1);
-  wire.send(edge.nbirth());
-  wire.send(edge.dbirth());
-  wire.send(edge.pv(7.0));
-  CHECK(eventually([&] { return plant.database.ask_or_nothing(kPvRows) == "2"; }, 30s));
+  plant.bear();
+  plant.wire.send(plant.edge.pv(7.0));
+  CHECK(plant.has(kPvRows, "2"));
 }
 
 TEST_CASE("garbage changes nothing", "[plant]") {
   if (!installed()) return;
-  Plant plant;
-  const HostProcess host(plant.database, plant.broker.port(), "host");
-  Wire wire(plant.broker.port());
-  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
-  EdgeMessages edge;
-  edge.time_ms = now_ms();
-  wire.send(edge.nbirth());
-  wire.send(edge.dbirth());
+  Served plant;
+  plant.bear();
   for (const char* topic : {"spBv1.0/A/DDATA/box1/FIC-101", "spBv1.0/A/NBIRTH/box1",
                             "spBv1.0/A/NDEATH/x", "spBv1.0/A/DBIRTH/x/y"}) {
     for (const char* bytes : {"", "\xFF\xFF", "{\"metrics\": []}", "\x12\x02\x0A\x00"}) {
-      wire.send({topic, bytes, 0, false});
+      plant.wire.send({topic, bytes, 0, false});
     }
   }
-  wire.send(edge.pv(5.0));
-  CHECK(eventually(
-      [&] {
-        return plant.database.ask_or_nothing("SELECT number FROM value_now WHERE name = 'pv'") ==
-               "5";
-      },
-      30s));
+  plant.wire.send(plant.edge.pv(5.0));
+  CHECK(plant.has(kNewestPv, "5"));
   CHECK(plant.database.ask("SELECT count(*) FROM edge") == "1");
 }
 
 TEST_CASE("while the database is away the spool keeps what comes, also over kill -9", "[plant]") {
   if (!installed()) return;
-  Plant plant;
-  HostProcess host(plant.database, plant.broker.port(), "host");
-  Wire wire(plant.broker.port());
-  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
-  EdgeMessages edge;
-  edge.time_ms = now_ms();
-  wire.send(edge.nbirth());
-  wire.send(edge.dbirth(0.0));
-  CHECK(eventually([&] { return plant.database.ask_or_nothing(kPvRows) == "1"; }, 30s));
+  Served plant;
+  plant.bear(0.0);
+  CHECK(plant.has(kPvRows, "1"));
   plant.database.stop();
-  wire.send(edge.pv(1.0));
-  const auto on_disk = [&] { return !std::filesystem::is_empty(host.state() / "spool/A"); };
+  plant.wire.send(plant.edge.pv(1.0));
+  const auto on_disk = [&] { return !std::filesystem::is_empty(plant.host.state() / "spool/A"); };
   CHECK(eventually(on_disk, 30s));
-  for (int n = 2; n <= 500; ++n) wire.send(edge.pv(n));
+  for (int n = 2; n <= 500; ++n) plant.wire.send(plant.edge.pv(n));
   std::this_thread::sleep_for(2s);
-  CHECK(wire.host_online());
-  host.end(SIGKILL);
+  CHECK(plant.wire.host_online());
+  plant.host.end(SIGKILL);
   plant.database.start();
-  host.start();
-  CHECK(eventually([&] { return plant.database.ask(kPvRows) == "501"; }, 60s));
+  plant.host.start();
+  CHECK(plant.has(kPvRows, "501"));
   CHECK(plant.database.ask(kPvDifferent) == "501");
-  CHECK(plant.database.ask("SELECT number FROM value_now WHERE name = 'pv'") == "500");
-  CHECK(eventually([&] { return std::filesystem::is_empty(host.state() / "spool/A"); }, 30s));
+  CHECK(plant.database.ask(kNewestPv) == "500");
+  CHECK(eventually([&] { return std::filesystem::is_empty(plant.host.state() / "spool/A"); }, 30s));
 }
 
 TEST_CASE("edges are told to keep what they have before the spool is full", "[plant]") {
   if (!installed()) return;
-  Plant plant;
-  const HostProcess host(plant.database, plant.broker.port(), "host", "A", "spool: 16\n");
-  Wire wire(plant.broker.port());
-  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
+  Served plant("A", "spool: 16\n");
   plant.database.stop();
-  EdgeMessages edge;
-  edge.time_ms = now_ms();
-  wire.send(edge.nbirth());
-  wire.send(edge.dbirth());
+  plant.bear();
   const std::string large(100'000, 'x');
   for (int i = 0; i < 140; ++i) {
-    wire.send(edge.data({metric("", DataType::unknown, large, edge.time_ms, 2)}));
+    plant.wire.send(plant.edge.data({metric("", DataType::unknown, large, plant.edge.time_ms, 2)}));
   }
-  CHECK(eventually([&] { return !wire.host_online(); }, 30s));
+  CHECK(plant.offline());
   plant.database.start();
-  CHECK(eventually([&] { return wire.host_online(); }, 60s));
+  CHECK(plant.online());
 }
 
 TEST_CASE(
     "the host's state is retained; its will has the time of its birth, its goodbye a newer one",
     "[plant]") {
   if (!installed()) return;
-  Plant plant;
+  Served plant;
   const std::string topic = "spBv1.0/STATE/loopwarden-A";
-  HostProcess host(plant.database, plant.broker.port(), "host");
-  {
-    Wire wire(plant.broker.port());
-    REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
-  }
-  Wire wire(plant.broker.port());
+  HostProcess& host = plant.host;
+  Wire wire(plant.broker.port(), "later");
   REQUIRE(eventually([&] { return wire.host_online(); }, 30s));
   const auto birth = sparkplug::parse_host_state(wire.newest(topic));
   host.end(SIGKILL);
@@ -377,7 +330,7 @@ TEST_CASE("a state of a later time at the broker makes the host connect anew wit
   const std::string topic = "spBv1.0/STATE/loopwarden-A";
   const std::uint64_t later = now_ms() + 3'600'000;
   wire.send_retained(topic, to_text(sparkplug::HostState{false, later}));
-  const HostProcess host(plant.database, plant.broker.port(), "host");
+  const HostProcess host(plant.database, plant.broker.port());
   REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
   CHECK(eventually([&] { return sparkplug::parse_host_state(wire.newest(topic))->time_ms > later; },
                    60s));
@@ -388,39 +341,102 @@ TEST_CASE("a state of a later time at the broker makes the host connect anew wit
 
 TEST_CASE("a group has one owner; a second host takes over within 10 s of its death", "[plant]") {
   if (!installed()) return;
-  Plant plant;
-  HostProcess first(plant.database, plant.broker.port(), "first");
-  Wire wire(plant.broker.port());
-  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
-  HostProcess second(plant.database, plant.broker.port(), "second");
-  const std::string owner = plant.database.ask("SELECT owner FROM lease");
+  Served plant;
+  HostProcess second(plant.database, plant.broker.port());
+  const std::string owner = plant.owner();
   std::this_thread::sleep_for(5s);
-  CHECK(plant.database.ask("SELECT owner FROM lease") == owner);
-  CHECK(wire.host_online());
-  first.end(SIGKILL);
-  CHECK(eventually([&] { return !wire.host_online(); }, 30s));
-  CHECK(eventually([&] { return wire.host_online(); }, 60s));
-  CHECK(plant.database.ask("SELECT owner FROM lease") != owner);
+  CHECK(plant.owner() == owner);
+  CHECK(plant.wire.host_online());
+  plant.host.end(SIGKILL);
+  CHECK(plant.offline());
+  CHECK(plant.online());
+  CHECK(plant.owner() != owner);
   CHECK_THAT(second.log(), Catch::Contains("served from now on"));
 }
 
 TEST_CASE("an owner that was stopped for long finds its group with another and lets it be",
           "[plant]") {
   if (!installed()) return;
-  Plant plant;
-  HostProcess first(plant.database, plant.broker.port(), "first");
-  Wire wire(plant.broker.port());
-  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
-  const HostProcess second(plant.database, plant.broker.port(), "second");
-  const std::string owner = plant.database.ask("SELECT owner FROM lease");
-  first.freeze();
-  CHECK(eventually([&] { return plant.database.ask("SELECT owner FROM lease") != owner; }, 60s));
-  CHECK(eventually([&] { return wire.host_online(); }, 60s));
-  first.thaw();
-  CHECK(eventually([&] { return first.log().find("another host has it") != std::string::npos; },
-                   60s));
-  CHECK(eventually([&] { return wire.host_online(); }, 60s));
-  CHECK(plant.database.ask("SELECT owner FROM lease") != owner);
+  Served plant;
+  const HostProcess second(plant.database, plant.broker.port());
+  const std::string owner = plant.owner();
+  plant.host.freeze();
+  CHECK(eventually([&] { return plant.owner() != owner; }, 60s));
+  CHECK(plant.online());
+  plant.host.thaw();
+  CHECK(eventually(
+      [&] { return plant.host.log().find("another host has it") != std::string::npos; }, 60s));
+  CHECK(plant.online());
+  CHECK(plant.owner() != owner);
+}
+
+// Stores while its primary host is away, and says once more what it said shortly before, as loopwarden-edge does.
+class StoringEdge {
+ public:
+  explicit StoringEdge(Served& plant) : plant_(plant) {}
+
+  void say(double pv) {
+    values_.push_back({pv, plant_.edge.time_ms++});
+    if (!plant_.wire.host_online()) {
+      online_ = false;
+    } else if (!online_ || plant_.wire.count("spBv1.0/A/NCMD/box1") > 0) {
+      come();
+    } else {
+      plant_.wire.send(plant_.edge.pv(pv, false, values_.back().time_ms));
+    }
+  }
+  bool online() const { return online_; }
+  std::size_t said() const { return values_.size(); }
+
+ private:
+  struct Taken {
+    double pv;
+    std::uint64_t time_ms;
+  };
+  void come() {
+    ++plant_.edge.bd_seq;
+    online_ = true;
+    plant_.wire.send(plant_.edge.nbirth());
+    plant_.wire.send(plant_.edge.dbirth(values_.back().pv, values_.back().time_ms));
+    for (const Taken& value : values_) {
+      plant_.wire.send(plant_.edge.pv(value.pv, true, value.time_ms));
+    }
+  }
+
+  Served& plant_;
+  std::vector<Taken> values_;
+  bool online_ = false;
+};
+
+TEST_CASE("a host that begins later gets its share of the groups, and nothing is lost by it",
+          "[plant]") {
+  if (!installed()) return;
+  Served plant("B,A");
+  StoringEdge edge(plant);
+  const auto say_for = [&](std::chrono::seconds time) {
+    const auto end = std::chrono::steady_clock::now() + time;
+    for (; std::chrono::steady_clock::now() < end; std::this_thread::sleep_for(10ms)) {
+      edge.say(static_cast<double>(edge.said()));
+    }
+  };
+  const std::string owner_of_a = "SELECT owner FROM lease WHERE group_name = 'A'";
+  const std::string first = plant.database.ask(owner_of_a);
+  say_for(2s);
+  HostProcess second(plant.database, plant.broker.port(), "A,B");
+  const auto handed_over = [&] {
+    say_for(1s);
+    const std::string owner = plant.database.ask(owner_of_a);
+    return !owner.empty() && owner != first && edge.online();
+  };
+  CHECK(eventually(handed_over, 60s));
+  say_for(5s);
+  CHECK(plant.has(kPvDifferent, std::to_string(edge.said())));
+  CHECK(plant.database.ask(kPvRows) == std::to_string(edge.said()));
+  CHECK_THAT(plant.host.log(), Catch::Contains("group A: given to another host"));
+  CHECK(plant.database.ask("SELECT owner FROM lease WHERE group_name = 'B'") == first);
+  // Now even, so nothing moves any more, until one of them goes.
+  CHECK(second.end(SIGTERM) == 0);
+  CHECK(plant.has("SELECT count(*) FROM lease WHERE owner = '" + first + "'", "2"));
 }
 
 TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
@@ -434,7 +450,7 @@ TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
     });
   }
   for (std::thread& program : programs) program.join();
-  CHECK(applied == 4);
+  CHECK(applied == 5);
   const auto connection = fleet::open_database({database.url(), {}});
   pqxx::nontransaction(*connection).exec("INSERT INTO migration(number) VALUES(99)");
   CHECK_THROWS_WITH(fleet::migrate(*connection), Catch::Contains("newer"));
@@ -551,6 +567,27 @@ TEST_CASE("a lease belongs to one owner until it runs out or is given back", "[p
   CHECK_FALSE(fleet::hold_lease(*connection, "A", "one"));
   fleet::release_lease(*connection, "A", "two");
   CHECK(fleet::hold_lease(*connection, "A", "one"));
+}
+
+TEST_CASE("a host is told of each group how few leases another one has that may serve it",
+          "[plant]") {
+  if (!installed()) return;
+  const tests::Postgres database;
+  const auto connection = fleet::open_database({database.url(), {}});
+  fleet::migrate(*connection);
+  using Fewest = std::map<std::string, int>;
+  CHECK(fleet::announce(*connection, "one", {"A", "B"}).empty());
+  CHECK(fleet::announce(*connection, "two", {"B", "C"}) == Fewest{{"A", 0}, {"B", 0}});
+  CHECK(fleet::hold_lease(*connection, "A", "one"));
+  CHECK(fleet::hold_lease(*connection, "B", "one"));
+  CHECK(fleet::announce(*connection, "two", {"B", "C"}) == Fewest{{"A", 2}, {"B", 2}});
+  CHECK(fleet::announce(*connection, "three", {"B"}) == Fewest{{"A", 2}, {"B", 0}, {"C", 0}});
+  // Of those that have not said a word for as long as a lease lives nothing is expected.
+  pqxx::nontransaction(*connection).exec("UPDATE host SET until = now() WHERE owner = 'two'");
+  CHECK(fleet::announce(*connection, "three", {"B"}) == Fewest{{"A", 2}, {"B", 2}});
+  fleet::withdraw(*connection, "one");
+  CHECK(fleet::announce(*connection, "three", {"B"}).empty());
+  CHECK(database.ask("SELECT count(*) FROM lease") == "0");
 }
 
 }  // namespace

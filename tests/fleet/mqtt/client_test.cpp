@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -85,6 +86,41 @@ TEST_CASE("the broker publishes the will of who goes without a goodbye, and of n
   CHECK(will->message.payload == "second");
 }
 
+TEST_CASE("a goodbye right after messages to be confirmed is one: they arrive, the will does not",
+          "[mqtt]") {
+  MqttBroker broker;
+  ClientSettings wanted = settings(broker.port(), "watcher");
+  wanted.subscriptions = {{"#", Qos::at_least_once}};
+  Client watcher(wanted);
+  watcher.connect(std::nullopt);
+  REQUIRE(await(watcher, Kind::connected));
+  Client client(settings(broker.port(), "leaves"));
+  constexpr int kTimes = 20;
+  constexpr int kMessages = 20;
+  for (int time = 0; time < kTimes; ++time) {
+    client.connect(Message{"will", "", Qos::at_least_once, false});
+    REQUIRE(await(client, Kind::connected));
+    for (int i = 0; i < kMessages; ++i) {
+      REQUIRE(client.publish({"said", std::string(1000, 'x'), Qos::at_least_once, false}));
+    }
+    client.leave();
+    CHECK_FALSE(client.publish({"late", "", Qos::at_least_once, false}));
+    REQUIRE(await(client, Kind::disconnected));
+  }
+  client.connect(std::nullopt);
+  REQUIRE(await(client, Kind::connected));
+  REQUIRE(client.publish({"end", "", Qos::at_least_once, false}));
+  std::map<std::string, int> heard;
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  while (heard["end"] == 0 && std::chrono::steady_clock::now() < end) {
+    for (const Event& event : watcher.events(100ms)) ++heard[event.message.topic];
+  }
+  CHECK(heard["said"] == kTimes * kMessages);
+  CHECK(heard["will"] == 0);
+  CHECK(heard["late"] == 0);
+  CHECK(heard["end"] == 1);
+}
+
 TEST_CASE("a broker that dies is noticed, and found again when it is back", "[mqtt]") {
   MqttBroker broker;
   Client client(settings(broker.port()));
@@ -141,6 +177,8 @@ TEST_CASE("a goodbye to a broker that hangs ends too", "[mqtt]") {
   client.connect(std::nullopt);
   REQUIRE(await(client, Kind::connected));
   broker.hang();
+  const bool unconfirmed = GENERATE(false, true);
+  if (unconfirmed) REQUIRE(client.publish({"a", "", Qos::at_least_once, false}));
   client.leave();
   CHECK(await(client, Kind::disconnected, 60s));
   broker.go_on();

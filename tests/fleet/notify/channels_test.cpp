@@ -211,9 +211,18 @@ TEST_CASE("mail by SMTP, with and without TLS and a password", "[notify][mail]")
     settings.user = "box12";
     settings.password.file = (folder / "password").string();
     check(settings, true, true);
-    // A wrong password is put right one day: the message isn't lost.
+    // It is put right one day, but not by waiting.
     write_file(folder / "password", "wrong\n");
+    const Delivery wrong = send(settings, kOne);
+    CHECK(wrong.outcome == Outcome::shut_out);
+    CHECK_THAT(wrong.text, Catch::Contains("535"));
+    write_file(folder / "password", "busy\n");
     CHECK(send(settings, kOne).outcome == Outcome::later);
+    settings.user.clear();
+    const Delivery nobody = send(settings, kOne);
+    CHECK(nobody.outcome == Outcome::shut_out);
+    CHECK_THAT(nobody.text, Catch::Contains("530"));
+    settings.user = "box12";
     settings.tls.authorities = certificates().file("other.pem");
     CHECK(send(settings, kOne).outcome == Outcome::later);
   }
@@ -239,7 +248,7 @@ TEST_CASE("recipients that a mail server refuses, and one that is busy", "[notif
   {
     const ForeignProcess smtp = server("mail_server.py", {log, "--refuse", "b@plant.example"});
     const Delivery delivery = send(mail(smtp, none), kOne);
-    CHECK(delivery.outcome == Outcome::sent);
+    CHECK(delivery.outcome == Outcome::sent_to_some);
     CHECK_THAT(delivery.text, Catch::Contains("but refused: 550 5.1.1 no such user here"));
     CHECK(lines_of(folder / "log").at(0).at("to") == nlohmann::json{"a@plant.example"});
   }

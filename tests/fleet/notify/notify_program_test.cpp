@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program itself, on the status socket of a daemon that answers what the test wants.
-#include <fcntl.h>
 #include <fmt/format.h>
 
 #include "fleet/notify/app/channel_worker.hpp"
 #include "fleet/notify/store/outbox.hpp"
 #include "tests/fleet/notify/notify_support.hpp"
+#include "tests/support/daemon_process.hpp"
+#include "tests/support/program.hpp"
 
 namespace notify_program_test {
 
@@ -19,41 +20,20 @@ const std::string kProgram = LOOPWARDEN_BIN_DIR "/loopwarden-notify";
 
 class Program {
  public:
-  explicit Program(const std::string& yaml) {
-    write_file(config(), "box: box 12\nsocket: " + socket().string() + "\nstate_directory: " +
+  // `socket`: of the daemon that it watches; empty: a place for one of the test's own.
+  explicit Program(const std::string& yaml, std::filesystem::path socket = {})
+      : socket_(socket.empty() ? folder_ / "status.sock" : std::move(socket)) {
+    write_file(config(), "box: box 12\nsocket: " + socket_.string() + "\nstate_directory: " +
                              folder_.path().string() + "\ndaemon_down_after: 5\n" + yaml);
   }
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
-  ~Program() { signal(SIGKILL); }
 
-  std::filesystem::path socket() const { return folder_ / "status.sock"; }
+  const std::filesystem::path& socket() const { return socket_; }
   std::filesystem::path config() const { return folder_ / "notify.yaml"; }
   std::filesystem::path file(const char* name) const { return folder_ / name; }
 
-  void start() {
-    child_ = ::fork();
-    REQUIRE(child_ >= 0);
-    if (child_ == 0) {
-      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-      const int log = ::open(file("log").c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
-      ::dup2(log, STDERR_FILENO);
-      ::execl(kProgram.c_str(), kProgram.c_str(), "--config", config().c_str(), nullptr);
-      ::_exit(127);
-    }
-  }
-  // Waits for the end; the exit code, or -signal.
-  int signal(int number) {
-    if (child_ <= 0) return 0;
-    ::kill(child_, number);
-    int status = 0;
-    ::waitpid(child_, &status, 0);
-    child_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-  std::string log() const {
-    return std::filesystem::exists(file("log")) ? read_file(file("log")) : std::string();
-  }
+  void start() { process_.start(); }
+  int end(int number) { return process_.end(number); }
+  std::string log() const { return process_.log(); }
   // One line of JSON a notification, newest first.
   std::vector<nlohmann::json> list() const {
     const auto listed = loopwarden::tests::run(kProgram + " --config " + config().string() +
@@ -66,7 +46,8 @@ class Program {
 
  private:
   TemporaryFolder folder_;
-  pid_t child_ = -1;
+  std::filesystem::path socket_;
+  loopwarden::tests::Program process_{{kProgram, "--config", config().string()}, file("log")};
 };
 
 // A webhook for everything, on the server of that log.
@@ -130,7 +111,7 @@ TEST_CASE("an alarm's way from the daemon to a webhook, and the daemon's silence
       loopwarden::tests::run(kProgram + " --config " + program.config().string() + " --list");
   CHECK_THAT(listed.text, Catch::Contains("sent    box 12: FIC-101: stiction went, 6.1 %\n"));
   CHECK_THAT(listed.text, Catch::Contains("attempt 1: answered 200\n"));
-  CHECK(program.signal(SIGTERM) == 0);
+  CHECK(program.end(SIGTERM) == 0);
 }
 
 TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][program]") {
@@ -147,7 +128,7 @@ TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][pro
     eventually([&] { return daemon.asked() > asked; });
     // Sooner and later after an answer: while it is stored, queued, sent, taken down.
     ::usleep(static_cast<useconds_t>(round * 25'000));
-    CHECK(program.signal(SIGKILL) == -SIGKILL);
+    CHECK(program.end(SIGKILL) == -SIGKILL);
     raise();  // while it is away
   }
   program.start();
@@ -174,7 +155,7 @@ TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][pro
     INFO(loop);
     CHECK(count == 1);
   }
-  CHECK(program.signal(SIGTERM) == 0);
+  CHECK(program.end(SIGTERM) == 0);
 }
 
 TEST_CASE("a message under way at a kill comes again with its number", "[notify][program]") {
@@ -186,7 +167,7 @@ TEST_CASE("a message under way at a kill comes again with its number", "[notify]
   daemon.set("FIC-101", "unacknowledged", true);
   program.start();
   REQUIRE(has(folder / "log", 1));
-  program.signal(SIGKILL);
+  program.end(SIGKILL);
   program.start();
   REQUIRE(has(folder / "log", 2));
   const auto lines = lines_of(folder / "log");
@@ -220,7 +201,7 @@ TEST_CASE("a webhook that fails and then works; what came meanwhile is one messa
   CHECK(all[3] == "box 12: 10 changes of alarms: 10 came");
   CHECK(eventually([&] { return program.list().front().at("state") == "sent"; }));
   CHECK(program.list().back().at("attempts") == 3);
-  CHECK(program.signal(SIGTERM) == 0);
+  CHECK(program.end(SIGTERM) == 0);
 }
 
 TEST_CASE("a dead channel delays no other, and its queue is bounded", "[notify][program]") {
@@ -248,7 +229,7 @@ TEST_CASE("a dead channel delays no other, and its queue is bounded", "[notify][
   std::size_t of_dead = 0;
   for (const nlohmann::json& row : program.list()) of_dead += row.at("channel") == "dead" ? 1U : 0U;
   CHECK(of_dead == 1);
-  CHECK(program.signal(SIGTERM) == 0);  // does not wait for the one that hangs
+  CHECK(program.end(SIGTERM) == 0);  // does not wait for the one that hangs
 }
 
 TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs have each",
@@ -275,7 +256,7 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
   CHECK(body.at("events").size() == kMostListed);
   CHECK(eventually([&] { return lines_of(folder / "syslog").size() == kAlarms; },
                    std::chrono::minutes(10)));
-  CHECK(program.signal(SIGTERM) == 0);
+  CHECK(program.end(SIGTERM) == 0);
 }
 
 TEST_CASE("--test says what came of each channel", "[notify][program]") {
@@ -304,6 +285,87 @@ TEST_CASE("--test says what came of each channel", "[notify][program]") {
   CHECK_THAT(test(" good").text, Catch::Contains("good: refused: refused with 404"));
 }
 
+TEST_CASE("a mail server that refuses the password is asked once, and it is said at once",
+          "[notify][program]") {
+  const TemporaryFolder folder;
+  const Certificates& files = certificates();
+  const std::string password = (folder / "password").string();
+  const ForeignProcess smtp =
+      server("mail_server.py", {(folder / "mail").string(), "--starttls", files.file("server.pem"),
+                                files.file("server.key"), "--user", "box12", "right"});
+  write_file(password, "wrong\n");
+  Program program(
+      fmt::format("channels:\n  mail: {{kind: email, from: a@b.example, to: [c@d.example], group: "
+                  "0, smtp: {{host: "
+                  "127.0.0.1, port: {}, security: starttls, ca_file: {}, user: box12, password: "
+                  "{{file: {}}}}}}}\n"
+                  "routes: [{{channels: [mail]}}]\n",
+                  smtp.ready("port"), files.file("ca.pem"), password));
+  const auto test =
+      loopwarden::tests::run(kProgram + " --config " + program.config().string() + " --test 2>&1");
+  CHECK(test.exit_code == 74);
+  CHECK_THAT(test.text, Catch::Contains("mail: refused: ") && Catch::Contains("535"));
+  FakeDaemon daemon(program.socket());
+  daemon.set("FIC-101", "unacknowledged", true);
+  program.start();
+  const auto newest = [&](const char* key) {
+    const auto rows = program.list();
+    return rows.empty() ? nlohmann::json() : rows.front().at(key);
+  };
+  REQUIRE(eventually([&] { return newest("result").dump().find("535") != std::string::npos; }));
+  CHECK_THAT(program.log(), Catch::Contains("error channel mail: message 1 waits") &&
+                                Catch::Contains("nothing is sent before the next start"));
+  // Longer than the pause after a fault that may pass; and another alarm doesn't make it try again.
+  daemon.set("FIC-102", "unacknowledged", true);
+  std::this_thread::sleep_for(std::chrono::seconds(5));
+  CHECK(newest("attempts") == 1);
+  CHECK(newest("state") == "queued");
+  CHECK(program.end(SIGTERM) == 0);
+  write_file(password, "right\n");
+  program.start();
+  CHECK(
+      eventually([&] { return lines_of(folder / "mail").size() == 2; }, std::chrono::seconds(30)));
+  CHECK(program.end(SIGTERM) == 0);
+}
+
+// At five times real time: a busy machine keeps up with that, and a window without a missing cycle is soon had.
+TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its operator does",
+          "[notify][plant]") {
+  std::string model = read_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
+  const std::string slow = "from: 120, ramp: 180";
+  model.replace(model.find(slow), slow.size(), "from: 0, ramp: 1");
+  loopwarden::tests::DaemonProcess daemon(
+      "accelerate: 5\nreal_time: {priority: 0, lock_memory: false}\n",
+      {{"models/sticking.yaml", model},
+       {"loops.d/FIC-101.yaml",
+        "loop: FIC-101\nsample_time: 0.1\nprocess_variable: {unit: L/min, range: [0, 10]}\n"
+        "controller: {action: reverse, kp: 0.3494, ki: 0.040007, set_point: {limits: [0, 9]}, "
+        "output: {unit: V, range: [0, 10]}}\n"
+        "start: {mode: automatic, set_point: 5}\n"
+        "safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, late_cycle_periods: 100, "
+        "enable_open: 0, recovery: previous_mode}\n"
+        "monitor: {specialists: " LOOPWARDEN_SOURCE_DIR "/data/specialists/plant1}\n"
+        "io: {backend: simulated, model: ../models/sticking.yaml}\n"}});
+  const TemporaryFolder folder;
+  const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
+  Program program(hook(web), daemon.folder() / "status.sock");
+  daemon.start();
+  program.start();
+  // What was told of it; empty: nothing yet.
+  const auto told = [&](const std::string& what) {
+    for (const std::string& text : texts(folder / "log")) {
+      if (text.starts_with("box 12: FIC-101: stiction " + what)) return text;
+    }
+    return std::string();
+  };
+  REQUIRE(eventually([&] { return !told("came, ").empty(); }, std::chrono::minutes(15)));
+  CHECK(daemon.loop("FIC-101").at("alarms").at("stiction").at("state") == "unacknowledged");
+  daemon.client().act("FIC-101", {{"alarm", "stiction"}, {"action", "acknowledge"}});
+  REQUIRE(eventually([&] { return !told("acknowledged, ").empty(); }, std::chrono::seconds(60)));
+  CHECK_THAT(told("acknowledged, "), Catch::Contains(", by "));
+  CHECK(program.end(SIGTERM) == 0);
+}
+
 TEST_CASE("exit codes of the command line", "[notify][program]") {
   const auto code = [](const std::string& arguments) {
     return loopwarden::tests::run(kProgram + " " + arguments + " >/dev/null 2>&1").exit_code;
@@ -325,7 +387,7 @@ TEST_CASE("a missing secret ends with 78, a damaged store is put aside", "[notif
       "routes: [{channels: [hook]}]\n");
   secret.start();
   CHECK(eventually([&] { return secret.log().find("is missing") != std::string::npos; }));
-  CHECK(secret.signal(0) == 78);
+  CHECK(secret.end(0) == 78);
 
   const TemporaryFolder folder;
   const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -343,6 +405,12 @@ TEST_CASE("what an attempt means for its message", "[notify][store]") {
   const BackOff back_off;
   CHECK(judge(sent("ok"), message, back_off, kNoon, 0.5).state == MessageState::sent);
   CHECK(judge(refused("no"), message, back_off, kNoon, 0.5).state == MessageState::failed);
+  CHECK(judge({Delivery::Outcome::sent_to_some, "but", {}}, message, back_off, kNoon, 0.5).state ==
+        MessageState::sent);
+  const Attempt shut_out =
+      judge({Delivery::Outcome::shut_out, "535", {}}, message, back_off, kNoon, 0.5);
+  CHECK(shut_out.state == MessageState::queued);
+  CHECK(shut_out.again_ms == 0);
   const Attempt again = judge(later("busy"), message, back_off, kNoon, 1.0);
   CHECK(again.state == MessageState::queued);
   CHECK(again.again_ms == kNoon + back_off.first_ms);

@@ -151,9 +151,11 @@ TEST_CASE("what waits for a channel that is gone is given up", "[notify][store]"
 TEST_CASE("files that are none of ours are refused", "[notify][store]") {
   const Store store;
   write_file(store.file, std::string(5000, 'x'));
-  CHECK_THROWS_AS(Outbox(store.file), OutboxError);
-  CHECK_THROWS_AS(Outbox((store.folder / "no/such/folder/n.sqlite").string()), OutboxError);
-  CHECK_THROWS_AS(Outbox((store.folder / "none").string(), Outbox::Access::read), OutboxError);
+  CHECK_THROWS_AS(Outbox(store.file), loopwarden::sqlite::Error);
+  CHECK_THROWS_AS(Outbox((store.folder / "no/such/folder/n.sqlite").string()),
+                  loopwarden::sqlite::Error);
+  CHECK_THROWS_AS(Outbox((store.folder / "none").string(), loopwarden::sqlite::Access::read),
+                  loopwarden::sqlite::Error);
 }
 
 }  // namespace outbox_test

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// docs/sparkplug.md names a test for each statement of the specification: it has to be there.
+// docs/sparkplug.md (edge) and docs/fleet.md (host) name a test for each statement of the specification: it has to be
+// there.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <set>
@@ -52,11 +53,12 @@ std::vector<std::string> quoted_in_last_column(const std::string& line) {
   return quoted;
 }
 
-TEST_CASE("every test that docs/sparkplug.md names is there", "[sparkplug][statements]") {
-  const std::set<std::string> names = test_names();
-  std::istringstream page(read_file(LOOPWARDEN_SOURCE_DIR "/docs/sparkplug.md"));
+// How many tests the lines of a page name, all of which must be there.
+int tests_named(const std::string& page) {
+  static const std::set<std::string> names = test_names();
+  std::istringstream lines(page);
   int found = 0;
-  for (std::string line; std::getline(page, line);) {
+  for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with("| `")) continue;
     for (const std::string& name : quoted_in_last_column(line)) {
       if (name.find(' ') == std::string::npos) continue;  // a key or a metric
@@ -65,7 +67,16 @@ TEST_CASE("every test that docs/sparkplug.md names is there", "[sparkplug][state
       ++found;
     }
   }
-  CHECK(found > 25);
+  return found;
+}
+
+TEST_CASE("every test that the tables of Sparkplug's statements name is there",
+          "[sparkplug][statements]") {
+  CHECK(tests_named(read_file(LOOPWARDEN_SOURCE_DIR "/docs/sparkplug.md")) > 25);
+  const std::string fleet = read_file(LOOPWARDEN_SOURCE_DIR "/docs/fleet.md");
+  const std::size_t begin = fleet.find("## Sparkplug statements of a host");
+  REQUIRE(begin != std::string::npos);
+  CHECK(tests_named(fleet.substr(begin, fleet.find("\n## ", begin) - begin)) > 8);
 }
 
 }  // namespace statements_test

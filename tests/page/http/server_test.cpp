@@ -3,6 +3,7 @@
 #include "page/http/server.hpp"
 
 #include <catch2/catch.hpp>
+#include <zlib.h>
 
 #include <atomic>
 #include <future>
@@ -101,6 +102,20 @@ class Running {
   std::thread thread_;
 };
 
+std::string unpacked(std::string bytes) {
+  z_stream stream{};
+  REQUIRE(inflateInit2(&stream, 15 + 16) == Z_OK);
+  std::string plain(100'000, '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(bytes.data());
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(plain.data());
+  stream.avail_out = static_cast<uInt>(plain.size());
+  CHECK(inflate(&stream, Z_FINISH) == Z_STREAM_END);
+  plain.resize(stream.total_out);
+  inflateEnd(&stream);
+  return plain;
+}
+
 ServerSettings patient() {
   ServerSettings settings = quick();
   settings.timeouts = {};
@@ -120,6 +135,23 @@ TEST_CASE("requests are answered one after another on one connection") {
   CHECK_THAT(rest, !Contains("hello d"));
   CHECK_THAT(rest, Contains("hello e"));
   CHECK(client.ended());
+}
+
+TEST_CASE("long texts of a lane are packed for who takes that, and are what they were") {
+  const Running running;
+  const std::string body(5000, 'x');
+  const std::string ask =
+      "POST /busy HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\nContent-Length: 5000\r\n";
+  const std::string plain = running.answer(ask + "\r\n" + body);
+  CHECK_THAT(plain, Contains("Content-Length: 5010") && Contains("Vary: Accept-Encoding") &&
+                        !Contains("Content-Encoding") && Catch::EndsWith("hello busy" + body));
+  const std::string packed = running.answer(ask + "Accept-Encoding: gzip\r\n\r\n" + body);
+  CHECK_THAT(packed, Contains("Content-Encoding: gzip"));
+  CHECK(unpacked(packed.substr(packed.find("\r\n\r\n") + 4)) == "hello busy" + body);
+  const std::string short_one = running.answer(
+      "GET /busy HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\nAccept-Encoding: "
+      "gzip\r\n\r\n");
+  CHECK_THAT(short_one, !Contains("Content-Encoding") && Catch::EndsWith("hello busy"));
 }
 
 TEST_CASE("a body is sent in pieces while it is made") {

@@ -3,7 +3,8 @@
 """A mail server that writes down what it takes.
 
 mail_server.py LOG [--starttls|--smtps CERTIFICATE KEY] [--user NAME PASSWORD] [--refuse ADDRESS] [--busy]
-prints "READY port=N"; each message becomes a line of JSON in LOG. --busy: 451 to every message.
+prints "READY port=N"; each message becomes a line of JSON in LOG. --busy: 451 to every message. The password "busy"
+is answered with 454.
 """
 
 import argparse
@@ -42,8 +43,10 @@ class Handler:
 
 
 def authenticate(server, session, envelope, mechanism, data):
+    if data.password == b"busy":
+        return AuthResult(success=False, handled=False, message="454 4.7.0 temporary authentication failure")
     good = [data.login.decode(), data.password.decode()] == options.user
-    return AuthResult(success=good)
+    return AuthResult(success=good, handled=False)
 
 
 def context_of(files):
