@@ -121,8 +121,9 @@ class Host {
     if (!topic || topic->type == MessageType::ncmd || topic->type == MessageType::dcmd) return;
     Payload payload = sparkplug::decode(event.message.payload);
     check_birth(*topic, payload);
+    ++now_ms_;
     fleet::Batch batch =
-        ingest_.prepare({{event.message.topic, event.message.payload, ++now_ms_, false}}, now_ms_);
+        ingest_.prepare({{event.message.topic, event.message.payload, now_ms_, false}}, now_ms_);
     const fleet::EdgeTracker& tracker = batch.edges.at(kBox).tracker;
     const bool missed = tracker.wants_rebirth() || tracker.waits() || batch.counts.garbage > 0;
     ingest_.commit(std::move(batch));
