@@ -28,8 +28,7 @@ void DaemonDoor::give_back(std::unique_ptr<LineClient> client) {
 }
 
 std::string DaemonDoor::ask_text(const std::string& request) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point until = Clock::now() + patience_;
+  const auto until = std::chrono::steady_clock::now() + patience_;
   // Connections of a daemon that has ended since are used up first.
   for (;;) {
     std::unique_ptr<LineClient> client = take();
@@ -40,7 +39,7 @@ std::string DaemonDoor::ask_text(const std::string& request) {
       give_back(std::move(client));
       return answer;
     } catch (const DaemonDown&) {
-      if (fresh || Clock::now() >= until) throw;
+      if (fresh || std::chrono::steady_clock::now() >= until) throw;
     }
   }
 }
