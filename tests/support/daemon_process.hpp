@@ -3,11 +3,8 @@
 #pragma once
 
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <fcntl.h>
 
 #include <array>
 #include <chrono>
@@ -17,9 +14,11 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/device/foreign_process.hpp"
+#include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "workbench/live/daemon_client.hpp"
 
@@ -86,7 +85,7 @@ class DaemonProcess {
         test::eventually([&] { return ::waitpid(child_, &status, WNOHANG) == child_; }, patience);
     if (!ended) return -1;
     child_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    return outcome_of(status);
   }
   // Runs the program with other arguments to its end; returns its exit code.
   int run(const std::vector<std::string>& arguments, const std::string& output = "output") {
@@ -114,21 +113,7 @@ class DaemonProcess {
     const char* other = std::getenv("LOOPWARDEN_DAEMON");
     arguments.insert(arguments.begin(),
                      other != nullptr ? other : LOOPWARDEN_BIN_DIR "/loopwardend");
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    const std::string log = (folder_ / output).string();
-    const pid_t child = ::fork();
-    if (child < 0) throw std::runtime_error("no process for loopwardend");
-    if (child == 0) {
-      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
-      ::dup2(file, STDOUT_FILENO);
-      ::dup2(file, STDERR_FILENO);
-      ::execv(argv[0], argv.data());
-      ::_exit(127);
-    }
-    return child;
+    return tests::spawn(std::move(arguments), folder_ / output);
   }
 
   TemporaryFolder folder_;
