@@ -28,7 +28,7 @@ struct JournalEntry {
   std::string result;  // "done", or why not
   std::string reason;  // in the words of who did it
   // What the alarm must remember from here on; stored together with the line, or not at all.
-  std::optional<monitor::AlarmMemory> memory;
+  std::optional<loopwarden::monitor::AlarmMemory> memory;
 };
 
 constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
@@ -45,7 +45,7 @@ constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
 using AlarmKey = std::pair<std::string, std::string>;
 struct AlarmStates {
   std::uint64_t revision = 0;  // +1 with each change; tells the newer of two copies
-  std::map<AlarmKey, monitor::AlarmMemory> memories;
+  std::map<AlarmKey, loopwarden::monitor::AlarmMemory> memories;
 };
 
 }  // namespace loopwarden::daemon::journal
