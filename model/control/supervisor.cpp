@@ -25,6 +25,7 @@ OutputAction Supervisor::action() const noexcept {
     case Fault::bad_pv:
       return seconds(pv_bad_periods_) >= settings_.bad_pv_hold_s ? settings_.on_bad_pv
                                                                  : OutputAction::hold();
+    case Fault::output_unknown:
     case Fault::starting:
     case Fault::none: break;
   }

@@ -31,7 +31,8 @@ enum class Fault : std::uint8_t {
   late_cycle,
   not_finite,
   enable_open,
-  stop
+  stop,
+  output_unknown  // the numbers are those of records and of the register map and never change
 };
 
 constexpr const char* to_text(Fault fault) noexcept {
@@ -44,6 +45,7 @@ constexpr const char* to_text(Fault fault) noexcept {
     case Fault::not_finite: return "not finite";
     case Fault::enable_open: return "enable open";
     case Fault::stop: return "stop";
+    case Fault::output_unknown: return "output unknown";
   }
   return "?";
 }
