@@ -2,6 +2,7 @@
 """A loopwardend of one's own for measurements: its configuration, its status, its end."""
 import json
 import os
+import random
 import shutil
 import signal
 import socket
@@ -22,16 +23,22 @@ controller:
   set_point: {{limits: [0, 9]}}
   output: {{unit: V, range: [0, 10]}}
 start: {{mode: automatic, set_point: {set_point}}}
-safe_actions: {{stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: previous_mode}}
+safe_actions: {{stop: 0, bad_pv: hold, output_lost: hold, late_cycle_periods: 1000, enable_open: 0, recovery: previous_mode}}
 recording: {{enabled: {recording}}}
 io: {{backend: simulated, model: {root}/config/examples/models/plant1.yaml}}
 {more}"""
 
 
 def free_port():
-    with socket.socket() as any_port:
-        any_port.bind(("127.0.0.1", 0))
-        return any_port.getsockname()[1]
+    """One that was free a moment ago, below those that the kernel gives to whoever connects meanwhile."""
+    while True:
+        port = random.randrange(15000, 32000)
+        with socket.socket() as tried:
+            try:
+                tried.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                continue
 
 
 def ask(control_socket, request):

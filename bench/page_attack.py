@@ -112,6 +112,18 @@ def page_counters(port):
     return json.loads(peer.getresponse().read())["page"]
 
 
+def wait_for(port, page, limit_s=60):
+    """Until the page listens."""
+    until = time.monotonic() + limit_s
+    while time.monotonic() < until and page.poll() is None:
+        try:
+            socket.create_connection(("127.0.0.1", port), timeout=5).close()
+            return
+        except OSError:
+            time.sleep(0.05)
+    sys.exit(f"the page does not listen at port {port}")
+
+
 def cpu_s(pid):
     with open(f"/proc/{pid}/stat") as file:
         fields = file.read().rpartition(")")[2].split()
@@ -150,7 +162,7 @@ def main():
         with open(log_name, "w") as log:
             page = subprocess.Popen([options.page, "--config", daemon.folder + "/page.yaml", "--runtime", daemon.folder,
                                      "--state", daemon.folder, "--port", str(port)], stdout=log, stderr=log)
-        time.sleep(2)
+        wait_for(port, page)
         bench_attack.print_head(options, seconds, daemon)
         quiet = phase(daemon, page, port, seconds, 0, 0)
         loud = phase(daemon, page, port, seconds, options.processes, options.clients)

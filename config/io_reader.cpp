@@ -187,15 +187,21 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
   }
   in.declare(kKey, value_text, Presence::required, "", kMeaning);
   if (in.word(kKey) == "none_accepted") return loss;
-  if (in.kind(kKey) == YamlNode::Kind::scalar) {
-    in.error(kKey, fmt::format("must be {}", value_text));
-    return loss;
-  }
-  std::optional<MapReader> watchdog = in.maybe_section(kKey, kMeaning);
+  std::optional<MapReader> watchdog;
+  if (in.describing() || in.kind(kKey) == YamlNode::Kind::map)
+    watchdog = in.maybe_section(kKey, kMeaning);
+  const bool says_who = watchdog && (watchdog->describing() || watchdog->given("set_by") ||
+                                     (read_register && watchdog->given("register")));
+  if (!says_who) in.error(kKey, fmt::format("must be {}", value_text));
   if (!watchdog) return loss;
   loss.device_acts = true;
   loss.timeout = watchdog->need_number(
       "timeout", {"s", between(0.1, 3600.0), "without a command, after which the device acts"});
+  if (!says_who) {
+    for (const char* key : {"set_by", "register", "value"})
+      watchdog->declare(key, "", Presence::optional, "", "");
+    return loss;
+  }
   const bool by_device = watchdog->given("set_by");
   if (by_device || watchdog->describing() || !read_register) {
     watchdog->need_one_of("set_by", kDevice, "the watchdog is configured on the device itself");

@@ -23,6 +23,8 @@ constexpr double kAlike = 2.5;             // times the median, below which near
 constexpr double kAnyDistance = 1e300;     // samples
 constexpr std::size_t kLookedAt = 200000;  // samples, for recognition
 constexpr double kSparse = 0.2;            // of the samples missing
+constexpr double kMostRowsAValue = 100.0;  // of a record, unless it is told
+constexpr double kSameSample = 0.1;        // of a step: stamps that are closer are of one sample
 
 bool known(double v) noexcept { return std::isfinite(v); }
 
@@ -52,32 +54,62 @@ std::vector<double> times_known(const Signal& signal) {
   return times;
 }
 
-// The largest step that nearly all times are multiples of; else a round number below most steps.
-double common_step(std::vector<double> steps, bool& found) {
+struct Step {
+  double s = 0.0;
+  bool common = false;  // nearly all steps are multiples of it
+};
+
+// The mean of the steps that are about `step_s`: stamps jitter, and are rounded.
+double mean_about(const std::vector<double>& steps, double step_s) {
+  double sum = 0.0;
+  std::size_t ones = 0;
+  for (const double step : steps) {
+    if (std::abs(step / step_s - 1.0) > 0.1) continue;
+    sum += step;
+    ++ones;
+  }
+  if (ones == 0) return step_s;
+  const double mean = sum / static_cast<double>(ones);
+  const double round = std::nearbyint(mean * 1e3) / 1e3;
+  return round > 0.0 && std::abs(round - mean) < 0.01 * mean ? round : mean;
+}
+
+// The largest step that nearly all are multiples of; else a round number below most steps. One that few steps have is
+// none where a record on it would have `most_rows` or more.
+Step common_step(std::vector<double> steps, double whole_s, double most_rows) {
   std::sort(steps.begin(), steps.end());
   for (const double place : {0.25, 0.1, 0.05, 0.02, 0.005, 0.0}) {
-    const double candidate = numeric::quantile_in_place(steps, place);
+    const double candidate = mean_about(steps, numeric::quantile_in_place(steps, place));
+    if (place == 0.0 && whole_s >= most_rows * candidate) break;
     std::size_t fit = 0;
     for (const double step : steps) {
       const double times = step / candidate;
       if (times > 0.9 && std::abs(times - std::nearbyint(times)) < 0.1) ++fit;
     }
-    if (static_cast<double>(fit) < kMultiples * static_cast<double>(steps.size())) continue;
-    found = true;
-    // Finer than one step of rounded times: the mean of those that are one.
-    double sum = 0.0;
-    std::size_t ones = 0;
-    for (const double step : steps) {
-      if (std::abs(step / candidate - 1.0) > 0.1) continue;
-      sum += step;
-      ++ones;
-    }
-    const double mean = sum / static_cast<double>(ones);
-    const double round = std::nearbyint(mean * 1e3) / 1e3;
-    return round > 0.0 && std::abs(round - mean) < 0.01 * mean ? round : mean;
+    if (static_cast<double>(fit) >= kMultiples * static_cast<double>(steps.size()))
+      return {candidate, true};
   }
-  found = false;
-  return round_number_below(numeric::quantile_in_place(steps, 0.05));
+  return {round_number_below(numeric::quantile_in_place(steps, 0.05)), false};
+}
+
+// Of values that an archive stored. Stamps of PV and CO a few milliseconds apart are of one sample: the distances within
+// each signal say how long a step can be, and of those between both only such as are no jitter count.
+Step stored_step(const std::vector<double>& pv_times, const std::vector<double>& co_times) {
+  std::vector<double> own = steps_of(pv_times);
+  const std::vector<double> of_co = steps_of(co_times);
+  own.insert(own.end(), of_co.begin(), of_co.end());
+  std::vector<double> times = pv_times;
+  times.insert(times.end(), co_times.begin(), co_times.end());
+  std::sort(times.begin(), times.end());
+  const double whole_s = times.back() - times.front();
+  const double most_rows = kMostRowsAValue * static_cast<double>(times.size());
+  const Step apart = common_step(own, whole_s, most_rows);
+  if (co_times.empty()) return apart;
+  std::vector<double> together = steps_of(times);
+  std::erase_if(together, [&](double step) { return step < kSameSample * apart.s; });
+  if (together.empty()) return apart;
+  const Step both = common_step(std::move(together), whole_s, most_rows);
+  return both.common || !apart.common ? both : apart;
 }
 
 // Polled, but at no constant period: an archive that thins makes steps of very different lengths.
@@ -367,17 +399,14 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
     for (const double step : pv_steps) places += std::max(1.0, std::nearbyint(step / median));
     grid.period_s = tidy_period_s((to_s - grid.from_s) / places);
   } else {
-    std::vector<double> times = pv_times;
-    if (!co.empty()) {
-      const std::vector<double> more = times_known(co);
-      times.insert(times.end(), more.begin(), more.end());
-      std::sort(times.begin(), times.end());
-      if (!more.empty()) {
-        grid.from_s = std::min(grid.from_s, more.front());
-        to_s = std::max(to_s, more.back());
-      }
+    const std::vector<double> co_times = co.empty() ? std::vector<double>() : times_known(co);
+    if (!co_times.empty()) {
+      grid.from_s = std::min(grid.from_s, co_times.front());
+      to_s = std::max(to_s, co_times.back());
     }
-    grid.period_s = common_step(steps_of(times), has_tick);
+    const Step stored = stored_step(pv_times, co_times);
+    grid.period_s = stored.s;
+    has_tick = stored.common;
     loosely = !has_tick && are_alike(pv_steps);
     if (loosely) {
       polled = true;
@@ -401,6 +430,12 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
   }
   grid.count = static_cast<std::size_t>(count);
   if (grid.count < 2) fail(fmt::format("less than two samples of {:g} s", grid.period_s));
+
+  if (count > kMostRowsAValue * static_cast<double>(pv_times.size())) {
+    out.notes.remarks.push_back(
+        fmt::format("{} values of PV make {} samples of {:g} s: --period gives a longer one",
+                    pv_times.size(), grid.count, grid.period_s));
+  }
 
   r.period_s = grid.period_s;
   r.time_s.resize(grid.count);

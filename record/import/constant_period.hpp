@@ -35,6 +35,8 @@ struct Signal {
   std::vector<double> value;
   std::size_t bad = 0;
   std::size_t questionable = 0;
+  std::string word;            // that nobody knows and that was taken as a bad value
+  std::size_t word_cells = 0;  // in which it stands
 
   bool empty() const noexcept { return value.empty(); }
 };

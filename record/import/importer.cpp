@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kHeadLines = 400;
 constexpr std::size_t kProgressRows = 1U << 16U;
+constexpr const char* kStandardInput = "standard input";
 constexpr std::uintmax_t kLargestFixedBytes = 64UL * 1024UL * 1024UL;
 
 class FileReader {
@@ -62,9 +63,7 @@ class FileReader {
       double time_s = 0.0;
       if (!row_time(time_s)) continue;
       if (cells_.cells.size() > layout_.names.size() && !trimmed_to_columns()) {
-        fail_at(cells_.cells[layout_.names.size()],
-                fmt::format("{} cells where the header has {}", cells_.cells.size(),
-                            layout_.names.size()));
+        fail_too_wide();
       }
       // A file that was copied while it was written.
       if (cells_.cells.size() < layout_.names.size() && at_last_line()) break;
@@ -77,6 +76,7 @@ class FileReader {
       }
     }
     turn_if_backwards(columns);
+    settle_words();
   }
 
   // Long: tag -> target.
@@ -88,14 +88,20 @@ class FileReader {
     std::string last_name;
     const Target* last = nullptr;
     std::string key;
+    std::string buffer;
     const std::size_t needed = std::max({layout_.time, layout_.tag, layout_.value});
     while (next_row(progress)) {
+      if (is_annotation(layout_, cells_)) {
+        check_next_table();
+        continue;
+      }
       if (cells_.cells.size() <= needed) {
         if (footer() || at_last_line()) continue;
         fail_at(line_.substr(line_.size()), fmt::format("{} cells where a row has {}",
                                                         cells_.cells.size(), layout_.names.size()));
       }
-      const std::string_view name = cells_.cells[layout_.tag];
+      if (cells_.cells.size() > layout_.names.size() && !trimmed_to_columns()) fail_too_wide();
+      const std::string_view name = tag_of(layout_, cells_, buffer);
       if (last == nullptr || name != last_name) {
         last_name = name;
         key = name;
@@ -112,16 +118,42 @@ class FileReader {
       last->signal->value.push_back(std::isnan(value) && last->role != Role::mode ? kBad : value);
     }
     for (const auto& [tag, target] : tags) sort_by_time(*target.signal);
+    settle_words();
   }
 
  private:
+  // One that stands in few cells of a signal is a bad value of it; in more it may be anything.
+  struct Word {
+    std::string text;
+    std::size_t cells = 0;
+    RecordError first;
+    Target target;
+  };
+
   [[noreturn]] void fail_at(std::string_view cell, const std::string& what) const {
+    throw error_at(cell, what);
+  }
+
+  RecordError error_at(std::string_view cell, const std::string& what) const {
     const char* begin = line_.data();
     const bool within = cell.data() >= begin && cell.data() <= begin + line_.size();
     const std::size_t column = within ? static_cast<std::size_t>(cell.data() - begin) + 1 : 1;
-    throw RecordError(
+    return RecordError(
         RecordError::Kind::data, source_.line_number(), column,
         fmt::format("{}:{}:{}: {}", source_.name(), source_.line_number(), column, what));
+  }
+
+  [[noreturn]] void fail_too_wide() const {
+    fail_at(cells_.cells[layout_.names.size()], too_wide_text(cells_.cells.size(), layout_));
+  }
+
+  // A line with # or a header: of the same columns, or what follows can't be read.
+  void check_next_table() const {
+    if (cells_.cells.front().starts_with("#")) return;
+    if (!std::equal(cells_.cells.begin(), cells_.cells.end(), layout_.names.begin(),
+                    layout_.names.end())) {
+      fail_at(line_, "a table with other columns begins here; export each into a file of its own");
+    }
   }
 
   std::size_t expected_rows() {
@@ -236,7 +268,7 @@ class FileReader {
     return parse_quality(cells_.cells[column], layout_.zero_is_good);
   }
 
-  double value_or_error(std::string_view text, const Target& target, SampleQuality quality) const {
+  double value_or_error(std::string_view text, const Target& target, SampleQuality quality) {
     if (*target.error) return kEmpty;
     try {
       return value_of(text, target, quality);
@@ -246,7 +278,7 @@ class FileReader {
     }
   }
 
-  double value_of(std::string_view text, const Target& target, SampleQuality quality) const {
+  double value_of(std::string_view text, const Target& target, SampleQuality quality) {
     if (target.role == Role::mode) return parse_mode(text);
     const CellValue cell = parse_value(text, layout_.decimal, options_.bad_words);
     if (cell.cell == Cell::number) {
@@ -260,8 +292,46 @@ class FileReader {
       case Cell::questionable: ++target.signal->questionable; return kBad;
       default: break;
     }
-    fail_at(text, fmt::format("{} is not a number; where it stands for a bad value: --bad-value {}",
-                              in_quotes(text), in_quotes(text)));
+    if (count_word(text, target)) return kBad;
+    throw not_a_number(text);
+  }
+
+  RecordError not_a_number(std::string_view text) const {
+    return error_at(
+        text, fmt::format("{} is not a number; where it stands for a bad value: --bad-value {}",
+                          in_quotes(text), in_quotes(text)));
+  }
+
+  // False where it is no word, or a second one.
+  bool count_word(std::string_view text, const Target& target) {
+    const auto of_word = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '-' ||
+             static_cast<unsigned char>(c) >= 0x80;
+    };
+    if (!std::all_of(text.begin(), text.end(), of_word)) return false;
+    auto at = words_.find(target.signal);
+    if (at == words_.end()) {
+      at = words_.emplace(target.signal, Word{std::string(text), 0, not_a_number(text), target})
+               .first;
+    }
+    if (at->second.text != text) return false;
+    ++at->second.cells;
+    return true;
+  }
+
+  void settle_words() {
+    constexpr std::size_t kFewCells = 3;
+    constexpr std::size_t kFewInCells = 200;  // one of so many
+    for (const auto& [signal, word] : words_) {
+      if (*word.target.error) continue;
+      if (word.cells > std::max(kFewCells, signal->value.size() / kFewInCells)) {
+        *word.target.error = word.first;
+        continue;
+      }
+      signal->bad += word.cells;
+      signal->word = word.text;
+      signal->word_cells = word.cells;
+    }
   }
 
   // Newest first, as some write.
@@ -318,6 +388,7 @@ class FileReader {
   std::string_view line_;
   LineCells cells_;
   std::shared_ptr<std::vector<double>> times_;
+  std::unordered_map<Signal*, Word> words_;
   std::optional<TimePoint> origin_;
   std::optional<double> last_time_s_;
   bool rising_ = true;
@@ -400,7 +471,7 @@ std::shared_ptr<std::FILE> spooled(TextSource& source) {
 }
 
 std::string file_tag(const fs::path& path) {
-  if (path == "-") return "standard input";
+  if (path == "-") return kStandardInput;
   fs::path stem = path.filename();
   if (stem.extension() == ".gz") stem = stem.stem();
   return stem.stem().string();
@@ -408,7 +479,6 @@ std::string file_tag(const fs::path& path) {
 
 bool looks_like_export(const fs::path& path) {
   fs::path name = path.filename();
-  if (name.string().starts_with(".")) return false;
   if (lower_case(name.extension().string()) == ".gz") name = name.stem();
   const std::string extension = lower_case(name.extension().string());
   return extension == ".csv" || extension == ".txt" || extension == ".tsv" || extension == ".dat";
@@ -455,15 +525,33 @@ Signals joined(std::vector<ImportPart>& parts) {
 
 namespace {
 
-std::vector<fs::path> exports_in(const fs::path& folder) {
+using Endings = std::map<std::string, std::size_t>;
+
+std::string endings_text(const Endings& endings) {
+  std::string text;
+  for (const auto& [ending, count] : endings) {
+    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ",
+                        ending.empty() ? "without an ending" : ending, count);
+  }
+  return text;
+}
+
+std::vector<fs::path> exports_in(const fs::path& folder, Endings& passed_over) {
   std::vector<fs::path> found;
+  Endings others;
   std::error_code problem;
   for (fs::recursive_directory_iterator
            it(folder, fs::directory_options::skip_permission_denied, problem),
        end;
        !problem && it != end; it.increment(problem)) {
     std::error_code none;
-    if (it->is_regular_file(none) && looks_like_export(it->path())) found.push_back(it->path());
+    const fs::path name = it->path().filename();
+    if (!it->is_regular_file(none) || name.string().starts_with(".")) continue;
+    if (looks_like_export(name)) {
+      found.push_back(it->path());
+    } else {
+      ++others[lower_case(name.extension().string())];
+    }
   }
   if (problem) {
     throw RecordError(RecordError::Kind::io, 0, 0,
@@ -472,8 +560,10 @@ std::vector<fs::path> exports_in(const fs::path& folder) {
   if (found.empty()) {
     throw RecordError(
         RecordError::Kind::data, 0, 0,
-        fmt::format("{}: no file .csv, .txt, .tsv, .dat or .gz of these", folder.string()));
+        fmt::format("{}: no file .csv, .txt, .tsv, .dat or .gz of these{}", folder.string(),
+                    others.empty() ? "" : "; passed over: " + endings_text(others)));
   }
+  for (const auto& [ending, count] : others) passed_over[ending] += count;
   std::sort(found.begin(), found.end());
   return found;
 }
@@ -526,7 +616,8 @@ Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options, bo
       files.emplace_back(path, !lenient);
       continue;
     }
-    for (fs::path& found : exports_in(path)) files.emplace_back(std::move(found), false);
+    for (fs::path& found : exports_in(path, passed_over_))
+      files.emplace_back(std::move(found), false);
   }
   for (std::size_t k = 0; k < files.size(); ++k) {
     look_at(files[k].first, files[k].second, [&](double share) {
@@ -546,13 +637,12 @@ void Importer::look_at(const fs::path& path, bool named, const ImportProgress& p
         std::max<std::ptrdiff_t>(1, std::count(head.begin(), head.end(), '\n')));
     source.rows = static_cast<std::uint64_t>(static_cast<double>(text->text_bytes()) /
                                              (static_cast<double>(head.size()) / lines));
-    const std::size_t file = files_.size();
+    source.path = path;
     std::vector<std::string> names;
     if (!source.layout.is_long) {
       names = source.layout.names;
       if (source.layout.time < names.size()) names[source.layout.time].clear();
     }
-    files_.push_back(path);
     if (path == "-") {
       if (source.layout.is_long) {
         stdin_copy_ = spooled(*text);
@@ -560,9 +650,9 @@ void Importer::look_at(const fs::path& path, bool named, const ImportProgress& p
         stdin_ = std::move(text);
       }
     }
-    if (source.layout.is_long) names = names_in(file, source.layout, progress);
+    if (source.layout.is_long) names = names_in(path, source.layout, progress);
     sources_.push_back(std::move(source));
-    add_loops(file, names);
+    add_loops(sources_.size() - 1, names);
     progress(1.0);
   } catch (const RecordError& e) {
     if (named) throw;
@@ -570,11 +660,11 @@ void Importer::look_at(const fs::path& path, bool named, const ImportProgress& p
   }
 }
 
-std::unique_ptr<TextSource> Importer::open(std::size_t file) {
-  if (files_[file] != "-") return std::make_unique<TextSource>(files_[file], options_.encoding);
+std::unique_ptr<TextSource> Importer::open(const fs::path& path) {
+  if (path != "-") return std::make_unique<TextSource>(path, options_.encoding);
   if (stdin_copy_) {
     return std::make_unique<TextSource>(fmt::format("/proc/self/fd/{}", fileno(stdin_copy_.get())),
-                                        Encoding::utf8, name_of(file));
+                                        Encoding::utf8, kStandardInput);
   }
   if (!stdin_)
     throw RecordError(RecordError::Kind::io, 0, 0, "standard input: can be read once only");
@@ -582,12 +672,13 @@ std::unique_ptr<TextSource> Importer::open(std::size_t file) {
 }
 
 std::string Importer::name_of(std::size_t file) const {
-  return files_[file] == "-" ? "standard input" : files_[file].string();
+  const fs::path& path = sources_[file].path;
+  return path == "-" ? kStandardInput : path.string();
 }
 
-std::vector<std::string> Importer::names_in(std::size_t file, const Layout& layout,
+std::vector<std::string> Importer::names_in(const fs::path& path, const Layout& layout,
                                             const ImportProgress& progress) {
-  const std::unique_ptr<TextSource> text = open(file);
+  const std::unique_ptr<TextSource> text = open(path);
   TextSource& source = *text;
   std::vector<std::string> names;
   std::set<std::string, std::less<>> known;
@@ -595,10 +686,11 @@ std::vector<std::string> Importer::names_in(std::size_t file, const Layout& layo
   LineCells cells;
   for (std::size_t k = 0; k < layout.header_rows; ++k) source.next(line);
   std::string last;
+  std::string buffer;
   while (source.next(line)) {
     if (source.line_number() % kProgressRows == 0) progress(source.share_read());
-    if (!cells.split(line, layout.delimiter) || cells.cells.size() <= layout.tag) continue;
-    const std::string_view name = cells.cells[layout.tag];
+    if (!cells.split(line, layout.delimiter)) continue;
+    const std::string_view name = tag_of(layout, cells, buffer);
     if (name == last || name.empty()) continue;
     last = name;
     if (known.insert(last).second) names.push_back(last);
@@ -637,7 +729,7 @@ void Importer::take_units(std::size_t file, LoopSignals& signals) const {
 
 // A loop whose times are absolute goes on in the next file.
 void Importer::add_loop(std::size_t file, LoopSignals signals) {
-  const std::string tag = signals.tag.empty() ? file_tag(files_[file]) : signals.tag;
+  const std::string tag = signals.tag.empty() ? file_tag(sources_[file].path) : signals.tag;
   const auto [at, is_new] = by_tag_.try_emplace(tag, loops_.size());
   FoundLoop* same = is_new ? nullptr : &loops_[at->second];
   const bool goes_on = same != nullptr && !signals.tag.empty() &&
@@ -645,7 +737,7 @@ void Importer::add_loop(std::size_t file, LoopSignals signals) {
                        is_absolute(sources_[same->files.front()].layout.form);
   if (!goes_on) {
     FoundLoop loop{.signals = std::move(signals), .tag = tag, .files = {file}};
-    if (same != nullptr) loop.tag += " in " + file_tag(files_[file]);
+    if (same != nullptr) loop.tag += " in " + file_tag(sources_[file].path);
     loops_.push_back(std::move(loop));
     return;
   }
@@ -680,6 +772,14 @@ std::uint64_t Importer::bytes_of(std::size_t loop) const {
   return bytes;
 }
 
+std::string Importer::passed_over_text() const {
+  std::size_t files = 0;
+  for (const auto& [ending, count] : passed_over_) files += count;
+  if (files == 0) return {};
+  return fmt::format("{} {} passed over: {}", files, files == 1 ? "file" : "files",
+                     endings_text(passed_over_));
+}
+
 std::string Importer::no_pv() const {
   constexpr std::size_t kMost = 6;
   std::string names;
@@ -711,6 +811,13 @@ Imported Importer::finished(std::size_t loop, std::vector<ImportPart>& pieces) c
   for (const ImportPart& part : pieces) {
     if (part.shifted_hours > 0)
       notes.remarks.emplace_back("the clock fell back by an hour: taken as the end of summer time");
+    for (std::size_t role = 0; role < kRoles; ++role) {
+      const Signal& signal = part.signals[role];
+      if (signal.word_cells == 0) continue;
+      notes.remarks.push_back(fmt::format(
+          "{}: {} in {} {}: taken as a bad value", of.signals.names[role], in_quotes(signal.word),
+          signal.word_cells, signal.word_cells == 1 ? "cell" : "cells"));
+    }
   }
   Signals signals = joined(pieces);  // sorts
   notes.start = pieces.front().origin;
@@ -744,10 +851,11 @@ void Importer::read(std::span<const std::size_t> which, const TakeLoop& take, co
   std::size_t done = 0;
   for (auto& [file, feed] : feeds) {
     try {
-      read_into(feed, *open(file), sources_[file].layout, options_, [&](double share) {
-        if (progress)
-          progress((static_cast<double>(done) + share) / static_cast<double>(feeds.size()));
-      });
+      read_into(
+          feed, *open(sources_[file].path), sources_[file].layout, options_, [&](double share) {
+            if (progress)
+              progress((static_cast<double>(done) + share) / static_cast<double>(feeds.size()));
+          });
     } catch (const RecordError& e) {
       for (ImportPart* part : feed.parts) part->error = e;
     }
@@ -809,6 +917,12 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
   }
   try {
     Importer importer({path}, options);
+    const auto read = [&](std::size_t which) {
+      Imported out = importer.read_one(which, progress);
+      if (std::string others = importer.passed_over_text(); !others.empty())
+        out.notes.remarks.push_back(std::move(others));
+      return out;
+    };
     std::vector<std::size_t> usable;
     for (std::size_t k = 0; k < importer.loops().size(); ++k) {
       if (importer.loops()[k].signals.has(Role::pv)) usable.push_back(k);
@@ -818,8 +932,7 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
     };
     if (!loop.empty()) {
       for (const std::size_t k : usable) {
-        if (lower_case(importer.loops()[k].tag) == lower_case(loop))
-          return importer.read_one(k, progress);
+        if (lower_case(importer.loops()[k].tag) == lower_case(loop)) return read(k);
       }
       fail(fmt::format("no loop {}; it has {}", in_quotes(loop), list_of(importer.loops())));
     }
@@ -829,12 +942,12 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
     for (const std::size_t k : usable) {
       if (importer.loops()[k].signals.has(Role::co)) complete.push_back(k);
     }
-    if (complete.size() == 1) return importer.read_one(complete.front(), progress);
+    if (complete.size() == 1) return read(complete.front());
     if (usable.size() > 1) {
       fail(fmt::format("{} loops ({}); --loop TAG takes one, 'loopwarden survey' all of them",
                        usable.size(), list_of(importer.loops())));
     }
-    return importer.read_one(usable.front(), progress);
+    return read(usable.front());
   } catch (const RecordError& e) {
     // Both have read it; the one that came further knows more.
     if (fixed_error && e.line() == 0 && fixed_error->line() > 1) throw *fixed_error;

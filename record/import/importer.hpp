@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -29,7 +30,7 @@ namespace loopwarden::record {
 struct FoundLoop {
   LoopSignals signals;             // by the names in the files
   std::string tag;                 // to call it by: the name in the files, else the file's
-  std::vector<std::size_t> files;  // of Importer::files()
+  std::vector<std::size_t> files;  // for Importer::file()
 };
 
 struct FileProblem {
@@ -55,7 +56,13 @@ class Importer {
 
   const std::vector<FoundLoop>& loops() const noexcept { return loops_; }
   const std::vector<FileProblem>& problems() const noexcept { return problems_; }
-  const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
+  // Files that are exports, by their number in FoundLoop::files.
+  std::size_t files() const noexcept { return sources_.size(); }
+  const std::filesystem::path& file(std::size_t number) const { return sources_[number].path; }
+  // Files in the folders that were not looked at, since by their names they are no exports: how many of each ending.
+  const std::map<std::string, std::size_t>& passed_over() const noexcept { return passed_over_; }
+  // "3 files passed over: .xlsx (2), .zip (1)"; empty: none was.
+  std::string passed_over_text() const;
   // Names that belong to no loop.
   const std::vector<std::string>& other_names() const noexcept { return other_names_; }
   // That none has a PV, with some of the names and the option that helps.
@@ -71,15 +78,16 @@ class Importer {
 
  private:
   struct Source {
+    std::filesystem::path path;
     Layout layout;
     std::string layout_text;
     std::uint64_t rows = 0;  // about
   };
 
   void look_at(const std::filesystem::path& path, bool named, const ImportProgress& progress);
-  std::unique_ptr<TextSource> open(std::size_t file);
+  std::unique_ptr<TextSource> open(const std::filesystem::path& path);
   std::string name_of(std::size_t file) const;
-  std::vector<std::string> names_in(std::size_t file, const Layout& layout,
+  std::vector<std::string> names_in(const std::filesystem::path& path, const Layout& layout,
                                     const ImportProgress& progress);
   std::vector<LoopSignals> asked_for(std::size_t file, const std::vector<std::string>& names) const;
   void take_units(std::size_t file, LoopSignals& signals) const;
@@ -88,11 +96,11 @@ class Importer {
   Imported finished(std::size_t loop, std::vector<ImportPart>& pieces) const;
 
   ImportOptions options_;
-  std::vector<std::filesystem::path> files_;
-  std::vector<Source> sources_;
+  std::vector<Source> sources_;  // by the number of the file
   std::vector<FoundLoop> loops_;
   std::unordered_map<std::string, std::size_t> by_tag_;  // the first of loops_ that has it
   std::vector<FileProblem> problems_;
+  std::map<std::string, std::size_t> passed_over_;
   std::vector<std::string> other_names_;
   std::unique_ptr<TextSource> stdin_;
   std::shared_ptr<std::FILE> stdin_copy_;  // a row a value is read twice

@@ -16,6 +16,7 @@ namespace loopwarden::record {
 namespace {
 
 constexpr std::size_t kMostHeaderRows = 60;
+constexpr double kNoHeader = -0.5;  // score of a row that names no columns
 
 struct Head {
   std::vector<std::string_view> lines;
@@ -46,6 +47,7 @@ class Finder {
     find_delimiter();
     split();
     find_decimal();
+    find_annotated();
     find_time();
     find_header();
     find_long();
@@ -164,18 +166,37 @@ class Finder {
     return static_cast<double>(good) / static_cast<double>(rows_.size() - bulk());
   }
 
-  bool named_like_time(std::size_t column) const {
+  // The row in which the column is named as times are.
+  std::optional<std::size_t> row_naming_time(std::size_t column) const {
     for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
-      if (parse_number(cell(k, column), layout_.decimal)) return false;
+      if (parse_number(cell(k, column), layout_.decimal)) return std::nullopt;
       const std::string word = lower_case(cell(k, column));
       for (const char* part :
            {"time", "date", "zeit", "datum", "stamp", "heure", "fecha", "hora", "epoch"}) {
-        if (word.find(part) != std::string::npos) return true;
+        if (word.find(part) != std::string::npos) return k;
       }
       if (word == "t" || word == "ts" || word == "t_s" || word == "sec" || word == "seconds")
-        return true;
+        return k;
     }
-    return false;
+    return std::nullopt;
+  }
+  bool named_like_time(std::size_t column) const { return row_naming_time(column).has_value(); }
+
+  // InfluxDB: _start and _stop are times as well, and _measurement is no PV.
+  void find_annotated() {
+    for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
+      const std::optional<std::size_t> time = column_in(k, "_time");
+      if (!time || !(column_in(k, "_value") || column_in(k, "_measurement"))) continue;
+      layout_.annotated = true;
+      layout_.time = *time;
+      return;
+    }
+  }
+
+  std::optional<std::size_t> column_in(std::size_t row, std::string_view name) const {
+    const auto at = std::find(rows_[row].begin(), rows_[row].end(), name);
+    if (at == rows_[row].end()) return std::nullopt;
+    return static_cast<std::size_t>(at - rows_[row].begin());
   }
 
   bool rises(std::size_t column) const {
@@ -195,7 +216,7 @@ class Finder {
     constexpr double kMost = 0.9;
     if (!options_.time_column.empty()) {
       layout_.time = column_named(options_.time_column);
-    } else {
+    } else if (!layout_.annotated) {
       std::optional<std::size_t> dates;
       std::optional<std::size_t> named;
       std::optional<std::size_t> rising;
@@ -222,9 +243,7 @@ class Finder {
     if (options_.time != TimeForm::automatic) {
       layout_.form = options_.time;
       if (share_of_times(layout_.time, layout_.form) < kMost) {
-        fail(lines_.size(), 0,
-             fmt::format("{} is no time of the form {}",
-                         in_quotes(cell(rows_.size() - 1, layout_.time)), to_text(layout_.form)));
+        fail_time(layout_.time, fmt::format("of the form {}", to_text(layout_.form)));
       }
       return;
     }
@@ -237,9 +256,7 @@ class Finder {
                share_of_times(c, TimeForm::mdy) >= kMost) {
       settle_order(c);
     } else {
-      fail(rows_.size(), 0,
-           fmt::format("{} is no time that is known; --time tells its form",
-                       in_quotes(cell(rows_.size() - 1, c))));
+      fail_time(c, kUnknownTime);
     }
   }
 
@@ -254,12 +271,34 @@ class Finder {
   [[noreturn]] void fail_no_time() const {
     // A column by that name whose cells can't be read says more than none.
     for (std::size_t c = 0; c < columns_; ++c) {
-      if (!named_like_time(c)) continue;
-      fail(rows_.size(), 0,
-           fmt::format("{} is no time that is known; --time tells its form",
-                       in_quotes(cell(rows_.size() - 1, c))));
+      if (named_like_time(c)) fail_time(c, kUnknownTime);
     }
     fail(1, 1, "no column of times was found; --time-column NAME says which it is");
+  }
+
+  static constexpr const char* kUnknownTime = "that is known; --time tells its form";
+
+  bool is_any_time(std::string_view text) const {
+    if (options_.time != TimeForm::automatic)
+      return parse_time(text, options_.time, layout_.decimal).has_value();
+    const DateOrder order = possible_orders(text);
+    return order.dmy || order.mdy || parse_time(text, TimeForm::ymd, layout_.decimal) ||
+           parse_number(text, layout_.decimal);
+  }
+
+  // At the first row below the column's name that is no time.
+  [[noreturn]] void fail_time(std::size_t column, const std::string& of_what) const {
+    std::size_t row = kNoColumn;
+    for (std::size_t k = row_naming_time(column).value_or(0); k < rows_.size(); ++k) {
+      const std::string_view text = cell(k, column);
+      if (text.find_first_of("0123456789") == std::string_view::npos) continue;
+      row = k;
+      if (!is_any_time(text)) break;
+    }
+    if (row == kNoColumn) fail(rows_.size(), 0, "a header, and no row of data below it");
+    const std::string_view text = cell(row, column);
+    fail(row + 1, lines_[row].find(text) + 1,
+         fmt::format("{} is no time {}", in_quotes(text), of_what));
   }
 
   std::size_t column_named(const std::string& wanted) const {
@@ -367,12 +406,13 @@ class Finder {
         score -= is_unit(text) ? 0.5 : 0.0;
       }
       score += 0.5 * static_cast<double>(std::min(distinct.size(), columns_));
-      if (rows_[k].size() > columns_ || distinct.size() < 2) score = -0.5;
+      if (rows_[k].size() > columns_ || distinct.size() < 2) score = kNoHeader;
       if (score > best) {
         best = score;
         best_row = k;
       }
     }
+    if (best_row != kNoColumn && best > kNoHeader) refuse_wide_rows(best_row);
     layout_.names.assign(columns_, "");
     layout_.units.assign(columns_, "");
     if (best_row == kNoColumn) {
@@ -398,12 +438,38 @@ class Finder {
     }
   }
 
+  // Most rows have more cells than the header: which belongs to which column nobody can tell. A single one is told when
+  // it is read. Empty ones come of a delimiter at the end of the line.
+  void refuse_wide_rows(std::size_t header) {
+    const std::size_t named = rows_[header].size();
+    std::size_t wide = 0;
+    std::size_t first = 0;
+    std::size_t cells = 0;
+    for (std::size_t k = rows_.size(); k-- > layout_.header_rows;) {
+      std::size_t filled = rows_[k].size();
+      while (filled > named && rows_[k][filled - 1].empty()) --filled;
+      if (filled <= named) continue;
+      ++wide;
+      first = k;
+      cells = filled;
+    }
+    if (2 * wide > rows_.size() - layout_.header_rows) {
+      layout_.names.resize(named);
+      fail(first + 1, 0, too_wide_text(cells, layout_));
+    }
+    columns_ = std::min(columns_, named);
+  }
+
   static bool one_of(const std::string& word, std::initializer_list<const char*> words) {
     return std::any_of(words.begin(), words.end(),
                        [&](const char* known) { return word == known; });
   }
 
   void find_long() {
+    if (layout_.annotated) {
+      take_annotated();
+      return;
+    }
     for (std::size_t c = 0; c < columns_; ++c) {
       if (c == layout_.time) continue;
       const std::string word = lower_case(layout_.names[c]);
@@ -423,6 +489,32 @@ class Finder {
     if (layout_.tag == kNoColumn || layout_.value == kNoColumn) guess_long();
     layout_.is_long = layout_.tag != kNoColumn && layout_.value != kNoColumn;
     if (!layout_.is_long) layout_.tag = layout_.value = kNoColumn;
+  }
+
+  // The tag is what tells the series apart: measurement, tag columns, and the field unless that is "value".
+  void take_annotated() {
+    std::size_t field = kNoColumn;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      const std::string& name = layout_.names[c];
+      if (name == "_value") layout_.value = c;
+      if (name == "_field") field = c;
+    }
+    if (layout_.value == kNoColumn || field == kNoColumn) {  // a column a field
+      layout_.value = kNoColumn;
+      for (std::size_t c = 0; c < columns_; ++c) {
+        if (c != layout_.time && layout_.names[c].starts_with("_")) layout_.names[c].clear();
+      }
+      return;
+    }
+    layout_.is_long = true;
+    layout_.tag = field;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      const std::string& name = layout_.names[c];
+      if (name == "_measurement" ||
+          (!name.empty() && !name.starts_with("_") && name != "result" && name != "table")) {
+        layout_.more_of_tag.push_back(c);
+      }
+    }
   }
 
   // Without the names: three or four columns, of which one has words that come again and again, and one numbers.
@@ -568,6 +660,51 @@ class Finder {
 
 }  // namespace
 
+bool is_annotation(const Layout& layout, const LineCells& row) {
+  return layout.annotated &&
+         (row.cells.front().starts_with("#") ||
+          std::find(row.cells.begin(), row.cells.end(), "_time") != row.cells.end());
+}
+
+std::string_view tag_of(const Layout& layout, const LineCells& row, std::string& buffer) {
+  if (row.cells.size() <= layout.tag || is_annotation(layout, row)) return {};
+  if (!layout.annotated) return row.cells[layout.tag];
+  buffer.clear();
+  const auto add = [&](std::string_view part) {
+    if (part.empty()) return;
+    if (!buffer.empty()) buffer += '.';
+    buffer += part;
+  };
+  for (const std::size_t c : layout.more_of_tag) {
+    if (c < row.cells.size()) add(row.cells[c]);
+  }
+  const std::string_view field = row.cells[layout.tag];
+  if (field != "value" || buffer.empty()) add(field);
+  return buffer;
+}
+
+namespace {
+
+std::string delimiter_text(char c) {
+  switch (c) {
+    case ',': return "comma";
+    case ';': return "semicolon";
+    case '\t': return "tab";
+    case '|': return "bar";
+    default: return in_quotes(std::string(1, c));
+  }
+}
+
+}  // namespace
+
+std::string too_wide_text(std::size_t cells, const Layout& layout) {
+  return fmt::format(
+      "{} cells where the header has {}; a cell that holds the delimiter, a {}, must stand in "
+      "double "
+      "quotes",
+      cells, layout.names.size(), delimiter_text(layout.delimiter));
+}
+
 // 1/60 of a minute: whole seconds, and no sample rate that anybody chooses.
 std::string other_time_units(double step_s) {
   if (step_s >= 0.5 || !whole_seconds(step_s * 60.0) || whole_seconds(step_s * 200.0)) return {};
@@ -608,21 +745,13 @@ Layout find_layout(std::string_view head, const std::string& name, const ImportO
 }
 
 std::string describe(const Layout& layout, const TextSource& source) {
-  const auto word = [](char c) -> std::string {
-    switch (c) {
-      case ',': return "comma";
-      case ';': return "semicolon";
-      case '\t': return "tab";
-      case '|': return "bar";
-      default: return in_quotes(std::string(1, c));
-    }
-  };
   std::string text = fmt::format(
       "{}{}, decimal {}, {}; times {} in column {}", source.compressed() ? "gzip, " : "",
-      word(layout.delimiter), layout.decimal == ',' ? "comma" : "point", to_text(source.encoding()),
-      to_text(layout.form), in_quotes(layout.names[layout.time]));
+      delimiter_text(layout.delimiter), layout.decimal == ',' ? "comma" : "point",
+      to_text(source.encoding()), to_text(layout.form), in_quotes(layout.names[layout.time]));
   if (layout.clock != kNoColumn)
     text += fmt::format(" and {}", in_quotes(layout.names[layout.clock]));
+  if (layout.annotated) text += "; as InfluxDB writes it";
   text += layout.is_long ? "; a row a value" : "; a column a signal";
   if (layout.header_rows != 1)
     text += fmt::format("; {} lines before the data", layout.header_rows);

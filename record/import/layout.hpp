@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "record/import/number_text.hpp"
 #include "record/import/tags.hpp"
 #include "record/import/text_source.hpp"
 #include "record/import/time_text.hpp"
@@ -50,10 +51,12 @@ struct Layout {
   std::size_t header_rows = 1;  // lines before the first row of data
   bool is_long = false;
   TimeForm form = TimeForm::seconds;
-  bool form_guessed = false;      // only the size of the numbers speaks for it
-  std::size_t time = 0;           // column
-  std::size_t clock = kNoColumn;  // of times of day, where `time` has the dates
-  std::size_t tag = kNoColumn;    // long
+  bool form_guessed = false;             // only the size of the numbers speaks for it
+  std::size_t time = 0;                  // column
+  std::size_t clock = kNoColumn;         // of times of day, where `time` has the dates
+  std::size_t tag = kNoColumn;           // long
+  std::vector<std::size_t> more_of_tag;  // columns that stand before it in the tag's name
+  bool annotated = false;  // as InfluxDB writes it: lines with #, a header before each table
   std::size_t value = kNoColumn;
   std::size_t quality = kNoColumn;
   bool zero_is_good = false;       // of the qualities
@@ -66,6 +69,15 @@ struct Layout {
 
 // From the first lines (`head`) of the file `name`. Throws RecordError with the option that would help.
 Layout find_layout(std::string_view head, const std::string& name, const ImportOptions& options);
+
+// A line with #, or the header of a table, between the rows of an annotated file.
+bool is_annotation(const Layout& layout, const LineCells& row);
+
+// Long: the tag of a row, in `buffer` where it is put together; empty where the row has none.
+std::string_view tag_of(const Layout& layout, const LineCells& row, std::string& buffer);
+
+// Of a row with more cells than the header.
+std::string too_wide_text(std::size_t cells, const Layout& layout);
 
 // What times in seconds with this step may be instead, as a sentence; empty: nothing else.
 std::string other_time_units(double step_s);

@@ -14,14 +14,13 @@ namespace loopwarden::record {
 namespace {
 
 // In lower case; what a cell begins with. They stand for PI, PHD, Aspen, OPC clients and spreadsheets.
-constexpr std::array<std::string_view, 40> kBadWords{
-    "bad",        "no data",     "nodata",      "i/o timeout",   "io timeout",  "timeout",
-    "nan",        "null",        "n/a",         "#n/a",          "#value",      "#ref",
-    "#div",       "#num",        "none",        "pt created",    "point creat", "shutdown",
-    "comm",       "configure",   "scan off",    "scan time",     "intf shut",   "no sample",
-    "no result",  "not connect", "offline",     "calc",          "error",       "err",
-    "over range", "under range", "out of serv", "invalid",       "no lab",      "digital st",
-    "[-11",       "inp outr",    "arc off",     "not available",
+constexpr std::array<std::string_view, 35> kBadWords{
+    "bad",        "no data",     "nodata",      "i/o timeout", "io timeout",    "timeout",
+    "nan",        "null",        "n/a",         "none",        "pt created",    "point creat",
+    "shutdown",   "comm",        "configure",   "scan off",    "scan time",     "intf shut",
+    "no sample",  "no result",   "offline",     "calc",        "error",         "err",
+    "over range", "under range", "invalid",     "no lab",      "digital st",    "[-11",
+    "inp outr",   "arc off",     "not connect", "out of serv", "not available",
 };
 constexpr std::array<std::string_view, 4> kDoubtWords{"questionable", "uncertain", "doubtful",
                                                       "substituted"};
@@ -120,6 +119,8 @@ CellValue parse_value(std::string_view text, char decimal,
                       const std::vector<std::string>& bad_words) {
   if (text.empty()) return {Cell::empty, 0.0};
   if (const auto value = parse_number(text, decimal)) return {Cell::number, *value};
+  // A spreadsheet's errors in any language: #VALUE!, #WERT!, #NV, #N/A; and ##### where its column was too narrow.
+  if (text.front() == '#' && text.find('.') == std::string_view::npos) return {Cell::bad, 0.0};
   if (text == "-" || text == "--" || text == "?" || text == "*") return {Cell::bad, 0.0};
   const auto begins = [&](std::string_view word) { return begins_with(text, word); };
   if (std::any_of(kBadWords.begin(), kBadWords.end(), begins)) return {Cell::bad, 0.0};

@@ -56,6 +56,7 @@ constexpr std::array kWords{
     Word{"modeactual", Role::mode},
     Word{"actualmode", Role::mode},
     Word{"modeact", Role::mode},
+    Word{"mode.actual", Role::mode},
     Word{"auto", Role::mode},
     Word{"automan", Role::mode},
     Word{"a/m", Role::mode},

@@ -22,6 +22,27 @@ namespace {
 constexpr std::size_t kBlock = 256UL * 1024UL;
 constexpr std::size_t kLongestLine = 64UL * 1024UL * 1024UL;
 
+// What people give instead of text, and what they can do; empty: nothing that is known.
+std::string other_format(std::string_view head) {
+  const auto has = [head](std::string_view part) { return head.find(part) != head.npos; };
+  if (head.starts_with("PK\x03\x04")) {
+    if (has("[Content_Types].xml") || has("xl/") || has("application/vnd.oasis"))
+      return "is a spreadsheet, which is not read: save its sheet as CSV (Save As, CSV UTF-8)";
+    return "is a .zip archive, which is not read: unpack it and give the folder";
+  }
+  if (head.starts_with("\xD0\xCF\x11\xE0"))
+    return "is an old spreadsheet, which is not read: save its sheet as CSV (Save As, CSV UTF-8)";
+  if (head.starts_with("%PDF")) return "is a PDF, which is not read: export the values as CSV";
+  const std::size_t first = head.find_first_not_of(" \t\r\n");
+  const std::size_t second =
+      first == head.npos ? head.npos : head.find_first_not_of(" \t\r\n", first + 1);
+  if (second != head.npos && ((head[first] == '{' && head[second] == '"') ||
+                              (head[first] == '[' && (head[second] == '{' || head[second] == '['))))
+    return "is JSON, which is not read: export the values as CSV, a column a signal or a row a "
+           "value";
+  return {};
+}
+
 bool is_utf8(std::string_view text) {
   std::size_t follow = 0;
   for (const char c : text) {
@@ -157,6 +178,8 @@ struct TextSource::State {
     std::size_t mark = 0;
     const char* from = nullptr;
     const std::string_view head(raw);
+    if (const std::string other = other_format(head); !other.empty())
+      fail(RecordError::Kind::data, other);
     if (head.starts_with("\xFF\xFE")) {
       from = "UTF-16LE";
       mark = 2;

@@ -2,10 +2,13 @@
 // An alarm in the real daemon and its operator, over kill -9 and back. It comes from the journal of a run
 // before, since a window of 961 cycles without a missing one can't be had on a busy machine in short
 // time; how windows make alarms is tested in tests/daemon/monitor.
+#include <sched.h>
+
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -45,6 +48,23 @@ void leave_alarm(const std::filesystem::path& folder, const char* alarm = "stict
   memory.severity_percent = 6.5;
   entry.memory = memory;
   REQUIRE(journal.wait_written(journal.post(entry), std::chrono::seconds(20)));
+}
+
+// What the daemon starts takes only what nobody else wants of the processor, which may be nothing. Needs the right to change
+// that.
+void hurry_children_of(pid_t parent) {
+  namespace fs = std::filesystem;
+  std::error_code gone;
+  for (const auto& process : fs::directory_iterator("/proc", gone)) {
+    std::ifstream stat(process.path() / "stat");
+    std::string pid, name, state;
+    pid_t its_parent = 0;
+    if (!(stat >> pid >> name >> state >> its_parent) || its_parent != parent) continue;
+    for (const auto& task : fs::directory_iterator(process.path() / "task", gone)) {
+      const sched_param ordinary{};
+      ::sched_setscheduler(std::stoi(task.path().filename()), SCHED_OTHER, &ordinary);
+    }
+  }
 }
 
 }  // namespace
@@ -159,8 +179,12 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   const std::string socket = " --socket " + (daemon.folder() / "control.sock").string();
   const auto explained = [&] { return daemon.client().explain("FIC-101", "model_gap"); };
   INFO(daemon.log());
-  const auto patience = std::chrono::milliseconds(240'000);
-  REQUIRE(test::eventually([&] { return explained().at("explanation").is_object(); }, patience));
+  REQUIRE(test::eventually(
+      [&] {
+        hurry_children_of(daemon.pid());
+        return explained().at("explanation").is_object();
+      },
+      std::chrono::minutes(10)));
   const json answer = explained();
   const json& e = answer.at("explanation");
   INFO(answer.dump(1));

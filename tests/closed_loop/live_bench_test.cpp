@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -20,9 +21,17 @@ namespace {
 
 using nlohmann::json;
 
+// With the right to it the loops have the processor first: a test of the valve is one of time.
 std::string daemon_yaml(double accelerate) {
-  return "real_time: {priority: 0, lock_memory: false}\naccelerate: " + std::to_string(accelerate) +
-         "\n";
+  return "real_time: {lock_memory: false}\naccelerate: " + std::to_string(accelerate) + "\n";
+}
+
+// A cycle that comes late on a busy machine is no fault of the loop.
+std::string patient_loop(const std::string& tag, const std::string& model,
+                         const std::string& start) {
+  std::string text = loop_file(tag, model, start);
+  const std::string before = "recovery: previous_mode";
+  return text.replace(text.find(before), before.size(), "late_cycle_periods: 1000, " + before);
 }
 
 // Plant 1 without noise; its valve answers at once, or sticks with 4 % of the CO span.
@@ -64,10 +73,17 @@ class Command {
   }
 
   void signal(int number) const { ::kill(child_, number); }
+  // As it does from just before its first order on.
+  bool catches_interrupts() const {
+    const std::string status = read_file("/proc/" + std::to_string(child_) + "/status");
+    const std::size_t mask = status.find("SigCgt:");
+    return mask != std::string::npos &&
+           (std::stoull(status.substr(mask + 7), nullptr, 16) >> (SIGINT - 1) & 1U) != 0;
+  }
   int wait_for_end() {
     int status = 0;
     if (!test::eventually([&] { return ::waitpid(child_, &status, WNOHANG) == child_; },
-                          std::chrono::milliseconds(120'000))) {
+                          std::chrono::minutes(5))) {
       return -1;
     }
     child_ = -1;
@@ -116,12 +132,11 @@ TEST_CASE("a live step test measures the valve and puts output, mode and set poi
           "[live_bench]") {
   DaemonProcess daemon(daemon_yaml(25.0),
                        {{"healthy.yaml", model_file(false)},
-                        {"loops.d/1.yaml", loop_file("FIC-101", "../healthy.yaml", kAutomatic)},
-                        {"loops.d/2.yaml",
-                         loop_file("FIC-102", "../healthy.yaml", "{mode: manual, set_point: 5}")}});
+                        {"loops.d/1.yaml", patient_loop("FIC-101", "../healthy.yaml", kAutomatic)},
+                        {"loops.d/2.yaml", patient_loop("FIC-102", "../healthy.yaml",
+                                                        "{mode: manual, set_point: 5}")}});
   daemon.start();
-  REQUIRE(test::eventually([&] { return settled(daemon, "FIC-101"); },
-                           std::chrono::milliseconds(60'000)));
+  REQUIRE(test::eventually([&] { return settled(daemon, "FIC-101"); }, std::chrono::seconds(120)));
   const std::string out = (daemon.folder() / "out").string();
   const std::vector<std::string> step{"--low",  "3",         "--high", "5",      "--pv-low",
                                       "0",      "--pv-high", "10",     "--test", "step_change",
@@ -149,13 +164,13 @@ TEST_CASE("a live step test measures the valve and puts output, mode and set poi
 }
 
 TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[live_bench]") {
-  DaemonProcess daemon(
-      daemon_yaml(25.0),
-      {{"healthy.yaml", model_file(false)},
-       {"sticking.yaml", model_file(true)},
-       {"loops.d/1.yaml", loop_file("FIC-101", "../healthy.yaml", "{mode: manual, set_point: 5}")},
-       {"loops.d/2.yaml",
-        loop_file("FIC-102", "../sticking.yaml", "{mode: manual, set_point: 5}")}});
+  DaemonProcess daemon(daemon_yaml(25.0),
+                       {{"healthy.yaml", model_file(false)},
+                        {"sticking.yaml", model_file(true)},
+                        {"loops.d/1.yaml", patient_loop("FIC-101", "../healthy.yaml",
+                                                        "{mode: manual, set_point: 5}")},
+                        {"loops.d/2.yaml", patient_loop("FIC-102", "../sticking.yaml",
+                                                        "{mode: manual, set_point: 5}")}});
   daemon.start();
   stand_at(daemon, "FIC-101", 4.0);
   stand_at(daemon, "FIC-102", 4.0);
@@ -191,13 +206,14 @@ TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[l
 }
 
 TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", "[live_bench]") {
-  DaemonProcess daemon(daemon_yaml(25.0),
-                       {{"healthy.yaml", model_file(false)},
-                        {"loops.d/1.yaml", loop_file("FIC-101", "../healthy.yaml", kAutomatic)}});
+  DaemonProcess daemon(
+      daemon_yaml(25.0),
+      {{"healthy.yaml", model_file(false)},
+       {"loops.d/1.yaml", patient_loop("FIC-101", "../healthy.yaml", kAutomatic)}});
   daemon.start();
   const auto ready = [&] {
-    REQUIRE(test::eventually([&] { return settled(daemon, "FIC-101"); },
-                             std::chrono::milliseconds(60'000)));
+    REQUIRE(
+        test::eventually([&] { return settled(daemon, "FIC-101"); }, std::chrono::seconds(120)));
   };
   const auto in_test = [&] {
     return test::eventually([&] { return daemon.is("FIC-101", "mode", "MAN"); });
@@ -258,7 +274,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
 TEST_CASE("an order to manual that is still on its way when the test ends is taken back",
           "[live_bench]") {
   // A cycle of 2 s: the loop takes the order long after it was given.
-  std::string slow = loop_file("FIC-101", "../slow.yaml", kAutomatic);
+  std::string slow = patient_loop("FIC-101", "../slow.yaml", kAutomatic);
   slow.replace(slow.find("sample_time: 0.1"), 16, "sample_time: 2");
   std::string model = model_file(false);
   model.replace(model.find("sample_time: 0.1"), 16, "sample_time: 2");
@@ -267,23 +283,29 @@ TEST_CASE("an order to manual that is still on its way when the test ends is tak
   REQUIRE(test::eventually([&] { return daemon.is("FIC-101", "mode", "AUTO"); }));
   Command command(daemon, valve_test("FIC-101", {"--low", "0", "--high", "10", "--pv-low", "-1",
                                                  "--pv-high", "11", "--test", "step_change"}));
-  ::usleep(300'000);
+  REQUIRE(test::eventually([&] { return command.catches_interrupts(); }));
   command.signal(SIGINT);
   const int exit_code = command.wait_for_end();
   INFO(command.text());
   CHECK(exit_code == 75);
-  ::usleep(4'500'000);
-  CHECK(as_it_was(daemon, "FIC-101"));
+  // To manual and back.
+  REQUIRE(test::eventually([&] {
+    const json lines = daemon.client().journal(50, "FIC-101");
+    return std::count_if(lines.begin(), lines.end(),
+                         [](const json& line) { return line.at("what") == "mode"; }) == 2;
+  }));
+  CHECK(test::eventually([&] { return as_it_was(daemon, "FIC-101"); }));
 }
 
 TEST_CASE("autotune on a live loop finds the ultimate gain and puts the loop back",
           "[live_bench]") {
-  DaemonProcess daemon(daemon_yaml(10.0),
-                       {{"healthy.yaml", model_file(false)},
-                        {"loops.d/1.yaml", loop_file("FIC-101", "../healthy.yaml", kAutomatic)}});
+  // The relay switches late by the way there and back, which at a higher speed is more of the loop's time.
+  DaemonProcess daemon(
+      daemon_yaml(4.0),
+      {{"healthy.yaml", model_file(false)},
+       {"loops.d/1.yaml", patient_loop("FIC-101", "../healthy.yaml", kAutomatic)}});
   daemon.start();
-  REQUIRE(test::eventually([&] { return settled(daemon, "FIC-101"); },
-                           std::chrono::milliseconds(60'000)));
+  REQUIRE(test::eventually([&] { return settled(daemon, "FIC-101"); }, std::chrono::seconds(120)));
   const std::vector<std::string> tune{
       "autotune", "FIC-101",   "--live", "--low",       "2",   "--high",       "6",    "--pv-low",
       "2",        "--pv-high", "8",      "--amplitude", "0.5", "--hysteresis", "0.05", "--json"};
@@ -294,7 +316,7 @@ TEST_CASE("autotune on a live loop finds the ultimate gain and puts the loop bac
     INFO(text);
     REQUIRE(exit_code == 0);
     const json found = json::parse(text.substr(text.find('{')));
-    // Of K 1.2264, T 1.694 s, L 2.626 s: 1.40 and 7.9 s. The relay switches late by the way there and back.
+    // Of K 1.2264, T 1.694 s, L 2.626 s: 1.40 and 7.9 s.
     CHECK(found.at("ultimate_gain").get<double>() == Approx(1.4).epsilon(0.35));
     CHECK(found.at("ultimate_period_s").get<double>() == Approx(7.9).epsilon(0.35));
     CHECK(text.find("mode auto") != std::string::npos);

@@ -55,7 +55,7 @@ struct Plant {
     return file;
   }
   std::string mbpoll(const std::string& arguments) const {
-    return "mbpoll -q -1 -0 -B -m tcp -p " + std::to_string(port) + " " + arguments;
+    return "mbpoll -q -1 -0 -B -o 10 -m tcp -p " + std::to_string(port) + " " + arguments;
   }
 
   int port;
@@ -314,7 +314,7 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   const bool writes = GENERATE(false, true);
   Plant plant("  writes: true\n  serial: {device: " + ours +
               ", unit: 9, parity: none, writes: " + (writes ? "true" : "false") + "}\n");
-  const std::string rtu = "mbpoll -q -1 -0 -B -m rtu -a 9 -b 19200 -P none ";
+  const std::string rtu = "mbpoll -q -1 -0 -B -o 10 -m rtu -a 9 -b 19200 -P none ";
   const ShellOutcome test_constant = answer_of(rtu + "-t 3:float -r 14 -c 1 " + theirs);
   INFO(test_constant.text);
   CHECK(test_constant.text.find("123456") != std::string::npos);
@@ -335,11 +335,11 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   // A whole block, and another unit, which nobody answers for.
   const ShellOutcome block = answer_of(
       "/usr/bin/python3 -c \"from pymodbus.client import ModbusSerialClient as C; "
-      "c = C(port='" +
+      "c = lambda s: C(port='" +
       theirs +
-      "', baudrate=19200, parity='N', timeout=2); c.connect(); "
-      "r = c.read_input_registers(64, 64, slave=9); print(len(r.registers), r.registers[0] == "
-      "r.registers[63]); print(c.read_input_registers(0, 1, slave=8).isError())\"");
+      "', baudrate=19200, parity='N', timeout=s); "
+      "r = c(20).read_input_registers(64, 64, slave=9); print(len(r.registers), r.registers[0] == "
+      "r.registers[63]); print(c(1).read_input_registers(0, 1, slave=8).isError())\"");
   INFO(block.text);
   CHECK(block.text.find("64 True") != std::string::npos);
   CHECK(block.text.find("\nTrue") != std::string::npos);
@@ -352,14 +352,17 @@ TEST_CASE("the master's heartbeat: when it stops, the loops do what is configure
           "[modbus_server]") {
   Plant plant(
       "  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n"
-      "  master_heartbeat: {timeout: 0.5, action: manual}\n");
+      "  master_heartbeat: {timeout: 2, action: manual}\n");
   CHECK(answer_of(plant.mbpoll("-t 4 -r 0 127.0.0.1 1")).exit_code == 0);
   CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "mode", "MAN"); }));
   CHECK(test::eventually([&] { return plant.daemon.is("FIC-102", "mode", "MAN"); }));
   CHECK(answer_of(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t1") !=
         std::string::npos);
-  CHECK(answer_of(plant.mbpoll("-t 4 -r 0 127.0.0.1 2")).exit_code == 0);
+  // Alive for as long as it goes on.
+  int beat = 1;
   CHECK(test::eventually([&] {
+    beat = beat % 1000 + 1;
+    CHECK(answer_of(plant.mbpoll("-t 4 -r 0 127.0.0.1 " + std::to_string(beat))).exit_code == 0);
     return answer_of(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t0") !=
            std::string::npos;
   }));

@@ -102,7 +102,8 @@ TEST_CASE("Faults of an analog output", "[config][analog]") {
                 "device} or none_accepted). When the link is down"));
   CHECK(said_of_loop(with(kAnalogLoop, "none_accepted", "{timeout: 2, set_by: device}")).empty());
   CHECK(said_of_loop(with(kAnalogLoop, "none_accepted", "{timeout: 2}")) ==
-        "loop.yaml:22:16: error: missing key 'set_by' in 'io.output.comm_loss' (device)\n");
+        "loop.yaml:22:16: error: io.output.comm_loss: must be {timeout, set_by: device} or "
+        "none_accepted\n");
   CHECK(said_of_loop(with(kAnalogLoop, "channel: current1\n",
                           "channel: current1\n    safe_current: 23\n    highest_raw: 0\n")) ==
         "loop.yaml:22:19: error: io.output.safe_current: must be >= 0 and <= 22 mA (got 23)\n"

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tests/config/config_support.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace examples_test {
 
@@ -97,6 +98,19 @@ TEST_CASE("Every example is accepted without a remark", "[config][examples]") {
   }
   CHECK(directories >= 5);
   CHECK(read_model_file(kExamples / "models" / "plant1.yaml"));
+}
+
+TEST_CASE("Every example can be copied by itself", "[config][examples]") {
+  for (const auto& entry : fs::directory_iterator(kExamples)) {
+    if (!fs::is_directory(entry.path() / "loops.d")) continue;
+    const tests::TemporaryFolder elsewhere;
+    fs::copy(entry.path(), elsewhere / "copy", fs::copy_options::recursive);
+    const auto configuration = read_configuration(elsewhere / "copy");
+    INFO(entry.path() << "\n" << to_text(configuration.diagnostics));
+    CHECK(configuration);
+    for (const auto& file : fs::recursive_directory_iterator(entry.path()))
+      CHECK_FALSE(file.is_symlink());
+  }
 }
 
 TEST_CASE("The example plant is the thesis's", "[config][examples]") {

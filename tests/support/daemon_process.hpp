@@ -77,9 +77,10 @@ class DaemonProcess {
     }
   }
 
+  pid_t pid() const noexcept { return child_; }
   void signal(int number) const { ::kill(child_, number); }
   // Exit code of the daemon; -1 if it does not end, -signal if one killed it.
-  int wait_for_end(std::chrono::milliseconds patience = std::chrono::milliseconds(15'000)) {
+  int wait_for_end(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
     int status = 0;
     const bool ended =
         test::eventually([&] { return ::waitpid(child_, &status, WNOHANG) == child_; }, patience);

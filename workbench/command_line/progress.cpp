@@ -10,16 +10,16 @@
 namespace loopwarden::workbench {
 namespace {
 constexpr std::chrono::milliseconds kRedraw{100};
-constexpr std::chrono::seconds kNextLine{15};  // where no terminal shows a bar
-constexpr std::size_t kLongRecord = 50'000;    // rows
+constexpr std::size_t kLongRecord = 50'000;  // rows
 constexpr int kBarWidth = 30;
 }  // namespace
 
-Progress::Progress(std::string what, std::uint64_t total)
+Progress::Progress(std::string what, std::uint64_t total, Clock now)
     : what_(std::move(what)),
       total_(total),
+      now_(now),
       visible_(isatty(STDERR_FILENO) == 1),
-      started_(std::chrono::steady_clock::now()),
+      started_(now_()),
       drawn_at_(started_) {}
 
 Progress::~Progress() {
@@ -27,18 +27,12 @@ Progress::~Progress() {
 }
 
 void Progress::update(std::uint64_t done) {
-  const auto now = std::chrono::steady_clock::now();
-  if (total_ == 0 || now - drawn_at_ < (visible_ ? std::chrono::nanoseconds(kRedraw) : kNextLine)) {
-    return;
-  }
+  const auto now = now_();
+  if (!visible_ || total_ == 0 || now - drawn_at_ < kRedraw) return;
   drawn_at_ = now;
   const double share = static_cast<double>(done) / static_cast<double>(total_);
   const double spent_s = std::chrono::duration<double>(now - started_).count();
   const double left_s = share > 0.0 ? spent_s * (1.0 - share) / share : 0.0;
-  if (!visible_) {
-    fmt::print(stderr, "{}: {:.0f} %, {:.0f} s left\n", what_, share * 100.0, left_s);
-    return;
-  }
   drawn_ = true;
   const int filled = static_cast<int>(share * kBarWidth);
   fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %  {:.0f} s left \x1b[K", what_, "", filled, "",

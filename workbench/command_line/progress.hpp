@@ -8,10 +8,12 @@
 
 namespace loopwarden::workbench {
 
-// How far long work has come, on the error output: a bar on a terminal, else a line now and then.
+// How far long work has come: a bar on the error output where that is a terminal, else nothing.
 class Progress {
  public:
-  Progress(std::string what, std::uint64_t total);
+  using Clock = std::chrono::steady_clock::time_point (*)();
+
+  Progress(std::string what, std::uint64_t total, Clock now = std::chrono::steady_clock::now);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   ~Progress();
@@ -21,6 +23,7 @@ class Progress {
  private:
   std::string what_;
   std::uint64_t total_;
+  Clock now_;
   bool visible_;
   bool drawn_ = false;
   std::chrono::steady_clock::time_point started_;

@@ -44,8 +44,7 @@ nlohmann::json loop_json(const record::Importer& importer, const record::FoundLo
     entry[to_text(role)] = name.empty() ? nlohmann::json(nullptr) : nlohmann::json(name);
   }
   entry["files"] = nlohmann::json::array();
-  for (const std::size_t file : loop.files)
-    entry["files"].push_back(importer.files()[file].string());
+  for (const std::size_t file : loop.files) entry["files"].push_back(importer.file(file).string());
   return entry;
 }
 
@@ -88,6 +87,8 @@ void print_list(const record::Importer& importer) {
     fmt::print("not used: {}\n", others);
   }
   for (const record::FileProblem& p : importer.problems()) fmt::print("failed: {}\n", p.why);
+  if (const std::string others = importer.passed_over_text(); !others.empty())
+    fmt::print("{}\n", others);
 }
 
 void write_loop(const record::Record& r, const fs::path& path) {
@@ -118,7 +119,9 @@ class ImportedLoops {
  public:
   ImportedLoops(const record::Importer& importer, const ImportCommand& options, OutputFiles& files)
       : importer_(importer), options_(options), files_(files), out_(options.out) {
-    note_ = {{"loops", nlohmann::json::array()}, {"failed", problems_json(importer)}};
+    note_ = {{"loops", nlohmann::json::array()},
+             {"failed", problems_json(importer)},
+             {"passed_over", importer.passed_over()}};
   }
 
   void take(std::size_t loop, const record::Imported& imported) {
@@ -131,6 +134,7 @@ class ImportedLoops {
     entry["from"] = loop_json(importer_, importer_.loops()[loop]);
     entry["samples"] = imported.record.size();
     note_["loops"].push_back(std::move(entry));
+    in_part_ += broken_.count(loop);
     const std::string said = import_text(imported);
     text_ += path.filename().string() + "\n" + said;
     fmt::print(stderr, "{}", said);
@@ -139,7 +143,8 @@ class ImportedLoops {
   void fail(std::size_t loop, std::size_t file, const record::RecordError& error) {
     // What is wrong with a row is said once, not once a loop.
     if (failures_.insert(error.what()).second) fmt::print(stderr, "{}\n", error.what());
-    note_["failed"].push_back({{"file", importer_.files()[file].string()},
+    broken_.insert(loop);
+    note_["failed"].push_back({{"file", importer_.file(file).string()},
                                {"loop", importer_.loops()[loop].tag},
                                {"why", error.what()}});
   }
@@ -150,6 +155,20 @@ class ImportedLoops {
     files_.commit();
   }
   const nlohmann::json& note() const { return note_; }
+
+  // "20 of 29 loops read; 9 could not be read; 2 files could not be read". `asked_for`: the loops that were to be read.
+  std::string count_text(std::size_t asked_for) const {
+    const std::size_t read = note_["loops"].size();
+    std::string text =
+        fmt::format("{} of {} {} read", read, asked_for, asked_for == 1 ? "loop" : "loops");
+    if (read < asked_for) text += fmt::format("; {} could not be read", asked_for - read);
+    if (in_part_ > 0) text += fmt::format("; {} read without some of the files", in_part_);
+    if (const std::size_t files = importer_.problems().size(); files > 0)
+      text += fmt::format("; {} {} could not be read", files, files == 1 ? "file" : "files");
+    if (const std::string others = importer_.passed_over_text(); !others.empty())
+      text += "; " + others;
+    return text;
+  }
 
  private:
   void write(const record::Record& r, const fs::path& path) {
@@ -168,6 +187,8 @@ class ImportedLoops {
   std::string text_;
   std::set<std::string> names_;
   std::set<std::string> failures_;
+  std::set<std::size_t> broken_;  // loops of which a file could not be read
+  std::size_t in_part_ = 0;       // of them, those that the other files give
 };
 
 std::vector<std::size_t> usable_loops(const record::Importer& importer, const RecordInput& input) {
@@ -181,7 +202,7 @@ std::vector<std::size_t> usable_loops(const record::Importer& importer, const Re
 
 int read_all(record::Importer& importer, const ImportCommand& options) {
   std::vector<std::string> inputs;
-  for (const fs::path& file : importer.files()) inputs.push_back(file.string());
+  for (std::size_t k = 0; k < importer.files(); ++k) inputs.push_back(importer.file(k).string());
   OutputFiles files(inputs);
   if (!options.check) files.make_folder(options.out);
   const std::vector<std::size_t> usable = usable_loops(importer, options.input);
@@ -215,9 +236,12 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
   if (loops.note()["loops"].empty()) {
     if (usable.empty() && importer.problems().empty()) fmt::print(stderr, "{}\n", importer.no_pv());
     fmt::print(stderr, "no loop could be read\n");
+    if (const std::string others = importer.passed_over_text(); !others.empty())
+      fmt::print(stderr, "{}\n", others);
     return kExitData;
   }
   loops.write_note();
+  fmt::print(stderr, "{}\n", loops.count_text(usable.size()));
   if (options.json) fmt::print("{}\n", loops.note().dump(2));
   return loops.note()["failed"].empty() ? kExitOk : kExitData;
 }
@@ -236,7 +260,8 @@ int run_import(const ImportCommand& options) {
     if (options.json) {
       nlohmann::json entry = {{"loops", nlohmann::json::array()},
                               {"not_used", importer.other_names()},
-                              {"failed", problems_json(importer)}};
+                              {"failed", problems_json(importer)},
+                              {"passed_over", importer.passed_over()}};
       for (const record::FoundLoop& loop : importer.loops())
         entry["loops"].push_back(loop_json(importer, loop));
       fmt::print("{}\n", entry.dump(2));
@@ -245,7 +270,7 @@ int run_import(const ImportCommand& options) {
     }
     if (importer.loops().empty() && importer.problems().empty())
       fmt::print(stderr, "{}\n", importer.no_pv());
-    return importer.loops().empty() ? kExitData : kExitOk;
+    return importer.loops().empty() || !importer.problems().empty() ? kExitData : kExitOk;
   } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
@@ -267,7 +292,7 @@ void add_import(CLI::App& app, int& exit_code) {
   options->input.add_options(*sub);
   sub->footer(
       "What an export looks like is found out and said; every command that takes a record reads "
-      "such exports by itself.\n"
+      "such exports by itself. Exit code 65: something could not be read; the rest was.\n"
       "Example: loopwarden import export.csv --list");
   sub->callback([options, &exit_code] { exit_code = run_import(*options); });
 }

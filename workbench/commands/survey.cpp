@@ -49,9 +49,40 @@ void print_failed(const nlohmann::json& failed) {
   }
 }
 
-void print_survey(const fs::path& out, bool as_json) {
+// Where something could not be read: the rest was done.
+int exit_code_of(const nlohmann::json& failed) {
+  const bool lost = std::any_of(failed.begin(), failed.end(), [](const nlohmann::json& problem) {
+    return problem.value("lost", "loop") != "signals";
+  });
+  return lost ? kExitData : kExitOk;
+}
+
+// "12 loops: 8 judged, 3 from an earlier run, 1 could not be read; 2 files could not be read": the first three make the
+// sum, what stands behind it is besides.
+std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
+  std::string text = fmt::format("{} {}: {} judged, {} from an earlier run, {} could not be read",
+                                 count.loops, count.loops == 1 ? "loop" : "loops", count.judged,
+                                 count.resumed, count.loops - count.judged - count.resumed);
+  const auto besides = [&](const char* lost, const char* key, const char* what) {
+    std::set<std::string> names;
+    for (const auto& problem : failed) {
+      if (problem.value("lost", "loop") == lost) names.insert(problem.at(key).get<std::string>());
+    }
+    if (names.empty()) return;
+    text += fmt::format("; {} {}{} {}", names.size(), key, names.size() == 1 ? "" : "s", what);
+  };
+  besides("part", "loop", "judged without some of the files");
+  besides("signals", "loop", "without PV or CO");
+  besides("file", "file", "could not be read");
+  return text;
+}
+
+nlohmann::json read_survey(const fs::path& out) {
   std::ifstream in(out / "survey.json");
-  const nlohmann::json survey = nlohmann::json::parse(in);
+  return nlohmann::json::parse(in);
+}
+
+void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_json) {
   if (as_json) {
     fmt::print("{}\n", survey.dump(2));
     return;
@@ -76,7 +107,8 @@ void print_survey(const fs::path& out, bool as_json) {
                number("period_s", 1.0), number("group", 1.0),
                loop.at("next").at("what").get<std::string>());
   }
-  if (loops.size() > kLinesShown) fmt::print("  ... {} loops in all\n", loops.size());
+  if (loops.size() > kLinesShown)
+    fmt::print("  ... {} more in survey.html\n", loops.size() - kLinesShown);
   print_failed(survey.at("failed"));
   fmt::print("{}\n", (out / "survey.html").string());
 }
@@ -90,8 +122,9 @@ int run_survey(const SurveyCommand& options) {
   const fs::path out(options.out);
   if (!options.merge.empty()) {
     write_survey({options.merge.begin(), options.merge.end()}, out);
-    print_survey(out, options.json);
-    return kExitOk;
+    const nlohmann::json survey = read_survey(out);
+    print_survey(survey, out, options.json);
+    return exit_code_of(survey.at("failed"));
   }
   SurveyRun run{
       .paths = options.paths,
@@ -108,23 +141,26 @@ int run_survey(const SurveyCommand& options) {
   if (!options.shard.empty()) {
     run.share = share_from(options.shard);
   }
+  SurveyCount count;
   try {
-    const SurveyCount count = judge_all(run);
-    fmt::print(stderr, "{} loops: {} judged, {} from an earlier run, {} failed\n", count.loops,
-               count.judged, count.resumed, count.failed.size());
-    if (count.loops == 0 && run.share.of == 1) {
-      print_failed(count.failed);
-      fmt::print(stderr,
-                 "no loop with PV and CO was found; 'loopwarden import --list' shows what was\n");
-      return kExitData;
-    }
+    count = judge_all(run);
   } catch (const record::RecordError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   }
+  if (!count.passed_over.empty()) fmt::print(stderr, "{}\n", count.passed_over);
+  if (count.loops == 0 && run.share.of == 1) {
+    print_failed(count.failed);
+    fmt::print(stderr,
+               "no loop with PV and CO was found; 'loopwarden import --list' shows what was, --map "
+               "pv=NAME,co=NAME says which columns or tags are one\n");
+    return kExitData;
+  }
   write_survey({out}, out);
-  print_survey(out, options.json);
-  return kExitOk;
+  const nlohmann::json survey = read_survey(out);
+  fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
+  print_survey(survey, out, options.json);
+  return exit_code_of(survey.at("failed"));
 }
 
 }  // namespace
@@ -154,7 +190,9 @@ void add_survey(CLI::App& app, int& exit_code) {
   sub->add_flag("--json", options->json, "print survey.json");
   options->input.add_options(*sub, false);
   sub->footer(
-      "No model, no tuning, no configuration.\nExample: loopwarden survey exports/ --out survey");
+      "No model, no tuning, no configuration. Exit code 65: something could not be read; the rest "
+      "was "
+      "judged.\nExample: loopwarden survey exports/ --out survey");
   sub->callback([options, &exit_code] { exit_code = run_survey(*options); });
 }
 

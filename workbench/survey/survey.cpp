@@ -25,7 +25,7 @@ using nlohmann::json;
 
 constexpr std::uint64_t kAtOnceBytes = 256ULL * 1024ULL * 1024ULL;  // of values in memory
 constexpr std::size_t kAtOnceLoops = 256;
-constexpr int kResultForm = 3;  // of a loop's file; one in another form is made anew
+constexpr int kResultForm = 4;  // of a loop's file; one in another form is made anew
 
 std::optional<json> read_json(const fs::path& path) {
   std::ifstream in(path);
@@ -44,7 +44,7 @@ std::string key_of(const record::Importer& importer, const record::FoundLoop& lo
   for (const std::string& name : loop.signals.names) text += "|" + name;
   for (const std::size_t file : loop.files) {
     std::error_code problem;
-    const fs::path& path = importer.files()[file];
+    const fs::path& path = importer.file(file);
     text += fmt::format("|{} {} {}", path.string(), fs::file_size(path, problem),
                         fs::last_write_time(path, problem).time_since_epoch().count());
   }
@@ -78,8 +78,9 @@ OpenLoops open_loops(const record::Importer& importer, const SurveyRun& run, Sur
     const bool has_pv = loop.signals.has(record::Role::pv);
     if (!has_pv || !loop.signals.has(record::Role::co)) {
       count.failed.push_back(
-          {{"file", importer.files()[loop.files.front()].string()},
+          {{"file", importer.file(loop.files.front()).string()},
            {"loop", loop.tag},
+           {"lost", "signals"},
            {"why", has_pv ? "no CO: nothing can be said of the valve" : "no PV"}});
       continue;
     }
@@ -113,11 +114,13 @@ std::vector<ReadLoop> read_loops(record::Importer& importer, std::span<const std
         const auto at = broken.find(loop);
         if (at == broken.end()) return;
         loops.back().without = std::move(at->second);
+        for (json& problem : loops.back().without) problem["lost"] = "part";
         broken.erase(at);
       },
       [&](std::size_t loop, std::size_t file, const record::RecordError& error) {
-        broken[loop].push_back({{"file", importer.files()[file].string()},
+        broken[loop].push_back({{"file", importer.file(file).string()},
                                 {"loop", importer.loops()[loop].tag},
+                                {"lost", "loop"},
                                 {"why", error.what()}});
       },
       progress);
@@ -150,8 +153,9 @@ SurveyCount judge_all(const SurveyRun& run) {
   folders.commit();
   SurveyCount count;
   for (const record::FileProblem& problem : importer.problems()) {
-    count.failed.push_back({{"file", problem.file}, {"why", problem.why}});
+    count.failed.push_back({{"file", problem.file}, {"lost", "file"}, {"why", problem.why}});
   }
+  count.passed_over = importer.passed_over_text();
   const auto [open, wanted] = open_loops(importer, run, count);
   forget_others(run.out / "loops", wanted);
   constexpr std::uint64_t kOne = kReadingParts + kJudgingParts;

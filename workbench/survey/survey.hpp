@@ -30,15 +30,19 @@ struct SurveyRun {
 };
 
 struct SurveyCount {
-  std::size_t loops = 0;                            // of this share
-  std::size_t judged = 0;                           // now
-  std::size_t resumed = 0;                          // from an earlier run
-  nlohmann::json failed = nlohmann::json::array();  // file, loop, why; without a result
+  std::size_t loops = 0;    // of this share
+  std::size_t judged = 0;   // now
+  std::size_t resumed = 0;  // from an earlier run
+  // What has no result, each with file, loop, why, and what was lost by it: "file" all of it, "loop" a loop that could not
+  // be read, "signals" a loop that can't be judged since it has no PV or no CO. ("part", a file of a loop that is judged
+  // without it, stands with the loop.)
+  nlohmann::json failed = nlohmann::json::array();
+  std::string passed_over;  // Importer::passed_over_text()
 };
 
 // Judges what is not judged yet. Throws RecordError where a path can't be looked at, OutputError.
 SurveyCount judge_all(const SurveyRun& run);
-// Joins the loops of one or several folders that judge_all wrote.
+// Joins the loops of one or several folders that judge_all wrote; throws CommandError where it can't.
 void write_survey(const std::vector<std::filesystem::path>& folders,
                   const std::filesystem::path& out);
 

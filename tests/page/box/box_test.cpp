@@ -42,7 +42,7 @@ BoxSettings quick(const std::filesystem::path& socket) {
   return {.status_socket = socket.string(),
           .live = std::chrono::milliseconds(10),
           .quiet = std::chrono::milliseconds(20),
-          .patience = std::chrono::milliseconds(300)};
+          .patience = std::chrono::milliseconds(30'000)};
 }
 
 TEST_CASE("a daemon is seen to come, to go and to come back") {
@@ -65,6 +65,7 @@ TEST_CASE("a daemon is seen to come, to go and to come back") {
   REQUIRE(eventually([&] { return box.now().up; }));
   CHECK(box.now().plant->loops.size() == 2);
   CHECK(eventually([&] { return heard.times(http::EventKind::overview) > 3; }));
+  REQUIRE(eventually([&] { return !heard.of(http::EventKind::alarms).empty(); }));
   CHECK(json::parse(heard.of(http::EventKind::alarms)).size() == 1);
   daemon.reset();
   REQUIRE(eventually([&] { return !box.now().up; }));
@@ -114,7 +115,7 @@ TEST_CASE("the daemon's refusals are told apart from its absence") {
   const FakeDaemon daemon(folder / "s", [](const json&) -> json {
     return {{"ok", false}, {"error", "no loop 'x'"}};
   });
-  DaemonDoor door((folder / "s").string(), std::chrono::milliseconds(2000));
+  DaemonDoor door((folder / "s").string(), std::chrono::milliseconds(30'000));
   CHECK_THROWS_WITH(door.ask({{"request", "loop"}}), "no loop 'x'");
   CHECK_THROWS_AS(door.ask({{"request", "loop"}}), DaemonRefused);
 }

@@ -51,7 +51,7 @@ class RawClient {
 
   // What comes until `end` does, or the connection ends, or the time is up.
   std::string until(std::string_view end,
-                    std::chrono::milliseconds patience = std::chrono::seconds(20)) {
+                    std::chrono::milliseconds patience = std::chrono::seconds(60)) {
     const auto deadline = std::chrono::steady_clock::now() + patience;
     while (received_.find(end) == std::string::npos) {
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -74,7 +74,7 @@ class RawClient {
   }
 
   // All until the server closes.
-  std::string rest(std::chrono::milliseconds patience = std::chrono::seconds(20)) {
+  std::string rest(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
     return until(std::string_view("\0never\0", 7), patience);
   }
   bool ended() const noexcept { return ended_; }

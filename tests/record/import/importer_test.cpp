@@ -477,7 +477,7 @@ ReadAll read_all(const fs::path& folder) {
       },
       [&](std::size_t k, std::size_t file, const RecordError& e) {
         out.failures.push_back(importer.loops()[k].tag + " " +
-                               importer.files()[file].filename().string() + " " + e.what());
+                               importer.file(file).filename().string() + " " + e.what());
       });
   return out;
 }
@@ -488,7 +488,7 @@ TEST_CASE("a cell that can't be read costs its loop, and not the others of the f
     std::string text =
         is_long ? "Tag,Timestamp,Value\n" : "Timestamp,FIC1.PV,FIC1.OP,FIC2.PV,FIC2.OP\n";
     for (std::size_t k = 0; k < kSamples; ++k) {
-      const std::string pv = k == 700 ? "Wartung" : number(loop().pv[k]);
+      const std::string pv = k == 700 ? "12..5" : number(loop().pv[k]);
       const std::string co = number(loop().co[k]);
       if (!is_long) {
         text += iso(k) + "," + pv + "," + co + "," + number(loop().pv[k]) + "," + co + "\n";
@@ -507,8 +507,221 @@ TEST_CASE("a cell that can't be read costs its loop, and not the others of the f
     CHECK(got.samples == std::map<std::string, std::size_t>{{"FIC2", kSamples}});
     REQUIRE(got.failures.size() == 1);
     CHECK(got.failures.front().starts_with("FIC1 e.csv"));
-    CHECK(got.failures.front().find("--bad-value 'Wartung'") != std::string::npos);
+    CHECK(got.failures.front().find("--bad-value '12..5'") != std::string::npos);
   }
+}
+
+void write_gzip(const fs::path& path, const std::string& text, double share) {
+  const gzFile out = gzopen(path.c_str(), "wb");
+  REQUIRE(gzwrite(out, text.data(), static_cast<unsigned>(text.size())) ==
+          static_cast<int>(text.size()));
+  gzclose(out);
+  const std::string packed = read_file(path);
+  write_file(
+      path, packed.substr(0, static_cast<std::size_t>(share * static_cast<double>(packed.size()))));
+}
+
+TEST_CASE("a packed file that was cut costs none of the sound ones", "[import]") {
+  std::string tall = "Tag,Timestamp,Value\n";
+  for (std::size_t k = 0; k < 40 * kSamples; ++k) {
+    tall += "FIC0.PV," + iso(k) + "," + number(loop().pv[k % kSamples]) + "\n";
+    tall += "FIC0.OP," + iso(k) + "," + number(loop().co[k % kSamples]) + "\n";
+  }
+  // Cut behind its first lines: that it is an export shows, what loops are in it does not.
+  const TemporaryFolder folder;
+  write_gzip(folder / "0.csv.gz", tall, 0.5);
+  std::map<std::string, std::size_t> sound;
+  for (int k = 1; k <= 5; ++k) {
+    const std::string tag = "FIC" + std::to_string(k);
+    write_file(folder / (tag + ".csv"),
+               wide("Timestamp," + tag + ".PV," + tag + ".OP," + tag + ".SP",
+                    [](std::size_t at) { return iso(at); }));
+    sound[tag] = kSamples;
+  }
+  const ReadAll got = read_all(folder.path());
+  CHECK(got.samples == sound);
+  CHECK(got.failures.empty());
+  Importer importer({folder.path()}, {});
+  REQUIRE(importer.problems().size() == 1);
+  CHECK(importer.problems().front().why.find("0.csv.gz: is a gzip file that ends too early") !=
+        std::string::npos);
+  for (const FoundLoop& found : importer.loops()) {
+    REQUIRE(found.files.size() == 1);
+    CHECK(importer.file(found.files.front()).filename() == found.tag + ".csv");
+  }
+}
+
+TEST_CASE("rows wider than their header are refused, with the line", "[import]") {
+  // A comma for the decimals and one between the cells: whose cell is whose can't be told.
+  std::string text = "Tag,Timestamp,Value\n";
+  for (std::size_t k = 0; k < kSamples; ++k)
+    text += "FIC1,PV," + iso(k) + "," + number(loop().pv[k]) + "\n";
+  CHECK(failure(text).find("export.csv:2: 4 cells where the header has 3") != std::string::npos);
+  // Beyond the lines that the layout is found from.
+  const std::string rows = wide("Timestamp,PV,OP,SP", [](std::size_t k) { return iso(k); });
+  const std::string wider = iso(kSamples) + ",20,50,20,7\n" + iso(kSamples + 1) + ",20,50,20\n";
+  CHECK(failure(rows + wider).find("export.csv:902:") != std::string::npos);
+  CHECK(failure(rows + wider).find("5 cells where the header has 4") != std::string::npos);
+  std::string tall = "Tag,Timestamp,Value\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    tall += "FIC1.PV," + iso(k) + "," + (k == 700 ? "19,5" : "20") + "\n";
+    tall += "FIC1.OP," + iso(k) + ",50\n";
+  }
+  const std::string what = failure(tall);
+  CHECK(what.find("export.csv:1402:") != std::string::npos);
+  CHECK(what.find("4 cells where the header has 3") != std::string::npos);
+  CHECK(what.find("double quotes") != std::string::npos);
+}
+
+TEST_CASE("a spreadsheet's error in any language is a bad value", "[import]") {
+  for (const char* word : {"#WERT!", "#NV", "#VALEUR!", "#\xC2\xA1VALOR!", "#DIV/0!", "#N/A",
+                           "#ZNA\xC4\x86!", "#NOMBRE?", "########"}) {
+    INFO(word);
+    std::string text = "Timestamp,PV,OP,SP\n";
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      text += iso(k) + "," + (k % 50 == 7 ? word : number(loop().pv[k])) + "," +
+              number(loop().co[k]) + ",20\n";
+    }
+    CHECK(imported(text).notes.bad == 18);
+  }
+}
+
+TEST_CASE("one unknown word in few cells is a bad value, and said", "[import]") {
+  const auto with = [](std::size_t cells, const std::string& word, const std::string& other,
+                       bool is_long = false) {
+    std::string text = is_long ? "Tag,Timestamp,Value\n" : "Timestamp,FIC1.PV,FIC1.OP\n";
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      const std::string pv =
+          k >= 100 && k < 100 + cells ? (k % 2 == 0 ? word : other) : number(loop().pv[k]);
+      const std::string co = number(loop().co[k]);
+      text += is_long ? "FIC1.PV," + iso(k) + "," + pv + "\nFIC1.OP," + iso(k) + "," + co + "\n"
+                      : iso(k) + "," + pv + "," + co + "\n";
+    }
+    return text;
+  };
+  for (const bool is_long : {false, true}) {
+    const Imported got = imported(with(4, "Wartung", "Wartung", is_long));
+    CHECK(got.notes.bad == 4);
+    REQUIRE(got.notes.remarks.size() == 1);
+    CHECK(got.notes.remarks.front() == "FIC1.PV: 'Wartung' in 4 cells: taken as a bad value");
+  }
+  CHECK(failure(with(5, "Wartung", "Wartung")).find("export.csv:102:22: 'Wartung'") !=
+        std::string::npos);
+  CHECK(failure(with(2, "Wartung", "Stillstand")).find("export.csv:103:22: 'Stillstand'") !=
+        std::string::npos);
+  CHECK(failure(with(1, "1.2.3", "")).find("'1.2.3' is not a number") != std::string::npos);
+}
+
+TEST_CASE("stamps that jitter by milliseconds don't make the period", "[import]") {
+  // An OPC logger: 1 s samples, each value stamped by itself, by exception.
+  numeric::Random random(7);
+  std::string text = "Tag,Timestamp,Value\n";
+  constexpr std::size_t kHour = 3600;
+  std::vector<double> pv(kHour), co(kHour);
+  for (std::size_t k = 0; k < kHour; ++k) {
+    pv[k] = 20.0 + std::sin(0.03 * static_cast<double>(k)) + 0.05 * random.normal();
+    co[k] = 50.0 + 3.0 * std::sin(0.03 * static_cast<double>(k) - 1.0) + 0.02 * random.normal();
+  }
+  const auto stamp = [&](std::size_t k) {
+    return iso_text(kStart + static_cast<std::int64_t>(k), random.uniform(0.0, 0.0049), true);
+  };
+  for (const std::size_t k : by_exception(pv, 0.2))
+    text += "FIC1.PV," + stamp(k) + "," + number(pv[k]) + "\n";
+  for (const std::size_t k : by_exception(co, 0.5))
+    text += "FIC1.OP," + stamp(k) + "," + number(co[k]) + "\n";
+  const Imported got = imported(text);
+  CHECK(got.record.period_s == Approx(1.0).epsilon(1e-3));
+  CHECK(got.record.size() <= kHour + 1);
+}
+
+TEST_CASE("a record of far more rows than the export has is said", "[import]") {
+  std::string text = "Tag,Timestamp,Value\n";
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < 100; ++k) {
+    at += k % 10 == 0 ? 1 : 200 + 37 * (k % 7);
+    text += "FIC1.PV," + iso(at) + "," + number(loop().pv[k]) + "\n";
+  }
+  const Imported got = imported(text);
+  REQUIRE(got.record.size() > 100 * 100);
+  REQUIRE_FALSE(got.notes.remarks.empty());
+  CHECK(got.notes.remarks.front().find("100 values of PV make") != std::string::npos);
+  CHECK(got.notes.remarks.front().find("--period") != std::string::npos);
+}
+
+TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
+  const std::string annotations =
+      "#group,false,false,true,true,false,false,true,true,true\n"
+      "#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,dateTime:RFC3339,double,string,"
+      "string,string\n"
+      "#default,_result,,,,,,,,\n";
+  const std::string header = ",result,table,_start,_stop,_time,_value,_field,_measurement,unit\n";
+  const auto series = [&](int table, const std::string& field, const std::vector<double>& values) {
+    std::string rows = annotations + header;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      rows += ",," + std::to_string(table) + "," + iso(0) + "," + iso(kSamples) + "," + iso(k) +
+              "," + number(values[k]) + "," + field + ",plant,FIC101\n";
+    }
+    return rows + "\n";
+  };
+  const std::string text =
+      series(0, "PV", loop().pv) + series(1, "OP", loop().co) + series(2, "SP", loop().sp);
+  const Imported got = imported(text);
+  same(got);
+  CHECK(got.notes.tag == "plant.FIC101");
+  CHECK(got.notes.start->whole_s == kStart);
+  // A field that says nothing, with the signal in a tag column.
+  std::string by_tag = annotations + header;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    for (const auto& [tag, value] : {std::pair{"FIC7.PV", loop().pv[k]}, {"FIC7.OP", loop().co[k]}})
+      by_tag += ",,0," + iso(0) + "," + iso(9) + "," + iso(k) + "," + number(value) +
+                ",value,opc," + tag + "\n";
+  }
+  CHECK(imported(by_tag).notes.tag == "opc.FIC7");
+  // Another table with other columns.
+  CHECK(failure(text + "#group,false\n,result,table,_time,_value,_field,_measurement,site\n")
+            .find("a table with other columns begins here") != std::string::npos);
+  // A column a field, as pivot() makes it.
+  std::string pivoted = ",result,table,_start,_stop,_time,_measurement,FIC9.PV,FIC9.OP,FIC9.SP\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    pivoted += ",,0," + iso(0) + "," + iso(kSamples) + "," + iso(k) + ",opc," +
+               number(loop().pv[k]) + "," + number(loop().co[k]) + "," + number(loop().sp[k]) +
+               "\n";
+  }
+  same(imported(pivoted));
+}
+
+TEST_CASE("formats that are not read say what to do instead", "[import]") {
+  const std::string zip("PK\x03\x04\x14\0\0\0\0\0", 10);
+  const TemporaryFolder folder;
+  const auto said = [&](const std::string& name, const std::string& content) {
+    write_file(folder / name, content);
+    try {
+      import_record(folder / name, "", {});
+    } catch (const RecordError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  CHECK_THAT(said("a.xlsx", zip + "[Content_Types].xml"), Catch::Contains("save its sheet as CSV"));
+  CHECK_THAT(said("a.zip", zip + "exports/a.csv"), Catch::Contains("unpack it"));
+  CHECK_THAT(said("a.xls", "\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"), Catch::Contains("as CSV"));
+  CHECK_THAT(said("a.pdf", "%PDF-1.7\n"), Catch::Contains("is a PDF"));
+  CHECK_THAT(said("a.json", "[\n  {\"time\": 1, \"pv\": 2}\n]\n"), Catch::Contains("is JSON"));
+}
+
+TEST_CASE("what a folder has beside exports is counted by its endings", "[import]") {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.xlsx", "b.XLSX", "c.zip", ".hidden.zip"})
+    write_file(folder / name, "x");
+  CHECK_THROWS_WITH(Importer({folder.path()}, {}),
+                    Catch::Contains("passed over: .xlsx (2), .zip (1)"));
+  write_file(folder / "e.csv", wide("time,pv,co,sp", seconds));
+  Importer importer({folder.path()}, {});
+  CHECK(importer.passed_over_text() == "3 files passed over: .xlsx (2), .zip (1)");
+  const Imported got = import_record(folder.path(), "", {});
+  REQUIRE(got.notes.remarks.size() == 1);
+  CHECK(got.notes.remarks.front() == importer.passed_over_text());
+  CHECK(Importer({folder / "e.csv"}, {}).passed_over_text().empty());
 }
 
 TEST_CASE("of a loop in several files a bad one is left out and listed", "[import]") {
@@ -574,6 +787,14 @@ TEST_CASE("what is no export says so", "[import]") {
   CHECK(failure(wide("time,pv,co,sp", seconds), column).find("the first line has 'time', 'pv'") !=
         std::string::npos);
   CHECK(failure("").find("empty") != std::string::npos);
+  for (const char* header : {"Time,PV,OP\n", "Time,PV,OP\ns,m3/h,%\n"}) {
+    CHECK(failure(header).find("a header, and no row of data below it") != std::string::npos);
+  }
+  // As Java prints a date: at the first row.
+  CHECK(failure(wide("Timestamp,PV,OP,SP",
+                     [](std::size_t k) { return date("%a %b %d %H:%M:%S UTC %Y", k); }))
+            .find("export.csv:2:1: 'Sun Mar 01 22:30:00 UTC 2026' is no time that is known") !=
+        std::string::npos);
   CHECK_FALSE(failure("one column\n1\n2\n").empty());
   CHECK(failure("a,b,c\nx,y,z\nx,y,z\n").find("--time-column") != std::string::npos);
   CHECK_FALSE(failure(std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16)).empty());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -37,6 +38,10 @@ class ForeignProcess {
       ::dup2(to[0], STDIN_FILENO);
       ::dup2(from[1], STDOUT_FILENO);
       for (const int file : {to[0], to[1], from[0], from[1]}) ::close(file);
+      // A device has a processor of its own: it answers in time whatever else runs here. Without the right to that it
+      // takes its turn.
+      const sched_param before_all_others{1};
+      ::sched_setscheduler(0, SCHED_RR, &before_all_others);
       ::execv(argv[0], argv.data());
       ::_exit(127);
     }
@@ -44,7 +49,7 @@ class ForeignProcess {
     ::close(from[1]);
     input_ = to[1];
     output_ = from[0];
-    ready_ = read_line(std::chrono::seconds(20));
+    ready_ = read_line(kPatience);
     if (ready_.rfind("READY", 0) != 0) throw std::runtime_error(program + " says: " + ready_);
   }
   ForeignProcess(const ForeignProcess&) = delete;
@@ -62,7 +67,7 @@ class ForeignProcess {
     if (::write(input_, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
       throw std::runtime_error("the process takes no command: " + text);
     }
-    std::string answer = read_line(std::chrono::seconds(20));
+    std::string answer = read_line(kPatience);
     if (answer.empty() || answer.rfind("ERROR", 0) == 0) {
       throw std::runtime_error(text + ": " + answer);
     }
@@ -79,6 +84,8 @@ class ForeignProcess {
   void thaw() const { ::kill(child_, SIGCONT); }
 
  private:
+  static constexpr std::chrono::seconds kPatience{60};
+
   static std::string field(const std::string& line, const std::string& key) {
     const std::size_t at = line.find(" " + key + "=");
     if (at == std::string::npos) throw std::runtime_error("no " + key + " in: " + line);
@@ -113,10 +120,10 @@ class ForeignProcess {
   std::string received_;
 };
 
-// Waits until `condition` holds; false if it does not within `patience`.
+// Waits until `condition` holds; false if it does not within `patience`, which is for what never comes.
 template <class Condition>
 bool eventually(Condition condition,
-                std::chrono::milliseconds patience = std::chrono::milliseconds(10'000)) {
+                std::chrono::milliseconds patience = std::chrono::seconds(60)) {
   const auto give_up = std::chrono::steady_clock::now() + patience;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > give_up) return false;

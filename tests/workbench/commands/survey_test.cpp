@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `loopwarden import`, `survey` and `batch` as their users call them.
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -310,7 +311,10 @@ TEST_CASE(
                             plant.path("broken.csv") + " " + plant.path("old.csv");
   const ShellOutcome one = loopwarden("survey " + files + " --jobs 1 --out " + plant.path("one"));
   INFO(one.text);
-  REQUIRE(one.exit_code == 0);
+  REQUIRE(one.exit_code == 65);  // two files could not be read
+  CHECK(
+      one.text.find("4 loops: 4 judged, 0 from an earlier run, 0 could not be read; 1 loop judged "
+                    "without some of the files; 1 file could not be read\n") != std::string::npos);
   const json survey = read_json(plant.folder() / "one/survey.json");
   REQUIRE(survey["loops"].size() == 4);
   REQUIRE(survey["failed"].size() == 2);
@@ -340,17 +344,17 @@ TEST_CASE(
   }
   CHECK(read_file(plant.folder() / "one/survey.csv").find("\n1,FIC10") != std::string::npos);
 
-  CHECK(loopwarden("survey " + files + " --jobs 3 --out " + plant.path("three")).exit_code == 0);
+  CHECK(loopwarden("survey " + files + " --jobs 3 --out " + plant.path("three")).exit_code == 65);
   CHECK(read_file(plant.folder() / "three/survey.json") ==
         read_file(plant.folder() / "one/survey.json"));
   std::string shares;
   for (int k = 1; k <= 3; ++k) {
     const std::string out = plant.path("share" + std::to_string(k));
     CHECK(loopwarden("survey " + files + " --shard " + std::to_string(k) + "/3 --out " + out)
-              .exit_code == 0);
+              .exit_code == 65);
     shares += " " + out;
   }
-  CHECK(loopwarden("survey --merge" + shares + " --out " + plant.path("merged")).exit_code == 0);
+  CHECK(loopwarden("survey --merge" + shares + " --out " + plant.path("merged")).exit_code == 65);
   for (const char* file : {"survey.json", "survey.csv", "survey.html"}) {
     CHECK(read_file(plant.folder() / "merged" / file) == read_file(plant.folder() / "one" / file));
   }
@@ -375,6 +379,54 @@ TEST_CASE(
   CHECK(loopwarden("survey " + files + " --shard 4/3 --out " + plant.path("x")).exit_code == 64);
   CHECK(loopwarden("survey --merge " + plant.path("nothing") + " --out " + plant.path("x"))
             .exit_code == 65);
+}
+
+TEST_CASE("import and survey: what can't be read ends with 65, and the counts add up",
+          "[import][survey][program]") {
+  Plant plant;
+  fs::create_directory(plant.folder() / "e");
+  plant.write_export("e/a.csv",
+                     {{"FIC101", plant.simulated(0.0, 1)}, {"FIC102", plant.simulated(5.0, 2)}});
+  const std::string folder = plant.path("e");
+  const auto all = [&](int exit_code) {
+    const ShellOutcome listed = loopwarden("import --list " + folder);
+    const ShellOutcome imported = loopwarden("import " + folder + " --out " + plant.path("out"));
+    const ShellOutcome surveyed = loopwarden("survey " + folder + " --out " + plant.path("s"));
+    INFO(listed.text << imported.text << surveyed.text);
+    CHECK(listed.exit_code == exit_code);
+    CHECK(imported.exit_code == exit_code);
+    CHECK(surveyed.exit_code == exit_code);
+    return std::array{listed.text, imported.text, surveyed.text};
+  };
+  all(0);
+  // A PV alone is a loop that can't be judged, and no failure; nor is what is no export.
+  write_file(plant.folder() / "e/t.csv",
+             "Timestamp,TI205.PV\n2026-03-01T10:00:00Z,1\n"
+             "2026-03-01T10:00:01Z,2\n2026-03-01T10:00:02Z,3\n");
+  write_file(plant.folder() / "e/values.xlsx", "PK");
+  const auto alone = all(0);
+  for (const std::string& text : alone)
+    CHECK(text.find("1 file passed over: .xlsx (1)") != std::string::npos);
+  CHECK(alone[1].find("\n3 of 3 loops read; 1 file passed over") != std::string::npos);
+  CHECK(alone[2].find("2 loops: 0 judged, 2 from an earlier run, 0 could not be read; 1 loop "
+                      "without PV or CO\n") != std::string::npos);
+  // A file that is none, and a loop with a cell that is no number.
+  write_file(plant.folder() / "e/b.csv", "not an export\n");
+  CHECK(all(65)[1].find("\n3 of 3 loops read; 1 file could not be read; ") != std::string::npos);
+  fs::remove(plant.folder() / "e/b.csv");
+  std::string spoiled = read_file(plant.folder() / "e/a.csv");
+  const std::size_t place = spoiled.find(',', spoiled.size() / 2);
+  spoiled.insert(place, ".1.");
+  write_file(plant.folder() / "e/a.csv", spoiled);
+  const ShellOutcome imported = loopwarden("import " + folder + " --out " + plant.path("out2"));
+  INFO(imported.text);
+  CHECK(imported.exit_code == 65);
+  CHECK(imported.text.find("\n2 of 3 loops read; 1 could not be read; ") != std::string::npos);
+  const ShellOutcome surveyed = loopwarden("survey " + folder + " --out " + plant.path("s2"));
+  INFO(surveyed.text);
+  CHECK(surveyed.exit_code == 65);
+  CHECK(surveyed.text.find("2 loops: 1 judged, 0 from an earlier run, 1 could not be read; ") !=
+        std::string::npos);
 }
 
 TEST_CASE("batch runs each command once, keeps its exit code, and shares out", "[batch][program]") {

@@ -43,6 +43,28 @@ TEST_CASE("Files of the source tree are found where the package has them") {
   CHECK(installed("", root).empty());
 }
 
+TEST_CASE("The documents name only state folders that the package has") {
+  const auto text_of = [](const fs::path& path) {
+    std::ifstream in(path);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string taken_at_purge =
+      text_of(LOOPWARDEN_SOURCE_DIR "/debian/loopwarden.postrm") + " ";
+  const std::regex folder("/var/lib/loopwarden[a-z-]*");
+  std::size_t named = 0;
+  for (const auto& file : fs::recursive_directory_iterator(LOOPWARDEN_SOURCE_DIR "/docs")) {
+    if (file.path().extension() != ".md" && file.path().extension() != ".scd") continue;
+    const std::string text = text_of(file.path());
+    for (std::sregex_iterator it(text.begin(), text.end(), folder), end; it != end; ++it) {
+      INFO(file.path() << ": " << it->str());
+      const std::regex whole(it->str() + "[ \n]");
+      CHECK(std::regex_search(taken_at_purge, whole));
+      ++named;
+    }
+  }
+  CHECK(named > 5);
+}
+
 TEST_CASE("A file that is there goes before the package's") {
   const TemporaryFolder share;
   const TemporaryFolder here;
