@@ -17,10 +17,19 @@ constexpr std::size_t kMostDiagnostics = 100;  // of one file
 
 std::string to_text(Place place) { return fmt::format("{}:{}", place.line, place.column); }
 
+const char* to_text(Diagnostic::Level level) noexcept {
+  switch (level) {
+    case Diagnostic::Level::note: return "note";
+    case Diagnostic::Level::warning: return "warning";
+    case Diagnostic::Level::error: break;
+  }
+  return "error";
+}
+
 std::string to_text(const Diagnostic& diagnostic) {
   std::string text = diagnostic.file;
   if (diagnostic.place.line > 0) text += fmt::format(":{}", to_text(diagnostic.place));
-  text += diagnostic.level == Diagnostic::Level::error ? ": error: " : ": warning: ";
+  text += fmt::format(": {}: ", to_text(diagnostic.level));
   if (!diagnostic.key.empty()) text += fmt::format("{}: ", diagnostic.key);
   return text + diagnostic.message;
 }
@@ -46,6 +55,11 @@ void Report::error(Place place, std::string_view key, std::string message) {
 void Report::warning(Place place, std::string_view key, std::string message) {
   diagnostics_.push_back(
       {Diagnostic::Level::warning, file_, place, std::string(key), std::move(message)});
+}
+
+void Report::note(Place place, std::string_view key, std::string message) {
+  diagnostics_.push_back(
+      {Diagnostic::Level::note, file_, place, std::string(key), std::move(message)});
 }
 
 std::vector<Diagnostic> Report::take() {

@@ -26,13 +26,15 @@ struct Place {
 std::string to_text(Place place);  // "14:9"
 
 struct Diagnostic {
-  enum class Level { warning, error };
+  enum class Level { note, warning, error };
   Level level = Level::error;
   std::string file;
   Place place;
   std::string key;  // path of the key, such as controller.ti; empty: the file as a whole
   std::string message;
 };
+
+const char* to_text(Diagnostic::Level level) noexcept;
 
 std::string to_text(const Diagnostic& diagnostic);             // one line, without its end
 std::string to_text(std::span<const Diagnostic> diagnostics);  // each line ends with \n
@@ -46,6 +48,8 @@ class Report {
 
   void error(Place place, std::string_view key, std::string message);
   void warning(Place place, std::string_view key, std::string message);
+  // Nothing is wrong; but who reads the file should know.
+  void note(Place place, std::string_view key, std::string message);
 
   const std::string& file() const noexcept { return file_; }
   std::size_t error_count() const noexcept { return errors_; }

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <tuple>
+#include <variant>
 
 #include "config/character.hpp"
 #include "config/controller_reader.hpp"
@@ -87,9 +88,8 @@ class LoopReader {
     }
     std::optional<MapReader> jacket;
     if (controller) jacket = read_controller(*controller);
-    if (std::optional<MapReader> start = in_.need_section("start", "how the loop comes up")) {
-      read_start(*start);
-    }
+    std::optional<MapReader> start = in_.need_section("start", "how the loop comes up");
+    if (start) read_start(*start);
     if (std::optional<MapReader> actions = in_.need_section(
             "safe_actions",
             "what the output does in each kind of trouble: `hold`, or the CO to go to")) {
@@ -114,6 +114,7 @@ class LoopReader {
     }
     loop_.command = io.command;
     loop_.hardware = io.hardware;
+    if (start) check_start(*start, io);
     if (jacket) check_jacket(*jacket, io);
     if (compensator_) check_compensator(*compensator_, io);
     // What the converter and the deadband hold back is no windup.
@@ -306,7 +307,8 @@ class LoopReader {
     start.set_point = set_point;
     require_within(in, set_point, sp_limits_, "the set point's limits");
     start.output = read_action(in, "output", Presence::optional,
-                               "where no read-back says where the output stands");
+                               "the CO to begin with where there is no read-back; `hold`: nothing is written, a "
+                               "watchdog register neither, until an operator sets an output");
   }
 
   void read_safe_actions(MapReader& in) {
@@ -411,6 +413,28 @@ class LoopReader {
     if (monitor.specialists.empty()) {
       in.error("enabled", "needs specialists: they say that the valve sticks");
     }
+  }
+
+  // Without a read-back only a stated value or the operator can tell where the output stands.
+  void check_start(MapReader& in, const IoSection& io) {
+    if (!io.known || io.has_read_back || in.describing()) return;
+    if (config().start.output.kind != OutputAction::Kind::hold) return;
+    if (config().start.mode == Mode::automatic) {
+      in.error("mode",
+               fmt::format("automatic can't begin: output is hold{} and the io section (at {}) has no read_back, so "
+                           "nothing tells where the output stands; add a read_back, state the CO to begin with as "
+                           "start.output, or start in manual",
+                           in.given("output") ? "" : " (its default)", to_text(in_.place("io"))));
+      return;
+    }
+    const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&io.io);
+    const bool arms = modbus != nullptr && modbus->comm_loss.watchdog.has_value();
+    in.note("output",
+            fmt::format("hold{} without a read_back: nothing is written to the device until an operator sets an "
+                        "output{}",
+                        in.given("output") ? "" : " (the default)",
+                        arms ? "; only then is its watchdog register written, before the first command"
+                             : ""));
   }
 
   void check_jacket(MapReader& in, const IoSection& io) {

@@ -191,6 +191,10 @@ void MapReader::warning(std::string_view key, std::string message) {
   report_->warning(place(key), path(key), std::move(message));
 }
 
+void MapReader::note(std::string_view key, std::string message) {
+  report_->note(place(key), path(key), std::move(message));
+}
+
 YamlNode* MapReader::find(std::string_view key, std::string value_text, Presence presence,
                           std::string fallback, const char* meaning) {
   if (reference_ != nullptr) {

@@ -186,6 +186,7 @@ class MapReader {
   void error(std::string_view key, std::string message);  // at the key's value
   void error(std::string message);                        // at the mapping
   void warning(std::string_view key, std::string message);
+  void note(std::string_view key, std::string message);
   Report& report() noexcept { return *report_; }
 
  private:

@@ -135,11 +135,11 @@ constexpr std::array kRegisters{
     loop_in(
         Field::fault, 5, u16, "fault", "",
         "0 none, 1 starting, 2 bad PV, 3 output lost, 4 late cycle, 5 not finite, 6 enable open, 7 "
-        "stop"),
+        "stop, 8 output unknown"),
     loop_in(Field::sp, 6, f32, "sp", "PV", "working set point"),
     loop_in(Field::pv, 8, f32, "pv", "PV",
             "process variable; the last good one while pv_quality is bad, never NaN"),
-    loop_in(Field::co, 10, f32, "co", "CO", "controller output, what really went out"),
+    loop_in(Field::co, 10, f32, "co", "CO", "controller output, what really went out; 0 and co_scaled -32768 while it is not known"),
     loop_in(Field::stem, 12, f32, "stem", "CO",
             "read-back of the valve; 0 and bit 32 of loop_bits clear where there is none"),
     loop_in(Field::jacket_rate, 14, f32, "jacket_rate", "CO/s",
@@ -227,7 +227,7 @@ constexpr std::array kRegisters{
     holding(Field::wanted_mode, Area::loop, 0, u16, "mode", "", "0 manual, 1 automatic"),
     holding(Field::wanted_sp, Area::loop, 2, f32, "sp", "PV", "set point"),
     holding(Field::wanted_output, Area::loop, 4, f32, "output", "CO",
-            "output, for manual; reads the present output"),
+            "output, for manual; reads the present output as co does"),
     holding(Field::kp, Area::loop, 6, f32, "kp", "CO/PV", "proportional gain of the parallel form"),
     holding(Field::ki, Area::loop, 8, f32, "ki", "CO/(PV s)", "integral gain"),
     holding(Field::kd, Area::loop, 10, f32, "kd", "CO s/PV", "derivative gain"),

@@ -20,14 +20,14 @@ from converter import (CO_RANGE, HALF_PERIOD_S, NOT_TAKEN, OUT_MA, READ_FAILS, R
 from daemon import HANGING, WATCHDOG_S, Daemon
 from device import STEP_S
 from loops import (BAD_PV, CURRENT, ENABLE_OPEN, HIGH, KINDS, LOOP, LOW, RATE, RESPONSE_S, SENSOR,
-                   SET_POINT, SPOILED, STOP, VALVE, make_loop)
+                   SET_POINT, SPOILED, STOP, VALVE, make_loop, without_read_back)
 
 SLACK_S = 1.0  # beyond a stated time: two busy cores without real-time rights
 NOT_JUDGED_S = 0.3  # when this process itself was held up for longer, nothing is judged by time
 
 CELL_KINDS = {
     "SIGSTOP, short": 4, "SIGSTOP, long": 4, "kill -9, restart": 4, "kill -9, --safe, restart": 3,
-    "SIGTERM, restart": 3, "configuration broken": 5, "configuration changed": 5, "disk full": 3,
+    "SIGTERM, restart": 3, "starts without a known output": 3, "configuration broken": 5, "configuration changed": 5, "disk full": 3,
     "disk slow": 2, "descriptors exhausted": 3, "memory short": 3, "mailbox overflow": 3,
     "wall clock jumps": 3, "control socket abused": 3, "main thread hangs": 1, "loop thread hangs": 1,
     "helper thread hangs": 1}
@@ -90,10 +90,12 @@ class Cell:
                 if loop.device.take(source, value, at):
                     break
 
-    def loop_text(self, loop, low=LOW, high=HIGH, rate=RATE, ki=0.4, stop=STOP):
+    def loop_text(self, loop, low=LOW, high=HIGH, rate=RATE, ki=0.4, stop=STOP, told=True):
+        """`told`: a read-back tells where the output stands, or nothing does."""
+        io = loop.io_text() if told else without_read_back(loop.io_text())
         return LOOP.format(name=loop.name, period=self.period, max_age=self.max_age, low=low,
-                           high=high, rate=rate, ki=ki, stop=stop,
-                           recovery=self.recovery) + loop.io_text()
+                           high=high, rate=rate, ki=ki, stop=stop, recovery=self.recovery,
+                           start="automatic" if told else "manual") + io
 
     def loop_file(self, loop):
         return self.folder / f"config/loops.d/{loop.name}.yaml"
@@ -252,6 +254,16 @@ class Cell:
                 failures += await self.expect_fault(loop, {"output lost", "bad PV"})
             for front in victims:
                 await front.open()
+        elif kind == "read-back dies with the link":
+            for front in fronts:
+                await front.close()
+            device.stem_fault = lambda stem: math.nan
+            await self.wait(2.0)  # the device's watchdog has moved the valve
+            for front in fronts:
+                await front.open()
+            failures += await self.stays_untouched([loop], rng.uniform(0.5, 2.0))
+            failures += await self.first_output(loop)
+            device.stem_fault = None
         elif kind == "transmitter silent":
             loop.transmitter.spoil = "silent"
             await self.wait(3.0)
@@ -277,6 +289,44 @@ class Cell:
             device.trip()
             await self.wait(lasts)
         return kind, failures
+
+    async def stays_untouched(self, loops, seconds):
+        """Where nothing tells the output, nothing is done to the device, and no CO is shown."""
+        self.take_deeds()
+        deeds = {loop: loop.device.deeds for loop in loops}
+        await self.wait(seconds)
+        states = await self.status()
+        self.take_deeds()
+        failures = []
+        for loop in loops:
+            state, more = states.get(loop.name, {}), loop.device.deeds - deeds[loop]
+            if more:
+                failures.append(f"{loop.name}: {more} deeds at a device of unknown output")
+            if state.get("co") is not None:
+                failures.append(f"{loop.name}: shows CO {state['co']} of an output that is not known")
+            if state and state.get("fault") in ("none", "starting"):
+                failures.append(f"{loop.name}: shows '{state['fault']}' with an unknown output")
+        return failures
+
+    async def first_output(self, loop):
+        """The operator's order tells the output, arms the watchdog and reaches the device."""
+        output, device, end = self.random.uniform(2.0, 6.0), loop.device, time.monotonic() + 5.0
+        # It goes straight to where the operator says that it stands.
+        device.steps_allowed = True
+        answer = None
+        while time.monotonic() < end:
+            # Refused while a fault that ends by itself is there.
+            if not (answer and answer.get("ok")):
+                answer = await self.daemon.ask({"request": "set", "loop": loop.name, "mode": "man",
+                                                "output": output})
+            self.take_deeds()
+            if abs(device.command - output) < 0.02 and device.guarded():
+                break
+            await self.wait(0.05)
+        device.steps_allowed = False
+        if abs(device.command - output) >= 0.02:
+            return [f"{loop.name}: output at {device.command:.3f} instead of the {output:.3f} ordered: {answer}"]
+        return [] if device.guarded() else [f"{loop.name}: the first output armed no watchdog"]
 
     async def spoil_line(self, line, kind, lasts):
         if kind == "serial adapter unplugged":
@@ -480,6 +530,8 @@ class Cell:
             else:
                 await self.wait(rng.choice((0.0, rng.uniform(0.0, 1.5))))
             await self.begin_life()
+        elif kind == "starts without a known output":
+            failures += await self.start_untold()
         elif kind == "SIGTERM, restart":
             failures += await self.end_well()
             await self.begin_life()
@@ -525,6 +577,59 @@ class Cell:
         elif kind.endswith("thread hangs"):
             failures += await self.hang(kind)
         return kind, failures
+
+    async def untold(self):
+        """Waits until each loop says that nothing tells its output."""
+        end, states = time.monotonic() + 10.0, {}
+        while time.monotonic() < end:
+            states = await self.status()
+            if states and all(s.get("fault") == "output unknown" for s in states.values()):
+                return [f"{name}: NE 107 says '{s.get('ne107')}' with an unknown output"
+                        for name, s in states.items() if s.get("ne107") != "function_check"]
+            await asyncio.sleep(0.05)
+        return [f"{name}: shows '{s.get('fault')}' with an unknown output" for name, s in states.items()
+                if s.get("fault") != "output unknown"] or ["no answer from the daemon"]
+
+    async def start_untold(self):
+        """Loops without read-back and start value, whatever happens, until the operator gives each an output."""
+        rng, daemon, failures = self.random, self.daemon, []
+        daemon.signal(signal.SIGKILL)
+        await daemon.ended()
+        for loop in self.loops:
+            self.loop_file(loop).write_text(self.loop_text(loop, told=False))
+        self.take_deeds()
+        deeds = {loop: loop.device.deeds for loop in self.loops}
+        await self.begin_life()
+        for _ in range(rng.randint(1, 3)):
+            failures += await self.untold()
+            surprise = rng.choice(("kill", "stop", "device", "link", "none"))
+            if surprise == "kill":
+                daemon.signal(signal.SIGKILL)
+                await daemon.ended()
+                await self.begin_life()
+            elif surprise == "stop":
+                daemon.signal(signal.SIGSTOP)
+                await self.wait(rng.uniform(0.3, 1.5))
+                daemon.signal(signal.SIGCONT)
+                daemon.fed = time.monotonic()
+            for loop in self.loops:
+                if surprise == "device" and loop.wiring != "analog":
+                    loop.device.restart()
+                if surprise == "link":
+                    for front in loop.fronts():
+                        front.cut()
+            await self.wait(rng.uniform(0.1, 0.6))
+        failures += await self.untold() + await self.stays_untouched(self.loops, rng.uniform(0.3, 1.0))
+        failures += [f"{loop.name}: its device was touched before the first output was known"
+                     for loop in self.loops if loop.device.deeds != deeds[loop]]
+        for loop in self.loops:
+            failures += await self.first_output(loop)
+        daemon.signal(signal.SIGKILL)
+        await daemon.ended()
+        for loop in self.loops:
+            self.loop_file(loop).write_text(self.loop_text(loop))
+        await self.begin_life()
+        return failures
 
     async def run_safe(self):
         for loop in self.loops:

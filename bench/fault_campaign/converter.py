@@ -157,6 +157,7 @@ class AnalogDevice(Device):
         return True
 
     def take_raw(self, raw, at):
+        self.deeds += 1
         if not 0 <= raw <= OUT_HIGHEST_RAW:
             self.violations.append(f"raw number {raw}, which the converter does not have")
             return
@@ -171,6 +172,7 @@ class AnalogDevice(Device):
         self.last_command = at
 
     def take_edge(self, at):
+        self.deeds += 1
         # A tenth: between the daemon's look at the clock and the edge its thread may have waited.
         if at - self.last_edge < HALF_PERIOD_S / 10:
             self.violations.append(f"two edges of the alive line within {at - self.last_edge:.3f} s")
@@ -183,6 +185,9 @@ class AnalogDevice(Device):
 
     def demand(self):
         return FAIL_SAFE if self.tripped else self.command
+
+    def guarded(self):
+        return not self.tripped
 
     def unprotected(self):
         return [] if self.tripped else ["the alive line did not stop: the positioner keeps its supply"]

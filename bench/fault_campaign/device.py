@@ -53,6 +53,7 @@ class Device:
         self.spoilt_at = -math.inf  # when one of the two was last set
         self.valve_stuck = False
         self.steps_allowed = False
+        self.deeds = 0  # whatever the daemon did to it: commands, watchdog's register, edges of the alive line
         self.worst_tick_s = 0.0  # this process was late by so much: what is judged by time waits
 
     # --- plant -----------------------------------------------------------------------------------
@@ -169,6 +170,7 @@ class ModbusDevice(Device):
         return image[address : address + count]
 
     def write_registers(self, address, values):
+        self.deeds += 1
         if address == 0 and len(values) == 2:
             self.take_command(struct.unpack(">f", struct.pack(">2H", *values))[0])
         elif address == 10 and len(values) == 1:
@@ -190,6 +192,9 @@ class ModbusDevice(Device):
     def forgot_lately(self, now):
         """A restart between two requests is seen at the next look at the register, within 10 s."""
         return now - self.forgot_at <= 12.0
+
+    def guarded(self):
+        return self.watchdog_tenths != 0
 
     def unprotected(self):
         if self.watchdog_tenths == 0 and self.forgot_lately(time.monotonic()):

@@ -21,7 +21,7 @@ controller:
   ki: {ki}
   set_point: {{limits: [0, 9]}}
   output: {{unit: V, range: [0, 10], limits: [{low}, {high}], rate_limit: {rate}}}
-start: {{mode: automatic, set_point: 5, output: hold}}
+start: {{mode: {start}, set_point: 5, output: hold}}
 safe_actions:
   stop: {stop}
   bad_pv: {{hold_for: 0.3, then: 1.5}}
@@ -106,7 +106,8 @@ CURRENT = {
 KINDS = {
     "tcp": [kind for kind in SPOILED if kind not in (
         "wrong check sum", "noise before replies", "echo of the request")] +
-           list(SENSOR) + VALVE + MODBUS_DEVICE + ["link closed", "transmitter link closed"],
+           list(SENSOR) + VALVE + MODBUS_DEVICE +
+           ["link closed", "transmitter link closed", "read-back dies with the link"],
     "rtu": [kind for kind in SPOILED if kind not in ("wrong-number reply", "connection reset")] +
            list(SENSOR) + VALVE + MODBUS_DEVICE +
            ["noise between frames", "line never silent", "serial adapter unplugged"],
@@ -115,6 +116,19 @@ KINDS = {
                "converter in vanishes", "converter out vanishes", "converters renumbered",
                "converter out restarts", "output not writable", "output not taken",
                "enable contact opens", "enable contact unreadable", "enable contact bounces"]}
+
+
+def without_read_back(text):
+    """The io section without what tells where the valve stands."""
+    kept, inside = [], None
+    for line in text.splitlines(keepends=True):
+        indent = len(line) - len(line.lstrip())
+        if inside is not None and indent > inside:
+            continue
+        inside = indent if line.lstrip().startswith("read_back:") else None
+        if inside is None:
+            kept.append(line)
+    return "".join(kept)
 
 
 class Loop:

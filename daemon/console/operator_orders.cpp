@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
@@ -48,7 +49,7 @@ rt::Expectation wanted_expectation(const json& expect) {
     if (key == "set_point") {
       expected.set_point = wanted_number(expect, "set_point");
     } else if (key == "output") {
-      expected.output = wanted_number(expect, "output");
+      expected.output = value.is_null() ? rt::kOutputNotKnown : wanted_number(expect, "output");
     } else if (key == "mode") {
       expected.mode = wanted_mode(expect);
     } else {
@@ -143,7 +144,9 @@ std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& ord
     if (known) line.old_value = before;
     line.new_value = after;
   };
-  const auto text = [](double value) { return fmt::format("{:.9g}", value); };
+  const auto text = [](double value) {
+    return std::isfinite(value) ? fmt::format("{:.9g}", value) : std::string();
+  };
   if (order.jacket) {
     constexpr std::array kWishes{"off", "shadow", "on"};
     add("jacket", form_text(row.jacket_form), kWishes[static_cast<std::size_t>(*order.jacket)]);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -39,7 +40,10 @@ RegisterSpec spec_of(const Register& reg, ByteOrder order) {
   return {.type = reg.type, .order = wide ? order : ByteOrder::abcd, .scale = reg.scale};
 }
 
+// NaN for the mark of what is not there.
 double from_scaled(double percent, double low, double high) {
+  constexpr double kAboveMark = (map::kScaledInvalid + 0.5) * 0.01;
+  if (percent < kAboveMark) return std::numeric_limits<double>::quiet_NaN();
   return low + percent / 100.0 * (high - low);
 }
 
@@ -212,7 +216,7 @@ journal::JournalEntry MapBank::line_of(const Wish& wish, const Peer& peer, MapVa
   if (wish.reg->area == map::Area::loop) entry.loop = loops_.name(wish.loop);
   entry.peer = peer.name;
   entry.what = wish.reg->name;
-  entry.old_value = fmt::format("{:.9g}", wish.old_value);
+  if (std::isfinite(wish.old_value)) entry.old_value = fmt::format("{:.9g}", wish.old_value);
   entry.new_value = fmt::format("{:.9g}", wish.value);
   return entry;
 }

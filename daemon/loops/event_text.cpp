@@ -3,24 +3,36 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <string>
+
 namespace loopwarden::daemon::health {
 namespace {
+
+std::string output_text(double output, const config::LoopConfig& loop) {
+  return std::isfinite(output) ? fmt::format("output at {:.4g} {}", output, loop.co_unit)
+                               : std::string("output not known");
+}
 
 EventText fault_text(const rt::Event& event, const config::LoopConfig& loop) {
   const auto fault = static_cast<control::Fault>(event.a);
   const auto reason = static_cast<hal::Reason>(event.b);
   if (fault == control::Fault::none) {
-    return {Severity::info,
-            fmt::format("fault over; output at {:.4g} {}", event.value, loop.co_unit)};
+    return {Severity::info, fmt::format("fault over; {}", output_text(event.value, loop))};
+  }
+  if (fault == control::Fault::output_unknown) {
+    return {Severity::warning,
+            "fault: output unknown; nothing is written until a read-back or an order for the output tells where it "
+            "stands"};
   }
   const bool about_pv = fault == control::Fault::bad_pv || fault == control::Fault::starting;
   return {fault == control::Fault::stop || fault == control::Fault::starting ? Severity::info
                                                                              : Severity::warning,
-          fmt::format("fault: {}{}; output at {:.4g} {}", control::to_text(fault),
+          fmt::format("fault: {}{}; {}", control::to_text(fault),
                       about_pv && reason != hal::Reason::none
                           ? fmt::format(" ({})", hal::to_text(reason))
                           : std::string(),
-                      event.value, loop.co_unit)};
+                      output_text(event.value, loop))};
 }
 
 }  // namespace
@@ -29,9 +41,9 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
   switch (event.code) {
     case rt::EventCode::fault_changed: return fault_text(event, loop);
     case rt::EventCode::mode_changed:
-      return {Severity::info, fmt::format("mode {}; output at {:.4g} {}",
-                                          control::to_text(static_cast<control::Mode>(event.a)),
-                                          event.value, loop.co_unit)};
+      return {Severity::info,
+              fmt::format("mode {}; {}", control::to_text(static_cast<control::Mode>(event.a)),
+                          output_text(event.value, loop))};
     case rt::EventCode::settings_applied: return {Severity::info, "new settings applied"};
     case rt::EventCode::order_refused:
       return {Severity::warning,

@@ -20,7 +20,8 @@ loopwarden::monitor::Ne107 health_of(const config::LoopConfig& config, const rec
   const auto fault = static_cast<Fault>(row.fault);
   const auto quality = static_cast<hal::Quality>(row.pv_quality);
   const bool by_hand = static_cast<control::Mode>(row.requested_mode) == control::Mode::manual ||
-                       fault == Fault::enable_open || fault == Fault::stop;
+                       fault == Fault::enable_open || fault == Fault::stop ||
+                       fault == Fault::output_unknown;
   return condensed({.failed = quality == hal::Quality::bad || fault == Fault::bad_pv ||
                               fault == Fault::output_lost || fault == Fault::not_finite ||
                               fault == Fault::late_cycle,

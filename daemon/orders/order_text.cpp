@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <optional>
+#include <string>
 
 namespace loopwarden::daemon::orders {
 
@@ -25,9 +27,12 @@ std::string why_refused(rt::Refusal refusal, const rt::Order& order,
 
 std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
                         const rt::LoopSettings& settings) {
-  const auto number = [](const char* what, double now, const std::optional<double>& expected) {
-    return fmt::format("the {} is {:.9g} by now, {:.9g} was expected", what, now,
-                       expected.value_or(now));
+  const auto text = [](double value) {
+    return std::isfinite(value) ? fmt::format("{:.9g}", value) : std::string("not known");
+  };
+  const auto number = [&](const char* what, double now, const std::optional<double>& expected) {
+    return fmt::format("the {} is {} by now, {} was expected", what, text(now),
+                       text(expected.value_or(now)));
   };
   const rt::Expectation& expected = order.expected;
   switch (answer.refusal) {

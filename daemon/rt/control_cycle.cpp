@@ -21,15 +21,16 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
 
   // Newest sample, its age and quality.
   io_.read(time, inputs_);
-  const double output_before = controller_.output_applied();
   const control::OutputLimits& limits = settings_.controller.output;
-  const hal::Sample pv =
-      pv_guard_.check(inputs_.process_variable, output_before, limits.high - limits.low, now_ns_);
+  const hal::Sample pv = pv_guard_.check(inputs_.process_variable, controller_.output_applied(),
+                                         limits.high - limits.low, now_ns_);
 
   // Mode: may the loop run, and if not, what does the output do?
   const Conditions found = conditions(pv, missed, stop);
-  const Decision decision = supervisor_.step(found);
+  Decision decision = supervisor_.step(found);
   learn_output(found, decision);
+  decision = supervisor_.settle(decision, output_known_);
+  const double output_before = controller_.output_applied();
 
   // PI, compensator, limits.
   const ControllerOutput out = decide(decision, pv);
@@ -117,8 +118,11 @@ void ControlCycle::apply(const Order& order) noexcept {
   if (order.mode) controller_.request_mode(*order.mode);
   if (order.set_point) controller_.request_set_point(*order.set_point);
   if (order.output) {
-    if (!ever_known_) learn(*order.output);
-    output_known_ = ever_known_ = true;
+    // His word tells where the output stands.
+    if (!output_known_) {
+      learn(*order.output);
+      told_ = true;
+    }
     controller_.request_output(*order.output);
   }
 }
@@ -133,17 +137,19 @@ void ControlCycle::apply(JacketWish wish) noexcept {
 InForce ControlCycle::in_force() const noexcept {
   return {.mode = controller_.requested_mode(),
           .set_point = controller_.set_point_target(),
-          .output = controller_.output_applied()};
+          .output = known_output()};
 }
 
 Standing ControlCycle::standing() const noexcept {
-  // Until something is known of the output, an order for it tells where it stands.
+  // Where nothing is known of the output, an order for it tells where it stands: nothing else may ever. Graver faults
+  // than these have an action of their own, and end without it.
   const Fault fault = supervisor_.fault();
-  const bool tells = fault == Fault::starting && !ever_known_;
+  const bool waits = fault == Fault::starting || fault == Fault::output_unknown;
+  const bool tells = !output_known_ && (waits || fault == Fault::output_lost);
   return {.mode = controller_.requested_mode(),
           .output_known = output_known_,
           .output_in_fault = fault != Fault::none && !tells,
-          .manual_after_fault = fault != Fault::none && fault != Fault::starting &&
+          .manual_after_fault = fault != Fault::none && !waits &&
                                 settings_.safety.recovery == control::Recovery::manual};
 }
 
@@ -174,25 +180,29 @@ bool ControlCycle::read_back_good() const noexcept {
 }
 
 // After commands did not reach the valve, or the process was stopped, the device's own watchdog may
-// have moved it. The loop then writes nothing until a read-back taken since then tells where it
-// stands, and goes on from there. The same at start. Without a read-back it goes on from what it last
-// asked for. A stop action does not wait for it.
+// have moved it. The loop then writes nothing until a read-back taken since then, or the operator,
+// tells where it stands, and goes on from there. The same at start, where anybody may move the valve
+// until the first command. Without a read-back it goes on from what it last asked for. A stop action
+// does not wait for it.
 void ControlCycle::learn_output(const Conditions& found, const Decision& decision) noexcept {
+  const bool starting = decision.fault == Fault::starting;
   const bool lost = decision.fault != Fault::stop &&
                     (decision.fault == Fault::output_lost || decision.fault == Fault::late_cycle ||
                      found.output_lost || found.late_cycle);
-  if (lost && inputs_.valve_position_fitted) {
-    if (!was_lost_ || found.late_cycle) unknown_since_ns_ = now_ns_;
-    output_known_ = false;
+  if (lost && (!was_lost_ || found.late_cycle)) {
+    unknown_since_ns_ = now_ns_;
+    told_ = false;
   }
   was_lost_ = lost;
+  if ((lost || starting) && inputs_.valve_position_fitted && !told_) output_known_ = false;
   if (output_known_) return;
+  using Kind = control::OutputAction::Kind;
   if (read_back_good() && inputs_.valve_position.time_ns >= unknown_since_ns_) {
     learn(inputs_.valve_position.value);
-    output_known_ = ever_known_ = true;
-  } else if (!ever_known_ && start_.output.kind == control::OutputAction::Kind::value) {
+  } else if (decision.fault == Fault::stop && decision.action.kind == Kind::value) {
+    learn(decision.action.value);  // a ramp would begin at a guess
+  } else if (!ever_known_ && !starting && start_.output.kind == Kind::value) {
     learn(start_.output.value);
-    output_known_ = ever_known_ = true;
   }
 }
 
@@ -200,11 +210,20 @@ void ControlCycle::learn(double output) noexcept {
   const double believed = controller_.output_applied();
   controller_.assume_output(output);
   pv_guard_.output_learned(controller_.output_applied() - believed);
+  output_known_ = ever_known_ = true;
+}
+
+double ControlCycle::known_output() const noexcept {
+  return output_known_ ? controller_.output_applied() : std::numeric_limits<double>::quiet_NaN();
 }
 
 ControllerOutput ControlCycle::decide(const Decision& decision, const hal::Sample& pv) noexcept {
   if (decision.to_manual) controller_.request_mode(Mode::manual);
-  if (decision.fault != Fault::none) return controller_.step_fallback(decision.action);
+  if (decision.fault != Fault::none) {
+    // Who tells the output while it is lost wants it there, and not where the action would take it.
+    const bool as_told = told_ && decision.fault == Fault::output_lost;
+    return controller_.step_fallback(as_told ? control::OutputAction::hold() : decision.action);
+  }
 
   control::ControllerInputs in{.process_variable = pv.value,
                                .process_variable_valid = pv.quality != hal::Quality::bad};
@@ -231,12 +250,9 @@ hal::Command ControlCycle::checked(const ControllerOutput& out, const Decision& 
     event(EventCode::result_not_finite, 0, 0, out.calculated);
   }
 
-  const bool stop_value =
-      decision.fault == Fault::stop && decision.action.kind == control::OutputAction::Kind::value;
   return {.output = was_not_finite_ ? output_before : out.output,
           .time_ns = now_ns_,
-          // The stop action holds even where nothing was ever known of the output.
-          .write = stop_value || (output_known_ && decision.fault != Fault::starting),
+          .write = output_known_ && decision.fault != Fault::starting,
           .alarm = decision.fault != Fault::none};
 }
 
@@ -252,7 +268,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .period_index = time.period_index,
       .sp = out.set_point,
       .pv = pv.quality == hal::Quality::bad ? kNone : pv.value,
-      .co = controller_.output_applied(),
+      .co = known_output(),
       .stem = stem_known ? inputs_.valve_position.value : kNone,
       .calculated = static_cast<float>(out.calculated),
       .jacket_rate = static_cast<float>(out.jacket_rate),
@@ -293,12 +309,11 @@ void ControlCycle::report(const hal::Sample& pv, std::uint64_t missed) noexcept 
   if (supervisor_.fault() != reported_fault_) {
     reported_fault_ = supervisor_.fault();
     event(EventCode::fault_changed, static_cast<std::uint8_t>(reported_fault_),
-          static_cast<std::uint8_t>(pv.reason), controller_.output_applied());
+          static_cast<std::uint8_t>(pv.reason), known_output());
   }
   if (controller_.mode() != reported_mode_) {
     reported_mode_ = controller_.mode();
-    event(EventCode::mode_changed, static_cast<std::uint8_t>(reported_mode_), 0,
-          controller_.output_applied());
+    event(EventCode::mode_changed, static_cast<std::uint8_t>(reported_mode_), 0, known_output());
   }
   if (controller_.jacket().standing_back() != reported_standing_back_) {
     reported_standing_back_ = controller_.jacket().standing_back();

@@ -46,7 +46,8 @@ struct LoopChannels {
 struct StartSettings {
   control::Mode mode = control::Mode::manual;
   double set_point = 0.0;        // PV units
-  control::OutputAction output;  // used where there is no read-back; hold: wait for the operator
+  // Used where no read-back tells; hold: the output is not known until the operator sets one.
+  control::OutputAction output;
 };
 
 // Where u_valve of the jacket comes from.
@@ -78,6 +79,7 @@ class ControlCycle {
   bool read_back_good() const noexcept;
   void learn_output(const control::Conditions& found, const control::Decision& decision) noexcept;
   void learn(double output) noexcept;
+  double known_output() const noexcept;  // NaN: not known
   control::ControllerOutput decide(const control::Decision& decision,
                                    const hal::Sample& pv) noexcept;
   hal::Command checked(const control::ControllerOutput& out, const control::Decision& decision,
@@ -104,6 +106,7 @@ class ControlCycle {
   control::JacketForm configured_jacket_;
   bool output_known_ = false;  // where the valve stands is known
   bool ever_known_ = false;    // it has been at some time
+  bool told_ = false;          // by the operator, since it was lost last
   bool was_lost_ = false;      // commands did not reach the valve in the cycle before
   std::int64_t unknown_since_ns_ = 0;
   bool was_not_finite_ = false;  // result of the cycle before

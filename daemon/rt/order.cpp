@@ -63,7 +63,9 @@ Refusal judge(const Expectation& expected, const InForce& now,
   if (differs(expected.set_point, now.set_point, settings.pv_check.low, settings.pv_check.high)) {
     return Refusal::set_point_changed;
   }
-  if (differs(expected.output, now.output, pid.output_low, pid.output_high)) {
+  const bool both_unknown =
+      expected.output && std::isnan(*expected.output) && std::isnan(now.output);
+  if (!both_unknown && differs(expected.output, now.output, pid.output_low, pid.output_high)) {
     return Refusal::output_changed;
   }
   return Refusal::none;

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <type_traits>
 
@@ -25,8 +26,9 @@ enum class JacketWish : std::uint8_t { off, shadow, on };
 struct Expectation {
   std::optional<control::Mode> mode{};  // asked for: manual or automatic
   std::optional<double> set_point{};    // PV units, where a ramp goes
-  std::optional<double> output{};       // CO units
+  std::optional<double> output{};       // CO units, or kOutputNotKnown
 };
+inline constexpr double kOutputNotKnown = std::numeric_limits<double>::quiet_NaN();
 
 struct Order {
   std::uint64_t number = 0;  // of its sender, from 1; for the answer
@@ -123,7 +125,7 @@ Refusal judge(const Order& order, const Standing& standing, const LoopSettings& 
 struct InForce {
   control::Mode mode = control::Mode::manual;  // asked for
   double set_point = 0.0;                      // PV units, where a ramp goes
-  double output = 0.0;                         // CO units
+  double output = kOutputNotKnown;             // CO units
 };
 
 // Numbers count as the same up to this share of their range: they came as text.

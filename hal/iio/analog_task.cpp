@@ -38,7 +38,10 @@ void AnalogTask::step(std::int64_t now_ns) {
   if (last_turn_ns_ && now_ns - *last_turn_ns_ > max_command_age_ns_) resumed_ns_ = now_ns;
   last_turn_ns_ = now_ns;
   serve_command(now_ns);
-  const bool loop_alive = command_.id != 0 && !command_.parked && !withholding_;
+  // A watchdog relay on the alive line gives the positioner its supply: not before there is a command to follow. A
+  // read-back, though, may need that supply to tell where the valve stands.
+  const bool loop_alive =
+      command_.id != 0 && !command_.parked && !withholding_ && (commanded_ || read_back_);
   // Before the inputs, which may take their time: `now_ns` is true of the lines.
   digital_.step(now_ns, loop_alive, command_.alarm);
   if (now_ns >= next_poll_ns_) {
@@ -57,9 +60,12 @@ std::int64_t AnalogTask::due_ns(std::int64_t now_ns) const noexcept {
 
 void AnalogTask::serve_command(std::int64_t now_ns) {
   const bool fresh = commands.fetch(command_);
+  commanded_ = commanded_ || command_.write;
   output_.connect(now_ns);
   withholding_ =
       command_.id != 0 && !command_.parked && now_ns - command_.time_ns > max_command_age_ns_;
+  // Before the first command there is none to withhold, and nothing that was put out to be lost.
+  if (!commanded_) return;
   if (withholding_) {
     withhold(now_ns);
     return;

@@ -75,6 +75,7 @@ class AnalogTask {
   std::optional<std::int64_t> last_turn_ns_;
   std::int64_t resumed_ns_ = 0;  // this thread had hung until then
   AnalogCommand command_;
+  bool commanded_ = false;    // a command that is to be put out has come at some time
   bool withholding_ = false;  // the loop's commands have ceased to come
   bool safe_put_ = false;     // the safe current stands, since then
   std::int64_t safe_retry_ns_ = 0;

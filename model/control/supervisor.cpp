@@ -59,4 +59,11 @@ Decision Supervisor::step(const Conditions& conditions) noexcept {
   return decision;
 }
 
+Decision Supervisor::settle(Decision decision, bool output_known) noexcept {
+  output_known_ = output_known;
+  decision.fault = fault();
+  if (!output_known && decision.fault != Fault::stop) decision.action = OutputAction::hold();
+  return decision;
+}
+
 }  // namespace loopwarden::control

@@ -12,9 +12,11 @@
 //                held for `bad_pv_hold_s` from when PV went bad before the action takes place
 //   starting     a good PV and a reachable positioner have not been seen together since start-up:
 //                no command leaves until then
+//   output_unknown  nothing has told where the output stands: no command leaves, the output is held
 //
 // A fault ends when its cause has been gone for `recovery_delay_s`. Then the loop goes back to the
 // mode it had, or to manual where `recovery` says so. The transfer is bumpless (loop_controller.hpp).
+// `starting` and `output_unknown` end with their cause, and the loop goes on in the mode it had.
 #pragma once
 
 #include <cstdint>
@@ -89,8 +91,13 @@ class Supervisor {
       : settings_(settings), period_s_(period_s) {}
 
   void configure(const SafetySettings& settings) noexcept { settings_ = settings; }
+  // One period: `step`, and then, since how a fault goes on decides what may tell of the output, `settle` with whether
+  // it is known where the output stands. Until it is, no action but that of stop has anything to start from.
   Decision step(const Conditions& conditions) noexcept;
-  Fault fault() const noexcept { return fault_; }
+  Decision settle(Decision decision, bool output_known) noexcept;
+  Fault fault() const noexcept {
+    return fault_ == Fault::none && !output_known_ ? Fault::output_unknown : fault_;
+  }
 
  private:
   Fault gravest(const Conditions& conditions) const noexcept;
@@ -102,7 +109,8 @@ class Supervisor {
 
   SafetySettings settings_;
   double period_s_;
-  Fault fault_ = Fault::starting;
+  Fault fault_ = Fault::starting;  // of those with a cause of their own: never output_unknown
+  bool output_known_ = true;
   bool started_ = false;
   // Whole periods, so that a delay ends in the period in which it should.
   std::uint64_t gone_periods_ = 0;     // since the cause of the present fault went away

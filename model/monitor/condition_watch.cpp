@@ -38,8 +38,9 @@ void ConditionWatch::add(const Cycle& cycle, bool pv_bad, bool cycle_bad) noexce
   stretch_.cycle_bad += missing + (cycle_bad ? 1U : 0U);
   stretch_.pv_bad += pv_bad ? 1U : 0U;
   stretch_.read_back_bad += read_back_seen_ && !read_back ? 1U : 0U;
-  if (read_back) {
-    ++stretch_.read_back_good;
+  // While nobody knows where the output stands, there is nothing that the stem could be off.
+  if (read_back && std::isfinite(cycle.co)) {
+    ++stretch_.compared;
     follow(cycle.co, cycle.stem);
   } else {
     in_block_ = 0;
@@ -75,9 +76,9 @@ void ConditionWatch::close() noexcept {
   inputs_.cycle_bad_share = share(stretch_.cycle_bad, stretch_.cycles);
   inputs_.read_back_bad_share = read_back_seen_ ? share(stretch_.read_back_bad, stretch_.cycles)
                                                 : analysis::ConditionInputs::kUnknown;
-  const bool known = stretch_.read_back_good > 0 && co_span_ > 0.0;
+  const bool known = stretch_.compared > 0 && co_span_ > 0.0;
   inputs_.stem_deviation_percent =
-      known ? 100.0 * stretch_.deviation / static_cast<double>(stretch_.read_back_good) / co_span_
+      known ? 100.0 * stretch_.deviation / static_cast<double>(stretch_.compared) / co_span_
             : analysis::ConditionInputs::kUnknown;
   inputs_.stem_lag_s =
       stretch_.move_squared > 0.0

@@ -53,7 +53,7 @@ class ConditionWatch {
     std::uint64_t pv_bad = 0;
     std::uint64_t cycle_bad = 0;
     std::uint64_t read_back_bad = 0;
-    std::uint64_t read_back_good = 0;
+    std::uint64_t compared = 0;  // with a CO and a stem
     double deviation = 0.0;      // CO units
     double error_by_move = 0.0;  // CO units squared
     double move_squared = 0.0;

@@ -2,6 +2,7 @@
 // Set point, output and mode: the only handler that moves a valve.
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <thread>
 
 #include "page/api/body.hpp"
@@ -17,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 struct Wish {
   std::string what;  // set_point, output or mode
   json value;
-  json old;  // what the page showed
+  std::optional<json> old;  // what the page showed, null: not known
 };
 
 void check_value(const std::string& what, const json& value, const char* name) {
@@ -43,9 +44,10 @@ Wish wish_of(const http::Request& request, const std::string& tag) {
   check_keys(body["confirm"], "confirm", {"tag", "old", "new"});
   if (body["set"].size() != 1) throw ApiError(400, "one value is set at a time", "set");
   const auto wanted = body["set"].begin();
-  Wish wish{wanted.key(), wanted.value(), body["confirm"].value("old", json())};
+  Wish wish{wanted.key(), wanted.value(), {}};
+  if (body["confirm"].contains("old")) wish.old = body["confirm"]["old"];
   check_value(wish.what, wish.value, "set");
-  if (!wish.old.is_null()) check_value(wish.what, wish.old, "confirm.old");
+  if (wish.old && !wish.old->is_null()) check_value(wish.what, *wish.old, "confirm.old");
   if (body["confirm"].value("tag", json()) != tag) {
     throw ApiError(400, "the confirmation is for another loop", "confirm.tag");
   }
@@ -98,8 +100,11 @@ http::Response order(Context& context, const Call& call) {
                   {wish.what, wish.value},
                   {"user", call.who.user},
                   {"address", call.request.peer}};
-  // Nothing known is no value to hold the order to: a loop that has not run yet.
-  if (!wish.old.is_null()) request["expect"] = {{wish.what, wish.old}};
+  // Nothing known is no value to hold the order to, a loop that has not run yet: but where the output stands may be
+  // not known to the loop either, until somebody orders it.
+  if (wish.old && (!wish.old->is_null() || wish.what == "output")) {
+    request["expect"] = {{wish.what, *wish.old}};
+  }
   const json told = outcome(context, loop.tag, context.orders.ask(request));
   const bool changed = told.contains("now") && told["now"].is_object() && !told["now"].empty();
   return changed ? changed_meanwhile(told) : json_response(told);

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <string>
@@ -303,6 +304,68 @@ TEST_CASE("fault, device absent at start: the daemon runs, and takes the loop ov
   CHECK(plant.co() == Approx(3.0));
   plant.rig.proxy.command("up");
   plant.recovers();
+}
+
+// The loop without a read-back, its first output left to the operator.
+std::string untold_loop_file() {
+  std::string text = loop_file("field", 1.0);
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("    read_back: {table: input, address: 20, type: f32}\n", "");
+  replace("mode: automatic", "mode: manual");
+  return text;
+}
+
+TEST_CASE("fault, output unknown: nothing is written before the operator's first output") {
+  TcpRig rig(kDeviceArguments);
+  DaemonProcess daemon("links:\n" + tcp_link_yaml("field", rig.proxy.ready("port")),
+                       {{"loops.d/FIC-101.yaml", untold_loop_file()}});
+  const auto waits_and_says_so = [&] {
+    REQUIRE(eventually([&] { return daemon.is("FIC-101", "fault", "output unknown"); }));
+    const auto polls = [&] {
+      return daemon.loop("FIC-101").at("io").at("transactions").get<int>();
+    };
+    const int before = polls();
+    REQUIRE(eventually([&] { return polls() > before + 40; }));
+    const nlohmann::json loop = daemon.loop("FIC-101");
+    INFO(loop.dump(1));
+    CHECK(loop.at("co").is_null());
+    CHECK(loop.at("mode") == "FALLBACK");
+    CHECK(loop.at("requested_mode") == "MAN");
+    CHECK(loop.at("ne107") == "function_check");
+    CHECK(loop.at("io").at("writes") == 0);
+    const workbench::Trend trend = daemon.client().trend("FIC-101", 0);
+    CHECK(trend.co.size() > 20);
+    CHECK(std::all_of(trend.co.begin(), trend.co.end(), [](double co) { return std::isnan(co); }));
+    CHECK_THROWS_WITH(daemon.client().set("FIC-101", {{"mode", "auto"}}),
+                      Catch::Contains("not known"));
+  };
+  daemon.start();
+  waits_and_says_so();
+  CHECK(rig.device.state("writes") == "0");
+  CHECK(rig.device.state("watchdog_register") == "0");
+  CHECK(rig.device.state_number("co") == Approx(3.0));  // where it stood
+  CHECK(daemon.log().find("fault: output unknown; nothing is written") != std::string::npos);
+
+  daemon.client().set("FIC-101", {{"mode", "man"}, {"output", 5.0}});
+  CHECK(eventually([&] { return rig.device.state_number("co") == 5.0; }));
+  CHECK(rig.device.state("watchdog_register") == "10");
+  CHECK(rig.device.state("unguarded_writes") == "0");
+  CHECK(eventually([&] { return daemon.is("FIC-101", "fault", "none"); }));
+  CHECK(daemon.loop("FIC-101").at("co") == 5.0);
+  CHECK(daemon.is("FIC-101", "mode", "MAN"));
+
+  // Nor after a crash: the device's watchdog has acted, and nobody has told the next daemon anything.
+  daemon.signal(SIGKILL);
+  daemon.wait_for_end();
+  REQUIRE(eventually([&] { return rig.device.state("watchdog") == "tripped"; }));
+  const std::string writes = rig.device.state("writes");
+  daemon.start();
+  waits_and_says_so();
+  CHECK(rig.device.state("writes") == writes);
+  CHECK(rig.device.state("watchdog") == "tripped");
+  CHECK(rig.device.state_number("co") == Approx(kDeviceFailSafe));
 }
 
 TEST_CASE("fault, configuration broken: a reload keeps the loop running; a good one is applied") {

@@ -39,7 +39,7 @@ controller:
   ki: 0.04
   set_point: {limits: [0, 9]}
   output: {unit: V, range: [0, 10], limits: [1, 9]}
-start: {mode: manual, set_point: 5}
+start: {mode: manual, set_point: 5, output: 1}
 safe_actions:
   stop: 1
   bad_pv: hold

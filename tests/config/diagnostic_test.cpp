@@ -16,6 +16,8 @@ TEST_CASE("A diagnostic reads like a compiler's", "[config]") {
   CHECK(to_text(full) == "loops.d/FIC-101.yaml:14:9: error: controller.ti: must be > 0 s (got 0)");
   CHECK(to_text(Diagnostic{Diagnostic::Level::warning, "f", {1, 2}, "", "odd"}) ==
         "f:1:2: warning: odd");
+  CHECK(to_text(Diagnostic{Diagnostic::Level::note, "f", {1, 2}, "", "so it is"}) ==
+        "f:1:2: note: so it is");
   CHECK(to_text(Diagnostic{Diagnostic::Level::error, "dir", {}, "", "can't be read"}) ==
         "dir: error: can't be read");
 }

@@ -86,7 +86,7 @@ std::vector<fs::path> example_files() {
 
 }  // namespace
 
-TEST_CASE("Every example is accepted without a remark", "[config][examples]") {
+TEST_CASE("Every example is accepted without a warning", "[config][examples]") {
   std::size_t directories = 0;
   for (const auto& entry : fs::directory_iterator(kExamples)) {
     if (!fs::is_directory(entry.path() / "loops.d")) continue;
@@ -94,7 +94,8 @@ TEST_CASE("Every example is accepted without a remark", "[config][examples]") {
     const auto configuration = read_configuration(entry.path());
     INFO(entry.path() << "\n" << to_text(configuration.diagnostics));
     CHECK(configuration);
-    CHECK(configuration.diagnostics.empty());
+    CHECK(std::all_of(configuration.diagnostics.begin(), configuration.diagnostics.end(),
+                      [](const Diagnostic& d) { return d.level == Diagnostic::Level::note; }));
   }
   CHECK(directories >= 5);
   CHECK(read_model_file(kExamples / "models" / "plant1.yaml"));

@@ -55,7 +55,7 @@ TEST_CASE("A loop file fills the loop's settings", "[config][loop]") {
 }
 
 TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
-  const LoopConfig loop = read(kModbusLoop);
+  const LoopConfig loop = read(with(kModbusLoop, ", output: 1}", "}"));
   CHECK(loop.pv.max_age_s == Approx(0.3));  // three sample times
   CHECK(loop.pv.range_margin == 0.05);
   CHECK(loop.pv.frozen_after_s == 0.0);
@@ -72,6 +72,65 @@ TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
   CHECK_FALSE(loop.safety.uncertain_is_good);
   CHECK(loop.recording.enabled);
   CHECK(loop.recording.limit_bytes == 64'000'000);
+}
+
+namespace {
+
+// The start of line 10, of a loop whose io section is at 17:3 and has no read-back.
+std::string with_start(const std::string& start) {
+  return with(kModbusLoop, "{mode: manual, set_point: 5, output: 1}", start);
+}
+
+}  // namespace
+
+TEST_CASE("Automatic needs something that tells where the output stands", "[config][loop]") {
+  const auto refused = [](const std::string& hold) {
+    return "loop.yaml:10:15: error: start.mode: automatic can't begin: output is hold" + hold +
+           " and the io section (at 17:3) has no read_back, so nothing tells where the output "
+           "stands; add a read_back, state the CO to begin with as start.output, or start in "
+           "manual\n";
+  };
+  CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5}")) ==
+        refused(" (its default)"));
+  CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5, output: hold}")) == refused(""));
+  CHECK(said_of_loop(with(test::kAnalogLoop, "{mode: manual, set_point: 5, output: 1}",
+                          "{mode: automatic, set_point: 5}")) == refused(" (its default)"));
+
+  SECTION("a stated value does") {
+    CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5, output: 4}")).empty());
+  }
+  SECTION("a read-back does") {
+    CHECK(said_of_loop(with(with_start("{mode: automatic, set_point: 5, output: hold}"),
+                            "    comm_loss",
+                            "    read_back: {address: 101, type: u16, scale: 0.001}\n    comm_loss"))
+              .empty());
+    CHECK(said_of_loop(with(test::kAnalogLoop, "{mode: manual, set_point: 5, output: 1}",
+                            "{mode: automatic, set_point: 5}") +
+                       "  read_back: {device: adc, channel: voltage1}\n")
+              .empty());
+  }
+  SECTION("what is replayed has the record's stem") {
+    const test::ScratchFolder folder;
+    folder.write("loop.yaml", with(test::kLoopHead, "{mode: manual, set_point: 5, output: 1}",
+                                   "{mode: automatic, set_point: 5}") +
+                                  "io: {backend: replay, record: r.csv}\n");
+    folder.write("r.csv", "time,pv,stem\n0,1,1\n0.1,1,1\n");
+    CHECK(test::said(read_loop_file(folder.path() / "loop.yaml")).empty());
+  }
+}
+
+TEST_CASE("Who leaves the first output to the operator is told what that means",
+          "[config][loop]") {
+  CHECK(said_of_loop(with_start("{mode: manual, set_point: 5}")) ==
+        "loop.yaml:10:8: note: start.output: hold (the default) without a read_back: nothing is "
+        "written to the device until an operator sets an output\n");
+  CHECK(said_of_loop(with(with_start("{mode: manual, set_point: 5, output: hold}"),
+                          "{timeout: 2, set_by: device}",
+                          "{timeout: 3, register: {address: 9, type: u16, scale: 0.1}, value: 3}")) ==
+        "loop.yaml:10:45: note: start.output: hold without a read_back: nothing is written to the "
+        "device until an operator sets an output; only then is its watchdog register written, "
+        "before the first command\n");
+  CHECK(read_loop_text("loop.yaml", with_start("{mode: manual, set_point: 5}"), test::links()));
 }
 
 TEST_CASE("Action has no default, and neither have the safe actions", "[config][loop]") {

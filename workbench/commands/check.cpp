@@ -90,7 +90,7 @@ nlohmann::json as_json(const std::string& path, const Checked& result) {
         {{"file", d.file},
          {"line", d.place.line},
          {"column", d.place.column},
-         {"level", d.level == config::Diagnostic::Level::error ? "error" : "warning"},
+         {"level", config::to_text(d.level)},
          {"key", d.key},
          {"message", d.message}});
   }

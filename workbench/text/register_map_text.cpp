@@ -85,12 +85,13 @@ fields takes the 0 that it reads. Gains hold until the next reload of the config
 | written | while | instead |
 |---|---|---|
 | `output` | the loop is in automatic | write `mode` 0 first, or in the same request |
-| `output` | a fault's action has the output | wait until `fault` is 0 |
+| `output` | a fault's action has the output | wait until `fault` is 0; while `co_scaled` is -32768, for 3 or 8 |
 | `sp` | the loop is in manual and its set point follows PV | write `mode` 1 first, or in the same request |
 | `mode` 1 | where the output stands is not known, or a fault that ends in manual is there | write `output` in manual; wait |
 | anything | 32 orders to the loop are waiting | a cycle later |
 
-The same value that a register reads can always be written, and then does nothing. Of all that one request writes
+The same value that a register reads can always be written, and then does nothing, but for `output` in manual while
+it is not known (`co_scaled` -32768): it reads 0, and 0 written is an order. Of all that one request writes
 the gains take effect first, then the mode, then the set point, then the output, in one cycle of the loop; set point
 and output are judged by the mode that the request itself asks for. A mode written a moment ago counts, though the
 loop may not have taken it yet. Where several order in one cycle, an operator on the box has the last word, then the

@@ -2,7 +2,8 @@
 // The daemon's codes, as its headers number them. Names here are keys of texts.js.
 
 export const MODES = ['manual', 'automatic', 'fallback']; // control::Mode
-export const FAULTS = ['none', 'starting', 'bad_pv', 'output_lost', 'late_cycle', 'not_finite', 'enable_open', 'stop'];
+export const FAULTS = ['none', 'starting', 'bad_pv', 'output_lost', 'late_cycle', 'not_finite', 'enable_open', 'stop',
+  'output_unknown'];
 export const ALARM_STATES = ['normal', 'unacknowledged', 'acknowledged', 'returned_unacknowledged',
   'latched_unacknowledged', 'latched_acknowledged', 'shelved', 'suppressed'];
 export const ALARM_KINDS = ['stiction', 'backlash', 'hysteresis', 'low_air_supply', 'unknown', 'model_gap'];

@@ -25,6 +25,7 @@ async function quantityOf(loop, what) {
 }
 
 const shownValue = (q, value) => {
+  if (value === null) return texts.notKnown;
   if (q.what === 'mode') return texts.modes[value] ?? texts.notKnown;
   // What was typed is shown as it was typed, though it has more digits than the display.
   const typed = String(Number(value?.toPrecision(7))).split('.')[1]?.length ?? 0;

@@ -20,7 +20,9 @@ using nlohmann::json;
 
 // A loop, its historian and its control server, without a real-time thread.
 struct Console {
-  explicit Console(const console::Rights& rights = {}) : historian(loops, folder.path()) {
+  explicit Console(const console::Rights& rights = {},
+                   control::OutputAction start = control::OutputAction::go_to(40.0))
+      : historian(loops, folder.path()) {
     LoopRuntime loop;
     loop.config.name = "FIC-101";
     loop.config.pv_unit = "L/min";
@@ -35,7 +37,7 @@ struct Console {
     io->set_pv(50.0);
     cycle = std::make_unique<rt::ControlCycle>(
         0, tests::kPeriod, settings_of(loop.config),
-        rt::StartSettings{control::Mode::automatic, 50.0, control::OutputAction::go_to(40.0)},
+        rt::StartSettings{control::Mode::automatic, 50.0, start},
         rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
     loop.io = std::move(io);
     loops.push_back(std::move(loop));

@@ -216,6 +216,41 @@ TEST_CASE("an order holds only for what its sender has seen", "[console][sockets
   CHECK(lines[3].at("result") == "done");
 }
 
+TEST_CASE("an output that is not known is shown as no number, and can be expected as such",
+          "[console][sockets][expect]") {
+  Bench bench(kAll, control::OutputAction::hold());
+  bench.run(2);
+  CHECK(test::eventually([&] {
+    const json loop = bench.ask(R"({"request": "status"})").at("loops").at(0);
+    return loop.value("fault", "") == "output unknown" && loop.at("co").is_null() &&
+           loop.at("ne107") == "function_check";
+  }));
+  const auto outcome = [&](double output, const json& expected) {
+    const json sent = bench.ask(json{{"request", "set"},
+                                     {"loop", "FIC-101"},
+                                     {"mode", "man"},
+                                     {"output", output},
+                                     {"expect", {{"output", expected}}}}
+                                    .dump(),
+                                SocketName::page);
+    INFO(sent.dump());
+    REQUIRE(sent.at("ok") == true);
+    bench.run(1);
+    return bench.outcome(sent);
+  };
+  json told = outcome(30.0, 0.0);
+  CHECK(told.at("why") == "the output is not known by now, 0 was expected");
+  CHECK(told.at("now") == json{{"output", nullptr}});
+  CHECK(outcome(30.0, nullptr).at("state") == "done");
+  told = outcome(45.0, nullptr);
+  CHECK(told.at("why") == "the output is 30 by now, not known was expected");
+  const auto lines = bench.lines(6);
+  CHECK(lines[3].at("what") == "output");
+  CHECK(lines[3].at("old") == "");
+  CHECK(lines[3].at("new") == "30");
+  CHECK(lines[3].at("result") == "done");
+}
+
 TEST_CASE("what another orders in between counts, and not what was so when it was asked",
           "[console][sockets][expect]") {
   Bench bench(kAll);
@@ -250,7 +285,7 @@ TEST_CASE("expectations that can't be understood are refused", "[console][socket
   bench.run(1);
   const json expect =
       GENERATE(json(5), json::array(), json{{"set_point", "50"}}, json{{"setpoint", 50}},
-               json{{"mode", "cascade"}}, json{{"output", nullptr}});
+               json{{"mode", "cascade"}}, json{{"set_point", nullptr}});
   error_of(bench.ask(with(kSet, {{"expect", expect}}), SocketName::page));
   CHECK(bench.orders().empty());
 }

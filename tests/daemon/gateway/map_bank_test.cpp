@@ -280,11 +280,40 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("not known");
   }
+  SECTION("automatic while a fault is there that ends in manual") {
+    standing = {.mode = control::Mode::manual, .output_known = true, .manual_after_fault = true};
+    CHECK(bench.write("mode", {1}) == Exception::busy);
+    refused("wait in manual");
+  }
   SECTION("too many orders at once") {
     bench.plant.room = false;
     CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::busy);
     refused("too many commands at once");
   }
+}
+
+TEST_CASE("an output that is not known reads 0 and its scaled copy the mark, and any value orders it",
+          "[gateway][map]") {
+  Bench bench;
+  LoopReading& loop = bench.plant.readings[0];
+  loop.row.co = kNan;
+  loop.row.fault = static_cast<std::uint8_t>(control::Fault::output_unknown);
+  loop.standing = {.mode = control::Mode::manual, .output_known = false};
+  CHECK(bench.word("fault") == 8);
+  CHECK(bench.number("co") == 0.0F);
+  CHECK(bench.word("co_scaled") == 0x8000);
+  CHECK(bench.number("output", 0, Table::holding_register) == 0.0F);
+  CHECK(bench.word("output_scaled", 0, Table::holding_register) == 0x8000);
+  // To close the valve is no less an order for that.
+  CHECK(bench.write("output", Bench::words_of(0.0F)) == Exception::none);
+  CHECK(bench.write("output_scaled", {2500}) == Exception::none);
+  REQUIRE(bench.plant.orders.size() == 2);
+  CHECK(bench.plant.orders[0].second.output == 0.0);
+  CHECK(bench.plant.orders[1].second.output == 25.0);
+  REQUIRE(bench.plant.lines.size() == 2);
+  CHECK(bench.plant.lines[0].old_value.empty());
+  CHECK(bench.plant.lines[1].old_value.empty());
+  CHECK(bench.write("output_scaled", {0x8000}) == Exception::illegal_value);
 }
 
 TEST_CASE("the value in force can be written in any mode, and does nothing where it can't act",

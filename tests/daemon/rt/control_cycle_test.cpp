@@ -79,11 +79,12 @@ TEST_CASE(
   Loop loop(plain_settings(),
             {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
   loop.run(10);
-  CHECK(loop.mode() == Mode::manual);
+  CHECK(loop.fault() == Fault::output_unknown);
   CHECK_FALSE(loop.io.last.write);
   loop.order({.mode = Mode::automatic});
   loop.run(1);
-  CHECK(loop.mode() == Mode::manual);
+  CHECK(loop.answer() == Refusal::output_unknown);
+  CHECK(static_cast<Mode>(loop.row.requested_mode) == Mode::manual);
   const auto events = loop.take_events();
   CHECK(std::any_of(events.begin(), events.end(),
                     [](const auto& e) { return e.code == EventCode::order_refused; }));
@@ -93,6 +94,197 @@ TEST_CASE(
   loop.order({.mode = Mode::automatic});
   loop.run(1);
   CHECK(loop.mode() == Mode::automatic);
+}
+
+TEST_CASE("where nothing tells the output the loop does not look as if it ran") {
+  const Mode mode = GENERATE(Mode::automatic, Mode::manual);
+  Loop loop(plain_settings(), {.mode = mode, .set_point = 80.0, .output = OutputAction::hold()});
+  for (int i = 0; i < 50; ++i) {
+    loop.run(1);
+    REQUIRE_FALSE(loop.io.last.write);
+    REQUIRE(loop.io.last.alarm);
+    REQUIRE(loop.fault() == Fault::output_unknown);
+    REQUIRE(loop.mode() == Mode::fallback);
+    REQUIRE(static_cast<Mode>(loop.row.requested_mode) == mode);
+    REQUIRE(std::isnan(loop.row.co));  // none went out
+    REQUIRE(loop.row.jacket_rate == 0.0F);
+  }
+  CHECK(loop.io.written == -1.0);
+  const auto events = loop.take_events();
+  CHECK(std::none_of(events.begin(), events.end(),
+                     [](const auto& e) { return std::isfinite(e.value) && e.value != 0.0; }));
+
+  // Nothing has wound up: the law starts from what the operator tells, though SP was 30 off for 5 s.
+  loop.order({.mode = Mode::manual, .output = 30.0});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.mode() == Mode::manual);
+  CHECK(loop.io.written == 30.0);
+  CHECK(loop.row.co == 30.0);
+  loop.order({.mode = Mode::automatic, .set_point = 50.0});
+  loop.run(1);
+  CHECK(loop.mode() == Mode::automatic);
+  CHECK(loop.io.written == Approx(30.0));
+}
+
+TEST_CASE("a read-back that comes late lets the loop go on in the mode it had, without a bump") {
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.safety.recovery = control::Recovery::manual;
+  Loop loop(settings, {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::hold()});
+  loop.io.set_read_back(63.0);
+  loop.io.inputs.valve_position.quality = hal::Quality::bad;
+  loop.run(20);
+  CHECK(loop.fault() == Fault::output_unknown);
+  loop.io.set_read_back(63.0);
+  loop.run(1);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.mode() == Mode::automatic);
+  CHECK(loop.io.written == Approx(63.0));
+}
+
+TEST_CASE("a read-back that is there from the start shows no fault on the way") {
+  Loop loop(plain_settings(),
+            {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::hold()});
+  loop.io.set_read_back(63.0);
+  loop.run(5);
+  const auto events = loop.take_events();
+  CHECK(std::none_of(events.begin(), events.end(), [](const auto& e) {
+    return e.code == EventCode::fault_changed && e.a != static_cast<std::uint8_t>(Fault::none);
+  }));
+}
+
+TEST_CASE("while nothing is written the loop follows the valve that others move") {
+  Loop loop;
+  loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
+  loop.io.set_read_back(63.0);
+  loop.run(5);
+  CHECK(loop.fault() == Fault::starting);
+  CHECK(loop.row.co == 63.0);
+  loop.io.set_read_back(20.0);  // by hand, on the positioner
+  loop.run(1);
+  CHECK(loop.row.co == 20.0);
+  loop.io.set_pv(50.0);
+  loop.run(1);
+  CHECK(loop.io.written == Approx(20.0));
+}
+
+TEST_CASE("an output that the file states has not gone out before the first command") {
+  Loop loop;
+  loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
+  loop.run(5);
+  CHECK(loop.fault() == Fault::starting);
+  CHECK(std::isnan(loop.row.co));
+  loop.io.set_pv(50.0);
+  loop.run(1);
+  CHECK(loop.row.co == Approx(40.0));
+  CHECK(loop.io.written == Approx(40.0));
+}
+
+TEST_CASE("from beyond its limits the output comes back at the rate limit, from the first command") {
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.controller.output.high = 60.0;
+  Loop loop(settings);
+  loop.io.set_read_back(90.0);  // moved by hand
+  loop.run(1);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.io.written == Approx(85.0));
+  loop.run(1);
+  CHECK(loop.io.written == Approx(80.0));
+}
+
+TEST_CASE("a loop whose read-back died with its output is freed by an order for the output") {
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.safety.on_output_lost = GENERATE(OutputAction::hold(), OutputAction::go_to(70.0));
+  settings.safety.recovery = control::Recovery::manual;
+  Loop loop(settings);
+  loop.io.set_read_back(40.0);
+  loop.run(10);
+  // As of a device that came back without its position sensor: good again with the first command that it takes.
+  loop.io.inputs.output_ok = false;
+  loop.io.inputs.output_reason = hal::Reason::link_lost;
+  loop.io.inputs.valve_position.quality = hal::Quality::bad;
+  loop.run(50);
+  CHECK(loop.fault() == Fault::output_lost);
+  CHECK_FALSE(loop.io.last.write);
+  CHECK(std::isnan(loop.row.co));
+  CHECK_FALSE(daemon::rt::unpacked(loop.channels.standing.load()).output_known);
+  loop.order({.mode = Mode::manual, .output = 25.0});
+  for (int i = 0; i < 5; ++i) {
+    loop.run(1);
+    CHECK(loop.answer() == Refusal::none);
+    CHECK(loop.io.last.write);
+    CHECK(loop.io.written == 25.0);
+  }
+  loop.io.inputs.output_ok = true;
+  loop.run(10);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.mode() == Mode::manual);
+  CHECK(loop.io.written == 25.0);
+
+  // What he told holds until the output is lost again.
+  loop.io.inputs.output_ok = false;
+  loop.run(2);
+  CHECK_FALSE(loop.io.last.write);
+  CHECK(loop.fault() == Fault::output_lost);
+}
+
+TEST_CASE("what the fault's action was told by is no word for the next one") {
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.safety.on_output_lost = OutputAction::go_to(70.0);
+  Loop loop(settings, {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
+  loop.order({.output = 25.0});
+  loop.run(5);
+  CHECK(loop.io.written == 25.0);
+  loop.io.inputs.output_ok = false;
+  loop.io.inputs.output_reason = hal::Reason::link_lost;
+  loop.run(30);
+  CHECK(loop.io.written == Approx(70.0));
+}
+
+TEST_CASE("after a pause without a read-back that is good again the loop waits, and says so") {
+  Loop loop;
+  loop.io.set_read_back(40.0);
+  loop.run(10);
+  loop.io.inputs.valve_position.quality = hal::Quality::bad;
+  loop.run(1, 50);
+  loop.run(10);
+  CHECK(loop.fault() == Fault::output_unknown);
+  CHECK(std::isnan(loop.row.co));
+  loop.io.set_read_back(5.0);
+  loop.run(1);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.mode() == Mode::automatic);
+  CHECK(loop.io.written == Approx(5.0));
+}
+
+TEST_CASE("the stop action of an output that is not known begins at no guess") {
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.safety.on_stop = OutputAction::go_to(80.0);
+  Loop loop(settings, {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
+  loop.run(5);
+  loop.run(1, 0, true);
+  CHECK(loop.io.written == 80.0);
+  CHECK(loop.row.co == 80.0);
+  CHECK(loop.channels.stop_reached.load());
+}
+
+TEST_CASE("an output that is not known is no value that an order could expect") {
+  Loop loop(plain_settings(),
+            {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
+  loop.run(5);
+  loop.order({.output = 30.0, .expected = {.output = 0.0}});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::output_changed);
+  CHECK_FALSE(loop.io.last.write);
+  loop.order({.output = 30.0, .expected = {.output = daemon::rt::kOutputNotKnown}});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+  CHECK(loop.io.written == 30.0);
+  loop.order({.output = 45.0, .expected = {.output = daemon::rt::kOutputNotKnown}});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::output_changed);
+  CHECK(loop.io.written == 30.0);
 }
 
 TEST_CASE(

@@ -108,6 +108,54 @@ TEST_CASE("a command is put out on the next turn, not only on the next poll") {
   CHECK(bench.raw() == "2400");
 }
 
+TEST_CASE("before the first command nothing reaches converter, relay and alive line") {
+  Bench bench;
+  AnalogTask task = bench.task();
+  task.open(0);
+  // As of a loop that does not know where its output stands.
+  for (int i = 0; i < 20; ++i) {
+    bench.give(task, 50.0, i * 100 * kMs, false);
+    task.step(i * 100 * kMs);
+  }
+  CHECK(bench.raw() == "0");
+  CHECK((*bench.lines)["alive"].edges == 0);
+  CHECK_FALSE((*bench.lines)["relay"].active);
+  CHECK(task.counters().writes == 0);
+  CHECK(task.state.newest().inputs.output_reason == Reason::never_received);
+
+  SECTION("not when the loop hangs either") {
+    for (int i = 20; i < 60; ++i) task.step(i * 100 * kMs);
+    CHECK(bench.raw() == "0");
+    CHECK(task.counters().old_commands_withheld == 0);
+    CHECK(task.state.newest().inputs.output_reason == Reason::never_received);
+  }
+  SECTION("nor when the converter has hung: no command was lost by it") {
+    bench.give(task, 50.0, 5900 * kMs, false);
+    task.step(6000 * kMs);
+    CHECK(task.state.newest().inputs.output_reason == Reason::never_received);
+  }
+  bench.give(task, 50.0, 7000 * kMs);
+  task.step(7000 * kMs);
+  bench.give(task, 50.0, 7010 * kMs);
+  task.step(7010 * kMs);
+  CHECK(bench.raw() == "2400");
+  CHECK((*bench.lines)["alive"].edges > 0);
+  CHECK((*bench.lines)["relay"].active);
+}
+
+TEST_CASE("the alive line of a loop with a read-back lives from the first cycle") {
+  Bench bench;
+  bench.iio.set(0, "in_current1_raw", "1600\n");
+  bench.settings.read_back = bench.settings.process_variable;
+  bench.settings.read_back->channel.channel = "current1";
+  AnalogTask task = bench.task();
+  task.open(0);
+  bench.give(task, 50.0, 0, false);
+  task.step(0);
+  CHECK((*bench.lines)["alive"].edges == 1);
+  CHECK(bench.raw() == "0");
+}
+
 TEST_CASE("the lines are served before the inputs, which may take their time") {
   Bench bench;
   int edges_when_read = -1;

@@ -50,7 +50,8 @@ mb::LoopModbusSettings loop_on(const mb::LinkSettings& link) {
 // Plays the real-time thread: reads and commands every 20 ms until stopped.
 class LoopThread {
  public:
-  LoopThread(mb::ModbusLoopIo& io, double output) : io_(io), output_(output) {
+  LoopThread(mb::ModbusLoopIo& io, double output, bool write = true)
+      : io_(io), output_(output), write_(write) {
     thread_ = std::thread([this] { run(); });
   }
   ~LoopThread() { stop(); }
@@ -59,6 +60,7 @@ class LoopThread {
     if (thread_.joinable()) thread_.join();
   }
   void set(double output) { output_ = output; }
+  void begin_to_write() { write_ = true; }
   bool output_ok() const { return output_ok_; }
   Reason output_reason() const { return output_reason_; }
   bool pv_good() const { return pv_good_; }
@@ -81,7 +83,7 @@ class LoopThread {
       valve_position_ = inputs.valve_position.value;
       if (pv_good_ && inputs.process_variable.sequence != last) fresh_samples_ = fresh_samples_ + 1;
       last = inputs.process_variable.sequence;
-      io_.write(time, {.output = output_, .time_ns = time.now_ns, .write = true, .alarm = false});
+      io_.write(time, {.output = output_, .time_ns = time.now_ns, .write = write_, .alarm = false});
       std::this_thread::sleep_for(20ms);
     }
   }
@@ -89,6 +91,7 @@ class LoopThread {
   mb::ModbusLoopIo& io_;
   std::atomic<bool> stopping_{false};
   std::atomic<double> output_;
+  std::atomic<bool> write_{true};
   std::atomic<bool> output_ok_{false};
   std::atomic<Reason> output_reason_{Reason::never_received};
   std::atomic<bool> pv_good_{false};
@@ -154,6 +157,32 @@ TEST_CASE("what is no number is never sent", "[modbus][loop_io]") {
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     CHECK(io.write(time, {.output = value, .time_ns = 0, .write = true, .alarm = false}) == 3.0);
   }
+}
+
+TEST_CASE("before the first command nothing is written, the watchdog register neither",
+          "[modbus][loop_io]") {
+  TcpRig rig({"--start", "3", "--fail-safe", "1.5"});
+  mb::ModbusBus bus;
+  mb::LoopModbusSettings settings = loop_on(rig.link());
+  settings.read_back.reset();
+  mb::ModbusLoopIo io(settings, "loop", bus);
+  io.open();
+  LoopThread loop(io, 6.0, false);
+  // Over a reconnection as well, after which a device's watchdog is otherwise set again.
+  for (int times = 0; times < 2; ++times) {
+    const std::uint64_t seen = loop.fresh_samples();
+    REQUIRE(eventually([&] { return loop.fresh_samples() > seen + 10; }));
+    CHECK(rig.device.state("writes") == "0");
+    CHECK(rig.device.state("watchdog_register") == "0");
+    CHECK(rig.device.state_number("co") == (times == 0 ? 3.0 : 1.5));
+    CHECK_FALSE(loop.output_ok());
+    CHECK(loop.output_reason() == Reason::never_received);
+    rig.device.command("restart 0.1");
+  }
+  loop.begin_to_write();
+  CHECK(eventually([&] { return rig.device.state_number("co") == 6.0 && loop.output_ok(); }));
+  CHECK(rig.device.state("watchdog_register") == "6");
+  CHECK(rig.device.state("unguarded_writes") == "0");
 }
 
 TEST_CASE("a loop that hangs leaves its valve to the device's watchdog", "[modbus][loop_io]") {

@@ -186,6 +186,61 @@ TEST_CASE("nothing happens until something good was read", "[control][supervisor
   }
 }
 
+namespace {
+
+// As the cycle does it: what the period brings of the output comes after its faults.
+Decision period(Supervisor& supervisor, const Conditions& conditions, bool output_known) {
+  return supervisor.settle(supervisor.step(conditions), output_known);
+}
+
+}  // namespace
+
+TEST_CASE("where nothing tells the output the loop does not run", "[control][supervisor]") {
+  SafetySettings s = settings();
+  const auto recovery = GENERATE(Recovery::manual, Recovery::previous_mode);
+  s.recovery = recovery;
+  Supervisor supervisor(s, kPeriod);
+  CHECK(period(supervisor, {.pv_good = false}, false).fault == Fault::starting);
+  for (int k = 0; k < 20; ++k) {
+    const Decision decision = period(supervisor, kGood, false);
+    REQUIRE(decision.fault == Fault::output_unknown);
+    REQUIRE(decision.action == OutputAction::hold());
+    REQUIRE(supervisor.fault() == Fault::output_unknown);
+  }
+
+  SECTION("it goes on at once, in the mode it had, when something does") {
+    const Decision decision = period(supervisor, kGood, true);
+    CHECK(decision.fault == Fault::none);
+    CHECK_FALSE(decision.to_manual);
+    CHECK(supervisor.fault() == Fault::none);
+  }
+  SECTION("every other fault is graver, but has nothing to start its action from") {
+    const Decision bad = period(supervisor, {.pv_good = false}, false);
+    CHECK(bad.fault == Fault::bad_pv);
+    CHECK(bad.action == OutputAction::hold());
+    const Decision lost = period(supervisor, {.output_lost = true, .pv_good = true}, false);
+    CHECK(lost.fault == Fault::output_lost);
+    CHECK(lost.action == OutputAction::hold());
+  }
+  SECTION("the stop action is obeyed all the same") {
+    const Decision stop = period(supervisor, {.stop = true, .pv_good = true}, false);
+    CHECK(stop.fault == Fault::stop);
+    CHECK(stop.action == OutputAction::go_to(1.0));
+  }
+  SECTION("a fault whose end leaves the loop in manual leaves it there") {
+    period(supervisor, {.late_cycle = true, .pv_good = true}, false);
+    bool to_manual = false;
+    for (int k = 0; k < 5; ++k) to_manual |= period(supervisor, kGood, false).to_manual;
+    CHECK(supervisor.fault() == Fault::output_unknown);
+    CHECK(to_manual == (recovery == Recovery::manual));
+  }
+}
+
+TEST_CASE("what is learnt in the period shows no fault", "[control][supervisor]") {
+  Supervisor supervisor(settings(), kPeriod);
+  CHECK(period(supervisor, kGood, true).fault == Fault::none);
+}
+
 TEST_CASE("new settings count from the next period", "[control][supervisor]") {
   Supervisor supervisor = running(settings());
   supervisor.step({.pv_good = false});
@@ -204,6 +259,7 @@ TEST_CASE("every fault has a text of its own", "[control][supervisor]") {
   CHECK(to_text(Fault::not_finite) == std::string("not finite"));
   CHECK(to_text(Fault::enable_open) == std::string("enable open"));
   CHECK(to_text(Fault::stop) == std::string("stop"));
+  CHECK(to_text(Fault::output_unknown) == std::string("output unknown"));
 }
 
 }  // namespace supervisor_test

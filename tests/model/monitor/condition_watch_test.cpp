@@ -76,6 +76,25 @@ TEST_CASE("the lag of a first-order stem, and how far it is from CO", "[monitor]
   }
 }
 
+TEST_CASE("a CO that is not known compares with no stem", "[monitor][condition]") {
+  ConditionWatch watch(kSettings);
+  for (std::uint64_t k = 0; k < kStretch; ++k) {
+    Cycle one = cycle(k, steps(k) - 0.4);
+    if (k < kStretch / 2) one.co = kNan;
+    watch.add(one, false, false);
+  }
+  CHECK(watch.inputs().stem_deviation_percent == Approx(100.0 * 0.4 / 20.0));
+  CHECK(std::isfinite(watch.inputs().stem_lag_s));
+  CHECK(watch.inputs().read_back_bad_share == 0.0);
+  for (std::uint64_t k = 0; k < kStretch; ++k) {
+    Cycle one = cycle(kStretch + k, steps(k));
+    one.co = kNan;
+    watch.add(one, false, false);
+  }
+  CHECK(std::isnan(watch.inputs().stem_deviation_percent));
+  CHECK(std::isnan(watch.inputs().stem_lag_s));
+}
+
 TEST_CASE("a stem at rest has no lag that could be known; CO away from it counts",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);

@@ -224,6 +224,31 @@ TEST_CASE("an order needs the daemon's right, the page's right and a confirmatio
   CHECK(rig.orders.asked[1] == json{{"request", "order"}, {"loop", "FIC-101"}, {"order", 3}});
 }
 
+TEST_CASE("an output that nobody knows is ordered by who saw that") {
+  ApiRig rig(true);
+  json body{{"set", {{"output", 3.0}}},
+            {"confirm", {{"tag", "FIC-101"}, {"old", nullptr}, {"new", 3.0}}}};
+  SECTION("where the page showed no value") {
+    CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == 200);
+    CHECK(rig.orders.asked.at(0).at("expect") == json{{"output", nullptr}});
+  }
+  SECTION("another may have ordered it meanwhile") {
+    rig.orders.says = [&](const json& request) -> json {
+      if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
+      return {{"state", "refused"}, {"why", "."}, {"now", {{"output", 4.5}}}, {"on_disk", true}};
+    };
+    const auto response = rig.answer(rig.post_as("otto", kOrder, body));
+    CHECK(response.status == 409);
+    CHECK(json::parse(response.body).at("now") == 4.5);
+  }
+  SECTION("a set point that was not known yet is held to none") {
+    body = {{"set", {{"set_point", 3.0}}},
+            {"confirm", {{"tag", "FIC-101"}, {"old", nullptr}, {"new", 3.0}}}};
+    CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == 200);
+    CHECK_FALSE(rig.orders.asked.at(0).contains("expect"));
+  }
+}
+
 TEST_CASE("what has changed behind the operator's back is told with its value") {
   ApiRig rig(true);
   const std::string why = "the set point is 5.5 by now, 5 was expected";

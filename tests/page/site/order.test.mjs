@@ -45,6 +45,12 @@ test('a suppressed alarm, a start and a stop are nothing abnormal; a shelved one
   assert.equal(arranged(all, o)[0], 3);
 });
 
+test('an output that nobody knows is a fault, and no calm start', () => {
+  const all = loops('A', 'B'), o = overview(2, {1: {fault: 8, mode: 2, co: null}});
+  assert.deepEqual(arranged(all, o, {filter: 'fault'}), [1]);
+  assert.equal(arranged(all, o)[0], 1);
+});
+
 test('search takes all words, in tag and description', () => {
   const all = loops('FIC-101', 'FIC-102', 'TIC-101');
   const found = (search) => arranged(all, overview(3), {search}).map((i) => all[i].tag);

@@ -60,6 +60,18 @@ TEST_CASE("the details of a loop are the numbers of its status", "[workbench][to
   has(2, "900 transactions, 1 timeouts, 2 exceptions, 3 invalid, 4 reconnects");
 }
 
+TEST_CASE("a loop whose output is not known looks like no loop that runs", "[workbench][top]") {
+  json unknown = loop("FIC-101");
+  unknown.update({{"mode", "FALLBACK"}, {"fault", "output unknown"}, {"sp", 27.5}, {"pv", 31.0},
+                  {"co", nullptr}, {"pv_unit", "L/min"}, {"co_unit", "%"}});
+  const std::string line = loop_table({{"loops", {unknown}}}, 0).at(1);
+  INFO(line);
+  CHECK(line.find("FALLBACK") != std::string::npos);
+  CHECK(line.find("output unknown") != std::string::npos);
+  CHECK(line.find(" %") == std::string::npos);  // no CO, no stem
+  CHECK(line.find("ok") == std::string::npos);
+}
+
 TEST_CASE("a stick that was not measured is a dash", "[workbench][top]") {
   json still = loop("FIC-101");
   still["monitor"]["stick_percent"] = nullptr;
