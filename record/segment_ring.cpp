@@ -187,15 +187,19 @@ bool SegmentWriter::make_room() noexcept {
   return std::exchange(may_make_room_, false) && drop_oldest();
 }
 
+// One that can't be deleted stays, counted against the limit, and the next oldest goes.
 bool SegmentWriter::drop_oldest() noexcept {
-  if (ended_.empty()) return false;
-  if (::unlink(ended_.front().path.c_str()) != 0 && errno != ENOENT) {
-    failed("deleting the oldest segment", errno);
-    return false;
+  for (auto segment = ended_.begin(); segment != ended_.end(); ++segment) {
+    if (::unlink(segment->path.c_str()) == 0 || errno == ENOENT) {
+      ended_.erase(segment);
+      ++status_.segments_dropped;
+      return true;
+    }
+    failed_step_ = "deleting the oldest segment";
+    failed_errno_ = errno;
   }
-  ended_.pop_front();
-  ++status_.segments_dropped;
-  return true;
+  if (!ended_.empty()) failed(failed_step_, failed_errno_);
+  return false;
 }
 
 std::size_t SegmentWriter::bytes_of_open() const noexcept {

@@ -10,8 +10,10 @@ import random
 import resource
 import shutil
 import signal
+import socket
 import sqlite3
 import stat
+import struct
 import tempfile
 import time
 
@@ -36,10 +38,62 @@ HANG_S = 60.0
 for what in [*HANGING, "all"]:
     CELL_KINDS[f"disk hangs 60 s, {what}"] = 0.2
 CELL_KINDS["disk hangs, SIGTERM"] = 0.5
+SLOW = ("journal", "evidence", "recorder")
+for what in SLOW:
+    CELL_KINDS[f"disk slow, {what}"] = 1
+HEARTBEAT_S = 1.5  # without one the daemon takes its Modbus master for lost
 
 
 def loop_kinds():
     return list(dict.fromkeys(kind for kinds in KINDS.values() for kind in kinds))
+
+
+def free_port(chance):
+    """Below those that the kernel gives away: the daemon comes back to it."""
+    while True:
+        port = chance.randint(20000, 30000)
+        with socket.socket() as attempt:
+            try:
+                attempt.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                pass
+
+
+class Master:
+    """A Modbus TCP client of the daemon; one request at a time."""
+
+    SHELVES_AT, SHELVES = 46, 5  # holding registers of the first loop, minutes
+
+    def __init__(self, reader, writer):
+        self.reader, self.writer = reader, writer
+        self.done = 0
+
+    @staticmethod
+    async def connect(port):
+        return Master(*await asyncio.wait_for(asyncio.open_connection("127.0.0.1", port), 5.0))
+
+    async def ask(self, pdu):
+        self.writer.write(struct.pack(">HHHB", 1, 0, len(pdu) + 1, 1) + pdu)
+        await self.reader.readexactly(7)
+        function = await self.reader.readexactly(1)
+        if function != pdu[:1]:
+            raise OSError(f"exception {(await self.reader.readexactly(1))[0]}")
+        await self.reader.readexactly(4)
+        self.done += 1
+
+    async def beat(self, number):
+        await self.ask(struct.pack(">BHH", 6, 0, number % 0x10000))
+
+    async def shelve_all_for_ever(self):
+        minutes = 1
+        while True:
+            await self.ask(struct.pack(f">BHHB{self.SHELVES}H", 16, self.SHELVES_AT, self.SHELVES,
+                                       2 * self.SHELVES, *[minutes] * self.SHELVES))
+            minutes = 1 - minutes
+
+    def close(self):
+        self.writer.close()
 
 
 class Cell:
@@ -54,6 +108,7 @@ class Cell:
         self.recovery = self.random.choice(("previous_mode", "previous_mode", "manual"))
         self.loops = [make_loop(i, index, seed, self.folder, self.daemon.board, self.period, self.random)
                       for i in range(loops)]
+        self.modbus_port = free_port(self.random)
         self.analog = [loop for loop in self.loops if loop.wiring == "analog"]
         self.results = []  # (kind, what the round held, failures)
         self.not_judged = 0
@@ -101,7 +156,10 @@ class Cell:
         return self.folder / f"config/loops.d/{loop.name}.yaml"
 
     def write_config(self):
-        text = f"runtime_directory: {self.folder}\nstate_directory: {self.folder}/state\nlinks:\n"
+        text = (f"runtime_directory: {self.folder}\nstate_directory: {self.folder}/state\n"
+                f"modbus_server:\n  port: {self.modbus_port}\n  writes: true\n"
+                "  clients: [{peer: 127.0.0.1, writes: true}]\n"
+                f"  master_heartbeat: {{timeout: {HEARTBEAT_S}, action: report}}\nlinks:\n")
         for loop in self.loops:
             text += loop.links_text()
             self.loop_file(loop).write_text(self.loop_text(loop))
@@ -543,13 +601,15 @@ class Cell:
             if kind == "disk full":
                 daemon.disk_full(1)
             else:
-                daemon.disk_slow(rng.randint(50, 400))
+                daemon.disk_slow(rng.randint(10, 500))
             for _ in range(3):
                 await self.operate()
                 await self.wait(rng.uniform(0.1, 1.0))
             daemon.disk_full(0)
             daemon.disk_slow(0)
             failures += await self.journal_works_again()
+        elif kind.startswith("disk slow"):
+            failures += await self.slow_disk(kind.split(", ")[1])
         elif kind == "disk hangs, SIGTERM":
             failures += await self.end_on_hung_disk()
         elif kind.startswith("disk hangs"):
@@ -804,6 +864,62 @@ class Cell:
         if failures:
             return failures
         return await self.journal_works_again() + await self.recording_works_again(rows, csv)
+
+    async def slow_disk(self, what):
+        """Nobody waits for it but who asked for what is to be on it: a Modbus master that acts on many alarms, an operator.
+        Meanwhile another master's heartbeats are answered, and none is missed."""
+        daemon, failures = self.daemon, []
+        loop = self.random.choice(self.loops)
+        rows = sum(s["recording"]["rows"] for s in (await self.status()).values())
+        beat = 0
+        try:
+            leader, operator = [await Master.connect(self.modbus_port) for _ in range(2)]
+            # The one of the round before is gone: that is in the journal, or will not come any more.
+            for beat in range(1, 6):
+                await asyncio.wait_for(leader.beat(beat), 5.0)
+                await self.wait(0.2)
+        except (OSError, asyncio.TimeoutError) as error:
+            return [f"no connection to the Modbus server: {error}"]
+        before = await self.lines_of("master lost")
+        calls = daemon.slow_calls()
+        daemon.disk_takes(self.random.randint(10, 500), [what])
+        acting = asyncio.ensure_future(operator.shelve_all_for_ever())
+        end, slowest = time.monotonic() + self.random.uniform(4.0, 9.0), {}
+        while time.monotonic() < end and daemon.alive():
+            for asks, question in (("heartbeat", leader.beat(beat := beat + 1)), ("status", self.status()),
+                                   ("set", self.operator_moves(loop, SET_POINT))):
+                begin = time.monotonic()
+                try:
+                    await asyncio.wait_for(question, 5.0)
+                except (OSError, asyncio.TimeoutError, asyncio.IncompleteReadError):
+                    failures.append(f"no answer to {asks}")
+                slowest[asks] = max(slowest.get(asks, 0.0), time.monotonic() - begin)
+            if not failures and self.random.random() < 0.3:
+                await self.operate()
+                await daemon.ask({"request": "explain", "loop": loop.name, "alarm": "stiction"})
+            failures += self.feeding()
+            if failures:
+                break
+            await self.wait(0.1)
+        acting.cancel()
+        daemon.disk_takes(0, [])
+        if self.judged_by_time():
+            failures += [f"{asks} took {took:.1f} s" for asks, took in slowest.items() if took > 1.0]
+            if await self.lines_of("master lost") > before:
+                failures.append("a master that wrote its heartbeat counted as lost")
+        if operator.done < 2:
+            failures.append("the alarms were not acted on")
+        if daemon.slow_calls() == calls:
+            failures.append("nothing was slow")
+        leader.close()
+        operator.close()
+        if not daemon.alive() or failures:
+            return failures or ["the daemon did not outlive it"]
+        return await self.journal_works_again() + await self.recording_works_again(rows, False)
+
+    async def lines_of(self, text):
+        answer = await self.daemon.ask({"request": "journal", "most": 1000, "text": text})
+        return len(answer["lines"]) if answer and answer["ok"] else 0
 
     async def recording_works_again(self, rows, csv):
         end = time.monotonic() + 15.0

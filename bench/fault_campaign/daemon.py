@@ -22,13 +22,14 @@ libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_
 
 
 # As in shim.c: three switches, the count of deeds, levels and refusals of the lines, the deeds, which
-# files hang and how many calls do.
+# files hang and how many calls do, which are slow, how slow, and how many calls were.
 LINES, DEEDS, DEED = 16, 1024, struct.Struct("4q")
 COUNT_AT, LEVELS_AT = 24, 32
 REFUSALS_AT = LEVELS_AT + 8 * LINES
 DEEDS_AT = REFUSALS_AT + 8 * LINES
 HANGS_AT = DEEDS_AT + DEED.size * DEEDS
-SWITCHES_BYTES = HANGS_AT + 16
+SLOW_AT = HANGS_AT + 16
+SWITCHES_BYTES = SLOW_AT + 24
 # Files whose disk can hang, by the bit of the switch.
 HANGING = {"recorder": 1, "CSV record": 2, "journal": 4, "evidence": 8, "metrics": 16, "log": 32}
 
@@ -215,6 +216,13 @@ class Daemon:
     def disk_hangs(self, what):
         """Opening, writing and syncing of these files waits; of none with an empty list."""
         struct.pack_into("q", self.switches, HANGS_AT, sum(HANGING[name] for name in what))
+
+    def disk_takes(self, milliseconds, what):
+        """Each opening, renaming and syncing of these files takes so long; of none with an empty list."""
+        struct.pack_into("qq", self.switches, SLOW_AT, sum(HANGING[name] for name in what), milliseconds)
+
+    def slow_calls(self):
+        return struct.unpack_from("q", self.switches, SLOW_AT + 16)[0]
 
     def hung_calls(self):
         return struct.unpack_from("q", self.switches, HANGS_AT + 8)[0]

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Loaded into the daemon under test (LD_PRELOAD), switched by a small file that the campaign maps as
- * well:
+ * Loaded into the program under test (LD_PRELOAD), the daemon, the edge or the notifier, switched by a small file that
+ * whoever tests it maps as well:
  *
  * - a disk that is full or slow and a wall clock that jumps. Only regular files are affected.
+ * - a disk that is slow for some of the daemon's files: each opening, renaming and syncing takes its time.
  * - a disk that hangs: opening, writing, syncing and renaming of some of the daemon's files wait.
  * - attributes of IIO devices. A plain file with the sticky bit stands for one: without its name (the
  *   device is gone) it answers ENODEV as sysfs does, without its owner's right to read or write EIO;
@@ -44,6 +45,9 @@ struct Switches {
   struct Deed deeds[DEEDS];
   volatile int64_t disk_hangs; /* for which files, bits as in kHanging */
   volatile int64_t hung_calls; /* that wait now */
+  volatile int64_t disk_slows; /* for which files, bits as in kHanging */
+  volatile int64_t slow_ms;    /* what each call takes */
+  volatile int64_t slow_calls; /* so many did */
 };
 static struct Switches none;
 static struct Switches* switches = &none;
@@ -72,15 +76,21 @@ static void note(int64_t source, int64_t value) {
   __atomic_store_n(&deed->number, number, __ATOMIC_RELEASE);
 }
 
-static const char* const kHanging[] = {"/segments", "/records",       "/journal.sqlite", "/alarm-state",
-                                       "/evidence", "/metrics.prom", "/log"};
-static const int kBit[] = {0, 1, 2, 2, 3, 4, 5};
+static const char* const kHanging[] = {"/segments", "/records",      "/journal.sqlite", "/alarm-state",
+                                       "/evidence", "/metrics.prom", "/log",            "/store.sqlite",
+                                       "/notifications.sqlite"};
+static const int kBit[] = {0, 1, 2, 2, 3, 4, 5, 6, 7};
 
-static void wait_for(const char* path) {
+static int64_t mask_of(const char* path) {
   int64_t mask = 0;
   for (unsigned i = 0; i < sizeof kBit / sizeof kBit[0]; ++i) {
     if (strstr(path, kHanging[i])) mask |= (int64_t)1 << kBit[i];
   }
+  return mask;
+}
+
+static void wait_for(const char* path) {
+  const int64_t mask = mask_of(path);
   if (!(switches->disk_hangs & mask)) return;
   const struct timespec pause = {0, 5000000};
   __atomic_add_fetch(&switches->hung_calls, 1, __ATOMIC_RELAXED);
@@ -88,18 +98,35 @@ static void wait_for(const char* path) {
   __atomic_add_fetch(&switches->hung_calls, -1, __ATOMIC_RELAXED);
 }
 
+static void take_time_for(const char* path) {
+  if (!(switches->disk_slows & mask_of(path))) return;
+  const struct timespec pause = {switches->slow_ms / 1000, switches->slow_ms % 1000 * 1000000};
+  nanosleep(&pause, NULL);
+  __atomic_add_fetch(&switches->slow_calls, 1, __ATOMIC_RELAXED);
+}
+
 static void wait_for_name(const char* path) {
   if (switches->disk_hangs) wait_for(path);
+  if (switches->disk_slows) take_time_for(path);
+}
+
+/* Its path; empty where it has none. */
+static const char* name_of(int fd, char* path, size_t size) {
+  char link[64];
+  snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+  const ssize_t length = readlink(link, path, size - 1);
+  path[length > 0 ? length : 0] = '\0';
+  return path;
 }
 
 static void wait_for_file(int fd) {
-  if (!switches->disk_hangs) return;
-  char link[64], path[4096];
-  snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
-  const ssize_t length = readlink(link, path, sizeof path - 1);
-  if (length <= 0) return;
-  path[length] = '\0';
-  wait_for(path);
+  char path[4096];
+  if (switches->disk_hangs) wait_for(name_of(fd, path, sizeof path));
+}
+
+static void take_time_to_sync(int fd) {
+  char path[4096];
+  if (switches->disk_slows) take_time_for(name_of(fd, path, sizeof path));
 }
 
 static int refused(int fd) {
@@ -211,10 +238,12 @@ ssize_t pwrite64(int fd, const void* data, size_t size, off64_t at) {
 }
 int fsync(int fd) {
   REAL(fsync);
+  take_time_to_sync(fd);
   return refused(fd) ? -1 : real(fd);
 }
 int fdatasync(int fd) {
   REAL(fdatasync);
+  take_time_to_sync(fd);
   return refused(fd) ? -1 : real(fd);
 }
 int posix_fallocate(int fd, off_t at, off_t size) {

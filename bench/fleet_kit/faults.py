@@ -5,16 +5,24 @@ A fault takes (plant, args) and returns how long it took, a word on what else wa
 how many of them were lost. `took` is from the fault's end, or from the fault where it does not end, to the first rows of values
 that are newer.
 """
+import importlib
 import os
+import pathlib
 import random
 import re
 import signal
+import struct
 import subprocess
+import sys
 import time
 
 import measure
 from plant import Plant, wait_for
 from real_box import RealBox
+
+
+CAMPAIGN = pathlib.Path(__file__).resolve().parents[1] / 'fault_campaign'
+EDGE_STORE = 1 << 6  # of the shim's files
 
 
 def newest(plant):
@@ -105,6 +113,36 @@ def disk_full(plant, args):
                       f'all sent after {sent:.0f} s'), lost
 
 
+def slow_disk(folder, milliseconds):
+    """What gives a program the fault campaign's shim: each opening and syncing of an edge's store takes so long."""
+    sys.path.insert(0, str(CAMPAIGN))
+    switches = importlib.import_module('daemon')
+    shim, file = folder / 'shim.so', folder / 'switches'
+    subprocess.run(['cc', '-shared', '-fPIC', '-O2', '-o', shim, CAMPAIGN / 'shim.c', '-ldl'], check=True)
+    content = bytearray(switches.SWITCHES_BYTES)
+    struct.pack_into('qq', content, switches.SLOW_AT, EDGE_STORE, milliseconds)
+    file.write_bytes(content)
+    return {'LD_PRELOAD': str(shim), 'LOOPWARDEN_FAULTS': str(file)}, lambda: struct.unpack_from(
+        'q', file.read_bytes(), switches.SLOW_AT + 16)[0]
+
+
+def disk_slow(plant, args):
+    """Each sync of a real edge's store takes 10 to 500 ms, while the broker is away and when it is back."""
+    milliseconds = random.randint(10, 500)
+    env, calls = slow_disk(plant.folder, milliseconds)
+    with RealBox(plant, loops=40, disk_mib=256, env=env) as box:
+        plant.kill('mosquitto')
+        time.sleep(args.away)
+        stored = box.on_disk()
+        plant.start_broker()
+        took = recovery(plant, 900)
+        wait_for(lambda: box.newest('store/waiting') == 0, 'all that is stored is sent', 600)
+        time.sleep(5)
+        lost = len(stored - box.rows())
+        return took, (f'{milliseconds} ms a call, {calls()} calls; {len(stored)} values on the disk, lost {lost}; '
+                      f'{box.newest("store/dropped"):.0f} reports dropped, the longest gap of a loop {box.gap():.1f} s'), lost
+
+
 def two_edges(plant, args):
     """A second box with the name of the first, its own client identifier, and values of its own."""
     twin = plant.start_boxes('twin', boxes=1, loops=args.loops, period=args.period, seconds=40, drain=0, host='',
@@ -193,6 +231,7 @@ FAULTS = {
     'clock set back, boxes': clock_set('-1h', 'by an hour'),
     'clock set back, host': clock_set('-1h', 'by an hour'),
     'an edge\'s disk full': disk_full,
+    'an edge\'s disk slow': disk_slow,
     'two edges of one name': two_edges,
     'a birth lost': birth_lost,
     'garbage payloads': garbage,
@@ -219,7 +258,7 @@ def faketime_env(plant, at_start):
 
 
 def can_run(name):
-    if (name.startswith('network') or name.endswith('disk full')) and os.getuid() != 0:
+    if (name.startswith('network') or name.startswith('an edge\'s disk')) and os.getuid() != 0:
         return 'needs root'
     if name in CLOCKS and faketime() is None:
         return 'needs libfaketime (Debian: faketime)'

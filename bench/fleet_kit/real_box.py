@@ -22,9 +22,10 @@ SELECT v.number FROM edge e JOIN device d ON d.edge_id = e.id AND d.name = '' JO
 
 
 class RealBox:
-    """Each loop has something new to say five times a second. Use with `with`; needs root, for the disk."""
+    """Each loop has something new to say five times a second. Use with `with`; needs root, for the disk. `env`: of the edge."""
 
-    def __init__(self, plant, loops, disk_mib):
+    def __init__(self, plant, loops, disk_mib, env=None):
+        self.env = {**os.environ, **(env or {})}
         self.plant = plant
         self.folder = plant.folder / 'box'
         self.disk = self.folder / 'disk'
@@ -40,7 +41,7 @@ class RealBox:
             f'broker: {{url: "{self.plant.broker}", reconnect_min: 0.5, reconnect_max: 5}}\n'
             f'sparkplug: {{group: A, edge: {EDGE}, primary_host: loopwarden-A}}\nruntime_directory: {self.daemon.folder}\n'
             f'store: {{directory: {self.disk}, replay_per_second: 2000}}\ndata: {{interval: 0.2, slow_interval: 1, dead_band: 0}}\n')
-        self.plant.start('edge', [BIN / 'loopwarden-edge', '--config', config])
+        self.plant.start('edge', [BIN / 'loopwarden-edge', '--config', config], env=self.env)
         wait_for(self.rows, 'rows of the box')
         return self
 

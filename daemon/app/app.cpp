@@ -21,6 +21,7 @@
 #include "config/config_reader.hpp"
 #include "config/loop_model_writer.hpp"
 #include "daemon/explain/explanation_file.hpp"
+#include "daemon/explain/pending_explanation.hpp"
 #include "daemon/loops/event_text.hpp"
 #include "daemon/loops/loop_health.hpp"
 #include "daemon/loops/loop_orders.hpp"
@@ -192,7 +193,8 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
            .most_kept = configuration_.daemon.alarms.most_evidence},
           contents_of(specialists),
           [this](const evidence::Evidence& e, const std::filesystem::path& folder,
-                 const std::string& why) { report_evidence(e, folder, why); }),
+                 const std::string& why) { report_evidence(e, folder, why); },
+          [this](const std::string& why) { report_evidence_stays(why); }),
       explainer_(
           {.program = workbench_program()},
           [this](std::size_t loop) { return monitor_->history(loop)->minutes(); },
@@ -331,6 +333,15 @@ void App::report_evidence(const evidence::Evidence& evidence, const std::filesys
   if (why.empty() && !evidence.twin.empty()) have_explained(evidence, folder);
 }
 
+void App::report_evidence_stays(const std::string& why) {
+  journal::JournalEntry entry;
+  entry.kind = journal::JournalEntry::Kind::system;
+  entry.utc_ms = utc_ms();
+  entry.what = "evidence";
+  entry.result = "old evidence is not removed: " + why;
+  journal_.post(std::move(entry));
+}
+
 void App::have_explained(const evidence::Evidence& evidence, const std::filesystem::path& folder) {
   const auto loop = std::find_if(loops_.begin(), loops_.end(), [&](const LoopRuntime& l) {
     return l.config.name == evidence.loop;
@@ -340,12 +351,16 @@ void App::have_explained(const evidence::Evidence& evidence, const std::filesyst
   // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
   const double unquiet_s = history.unquiet_s();
   const double wait_s = unquiet_s > 0.0 ? std::max(0.0, commission::kEnough_s - unquiet_s) : 0.0;
+  const double since_s =
+      static_cast<double>(history.newest() - evidence.raised_at) * loop->config.sample_time_s;
   explainer_.post({.loop = index,
                    .alarm = evidence.alarm,
                    .raised_at = evidence.raised_at,
+                   .raised_ms = evidence.raised_ms,
                    .folder = folder,
                    .wait = std::chrono::milliseconds(
-                       std::llround(1000.0 * wait_s / configuration_.daemon.accelerate))});
+                       std::llround(1000.0 * wait_s / configuration_.daemon.accelerate)),
+                   .enough_s = since_s + wait_s});
 }
 
 void App::report_explanation(const ExplainJob& job, const Explanation* explanation,
@@ -354,15 +369,15 @@ void App::report_explanation(const ExplainJob& job, const Explanation* explanati
     board_.explained(job.loop, *explanation);
     return;
   }
-  journal::JournalEntry entry;
-  entry.kind = journal::JournalEntry::Kind::system;
-  entry.utc_ms = utc_ms();
-  entry.loop = board_.name(job.loop);
-  entry.alarm = loopwarden::monitor::to_text(job.alarm);
-  entry.what = "explanation";
-  entry.new_value = job.folder.string();
-  entry.result = "not there: " + why;
-  journal_.post(std::move(entry));
+  Explanation none;
+  none.alarm = job.alarm;
+  none.raised_ms = job.raised_ms;
+  none.ended_ms = utc_ms();
+  none.verdict = kNotExplained;
+  none.sentence = "Not explained: " + why + ".";
+  none.folder = job.folder;
+  attempt("explanation", [&] { write_not_explained(none); });
+  board_.explained(job.loop, none);
 }
 
 // Of alarms that were on before the start, the newest last.
@@ -372,13 +387,34 @@ void App::remember_explanations() {
     for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
       if (!board_.watch(i).alarms.alarm(kind).active()) continue;
       const auto folder = evidence_.newest(board_.name(i), kind);
-      if (!folder || !std::filesystem::exists(*folder / "explanation.json")) continue;
-      attempt("explanation", [&] { known.push_back(read_explanation(*folder)); });
+      if (!folder) continue;
+      if (std::filesystem::exists(*folder / "explanation.json")) {
+        attempt("explanation", [&] { known.push_back(read_explanation(*folder)); });
+      } else if (monitor_->history(i) != nullptr) {
+        resume_explanation(i, kind, *folder);
+      }
     }
     std::sort(known.begin(), known.end(),
               [](const auto& a, const auto& b) { return a.ended_ms < b.ended_ms; });
     for (const Explanation& explanation : known) board_.restore(i, explanation);
   }
+}
+
+// Of an alarm that the daemon did not come to explain before it ended. Where no minutes were saved, the samples of its
+// evidence are what there is.
+void App::resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+                             const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder / "twin.yaml")) return;
+  const PendingExplanation pending =
+      read_pending(folder).value_or(PendingExplanation{.enough_s = commission::kEnough_s});
+  spdlog::info("loop {}: alarm {} is explained now: the restart came before", board_.name(loop),
+               loopwarden::monitor::to_text(alarm));
+  explainer_.post({.loop = loop,
+                   .alarm = alarm,
+                   .raised_ms = board_.watch(loop).alarms.alarm(alarm).memory().raised_ms,
+                   .folder = folder,
+                   .enough_s = pending.enough_s,
+                   .resumed_s = pending.there_s});
 }
 
 App::~App() {
@@ -778,7 +814,8 @@ nlohmann::json App::status() const {
            {{"written", kept.written},
             {"waiting", kept.waiting},
             {"lost", kept.lost},
-            {"error", kept.error}}},
+            {"error", kept.error},
+            {"removal_error", kept.removal_error}}},
           {"explanations",
            {{"explained", explained.explained},
             {"failed", explained.failed},

@@ -91,6 +91,9 @@ class App {
   void report_explanation(const ExplainJob& job, const Explanation* explanation,
                           const std::string& why);
   void remember_explanations();
+  void resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+                          const std::filesystem::path& folder);
+  void report_evidence_stays(const std::string& why);
   void report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
                        const std::string& why);
   nlohmann::json status() const;

@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app/gateway_loops.hpp"
 
-#include <chrono>
 #include <utility>
 
 #include "daemon/loops/loop_orders.hpp"
 
 namespace loopwarden::daemon {
-namespace {
-
-// A master waits for its answer, and the other masters with it: a slow disk may not keep them long.
-constexpr std::chrono::milliseconds kDiskPatience{250};
-
-}  // namespace
-
 GatewayLoops::GatewayLoops(console::Parts parts) : parts_(std::move(parts)) {
   for (LoopRuntime& loop : parts_.loops) {
     desks_.push_back(desk_of(loop, loop.channels->master_orders, parts_.journal,
@@ -52,13 +44,21 @@ void GatewayLoops::close_orders() {
   for (orders::OrderDesk& desk : desks_) desk.close();
 }
 
-monitor::OrderResult GatewayLoops::act(std::size_t loop, const monitor::AlarmOrder& order) {
-  return parts_.board.act(loop, order, kDiskPatience);
+std::uint64_t GatewayLoops::act(std::size_t loop, const monitor::AlarmOrder& order) {
+  return parts_.board.act(loop, order).ticket;
 }
 
-void GatewayLoops::veto(std::size_t loop, bool vetoed, const std::string& peer) {
+std::uint64_t GatewayLoops::acknowledge_all(const std::string& peer) {
+  return parts_.board.acknowledge_all(peer, {}).ticket;
+}
+
+std::uint64_t GatewayLoops::veto(std::size_t loop, bool vetoed, const std::string& peer) {
   using loopwarden::monitor::Veto;
-  parts_.board.set_veto(loop, vetoed ? Veto::back : Veto::none, peer, {}, kDiskPatience);
+  return parts_.board.set_veto(loop, vetoed ? Veto::back : Veto::none, peer, {}).ticket;
+}
+
+bool GatewayLoops::settled(std::uint64_t ticket) {
+  return parts_.journal.written(ticket) != journal::Written::not_yet;
 }
 
 void GatewayLoops::write_down(journal::JournalEntry entry) {

@@ -2,6 +2,7 @@
 // The daemon's loops as the Modbus server sees them. Used by the server's thread alone.
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <string>
 #include <vector>
@@ -26,8 +27,10 @@ class GatewayLoops final : public gateway::LoopsView {
              std::vector<journal::JournalEntry> lines) override;
   bool collect_answers() override;
   void close_orders() override;
-  monitor::OrderResult act(std::size_t loop, const monitor::AlarmOrder& order) override;
-  void veto(std::size_t loop, bool vetoed, const std::string& peer) override;
+  std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) override;
+  std::uint64_t acknowledge_all(const std::string& peer) override;
+  std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) override;
+  bool settled(std::uint64_t ticket) override;
   void write_down(journal::JournalEntry entry) override;
 
  private:

@@ -5,6 +5,7 @@
 
 #include <exception>
 #include <utility>
+#include <variant>
 
 #include "daemon/console/metrics.hpp"
 #include "daemon/console/request.hpp"
@@ -14,6 +15,7 @@ namespace loopwarden::daemon {
 
 using console::Rights;
 using console::SocketName;
+using hal::os::LocalServer;
 
 namespace {
 
@@ -160,14 +162,20 @@ void ControlServer::check_allowed(const std::string& request, SocketName socket)
   }
 }
 
-std::string ControlServer::answer(std::string_view line, SocketName socket, unsigned peer_uid) {
-  return console::answer_line(line, [&](const nlohmann::json& request) {
+LocalServer::Answer ControlServer::answer(std::string_view line, SocketName socket,
+                                          unsigned peer_uid) {
+  LocalServer::Answer answer;
+  std::string now = console::answer_line(line, [&](const nlohmann::json& request) -> std::string {
     const std::string what = console::wanted_text(request, "request");
     const console::Sender sender = console::sender_of(request, socket, peer_uid);
     check_allowed(what, socket);
-    return console::is_order(what) ? orders_.answer(what, request, sender)
-                                   : readings_.answer(what, request);
+    if (!console::is_order(what)) return readings_.answer(what, request);
+    answer = orders_.answer(what, request, sender);
+    const auto* const text = std::get_if<std::string>(&answer);
+    return text != nullptr ? *text : std::string();
   });
+  if (!std::holds_alternative<LocalServer::Later>(answer)) answer = std::move(now);
+  return answer;
 }
 
 }  // namespace loopwarden::daemon

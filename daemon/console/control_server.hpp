@@ -43,7 +43,8 @@ class ControlServer {
   console::Rights rights() const;
 
   // The answer to one request line; public for tests.
-  std::string answer(std::string_view line, console::SocketName socket, unsigned peer_uid);
+  hal::os::LocalServer::Answer answer(std::string_view line, console::SocketName socket,
+                                      unsigned peer_uid);
 
  private:
   std::filesystem::path path_of(console::SocketName socket) const;

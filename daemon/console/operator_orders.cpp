@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -18,12 +19,13 @@
 
 namespace loopwarden::daemon::console {
 
+using hal::os::LocalServer;
 using nlohmann::json;
 namespace model = loopwarden::monitor;
 
 namespace {
 
-// Whoever orders on a limited socket waits for the disk no longer than a Modbus master: others wait with him.
+// For how long who acts on alarms is left without an answer while the journal waits for the disk. Nobody else waits.
 constexpr std::chrono::milliseconds kDiskPatience{1000};
 constexpr std::chrono::milliseconds kLimitedDiskPatience{250};
 constexpr std::chrono::milliseconds kRecordPatience{1000};
@@ -96,13 +98,26 @@ model::AlarmAction wanted_action(const json& request) {
 
 }  // namespace
 
-std::string OperatorOrders::answer(std::string_view what, const json& request,
-                                   const Sender& sender) {
+LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& request,
+                                           const Sender& sender) {
   if (what == "set") return done(set(request, sender));
   if (what == "order") return done(order(request));
   if (what == "record") return done(record(request, sender));
-  if (what == "alarm") return done(alarm(request, sender));
-  return done(veto(request, sender));
+  if (what == "alarm") return alarm(request, sender);
+  if (what == "acknowledge_all") return acknowledge_all(request, sender);
+  return veto(request, sender);
+}
+
+LocalServer::Answer OperatorOrders::when_written(json reply, std::uint64_t ticket,
+                                                 const Sender& sender) const {
+  using Clock = std::chrono::steady_clock;
+  return [&journal = parts_.journal, reply = std::move(reply), ticket,
+          until = Clock::now() + patience_for(sender)]() mutable -> std::optional<std::string> {
+    const journal::Written written = journal.written(ticket);
+    if (written == journal::Written::not_yet && Clock::now() < until) return std::nullopt;
+    reply["on_disk"] = written == journal::Written::yes;
+    return done(std::move(reply));
+  };
 }
 
 orders::OrderDesk& OperatorOrders::desk(std::size_t loop) {
@@ -190,8 +205,7 @@ json OperatorOrders::set(const json& request, const Sender& sender) {
   const std::uint64_t number = desk.send(order, std::move(lines));
   // What the operator does with the jacket is not undone behind his back.
   if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
-    parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand",
-                          std::chrono::milliseconds(0));
+    parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
   }
   return {{"order", number}, {"sample_time_s", parts_.loops[index].config.sample_time_s}};
 }
@@ -250,7 +264,7 @@ json OperatorOrders::record(const json& request, const Sender& sender) {
   return {{"file", file}};
 }
 
-json OperatorOrders::alarm(const json& request, const Sender& sender) {
+LocalServer::Answer OperatorOrders::alarm(const json& request, const Sender& sender) {
   constexpr std::uint64_t kMostMinutes = 24UL * 60UL;
   const std::size_t index = loop_index(parts_, request);
   monitor::AlarmOrder order;
@@ -265,15 +279,24 @@ json OperatorOrders::alarm(const json& request, const Sender& sender) {
     }
     order.shelve_ms = static_cast<std::int64_t>(minutes) * 60'000;
   }
-  const monitor::OrderResult result = parts_.board.act(index, order, patience_for(sender));
+  const monitor::OrderResult result = parts_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
   const monitor::LoopWatch watch = parts_.board.watch(index);
-  return {
-      {"alarm", alarm_json(parts_.board.name(index), order.kind, watch.alarms.alarm(order.kind))},
-      {"on_disk", result.on_disk}};
+  return when_written(
+      {{"alarm", alarm_json(parts_.board.name(index), order.kind, watch.alarms.alarm(order.kind))}},
+      result.ticket, sender);
 }
 
-json OperatorOrders::veto(const json& request, const Sender& sender) {
+LocalServer::Answer OperatorOrders::acknowledge_all(const json& request, const Sender& sender) {
+  const monitor::Acknowledged done = parts_.board.acknowledge_all(sender.peer, reason_of(request));
+  json alarms = json::array();
+  for (const auto& [loop, kind] : done.alarms) {
+    alarms.push_back({{"loop", parts_.board.name(loop)}, {"alarm", model::to_text(kind)}});
+  }
+  return when_written({{"acknowledged", std::move(alarms)}}, done.ticket, sender);
+}
+
+LocalServer::Answer OperatorOrders::veto(const json& request, const Sender& sender) {
   const std::size_t index = loop_index(parts_, request);
   const auto wanted = request.find("veto");
   if (wanted == request.end() || !wanted->is_boolean()) {
@@ -281,9 +304,9 @@ json OperatorOrders::veto(const json& request, const Sender& sender) {
   }
   const monitor::OrderResult result =
       parts_.board.set_veto(index, wanted->get<bool>() ? model::Veto::back : model::Veto::none,
-                            sender.peer, reason_of(request), patience_for(sender));
+                            sender.peer, reason_of(request));
   if (!result.accepted) throw RequestError(result.why);
-  return {{"on_disk", result.on_disk}};
+  return when_written(json::object(), result.ticket, sender);
 }
 
 }  // namespace loopwarden::daemon::console

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdint>
 #include <deque>
 #include <string>
 #include <string_view>
@@ -15,6 +16,7 @@
 #include "daemon/console/parts.hpp"
 #include "daemon/console/sender.hpp"
 #include "daemon/orders/order_desk.hpp"
+#include "hal/os/local_server.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -24,8 +26,10 @@ class OperatorOrders {
   OperatorOrders(const OperatorOrders&) = delete;
   OperatorOrders& operator=(const OperatorOrders&) = delete;
 
-  // The answer to `set`, `order`, `record`, `alarm` or `veto`. Throws RequestError.
-  std::string answer(std::string_view what, const nlohmann::json& request, const Sender& sender);
+  // The answer to `set`, `order`, `record`, `alarm`, `acknowledge_all` or `veto`; of the last three it comes when the
+  // journal has them on the disk, or says that it has not. Throws RequestError.
+  hal::os::LocalServer::Answer answer(std::string_view what, const nlohmann::json& request,
+                                      const Sender& sender);
 
   // Takes the loops' answers that are there.
   void collect();
@@ -36,8 +40,12 @@ class OperatorOrders {
   nlohmann::json set(const nlohmann::json& request, const Sender& sender);
   nlohmann::json order(const nlohmann::json& request);
   nlohmann::json record(const nlohmann::json& request, const Sender& sender);
-  nlohmann::json alarm(const nlohmann::json& request, const Sender& sender);
-  nlohmann::json veto(const nlohmann::json& request, const Sender& sender);
+  hal::os::LocalServer::Answer alarm(const nlohmann::json& request, const Sender& sender);
+  hal::os::LocalServer::Answer acknowledge_all(const nlohmann::json& request, const Sender& sender);
+  hal::os::LocalServer::Answer veto(const nlohmann::json& request, const Sender& sender);
+  // `reply`, with "on_disk".
+  hal::os::LocalServer::Answer when_written(nlohmann::json reply, std::uint64_t ticket,
+                                            const Sender& sender) const;
   orders::OrderDesk& desk(std::size_t loop);
   // Lines for the journal, without their results: of an operator's action, of each part of an order.
   journal::JournalEntry line_of(std::size_t loop, const std::string& peer) const;

@@ -43,10 +43,11 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
 
 EvidenceStore::EvidenceStore(EvidenceSettings settings,
                              std::map<std::string, config::SpecialistFolder> specialists,
-                             Report report)
+                             Report report, ReportRemoval report_removal)
     : settings_(std::move(settings)),
       specialists_(std::move(specialists)),
-      report_(std::move(report)) {}
+      report_(std::move(report)),
+      report_removal_(std::move(report_removal)) {}
 
 void EvidenceStore::start() {
   thread_.start({.name = "lw-evidence"}, [this] { run(); });
@@ -134,6 +135,7 @@ void EvidenceStore::write_first() {
   }
   const fs::path folder = settings_.folder / folder_name(*first);
   std::string why;
+  std::string removal;
   try {
     const hal::os::DiskWait::Section waiting(wait_);
     const auto specialists = specialists_.find(first->specialists_folder);
@@ -144,7 +146,7 @@ void EvidenceStore::write_first() {
       evidence::write_evidence(*first, first->by_specialists() ? &specialists->second : nullptr,
                                folder);
     }
-    remove_old();
+    removal = remove_old();
   } catch (const std::exception& e) {
     why = e.what();
   }
@@ -157,17 +159,36 @@ void EvidenceStore::write_first() {
   if (!why.empty() && news) spdlog::error("evidence: not written: {}; it waits in memory", why);
   if (news) report_(*first, folder, why);
   if (!why.empty()) return;
+  tell_removal(removal);
   const std::lock_guard lock(mutex_);
   queue_.pop_front();
   ++status_.written;
   status_.waiting = queue_.size();
 }
 
-void EvidenceStore::remove_old() const {
+std::string EvidenceStore::remove_old() const {
   const std::vector<fs::path> folders = folders_in(settings_.folder);
-  if (folders.size() <= settings_.most_kept) return;
+  if (folders.size() <= settings_.most_kept) return {};
   const auto beyond = static_cast<std::ptrdiff_t>(folders.size() - settings_.most_kept);
-  for (auto it = folders.begin(); it != folders.begin() + beyond; ++it) fs::remove_all(*it);
+  std::string why;
+  for (auto it = folders.begin(); it != folders.begin() + beyond; ++it) {
+    std::error_code error;
+    fs::remove_all(*it, error);
+    if (error && why.empty()) why = fmt::format("{}: {}", it->string(), error.message());
+  }
+  return why;
+}
+
+void EvidenceStore::tell_removal(const std::string& why) {
+  bool news = false;
+  {
+    const std::lock_guard lock(mutex_);
+    news = !why.empty() && status_.removal_error.empty();
+    status_.removal_error = why;
+  }
+  if (!news) return;
+  spdlog::error("evidence: old evidence is not removed: {}", why);
+  if (report_removal_) report_removal_(why);
 }
 
 }  // namespace loopwarden::daemon

@@ -35,8 +35,9 @@ struct EvidenceSettings {
 struct EvidenceStatus {
   std::uint64_t written = 0;  // since the start
   std::uint64_t waiting = 0;
-  std::uint64_t lost = 0;  // found no room in memory either
-  std::string error;       // why evidence is waiting; empty: it is not
+  std::uint64_t lost = 0;     // found no room in memory either
+  std::string error;          // why evidence is waiting; empty: it is not
+  std::string removal_error;  // why more than most_kept are there; empty: they are not
 };
 
 class EvidenceStore {
@@ -45,8 +46,11 @@ class EvidenceStore {
   // evidence has its folder, and once when the disk begins to refuse: then `why` says so.
   using Report = std::function<void(const evidence::Evidence& evidence,
                                     const std::filesystem::path& folder, const std::string& why)>;
+  // By the store's thread, once when old evidence can't be removed. New evidence is written all the same.
+  using ReportRemoval = std::function<void(const std::string& why)>;
   EvidenceStore(EvidenceSettings settings,
-                std::map<std::string, config::SpecialistFolder> specialists, Report report);
+                std::map<std::string, config::SpecialistFolder> specialists, Report report,
+                ReportRemoval report_removal = {});
   EvidenceStore(const EvidenceStore&) = delete;
   EvidenceStore& operator=(const EvidenceStore&) = delete;
   ~EvidenceStore() { stop(); }
@@ -68,11 +72,14 @@ class EvidenceStore {
   void ask_to_end();
   void run();
   void write_first();
-  void remove_old() const;
+  // Why not all of it; empty: nothing is left that should go.
+  std::string remove_old() const;
+  void tell_removal(const std::string& why);
 
   EvidenceSettings settings_;
   std::map<std::string, config::SpecialistFolder> specialists_;
   Report report_;
+  ReportRemoval report_removal_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::list<evidence::Evidence> queue_;  // its items stay where they are

@@ -2,6 +2,7 @@
 #include "daemon/explain/explainer.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "daemon/explain/explanation_file.hpp"
+#include "daemon/explain/pending_explanation.hpp"
 #include "hal/os/child_process.hpp"
 #include "record/record_csv.hpp"
 
@@ -31,6 +33,21 @@ void write_minutes(const monitor::History::Minutes& minutes, std::uint64_t raise
              .co = minutes.co[k]});
   }
   csv.finish();
+}
+
+double after_alarm_s(const monitor::History::Minutes& minutes, std::uint64_t raised_at) {
+  return minutes.period_s * (static_cast<double>(minutes.end) - static_cast<double>(raised_at));
+}
+
+// Minutes that a restart ended too soon, and that tell nothing: that is the reason.
+void tell_cut_short(const ExplainJob& job, Explanation& explanation) {
+  if (!job.resumed_s || *job.resumed_s >= job.enough_s) return;
+  if (explanation.verdict != kNotExplained) return;
+  explanation.sentence = fmt::format(
+      "Not explained: the daemon was restarted before the minutes were there that tell "
+      "({:.1f} min after the alarm, {:.1f} min were waited for). {}",
+      *job.resumed_s / 60.0, job.enough_s / 60.0, explanation.sentence);
+  write_not_explained(explanation);
 }
 
 }  // namespace
@@ -65,8 +82,9 @@ void Explainer::post(ExplainJob job) {
   {
     const std::lock_guard lock(mutex_);
     if (queue_.size() < settings_.most_waiting) {
-      const auto due = std::chrono::steady_clock::now() + job.wait;
-      queue_.push_back({std::move(job), due});
+      const auto now = std::chrono::steady_clock::now();
+      const auto due = now + job.wait;
+      queue_.push_back({std::move(job), due, now});
       status_.waiting = queue_.size();
       changed_.notify_all();
       return;
@@ -81,7 +99,16 @@ ExplainerStatus Explainer::status() const {
   return status_;
 }
 
+Explainer::Item Explainer::next_to_save() {
+  Item next = queue_.end();
+  for (Item it = queue_.begin(); it != queue_.end(); ++it) {
+    if (!it->job.resumed_s && (next == queue_.end() || it->save < next->save)) next = it;
+  }
+  return next;
+}
+
 void Explainer::run() {
+  using Clock = std::chrono::steady_clock;
   std::unique_lock lock(mutex_);
   while (!quit_) {
     const auto next =
@@ -91,17 +118,44 @@ void Explainer::run() {
       changed_.wait(lock);
       continue;
     }
-    if (next->due > std::chrono::steady_clock::now()) {
-      changed_.wait_until(lock, next->due);
+    // Others are only put behind these while the lock is free.
+    if (const Item unsaved = next_to_save();
+        unsaved != queue_.end() && unsaved->save <= Clock::now()) {
+      lock.unlock();
+      save(unsaved->job);
+      lock.lock();
+      unsaved->save = Clock::now() + settings_.save;
       continue;
     }
-    const ExplainJob job = next->job;
+    if (next->due > Clock::now()) {
+      const Item unsaved = next_to_save();
+      changed_.wait_until(lock,
+                          unsaved == queue_.end() ? next->due : std::min(next->due, unsaved->save));
+      continue;
+    }
     lock.unlock();
-    explain(job);
+    explain(next->job);
     lock.lock();
-    // Others were only put behind it meanwhile.
+    if (quit_) break;
     queue_.erase(next);
     status_.waiting = queue_.size();
+  }
+  const std::list<Waiting> left = queue_;
+  lock.unlock();
+  for (const Waiting& waiting : left) save(waiting.job);
+}
+
+// What can't be saved is lost with a restart, and tried again before that.
+void Explainer::save(const ExplainJob& job) noexcept {
+  if (job.resumed_s) return;
+  try {
+    const monitor::History::Minutes minutes = minutes_(job.loop);
+    if (minutes.end - minutes.pv.size() > job.raised_at) return;
+    write_minutes(minutes, job.raised_at, job.folder / "minutes.csv");
+    write_pending({.enough_s = job.enough_s, .there_s = after_alarm_s(minutes, job.raised_at)},
+                  job.folder);
+  } catch (const std::exception& e) {
+    spdlog::warn("explanation: {}", e.what());
   }
 }
 
@@ -109,9 +163,10 @@ void Explainer::explain(const ExplainJob& job) {
   std::string why;
   Explanation explanation;
   try {
-    write_minutes(minutes_(job.loop), job.raised_at, job.folder / "minutes.csv");
+    save(job);
     why = run_child(job);
     if (why.empty()) explanation = read_explanation(job.folder);
+    if (why.empty()) tell_cut_short(job, explanation);
   } catch (const std::exception& e) {
     why = e.what();
   }
@@ -120,6 +175,7 @@ void Explainer::explain(const ExplainJob& job) {
     if (quit_) return;
     ++(why.empty() ? status_.explained : status_.failed);
   }
+  end_pending(job.folder);
   report_(job, why.empty() ? &explanation : nullptr, why);
 }
 

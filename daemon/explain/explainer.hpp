@@ -5,6 +5,9 @@
 // An explanation waits until its minutes are there (`wait`), then writes them to minutes.csv and starts the child; the
 // child bounds its own memory and processor time, and is killed after `most_time`. Whoever posts never waits. A queue
 // that is full drops the newest that came, and says so: the alarm stands without an explanation.
+//
+// Minutes live in memory. While an explanation waits, what is there of them is saved once a minute and at the end of the
+// daemon, with pending.json beside them (pending_explanation.hpp): after a restart the explanation goes on with that.
 #pragma once
 
 #include <chrono>
@@ -15,6 +18,7 @@
 #include <functional>
 #include <list>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "daemon/monitor/explanation.hpp"
@@ -27,14 +31,19 @@ struct ExplainJob {
   std::size_t loop = 0;
   loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;
   std::uint64_t raised_at = 0;   // the loop's cycle
+  std::int64_t raised_ms = 0;    // UTC, ms since 1970
   std::filesystem::path folder;  // of the evidence
   std::chrono::milliseconds wait{0};
+  double enough_s = 0.0;  // after the alarm, of the loop's time: what is waited for
+  // Of before a restart: its minutes are those on the disk, and so much of them is after the alarm, s.
+  std::optional<double> resumed_s{};
 };
 
 struct ExplainerSettings {
   std::filesystem::path program;  // loopwarden; empty: there is none, nothing is explained
   std::size_t most_waiting = 16;
-  std::chrono::seconds most_time{3600};  // of one, on a box without a moment to spare
+  std::chrono::seconds most_time{3600};    // of one, on a box without a moment to spare
+  std::chrono::milliseconds save{60'000};  // between saves of the minutes that wait
 };
 
 struct ExplainerStatus {
@@ -68,9 +77,15 @@ class Explainer {
   struct Waiting {
     ExplainJob job;
     std::chrono::steady_clock::time_point due;
+    std::chrono::steady_clock::time_point save;  // the next time
   };
+  using Item = std::list<Waiting>::iterator;
   void ask_to_end();
   void run();
+  // The one to save next; none of a job of before a restart.
+  Item next_to_save();
+  // Where the loop has been in manual since, its history began anew: what was saved before is kept then.
+  void save(const ExplainJob& job) noexcept;
   void explain(const ExplainJob& job);
   // Why it did not end as it should; empty: it did.
   std::string run_child(const ExplainJob& job);

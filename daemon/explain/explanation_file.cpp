@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <system_error>
 
 namespace loopwarden::daemon {
 namespace {
@@ -56,6 +57,38 @@ Explanation read_explanation(const std::filesystem::path& folder) {
     return e;
   } catch (const std::exception& e) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), e.what()));
+  }
+}
+
+void write_not_explained(const Explanation& e) {
+  const json text = {{"alarm", loopwarden::monitor::to_text(e.alarm)},
+                     {"final_name", nullptr},
+                     {"raised_ms", e.raised_ms},
+                     {"ended_ms", e.ended_ms},
+                     {"verdict", kNotExplained},
+                     {"effects", json::array()},
+                     {"gap_closed", nullptr},
+                     {"agrees", false},
+                     {"from_s", nullptr},
+                     {"sentence", e.sentence},
+                     {"first", nullptr}};
+  replace_text(e.folder / "explanation.json",
+               text.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+void replace_text(const std::filesystem::path& file, const std::string& text) {
+  const std::filesystem::path temporary = file.string() + ".tmp";
+  std::ofstream stream(temporary, std::ios::binary);
+  stream << text;
+  stream.close();
+  std::error_code error;
+  if (stream) std::filesystem::rename(temporary, file, error);
+  if (!stream || error) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary, ignored);
+    throw std::runtime_error(fmt::format("{}: can't be written{}{}", file.string(),
+                                         error ? ": " : "",
+                                         error ? error.message() : std::string()));
   }
 }
 

@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kRound{100};
 constexpr std::chrono::milliseconds kRoundWithOrders{10};  // while a loop has one to answer
+// Who acts on alarms gets his answer when the journal has it on the disk, or after this time.
+constexpr std::int64_t kDiskPatienceNs = 250'000'000;
 
 hal::os::PeerList peers_of(const GatewaySettings& settings) {
   std::vector<hal::os::PeerRule> rules = settings.peers;
@@ -29,7 +31,7 @@ Gateway::Gateway(const GatewaySettings& settings, LoopsView& loops, hal::os::Clo
       identity_{.revision = LOOPWARDEN_VERSION},
       server_(settings.tcp, peers_of(settings), clock,
               [this](std::span<const std::uint8_t> request, const Peer& peer) {
-                return answer(request, bank_, identity_, peer);
+                return reply(request, peer);
               }) {
   state_.writes_enabled = settings.writes;
   state_.word_order = settings.word_order;
@@ -39,9 +41,18 @@ Gateway::Gateway(const GatewaySettings& settings, LoopsView& loops, hal::os::Clo
     serial.writes = serial.writes && settings.writes;
     serial_ = std::make_unique<SerialServer>(
         std::move(serial), clock, [this](std::span<const std::uint8_t> request, const Peer& peer) {
-          return answer(request, bank_, identity_, peer);
+          return reply(request, peer);
         });
   }
+}
+
+Reply Gateway::reply(std::span<const std::uint8_t> request, const Peer& peer) {
+  const Pdu pdu = answer(request, bank_, identity_, peer);
+  const std::uint64_t ticket = bank_.take_ticket();
+  if (ticket == 0) return pdu;
+  return {pdu, [this, ticket, until_ns = clock_.now_ns() + kDiskPatienceNs] {
+            return loops_.settled(ticket) || clock_.now_ns() >= until_ns;
+          }};
 }
 
 void Gateway::start() {
@@ -96,7 +107,7 @@ ServerState Gateway::state() const {
 
 void Gateway::watch_master() {
   const MasterWatch::Event event =
-      master_watch_.step(clock_.now_ns(), state_.master_beat, state_.master_heartbeat);
+      master_watch_.step(server_.read_ns(), state_.master_beat, state_.master_heartbeat);
   state_.master_beat = false;
   state_.master_lost = master_watch_.lost();
   if (event == MasterWatch::Event::none) return;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "daemon/gateway/map_bank.hpp"
@@ -50,6 +51,7 @@ class Gateway {
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:
+  Reply reply(std::span<const std::uint8_t> request, const Peer& peer);
   void watch_master();
   void write_down_loss(const char* what);
 

@@ -75,8 +75,12 @@ class LoopsView : public PlantView {
   virtual bool collect_answers() = 0;
   // The loops have ended: orders without an answer are written down as not taken.
   virtual void close_orders() = 0;
-  virtual monitor::OrderResult act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
-  virtual void veto(std::size_t loop, bool vetoed, const std::string& peer) = 0;
+  // The next three wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
+  virtual std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
+  virtual std::uint64_t acknowledge_all(const std::string& peer) = 0;
+  virtual std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) = 0;
+  // False while the journal may still come to have all up to the ticket on the disk.
+  virtual bool settled(std::uint64_t ticket) = 0;
   virtual void write_down(journal::JournalEntry entry) = 0;
 };
 

@@ -271,9 +271,9 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
 
 void MapBank::act(const Wish& wish, const Peer& peer) {
   using model::AlarmAction;
+  const auto done = [&](std::uint64_t ticket) { ticket_ = std::max(ticket_, ticket); };
   if (wish.reg->field == Field::veto_corrective_action) {
-    loops_.veto(wish.loop, wish.value != 0.0, peer.name);
-    return;
+    return done(loops_.veto(wish.loop, wish.value != 0.0, peer.name));
   }
   monitor::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.reg->field == Field::shelve_minutes) {
@@ -281,25 +281,12 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
     order.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
   } else {
     if (wish.value == 0.0) return;  // a momentary coil rests at 0
-    if (wish.reg->field == Field::acknowledge_all) {
-      acknowledge_all(peer);
-      return;
-    }
+    if (wish.reg->field == Field::acknowledge_all) return done(loops_.acknowledge_all(peer.name));
     if (wish.reg->field == Field::reset) order.action = AlarmAction::reset;
     if (wish.reg->field == Field::unshelve) order.action = AlarmAction::unshelve;
   }
   // An order for which there is nothing to do is no error: masters repeat themselves.
-  loops_.act(wish.loop, order);
-}
-
-void MapBank::acknowledge_all(const Peer& peer) {
-  for (std::size_t i = 0; i < loops_.loops(); ++i) {
-    const LoopReading loop = loops_.read(i);
-    for (const AlarmKind kind : model::kAlarmKinds) {
-      if (!loop.watch.alarms.alarm(kind).unacknowledged()) continue;
-      loops_.act(i, {kind, model::AlarmAction::acknowledge, 0, peer.name, {}});
-    }
-  }
+  done(loops_.act(wish.loop, order));
 }
 
 }  // namespace loopwarden::daemon::gateway

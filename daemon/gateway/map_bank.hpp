@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "daemon/gateway/modbus_answer.hpp"
@@ -24,6 +25,8 @@ class MapBank final : public RegisterBank {
                  std::span<std::uint16_t> values) override;
   Exception write(register_map::Table table, std::uint16_t address,
                   std::span<const std::uint16_t> values, const Peer& peer) override;
+  // The journal's ticket of what operators did by the writes since the last call; 0: nothing.
+  std::uint64_t take_ticket() noexcept { return std::exchange(ticket_, 0); }
 
  private:
   struct Wish;
@@ -35,10 +38,10 @@ class MapBank final : public RegisterBank {
   static rt::Refusal judge(LoopOrder& asked, const LoopReading& loop);
   journal::JournalEntry line_of(const Wish& wish, const Peer& peer, MapValues& snapshot);
   void act(const Wish& wish, const Peer& peer);
-  void acknowledge_all(const Peer& peer);
 
   LoopsView& loops_;
   ServerState& server_;
+  std::uint64_t ticket_ = 0;
 };
 
 }  // namespace loopwarden::daemon::gateway

@@ -14,10 +14,13 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "map/register_map.hpp"
 
@@ -71,6 +74,16 @@ struct Pdu {
   std::array<std::uint8_t, kMostPduBytes> bytes{};
   std::size_t size = 0;
   std::span<const std::uint8_t> view() const noexcept { return {bytes.data(), size}; }
+};
+
+// An answer, and what it waits for: nothing (empty), or until `ready` says so. The servers ask each round.
+struct Reply {
+  static constexpr std::chrono::milliseconds kBetweenLooks{10};
+
+  Reply(const Pdu& answer, std::function<bool()> when = {}) : pdu(answer), ready(std::move(when)) {}
+
+  Pdu pdu;
+  std::function<bool()> ready;
 };
 
 // `request` is a protocol data unit, 1 to kMostPduBytes bytes. There is always an answer.

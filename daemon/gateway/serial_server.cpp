@@ -107,6 +107,7 @@ void SerialServer::open(std::int64_t now_ns) {
 void SerialServer::close_line(const std::string& why) {
   line_.reset();
   fd_ = -1;
+  ready_ = nullptr;
   counters_.open = false;
   if (reported_ == why) return;
   reported_ = why;
@@ -122,7 +123,7 @@ std::int64_t SerialServer::gap_ns() const noexcept {
 }
 
 std::chrono::milliseconds SerialServer::patience() const noexcept {
-  if (fd_ < 0 || size_ == 0) return kIdle;
+  if (fd_ < 0 || size_ == 0) return ready_ ? Reply::kBetweenLooks : kIdle;
   // Rounded up: a millisecond more of silence does no harm, one less is no end of a frame.
   return std::chrono::milliseconds(gap_ns() / 1'000'000 + 1);
 }
@@ -138,6 +139,8 @@ void SerialServer::serve() {
     close_line(error == 0 ? "the line hung up" : std::generic_category().message(error));
     return;
   }
+  if (size_ > 0) ready_ = nullptr;
+  if (ready_ && ready_()) send_answer();
   if (size_ > 0 && now_ns - last_byte_ns_ >= gap_ns()) end_of_frame(now_ns - last_byte_ns_);
 }
 
@@ -185,16 +188,23 @@ void SerialServer::end_of_frame(std::int64_t silence_ns) {
 void SerialServer::answer_frame(std::size_t size) {
   ++counters_.requests;
   const std::uint8_t unit = received_[0];
-  const Pdu reply = answer_({received_.data() + 1, size - 1 - kChecksum}, peer_);
+  Reply reply = answer_({received_.data() + 1, size - 1 - kChecksum}, peer_);
   if (unit == kBroadcast) return;
-  std::array<std::uint8_t, kMostPduBytes + 3> bytes{};
-  bytes[0] = unit;
-  std::copy_n(reply.bytes.begin(), reply.size, bytes.begin() + 1);
-  const std::uint16_t checksum = serial_checksum({bytes.data(), reply.size + 1});
-  bytes[reply.size + 1] = static_cast<std::uint8_t>(checksum & 0xFFU);
-  bytes[reply.size + 2] = static_cast<std::uint8_t>(checksum >> 8U);
+  const Pdu& pdu = reply.pdu;
+  to_send_[0] = unit;
+  std::copy_n(pdu.bytes.begin(), pdu.size, to_send_.begin() + 1);
+  const std::uint16_t checksum = serial_checksum({to_send_.data(), pdu.size + 1});
+  to_send_[pdu.size + 1] = static_cast<std::uint8_t>(checksum & 0xFFU);
+  to_send_[pdu.size + 2] = static_cast<std::uint8_t>(checksum >> 8U);
+  to_send_size_ = pdu.size + 3;
+  ready_ = std::move(reply.ready);
+  if (!ready_ || ready_()) send_answer();
+}
+
+void SerialServer::send_answer() {
+  ready_ = nullptr;
   // The driver has room for more than a frame; what it does not take, the master will miss.
-  if (write(fd_, bytes.data(), reply.size + 3) < 0 && errno != EAGAIN) {
+  if (write(fd_, to_send_.data(), to_send_size_) < 0 && errno != EAGAIN) {
     close_line(std::generic_category().message(errno));
   }
 }

@@ -7,7 +7,8 @@
 // its function, waits kLongestPause for the rest. Requests to other units, and their answers, are let
 // pass. Unit 0 is a broadcast: done, not answered.
 //
-// Served by the gateway's thread, together with TCP. A line that is gone is opened again.
+// Served by the gateway's thread, together with TCP. A line that is gone is opened again. An answer that waits for
+// something (Reply::ready) is given up when the master speaks again: it would be taken for the next one.
 //
 // What it can't do: tell its own bytes from a master's on an adapter that echoes; that has to be switched
 // off in the adapter.
@@ -49,7 +50,7 @@ std::uint16_t serial_checksum(std::span<const std::uint8_t> bytes) noexcept;
 
 class SerialServer {
  public:
-  using Answer = std::function<Pdu(std::span<const std::uint8_t> request, const Peer& peer)>;
+  using Answer = std::function<Reply(std::span<const std::uint8_t> request, const Peer& peer)>;
 
   // Does not throw for a line that is not there: it may come.
   SerialServer(SerialServerSettings settings, hal::os::Clock& clock, Answer answer);
@@ -72,6 +73,7 @@ class SerialServer {
   bool receive(std::int64_t now_ns);
   void end_of_frame(std::int64_t silence_ns);
   void answer_frame(std::size_t size);
+  void send_answer();
   std::int64_t gap_ns() const noexcept;
 
   static constexpr std::size_t kMostFrame = 256;
@@ -87,6 +89,9 @@ class SerialServer {
   std::size_t size_ = 0;
   bool overrun_ = false;  // more bytes than a frame can have, until the next silence
   std::int64_t last_byte_ns_ = 0;
+  std::array<std::uint8_t, kMostFrame> to_send_{};
+  std::size_t to_send_size_ = 0;
+  std::function<bool()> ready_;  // of an answer that waits; empty: none
   SerialServerCounters counters_;
 };
 

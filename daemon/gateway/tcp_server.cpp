@@ -121,7 +121,10 @@ void TcpServer::serve(std::chrono::milliseconds timeout, int also) {
   for (Client& client : clients_) {
     refill(client, now_ns);
     short events = POLLIN;
-    if (client.to_send_size > 0) {
+    if (client.ready) {
+      events = 0;
+      timeout = std::min(timeout, Reply::kBetweenLooks);
+    } else if (client.to_send_size > 0) {
       events = POLLOUT;
     } else if (client.tokens < 1.0) {
       events = 0;
@@ -133,7 +136,7 @@ void TcpServer::serve(std::chrono::milliseconds timeout, int also) {
   }
   waiting.push_back({also, POLLIN, 0});  // poll() passes over -1
   if (poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count())) < 0) return;
-  now_ns = clock_.now_ns();
+  now_ns = read_ns_ = clock_.now_ns();
   const auto idle_ns = static_cast<std::int64_t>(settings_.idle_timeout_s * 1e9);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < clients_.size(); ++i) {
@@ -231,6 +234,8 @@ int TcpServer::frame_size(const Client& client) {
 }
 
 bool TcpServer::serve_client(Client& client, std::int64_t now_ns) {
+  if (client.ready && !client.ready()) return true;
+  client.ready = nullptr;
   return send_pending(client) && answer_frames(client, now_ns);
 }
 
@@ -256,7 +261,9 @@ bool TcpServer::answer_frame(Client& client, std::size_t frame) {
   const std::span<const std::uint8_t> request(client.received.data() + kHeader, frame - kHeader);
   Pdu reply;
   if (unit == settings_.unit || unit == 0 || unit == 255) {
-    reply = answer_(request, client.peer);
+    Reply made = answer_(request, client.peer);
+    reply = made.pdu;
+    client.ready = std::move(made.ready);
   } else {
     reply.bytes[0] = request[0] | 0x80U;
     reply.bytes[1] = kNoSuchUnit;
@@ -273,6 +280,8 @@ bool TcpServer::answer_frame(Client& client, std::size_t frame) {
             client.received.begin() + static_cast<std::ptrdiff_t>(client.received_size),
             client.received.begin());
   client.received_size -= frame;
+  if (client.ready && !client.ready()) return true;
+  client.ready = nullptr;
   return send_pending(client);
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modbus TCP connections: a poll() loop that never blocks on a client.
 //
+// An answer that waits for something (Reply::ready) keeps its client waiting, and nobody else: what the client sends
+// behind it stays in its socket.
+//
 // What one client can do to the others is bounded: a frame that is none ends its connection; a client
 // that sends slowly costs a buffer; one that does not read its answers is not read from; one that asks
 // too often waits. When all places are taken, the one goes that never sent a sound request, else the
@@ -42,7 +45,7 @@ struct TcpServerCounters {
 
 class TcpServer {
  public:
-  using Answer = std::function<Pdu(std::span<const std::uint8_t> request, const Peer& peer)>;
+  using Answer = std::function<Reply(std::span<const std::uint8_t> request, const Peer& peer)>;
 
   // Listens. Throws std::runtime_error.
   TcpServer(TcpServerSettings settings, hal::os::PeerList peers, hal::os::Clock& clock,
@@ -56,6 +59,9 @@ class TcpServer {
   void serve(std::chrono::milliseconds timeout, int also = -1);
 
   std::uint16_t port() const noexcept { return port_; }
+  // What had come before this time is read, but for clients who wait for an answer, ask too often or sent more than
+  // the server takes in a round.
+  std::int64_t read_ns() const noexcept { return read_ns_; }
   const TcpServerCounters& counters() const noexcept { return counters_; }
 
  private:
@@ -69,6 +75,7 @@ class TcpServer {
     std::array<std::uint8_t, kMostFrame> to_send{};
     std::size_t to_send_size = 0;
     std::size_t sent = 0;
+    std::function<bool()> ready;       // of an answer that waits; empty: none
     std::int64_t last_request_ns = 0;  // or when it came
     bool asked = false;                // has sent a sound request
     double tokens = 0.0;               // requests it may send at once
@@ -92,6 +99,7 @@ class TcpServer {
   Answer answer_;
   int listener_ = -1;
   std::int64_t accept_again_ns_ = 0;
+  std::int64_t read_ns_ = 0;
   std::uint16_t port_ = 0;
   std::vector<Client> clients_;
   TcpServerCounters counters_;

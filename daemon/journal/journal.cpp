@@ -102,12 +102,21 @@ void Journal::make_room() {
   }
 }
 
+Written Journal::written_locked(std::uint64_t ticket) const {
+  if (!status_.error.empty() || wait_.hung()) return Written::no;
+  if (settled_ >= ticket) return Written::yes;
+  return quit_ ? Written::no : Written::not_yet;
+}
+
+Written Journal::written(std::uint64_t ticket) const {
+  const std::lock_guard lock(mutex_);
+  return written_locked(ticket);
+}
+
 bool Journal::wait_written(std::uint64_t ticket, std::chrono::milliseconds patience) {
-  if (wait_.hung()) return false;
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, patience,
-                    [&] { return settled_ >= ticket || !status_.error.empty() || quit_; });
-  return settled_ >= ticket && status_.error.empty();
+  changed_.wait_for(lock, patience, [&] { return written_locked(ticket) != Written::not_yet; });
+  return written_locked(ticket) == Written::yes;
 }
 
 JournalStatus Journal::status() const {

@@ -42,6 +42,13 @@ struct JournalStatus {
   std::string error;          // why lines are waiting; empty: they are not, or for a moment only
 };
 
+// Whether a line is on the disk.
+enum class Written : std::uint8_t {
+  not_yet,
+  yes,
+  no,  // the disk refuses or hangs, or the journal is ending
+};
+
 class Journal {
  public:
   explicit Journal(JournalSettings settings);
@@ -60,6 +67,8 @@ class Journal {
 
   // Any thread but the real-time one. Returns a number to wait for.
   std::uint64_t post(JournalEntry entry);
+  // Of all lines up to `ticket`. Waits for nothing.
+  Written written(std::uint64_t ticket) const;
   // True once all up to `ticket` is on the disk; false at once while the disk refuses or hangs, or
   // when `patience` has run out.
   bool wait_written(std::uint64_t ticket, std::chrono::milliseconds patience);
@@ -72,6 +81,7 @@ class Journal {
   std::filesystem::path path() const { return settings_.folder / "journal.sqlite"; }
 
  private:
+  Written written_locked(std::uint64_t ticket) const;
   void ask_to_end();
   void run();
   bool take_waiting();

@@ -98,6 +98,9 @@ bool Monitor::take_turn(std::size_t index) {
       track.history->add(cycle);
       if (track.monitor.twin()->quiet()) track.history->quiet();
     }
+    if ((step.twin || step.routine) && track.condition.verdict(step.conditions)) {
+      board_.stick_not_known(index);
+    }
     window = pass_on(index, step);
     if (step.twin) {
       raised(index, board_.twin_judged(index, step.conditions), step, model::AlarmReason::twin);
@@ -116,6 +119,7 @@ bool Monitor::take_turn(std::size_t index) {
 
 bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
   using Kind = model::MonitorStep::Kind;
+  model::ConditionWatch& condition = tracks_[index].condition;
   switch (step.kind) {
     case Kind::nothing: return false;
     case Kind::interrupted:
@@ -123,14 +127,14 @@ bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {
       correct(index, step, false);
       return false;
     case Kind::not_fit:
-      tracks_[index].condition.window(step.measures, nullptr);
-      board_.window_not_fit(index, step.measures, step.state, step.judgement);
+      condition.window(step.measures, nullptr);
+      board_.window_not_fit(index, condition.told(step.measures), step.state, step.judgement);
       correct(index, step, false);
       break;
     case Kind::judged: {
-      tracks_[index].condition.window(step.measures, &step.conditions);
-      const std::vector<model::AlarmKind> alarms =
-          board_.window_judged(index, step.measures, step.judgement, step.conditions);
+      condition.window(step.measures, &step.conditions);
+      const std::vector<model::AlarmKind> alarms = board_.window_judged(
+          index, condition.told(step.measures), step.judgement, step.conditions);
       raised(index, alarms, step, model::AlarmReason::windows);
       correct(index, step,
               std::find(alarms.begin(), alarms.end(), model::AlarmKind::stiction) != alarms.end());

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -176,6 +177,12 @@ void WatchBoard::set_progress(std::size_t loop, const model::ModeTimes& times,
   if (state != WindowState::valid) watches_[loop].window_state = state;
 }
 
+void WatchBoard::stick_not_known(std::size_t loop) {
+  const std::lock_guard lock(mutex_);
+  watches_[loop].measures.stick_percent = 0.0;
+  watches_[loop].measures.stick_source = model::StickSource::none;
+}
+
 void WatchBoard::pass_time() {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < watches_.size(); ++i) {
@@ -185,34 +192,48 @@ void WatchBoard::pass_time() {
   }
 }
 
-OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order,
-                            std::chrono::milliseconds patience) {
+OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order) {
+  const std::lock_guard lock(mutex_);
+  return act_locked(loop, order);
+}
+
+OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
   OrderResult result;
-  std::uint64_t ticket = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    model::LoopAlarms& alarms = watches_[loop].alarms;
-    const std::int64_t now_ms = utc_ms_();
-    const Memories before = memories(loop);
-    const AlarmState state = alarms.alarm(order.kind).state();
-    const auto done = alarms.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
-    result.accepted = done.accepted;
-    if (!done.accepted) {
-      result.why =
-          order.action == AlarmAction::shelve
-              ? fmt::format(
-                    "an alarm is shelved for at least a minute, and for {} min at "
-                    "most",
-                    settings_.shelve_limit_ms / 60'000)
-              : fmt::format("alarm {} of {} is {}: nothing to {}", model::to_text(order.kind),
-                            names_[loop], model::to_text(state), to_text(order.action));
-    }
-    ticket = write_order(loop, order, result);
-    const std::uint64_t later = write_down(loop, before, done.transitions);
-    if (later != 0) ticket = later;
+  model::LoopAlarms& alarms = watches_[loop].alarms;
+  const std::int64_t now_ms = utc_ms_();
+  const Memories before = memories(loop);
+  const AlarmState state = alarms.alarm(order.kind).state();
+  const auto done = alarms.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
+  result.accepted = done.accepted;
+  if (!done.accepted) {
+    result.why =
+        order.action == AlarmAction::shelve
+            ? fmt::format(
+                  "an alarm is shelved for at least a minute, and for {} min at "
+                  "most",
+                  settings_.shelve_limit_ms / 60'000)
+            : fmt::format("alarm {} of {} is {}: nothing to {}", model::to_text(order.kind),
+                          names_[loop], model::to_text(state), to_text(order.action));
   }
-  if (result.accepted) result.on_disk = journal_.wait_written(ticket, patience);
+  const std::uint64_t ordered = write_order(loop, order, result);
+  const std::uint64_t changed = write_down(loop, before, done.transitions);
+  if (result.accepted) result.ticket = std::max(ordered, changed);
   return result;
+}
+
+Acknowledged WatchBoard::acknowledge_all(const std::string& peer, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  Acknowledged done;
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    for (const AlarmKind kind : model::kAlarmKinds) {
+      if (!watches_[i].alarms.alarm(kind).unacknowledged()) continue;
+      const OrderResult result = act_locked(i, {kind, AlarmAction::acknowledge, 0, peer, reason});
+      if (!result.accepted) continue;
+      done.alarms.push_back({i, kind});
+      done.ticket = result.ticket;
+    }
+  }
+  return done;
 }
 
 model::Veto WatchBoard::veto(std::size_t loop) const {
@@ -257,31 +278,27 @@ void WatchBoard::write_down(JournalEntry line) {
 }
 
 OrderResult WatchBoard::set_veto(std::size_t loop, model::Veto veto, const std::string& peer,
-                                 const std::string& reason, std::chrono::milliseconds patience) {
+                                 const std::string& reason) {
   OrderResult result;
-  std::uint64_t ticket = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    LoopWatch& watch = watches_[loop];
-    // Masters repeat what they have written: no news, no line.
-    if (watch.veto == veto && watch.corrective != model::CorrectiveState::off)
-      return {true, {}, true};
-    result.accepted = watch.corrective != model::CorrectiveState::off;
-    if (!result.accepted) {
-      result.why = names_[loop] + " has no corrective action (monitor.corrective_action)";
-    }
-    JournalEntry entry;
-    entry.kind = JournalEntry::Kind::operator_action;
-    entry.utc_ms = utc_ms_();
-    entry.loop = names_[loop];
-    entry.peer = peer;
-    entry.what = veto != model::Veto::none ? "veto of corrective action" : "veto lifted";
-    entry.reason = reason;
-    entry.result = result.accepted ? "done" : "refused: " + result.why;
-    if (result.accepted) watch.veto = veto;
-    ticket = journal_.post(std::move(entry));
+  const std::lock_guard lock(mutex_);
+  LoopWatch& watch = watches_[loop];
+  // Masters repeat what they have written: no news, no line.
+  if (watch.veto == veto && watch.corrective != model::CorrectiveState::off) return {true, {}, 0};
+  result.accepted = watch.corrective != model::CorrectiveState::off;
+  if (!result.accepted) {
+    result.why = names_[loop] + " has no corrective action (monitor.corrective_action)";
   }
-  if (result.accepted) result.on_disk = journal_.wait_written(ticket, patience);
+  JournalEntry entry;
+  entry.kind = JournalEntry::Kind::operator_action;
+  entry.utc_ms = utc_ms_();
+  entry.loop = names_[loop];
+  entry.peer = peer;
+  entry.what = veto != model::Veto::none ? "veto of corrective action" : "veto lifted";
+  entry.reason = reason;
+  entry.result = result.accepted ? "done" : "refused: " + result.why;
+  if (result.accepted) watch.veto = veto;
+  const std::uint64_t ticket = journal_.post(std::move(entry));
+  if (result.accepted) result.ticket = ticket;
   return result;
 }
 

@@ -2,12 +2,11 @@
 // What is known of every loop's valve, and what operators do with its alarms.
 //
 // The monitor writes, the control socket and the Modbus server read and act; all are ordinary threads,
-// so a lock does. Every change of an alarm goes to the journal in the order in which it happened, and
-// an action is reported as done only once it is on the disk, or with the word that it is not.
+// so a lock does. Every change of an alarm goes to the journal in the order in which it happened. Nobody waits here for
+// the disk: who acts gets the journal's ticket, and tells whoever asked once that is on the disk, or that it is not.
 #pragma once
 
 #include <array>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -60,8 +59,18 @@ struct AlarmOrder {
 
 struct OrderResult {
   bool accepted = false;
-  std::string why;       // not accepted, in words
-  bool on_disk = false;  // accepted, and the journal has it
+  std::string why;           // not accepted, in words
+  std::uint64_t ticket = 0;  // accepted: of the journal's last line; 0: there is none
+};
+
+// Alarms that were acknowledged together.
+struct Acknowledged {
+  struct Which {
+    std::size_t loop = 0;
+    loopwarden::monitor::AlarmKind kind = loopwarden::monitor::AlarmKind::stiction;
+  };
+  std::vector<Which> alarms;
+  std::uint64_t ticket = 0;  // of the journal's last line; 0: no alarm waited
 };
 
 class WatchBoard {
@@ -105,6 +114,8 @@ class WatchBoard {
   void set_progress(std::size_t loop, const loopwarden::monitor::ModeTimes& times,
                     const loopwarden::analysis::ConditionIndices& condition,
                     loopwarden::monitor::WindowState state);
+  // The newest window's stick is not that of the valve as it is by now.
+  void stick_not_known(std::size_t loop);
   void pass_time();
   loopwarden::monitor::Veto veto(std::size_t loop) const;
   void corrective_state(std::size_t loop, loopwarden::monitor::CorrectiveState state);
@@ -117,10 +128,10 @@ class WatchBoard {
   // --- operators ---
   // Refused where the loop has no corrective action. Followed by the monitor within its round.
   OrderResult set_veto(std::size_t loop, loopwarden::monitor::Veto veto, const std::string& peer,
-                       const std::string& reason,
-                       std::chrono::milliseconds patience = std::chrono::milliseconds(1000));
-  OrderResult act(std::size_t loop, const AlarmOrder& order,
-                  std::chrono::milliseconds patience = std::chrono::milliseconds(1000));
+                       const std::string& reason);
+  OrderResult act(std::size_t loop, const AlarmOrder& order);
+  // Every alarm that waits, of every loop.
+  Acknowledged acknowledge_all(const std::string& peer, const std::string& reason);
 
   // Any thread.
   LoopWatch watch(std::size_t loop) const;
@@ -147,6 +158,7 @@ class WatchBoard {
                            const std::string& why = {});
   std::vector<loopwarden::monitor::AlarmKind> raised_since(std::size_t loop,
                                                            const Memories& before) const;
+  OrderResult act_locked(std::size_t loop, const AlarmOrder& order);
   std::uint64_t write_order(std::size_t loop, const AlarmOrder& order, const OrderResult& result);
 
   std::vector<std::string> names_;

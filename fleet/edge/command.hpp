@@ -8,7 +8,7 @@
 // | acknowledge_NAME, reset_NAME, unshelve_NAME | true | alarm |
 // | shelve_NAME | minutes, 0 ends it | alarm |
 // | veto_corrective_action | true, false | veto |
-// | acknowledge_all (of the node) | true | alarm, each that waits |
+// | acknowledge_all (of the node) | true | acknowledge_all |
 // | Node Control/Rebirth (of the node) | true | births again |
 // | request/evidence | an alarm's name or an evidence folder's | its files |
 #pragma once

@@ -295,13 +295,14 @@ void EdgeNode::node_command(const Payload& payload) {
 }
 
 void EdgeNode::acknowledge_all() {
-  for (std::size_t i = 0; daemon_there_ && i < devices_.size(); ++i) {
-    for (const std::string& alarm : view_.unacknowledged(i)) {
-      orders_.give(devices_[i].name(), view_.model().loops()[i].tag,
-                   {"acknowledge_" + alarm,
-                    {{"request", "alarm"}, {"alarm", alarm}, {"action", "acknowledge"}}});
-    }
+  if (!daemon_there_) return;
+  std::vector<Orders::Loop> loops;
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    loops.push_back(
+        {devices_[i].name(), view_.model().loops()[i].tag, !view_.unacknowledged(i).empty()});
   }
+  orders_.acknowledge_all(loops);
+  tell_outcomes();
 }
 
 void EdgeNode::device_command(const std::string& name, const Payload& payload) {

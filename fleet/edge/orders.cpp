@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace loopwarden::edge {
@@ -37,6 +38,32 @@ void Orders::give(const std::string& device, const std::string& tag, const Order
     end(fmt::format("refused: {}", e.what()));
   } catch (const DaemonAway& e) {
     end(fmt::format("refused: no socket for orders (loopwardend.yaml: edge): {}", e.what()));
+  }
+}
+
+void Orders::acknowledge_all(const std::vector<Loop>& loops) {
+  const auto refused = [&](const std::string& why) {
+    for (const Loop& loop : loops) {
+      if (loop.waits) refuse(loop.device, "acknowledge_all: refused: " + why);
+    }
+  };
+  if (!allowed_) return refused("edge.yaml has no orders: true");
+  try {
+    const nlohmann::json answer =
+        link_.ask({{"request", "acknowledge_all"}, {"user", "sparkplug"}});
+    for (const nlohmann::json& alarm : answer.at("acknowledged")) {
+      const auto tag = alarm.at("loop").get<std::string>();
+      const auto loop =
+          std::find_if(loops.begin(), loops.end(), [&](const Loop& l) { return l.tag == tag; });
+      if (loop == loops.end()) continue;
+      const auto what = "acknowledge_" + alarm.at("alarm").get<std::string>();
+      spdlog::info("{}: {}: done", tag, what);
+      done_.push_back({loop->device, what + ": done"});
+    }
+  } catch (const DaemonRefused& e) {
+    refused(e.what());
+  } catch (const DaemonAway& e) {
+    refused(fmt::format("no socket for orders (loopwardend.yaml: edge): {}", e.what()));
   }
 }
 

@@ -26,6 +26,13 @@ class Orders {
 
   // Gives the order to the daemon; its outcome, or what it waits for, comes by outcomes().
   void give(const std::string& device, const std::string& tag, const Order& order);
+  struct Loop {
+    std::string device;
+    std::string tag;
+    bool waits;  // has an alarm to acknowledge, as far as is known here
+  };
+  // In one request, however many alarms wait: the daemon's disk is waited for once.
+  void acknowledge_all(const std::vector<Loop>& loops);
   void refuse(const std::string& device, const std::string& why) { done_.push_back({device, why}); }
   // Those that came to an end since the last call.
   std::vector<Outcome> outcomes();

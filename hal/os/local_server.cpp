@@ -24,6 +24,7 @@ using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kAcceptPause{500};
+constexpr milliseconds kLaterPause{10};
 
 // Nobody but the owner may connect before all is right. Not by the umask, which is the whole process's.
 void bind_to(int fd, const LocalSocketSettings& settings) {
@@ -93,13 +94,15 @@ class LocalServer::Socket {
     int fd = -1;
     unsigned uid = 0;
     std::string received{};
+    Later later{};  // the answer that it waits for; empty: none
     std::string to_send{};
     std::size_t sent = 0;      // of to_send
     Steady::time_point moved;  // when it last took something of its answer
     bool ended = false;        // it sends no more
 
     std::size_t unsent() const noexcept { return to_send.size() - sent; }
-    bool asks() const noexcept { return unsent() == 0 && received.find('\n') != std::string::npos; }
+    bool rests() const noexcept { return unsent() > 0 || later; }
+    bool asks() const noexcept { return !rests() && received.find('\n') != std::string::npos; }
   };
 
   void refill(Steady::time_point now);
@@ -107,6 +110,7 @@ class LocalServer::Socket {
   void accept_peer(Steady::time_point now);
   static bool receive(Peer& peer);
   void answer(Peer& peer, Steady::time_point now);
+  static void give(Peer& peer, std::string line, Steady::time_point now);
   static bool send_pending(Peer& peer, Steady::time_point now);
   void keep_open(std::size_t next) noexcept;
   bool move(Peer& peer, short ready, Steady::time_point now) noexcept;
@@ -139,6 +143,9 @@ bool LocalServer::Socket::may_answer() const noexcept {
 
 milliseconds LocalServer::Socket::patience(Steady::time_point now, milliseconds most) {
   refill(now);
+  if (std::any_of(peers_.begin(), peers_.end(), [](const Peer& peer) { return !!peer.later; })) {
+    most = std::min(most, kLaterPause);
+  }
   const bool asked =
       std::any_of(peers_.begin(), peers_.end(), [](const Peer& peer) { return peer.asks(); });
   if (!asked) return most;
@@ -151,10 +158,10 @@ milliseconds LocalServer::Socket::patience(Steady::time_point now, milliseconds 
 void LocalServer::Socket::wait_for(std::vector<pollfd>& waiting, Steady::time_point now) const {
   waiting.push_back({fd_, static_cast<short>(now >= accept_again_ ? POLLIN : 0), 0});
   for (const Peer& peer : peers_) {
-    // A peer that has a line here, or does not read its answer, is not read from. Without a wish there is nothing to
+    // A peer that has a line here, waits for an answer, or does not read it, is not read from. Without a wish there is nothing to
     // wait for, a hang-up neither.
     const short events = peer.unsent() > 0 ? POLLOUT : POLLIN;
-    const bool rests = peer.unsent() == 0 && (peer.asks() || peer.ended);
+    const bool rests = peer.unsent() == 0 && (peer.asks() || peer.ended || peer.later);
     waiting.push_back({rests ? -1 : peer.fd, events, 0});
   }
 }
@@ -195,10 +202,13 @@ void LocalServer::Socket::keep_open(std::size_t next) noexcept {
 bool LocalServer::Socket::move(Peer& peer, short ready, Steady::time_point now) noexcept {
   try {
     if ((ready & (POLLERR | POLLNVAL)) != 0) return false;
-    if ((ready & (POLLIN | POLLHUP)) != 0 && peer.unsent() == 0 && !receive(peer)) return false;
+    if ((ready & (POLLIN | POLLHUP)) != 0 && !peer.rests() && !receive(peer)) return false;
+    if (peer.later) {
+      if (std::optional<std::string> line = peer.later()) give(peer, std::move(*line), now);
+    }
     if (peer.asks() && left_ > 0 && may_answer()) answer(peer, now);
     if (!send_pending(peer, now)) return false;
-    return !peer.ended || peer.unsent() > 0 || peer.asks();
+    return !peer.ended || peer.rests() || peer.asks();
   } catch (const std::exception&) {
     return false;
   }
@@ -238,11 +248,17 @@ void LocalServer::Socket::answer(Peer& peer, Steady::time_point now) {
   const std::size_t end = peer.received.find('\n');
   --left_;
   if (settings_.lines_per_second > 0.0) tokens_ -= 1.0;
-  peer.to_send = handler_(std::string_view(peer.received).substr(0, end), peer.uid);
-  peer.to_send += '\n';
+  Answer made = handler_(std::string_view(peer.received).substr(0, end), peer.uid);
+  peer.received.erase(0, end + 1);
+  if (auto* line = std::get_if<std::string>(&made)) return give(peer, std::move(*line), now);
+  peer.later = std::move(std::get<Later>(made));
+}
+
+void LocalServer::Socket::give(Peer& peer, std::string line, Steady::time_point now) {
+  peer.later = nullptr;
+  peer.to_send = std::move(line) + '\n';
   peer.sent = 0;
   peer.moved = now;
-  peer.received.erase(0, end + 1);
 }
 
 bool LocalServer::Socket::send_pending(Peer& peer, Steady::time_point now) {

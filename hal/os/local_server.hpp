@@ -5,7 +5,8 @@
 // in which they were opened; a socket may be held to fewer answers a round and to a rate, both of all its peers
 // together. What a peer sends ahead waits in its own buffer of a line's length. A peer that does not read its answer is
 // not read from, and goes when it has taken nothing for kReadPatience; while a socket has more than kMostUnsent bytes
-// waiting to be read, none of its peers gets another answer.
+// waiting to be read, none of its peers gets another answer. An answer that has to wait for something (Later) keeps its
+// peer waiting, and nobody else.
 //
 // What it can't do: tell two peers of one user apart; keep peers of one socket from taking all its places.
 #pragma once
@@ -17,6 +18,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 namespace loopwarden::hal::os {
@@ -37,9 +39,12 @@ class LocalServer {
   static constexpr std::size_t kMostUnsent = 16UL * 1024UL * 1024UL;
   static constexpr std::chrono::seconds kReadPatience{10};
 
+  // Asked in each round, 10 ms apart, until it gives the answer.
+  using Later = std::function<std::optional<std::string>()>;
+  using Answer = std::variant<std::string, Later>;
   // Called with a request line and the peer's user id; returns the answer without line end. An exception ends the
   // peer's connection.
-  using Handler = std::function<std::string(std::string_view line, unsigned peer_uid)>;
+  using Handler = std::function<Answer(std::string_view line, unsigned peer_uid)>;
 
   LocalServer();
   LocalServer(const LocalServer&) = delete;

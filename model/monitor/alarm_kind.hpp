@@ -82,8 +82,8 @@ constexpr AlarmGuide guide_of(AlarmKind kind) noexcept {
   return {
       "the loop no longer behaves as when it was commissioned: valve, process, transmitter or load",
       "its tuning may not fit any more, and the specialists know another loop",
-      "read its explanation (`loopwarden alarms explain`): it names what has changed, and what to "
-      "do"};
+      "find what has changed before the loop is tuned anew: the explanation by the twin names it; "
+      "without one, check valve, transmitter and load"};
 }
 
 }  // namespace loopwarden::monitor

@@ -87,14 +87,42 @@ void ConditionWatch::close() noexcept {
   stretch_ = {};
 }
 
+WindowMeasures ConditionWatch::told(WindowMeasures measures) const noexcept {
+  if (changed_ > 0 && last_period_ + 1 < changed_ + length_) {
+    measures.stick_percent = 0.0;
+    measures.stick_source = StickSource::none;
+  }
+  return measures;
+}
+
 void ConditionWatch::window(const WindowMeasures& measures,
                             const AlarmConditions* conditions) noexcept {
   inputs_.rms_error_percent =
       numeric::root_sum_square(measures.variability_percent, measures.mean_error_percent);
-  inputs_.stick_percent = measures.stick_source == StickSource::read_back
-                              ? measures.stick_percent
+  const WindowMeasures known = told(measures);
+  inputs_.stick_percent = known.stick_source == StickSource::read_back
+                              ? known.stick_percent
                               : analysis::ConditionInputs::kUnknown;
   if (conditions != nullptr) conditions_ = *conditions;
+  count_alarms();
+}
+
+bool ConditionWatch::verdict(const AlarmConditions& conditions) noexcept {
+  const bool changed =
+      !std::equal(conditions.begin(), conditions.end(), conditions_.begin(),
+                  [](const AlarmCondition& a, const AlarmCondition& b) { return a.on == b.on; });
+  conditions_ = conditions;
+  if (!changed) return false;
+  changed_ = last_period_ + 1;
+  stretch_ = {};
+  in_block_ = 0;
+  inputs_.stem_deviation_percent = inputs_.stem_lag_s = inputs_.stick_percent =
+      analysis::ConditionInputs::kUnknown;
+  count_alarms();
+  return true;
+}
+
+void ConditionWatch::count_alarms() noexcept {
   double& stick = inputs_.stick_percent;
   for (const AlarmKind kind : {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::hysteresis}) {
     const AlarmCondition& condition = conditions_[index_of(kind)];

@@ -17,6 +17,10 @@
 // blame the valve of every loop that is tuned too sharply. Travel since overhaul is not known here. An alarm
 // counts for as long as it is raised.
 //
+// A window may have begun long before a verdict changed: at 1 s a sample it is 16 min long. What it says of the stem is not
+// known, then, until a window and a stretch lie wholly behind the change. A change that a window itself brings about
+// counts from that window on.
+//
 // Stepped by the caller; no clock, no allocation. Errors: none; what is not known stays NaN.
 // What it can't do: tell play from lag (a stem that follows with a play at constant speed looks late by
 // play/speed); see a lag while the stem rests.
@@ -38,8 +42,12 @@ class ConditionWatch {
 
   // `pv_bad`: not even uncertain. `cycle_bad`: late, or the command did not reach the device.
   void add(const Cycle& cycle, bool pv_bad, bool cycle_bad) noexcept;
-  // `conditions`: of a window that was judged, else null.
+  // `conditions`: of a window that was judged, else null. It ends with the newest cycle.
   void window(const WindowMeasures& measures, const AlarmConditions* conditions) noexcept;
+  // What is known apart from windows, by routine evidence or a twin. True where it is another verdict than before.
+  bool verdict(const AlarmConditions& conditions) noexcept;
+  // Of a window that ends with the newest cycle: without its stick, where it began before the last change.
+  WindowMeasures told(WindowMeasures measures) const noexcept;
 
   analysis::ConditionIndices indices() const noexcept {
     return analysis::condition_indices(inputs_);
@@ -60,6 +68,7 @@ class ConditionWatch {
   };
   void follow(double co, double stem) noexcept;
   void close() noexcept;
+  void count_alarms() noexcept;
 
   double co_span_;        // CO units
   double sample_time_s_;  // s, of a cycle
@@ -72,9 +81,10 @@ class ConditionWatch {
   double block_error_ = 0.0;  // CO units, sum of CO - stem
   double last_error_ = 0.0;   // CO units
   std::uint64_t last_period_ = 0;
-  bool any_ = false;              // a cycle has been seen
-  bool read_back_seen_ = false;   // and a read-back
-  AlarmConditions conditions_{};  // of the newest window that was judged
+  std::uint64_t changed_ = 0;    // first cycle behind the last change of verdict; 0: there was none
+  bool any_ = false;             // a cycle has been seen
+  bool read_back_seen_ = false;  // and a read-back
+  AlarmConditions conditions_{};  // the newest
   analysis::ConditionInputs inputs_;
 };
 

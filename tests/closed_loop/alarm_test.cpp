@@ -206,6 +206,13 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   daemon.start();
   CHECK(explained().at("explanation").at("sentence") == e.at("sentence"));
+  // One that the daemon did not come to before it ended is made after the restart, from what was saved.
+  daemon.signal(SIGKILL);
+  REQUIRE(daemon.wait_for_end() == -SIGKILL);
+  REQUIRE(std::filesystem::remove(folder / "explanation.json"));
+  daemon.start();
+  REQUIRE(test::eventually([&] { return explained().at("explanation").is_object(); }, patience));
+  CHECK(explained().at("explanation").at("sentence") == e.at("sentence"));
 }
 
 }  // namespace loopwarden::tests::alarm_test

@@ -15,6 +15,7 @@
 
 #include "record/record_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/undeletable.hpp"
 
 namespace segment_ring_test {
 
@@ -129,6 +130,24 @@ TEST_CASE("the oldest segment goes when the limit is reached") {
   CHECK(kept == range(15 * kRowsPerSegment, 2000 - 15 * kRowsPerSegment));
   CHECK(writer.status().segments_dropped == 15);
   CHECK(writer.status().rows == 2000);
+}
+
+TEST_CASE("a segment that can't be deleted stays, and the next oldest makes room") {
+  const TemporaryFolder folder;
+  SegmentWriter writer(settings_in(folder.path()));
+  writer.append(rows(0, 50));
+  const loopwarden::tests::Undeletable oldest(list_segments(folder.path()).front().path);
+  for (std::uint64_t i = 1; i < 40; ++i) {
+    writer.append(rows(i * 50, 50));
+    REQUIRE(bytes_in(folder.path()) <= kLimit);
+  }
+  CHECK(writer.status().rows == 2000);
+  CHECK(writer.status().rows_lost == 0);
+  CHECK(writer.status().segments_dropped == 15);
+  CHECK_THAT(writer.status().last_error, Catch::Contains("deleting the oldest segment"));
+  const auto segments = list_segments(folder.path());
+  CHECK(segments.front().sequence == 1);
+  CHECK(segments[1].sequence == 17);
 }
 
 TEST_CASE("a restart begins a new segment and a new run and leaves the old ones alone") {

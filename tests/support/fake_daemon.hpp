@@ -156,7 +156,16 @@ class FakeDaemon {
     orders_.push_back(request);
     if (!refusal_.empty()) return {{"ok", false}, {"error", refusal_}};
     if (request.at("request") == "set") return {{"order", orders_.size()}, {"sample_time_s", 0.1}};
+    if (request.at("request") == "acknowledge_all") return acknowledge_all();
     return {{"on_disk", true}};
+  }
+  json acknowledge_all() const {
+    json done = json::array();
+    for (const auto& [tag, alarm] : alarms_) {
+      if (alarm.at("state") != "unacknowledged") continue;
+      done.push_back({{"loop", tag}, {"alarm", alarm.at("alarm")}});
+    }
+    return {{"acknowledged", std::move(done)}, {"on_disk", true}};
   }
   json read(const json& request) {
     ++looks_;

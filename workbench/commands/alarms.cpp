@@ -183,7 +183,9 @@ void print_explanation(const json& e) {
   if (!e.at("remedy").get<std::string>().empty()) {
     fmt::print("  what to do: {}\n", e.at("remedy").get<std::string>());
   }
-  fmt::print("  {}/report.html\n\n", e.at("folder").get<std::string>());
+  // What nothing explains may have no report.
+  fmt::print("  {}{}\n\n", e.at("folder").get<std::string>(),
+             e.at("verdict") == "not_explained" ? "" : "/report.html");
 }
 
 int run_explain(const Options& options) {

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <thread>
+#include <variant>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -52,7 +56,12 @@ struct Console {
     return tests::parts_of(*this, [] { return json{{"version", "test"}}; });
   }
   json ask(const std::string& line, console::SocketName socket = console::SocketName::control) {
-    return json::parse(server->answer(line, socket, 1000));
+    const hal::os::LocalServer::Answer answer = server->answer(line, socket, 1000);
+    const auto* const later = std::get_if<hal::os::LocalServer::Later>(&answer);
+    if (later == nullptr) return json::parse(std::get<std::string>(answer));
+    std::optional<std::string> told;
+    while (!(told = (*later)())) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return json::parse(*told);
   }
   json ask_status(const std::string& line) { return json::parse(readers->answer(line)); }
   std::vector<rt::Order> orders() {

@@ -288,6 +288,36 @@ TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
   CHECK(record.period_s == Approx(0.1));
 }
 
+TEST_CASE("all alarms are acknowledged by one request, with one line for each and one answer") {
+  Bench bench;
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  constexpr const char* kAll = R"({"request": "acknowledge_all", "reason": "seen"})";
+  json done = bench.ask(kAll);
+  CHECK(done.at("ok") == true);
+  CHECK(done.at("on_disk") == true);
+  CHECK(done.at("acknowledged") == json::parse(R"([{"loop": "FIC-101", "alarm": "stiction"}])"));
+  done = bench.ask(kAll);
+  CHECK(done.at("acknowledged").empty());
+  CHECK(done.at("on_disk") == true);
+  int lines = 0;
+  const json journal = bench.ask(R"({"request": "journal", "most": 50})");
+  for (const json& line : journal.at("lines")) {
+    lines += line.at("what") == "acknowledge" && line.at("reason") == "seen" ? 1 : 0;
+  }
+  CHECK(lines == 1);
+}
+
+TEST_CASE("who acts on an alarm waits for the disk, and the thread of the sockets does not") {
+  Bench bench;
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  for (const char* request :
+       {R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})",
+        R"({"request": "acknowledge_all"})"}) {
+    const auto answer = bench.server->answer(request, console::SocketName::control, 1000);
+    CHECK(std::holds_alternative<hal::os::LocalServer::Later>(answer));
+  }
+}
+
 TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the journal has it all") {
   Bench bench;
   bench.board.window_judged(0, {}, {}, stiction_on());

@@ -46,6 +46,7 @@ const char* const kReading[] = {
     R"({"request": "explain", "loop": "FIC-101", "alarm": "stiction"})",
 };
 const char* const kSet = R"({"request": "set", "loop": "FIC-101", "set_point": 42})";
+const char* const kAcknowledgeAll = R"({"request": "acknowledge_all"})";
 const char* const kAcknowledge =
     R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})";
 const char* const kVeto = R"({"request": "veto", "loop": "FIC-101", "veto": true})";
@@ -109,9 +110,10 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
   }
   if (alarms) {
     CHECK(bench.ask(kAcknowledge, socket).at("ok") == true);
+    CHECK(bench.ask(kAcknowledgeAll, socket).at("ok") == true);
     CHECK_THAT(error_of(bench.ask(kVeto, socket)), Catch::Contains("no corrective action"));
   } else {
-    for (const char* request : {kAcknowledge, kVeto}) {
+    for (const char* request : {kAcknowledge, kAcknowledgeAll, kVeto}) {
       CHECK_THAT(error_of(bench.ask(request, socket)), Catch::Contains(name + ": {alarms: true}"));
     }
   }

@@ -13,6 +13,7 @@
 #include "tests/support/file_size_limit.hpp"
 #include "tests/support/hung_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/undeletable.hpp"
 
 namespace loopwarden::evidence_test {
 namespace {
@@ -220,6 +221,39 @@ TEST_CASE("the newest of each alarm is found, and old evidence goes", "[evidence
   CHECK(read_evidence(*store.newest("A-FIC-101", AlarmKind::backlash)).loop == "A-FIC-101");
   CHECK_FALSE(store.newest("FIC-101", AlarmKind::stiction));
   CHECK_FALSE(store.newest("FIC-1", AlarmKind::backlash));
+}
+
+TEST_CASE("an old folder that can't be deleted is told once, and keeps no new evidence back",
+          "[evidence]") {
+  const tests::TemporaryFolder folder;
+  std::vector<std::string> told;
+  std::vector<std::string> stays;
+  EvidenceStore store(
+      {.folder = folder / "evidence", .most_kept = 3}, {{"plant", specialists()}},
+      [&](const Evidence&, const fs::path&, const std::string& why) { told.push_back(why); },
+      [&](const std::string& why) { stays.push_back(why); });
+  store.start();
+  store.post(example(1'800'000'000'000));
+  REQUIRE(test::eventually([&] { return store.status().written == 1; }));
+  const fs::path oldest = *store.newest("FIC-101", AlarmKind::backlash);
+  {
+    const tests::Undeletable kept(oldest);
+    for (int i = 1; i < 7; ++i) store.post(example(1'800'000'000'000 + 1000 * i));
+    REQUIRE(test::eventually([&] { return store.status().written == 7; }));
+    CHECK(store.status().error.empty());
+    CHECK_THAT(store.status().removal_error, Catch::Contains(oldest.filename().string()));
+    CHECK(read_evidence(*store.newest("FIC-101", AlarmKind::backlash)).raised_ms ==
+          1'800'000'006'000);
+    CHECK(names(folder / "evidence").size() == 4);  // the others went as ever
+    CHECK(fs::exists(oldest));
+  }
+  store.post(example(1'800'000'007'000));
+  REQUIRE(test::eventually([&] { return store.status().written == 8; }));
+  store.stop();
+  CHECK(store.status().removal_error.empty());
+  CHECK(names(folder / "evidence").size() == 3);
+  CHECK(stays.size() == 1);
+  CHECK(told == std::vector<std::string>(8));
 }
 
 TEST_CASE("a full disk: told once, nothing half written, and written when there is room",

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/explain/explanation_file.hpp"
+#include "daemon/explain/pending_explanation.hpp"
 #include "record/record_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -42,7 +43,11 @@ struct Bench {
   }
   Explainer make(ExplainerSettings settings = {}) {
     settings.program = program;
-    return {settings, [](std::size_t) { return minutes(); },
+    return {settings,
+            [this](std::size_t) {
+              const std::lock_guard lock(mutex);
+              return now;
+            },
             [this](const ExplainJob& job, const Explanation* e, const std::string& why) {
               const std::lock_guard lock(mutex);
               reports.push_back({job, e != nullptr ? *e : Explanation{}, why});
@@ -68,6 +73,7 @@ struct Bench {
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<Report> reports;
+  monitor::History::Minutes now = minutes();
 };
 
 }  // namespace
@@ -133,6 +139,97 @@ TEST_CASE("one at a time, each when its minutes are there; a full queue says so"
   CHECK(bench.reports[1].job.loop == 1);
   CHECK(bench.reports[2].job.loop == 0);
   CHECK(tests::read_file(bench.folder / "log") == "start\nend\nstart\nend\n");
+}
+
+TEST_CASE(
+    "what waits is on the disk from the start, and goes on after a restart with what is there",
+    "[explain]") {
+  Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
+  const fs::path evidence = bench.folder / "evidence";
+  {
+    Explainer before = bench.make();
+    before.start();
+    ExplainJob job = bench.job();
+    job.wait = std::chrono::hours(1);
+    job.enough_s = 1.0;
+    before.post(job);
+    while (!read_pending(evidence)) {
+    }
+    CHECK(read_pending(evidence)->there_s == 1.0);
+    {
+      const std::lock_guard lock(bench.mutex);
+      bench.now.pv.push_back(5);
+      bench.now.sp.push_back(1);
+      bench.now.co.push_back(8);
+      ++bench.now.end;
+    }
+    before.stop();  // the last of it is saved
+    CHECK(bench.reports.empty());
+  }
+  CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4, 5});
+  const auto pending = read_pending(evidence);
+  REQUIRE(pending);
+  CHECK(pending->there_s == 1.5);
+  CHECK(pending->enough_s == 1.0);
+
+  bench.now = {};  // another run of the loop
+  Explainer after = bench.make();
+  after.start();
+  ExplainJob job = bench.job();
+  job.raised_at = 0;
+  job.enough_s = pending->enough_s;
+  job.resumed_s = pending->there_s;
+  after.post(job);
+  REQUIRE(bench.wait(1));
+  CHECK(bench.reports.front().why.empty());
+  CHECK(bench.reports.front().explanation.effect == "gain_change");
+  CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4, 5});
+  CHECK_FALSE(read_pending(evidence));
+}
+
+TEST_CASE("minutes that a restart cut short, and that tell nothing, say so", "[explain]") {
+  const bool cut = GENERATE(true, false);
+  Bench bench(R"(cat > "$3/explanation.json" <<'J'
+{"alarm": "stiction", "final_name": null, "raised_ms": 1, "ended_ms": 2, "verdict": "not_explained",
+ "gap_closed": null, "agrees": false, "from_s": null, "sentence": "Too little moves.", "first": null}
+J)");
+  Explainer explainer = bench.make();
+  explainer.start();
+  ExplainJob job = bench.job();
+  job.enough_s = 600.0;
+  job.resumed_s = cut ? 150.0 : 600.0;
+  explainer.post(job);
+  REQUIRE(bench.wait(1));
+  CHECK(bench.reports.front().why.empty());
+  const std::string sentence = bench.reports.front().explanation.sentence;
+  if (cut) {
+    CHECK(sentence ==
+          "Not explained: the daemon was restarted before the minutes were there that tell (2.5 "
+          "min after "
+          "the alarm, 10.0 min were waited for). Too little moves.");
+  } else {
+    CHECK(sentence == "Too little moves.");
+  }
+  // Whoever reads the folder is told the same.
+  CHECK(read_explanation(bench.folder / "evidence").sentence == sentence);
+}
+
+TEST_CASE("a history that began anew after the alarm does not replace the minutes that were saved",
+          "[explain]") {
+  Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
+  const fs::path evidence = bench.folder / "evidence";
+  {
+    Explainer explainer = bench.make();
+    explainer.start();
+    ExplainJob job = bench.job();
+    job.wait = std::chrono::hours(1);
+    explainer.post(job);
+    while (!read_pending(evidence)) {
+    }
+    const std::lock_guard lock(bench.mutex);
+    bench.now = {.period_s = 0.5, .end = 100, .sp = {1}, .pv = {9}, .co = {9}};
+  }
+  CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4});
 }
 
 TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,14 +58,19 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   }
   bool collect_answers() override { return false; }
   void close_orders() override {}
-  daemon::monitor::OrderResult act(std::size_t loop,
-                                   const daemon::monitor::AlarmOrder& order) override {
+  std::uint64_t act(std::size_t loop, const daemon::monitor::AlarmOrder& order) override {
     actions.emplace_back(loop, order);
-    return {.accepted = true, .why = {}, .on_disk = true};
+    return posted();
   }
-  void veto(std::size_t loop, bool vetoed, const std::string&) override {
+  std::uint64_t acknowledge_all(const std::string& peer) override {
+    acknowledged_by.push_back(peer);
+    return posted();
+  }
+  std::uint64_t veto(std::size_t loop, bool vetoed, const std::string&) override {
     vetoes.emplace_back(loop, vetoed);
+    return posted();
   }
+  bool settled(std::uint64_t ticket) override { return ticket <= on_disk; }
   void write_down(daemon::journal::JournalEntry entry) override {
     lines.push_back(std::move(entry));
   }
@@ -74,10 +81,19 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   std::size_t reads = 0;
   std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
   std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;
+  std::vector<std::string> acknowledged_by;
   std::vector<std::pair<std::size_t, bool>> vetoes;
+  std::uint64_t newest_ticket = 0;
+  std::uint64_t on_disk = ~std::uint64_t{0};  // tickets up to this one
+  std::function<void()> on_action;            // within each action
   std::vector<daemon::journal::JournalEntry> lines;
 
  private:
+  std::uint64_t posted() {
+    if (on_action) on_action();
+    return ++newest_ticket;
+  }
+
   std::vector<std::string> names_;
 };
 

@@ -543,16 +543,27 @@ TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
   CHECK(bench.read(Table::coil, 16, 15) == Words(15, 0));
 }
 
-TEST_CASE("acknowledge_all reaches every alarm that waits, and no other", "[gateway][map]") {
+TEST_CASE("acknowledge_all is one action, however many loops there are", "[gateway][map]") {
   Bench bench(3);
-  loopwarden::monitor::AlarmConditions on{};
-  on[0] = {true, 5.0};
-  bench.plant.readings[0].watch.alarms.window_judged(0, on);
-  bench.plant.readings[2].watch.alarms.window_judged(0, on);
+  CHECK(bench.bank.write(Table::coil, 0, Words{0}, kMaster) == Exception::none);
+  CHECK(bench.plant.acknowledged_by.empty());
+  CHECK(bench.bank.take_ticket() == 0);
   CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
-  REQUIRE(bench.plant.actions.size() == 2);
-  CHECK(bench.plant.actions[0].first == 0);
-  CHECK(bench.plant.actions[1].first == 2);
+  CHECK(bench.plant.acknowledged_by == std::vector{kMaster.name});
+  CHECK(bench.plant.actions.empty());
+}
+
+TEST_CASE("a request that does several things waits for the last of them", "[gateway][map]") {
+  Bench bench;
+  const auto first =
+      static_cast<std::uint16_t>(bench.address(Table::coil, "acknowledge_stiction", 0));
+  CHECK(bench.bank.write(Table::coil, first, Words{1, 1, 1}, kMaster) == Exception::none);
+  REQUIRE(bench.plant.newest_ticket == 3);
+  CHECK(bench.bank.take_ticket() == 3);
+  CHECK(bench.bank.take_ticket() == 0);
+  // What no operator does is not waited for.
+  CHECK(bench.bank.write(Table::holding_register, 0, Words{7}, kMaster) == Exception::none);
+  CHECK(bench.bank.take_ticket() == 0);
 }
 
 TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway][map]") {

@@ -43,7 +43,7 @@ struct Bench {
           Pdu pdu;
           std::copy(request.begin(), request.end(), pdu.bytes.begin());
           pdu.size = request.size();
-          return pdu;
+          return Reply(pdu, ready);
         });
   }
   Bench(const Bench&) = delete;
@@ -73,6 +73,7 @@ struct Bench {
   int slave = -1;
   std::vector<Bytes> asked;
   bool may_write = true;
+  std::function<bool()> ready;  // of the next answers
   std::unique_ptr<SerialServer> server;
 };
 
@@ -159,6 +160,33 @@ TEST_CASE("noise on the line: counted, and the next request is answered", "[seri
   bench.send(framed(kRead));
   bench.silence(5.0);
   CHECK(bench.asked.size() == 1);
+}
+
+TEST_CASE("an answer that waits goes out when it may, or never once the master speaks again",
+          "[serial_server]") {
+  Bench bench;
+  bool there = false;
+  bench.ready = [&] { return there; };
+  bench.send(framed(kRead));
+  bench.silence(5.0);
+  REQUIRE(bench.asked.size() == 1);
+  CHECK(bench.received().empty());
+  CHECK(bench.server->patience() <= std::chrono::milliseconds(10));
+  there = true;
+  bench.silence(1.0);
+  CHECK(bench.received() == framed(kRead));
+  bench.silence(1.0);
+  CHECK(bench.received().empty());
+
+  there = false;
+  bench.send(framed(kRead));
+  bench.silence(5.0);
+  const Bytes second{7, 4, 0, 15, 0, 2};
+  bench.ready = {};
+  bench.send(framed(second));
+  there = true;
+  bench.silence(5.0);
+  CHECK(bench.received() == framed(second));
 }
 
 TEST_CASE("a line that goes is reported and opened again", "[serial_server]") {

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <functional>
 #include <memory>
 #include <random>
 #include <vector>
@@ -91,7 +92,7 @@ struct Bench {
           Pdu pdu;
           std::copy(request.begin(), request.end(), pdu.bytes.begin());
           pdu.size = request.size();
-          return pdu;
+          return Reply(pdu, ready);
         });
   }
   std::unique_ptr<Client> connect() {
@@ -108,6 +109,7 @@ struct Bench {
 
   tests::FakeClock clock;
   Peer last_peer;
+  std::function<bool()> ready;  // of the next answers
   std::unique_ptr<TcpServer> server;
 };
 
@@ -324,6 +326,44 @@ TEST_CASE("a client that never reads its answers is not read from", "[gateway][t
   }
   // The server holds one answer for it, whatever it sends.
   CHECK(bench.server->counters().requests < 4'000);
+}
+
+TEST_CASE("an answer that waits keeps its client waiting, and nobody else", "[gateway][tcp]") {
+  Bench bench;
+  const auto waits = bench.connect();
+  const auto other = bench.connect();
+  bool there = false;
+  bench.ready = [&] { return there; };
+  waits->send(frame(1, 1, kAsk));
+  bench.rounds(2);
+  bench.ready = {};
+  waits->send(frame(2, 1, kAsk));
+  bench.rounds(3);
+  CHECK(waits->received().empty());
+  other->send(frame(3, 1, kAsk));
+  bench.rounds(2);
+  CHECK(other->received() == frame(3, 1, kAsk));
+  CHECK(bench.server->counters().requests == 2);
+  there = true;
+  bench.rounds(3);
+  Bytes both = frame(1, 1, kAsk);
+  const Bytes second = frame(2, 1, kAsk);
+  both.insert(both.end(), second.begin(), second.end());
+  CHECK(waits->received() == both);
+}
+
+TEST_CASE("a client that went while its answer waited is forgotten with it", "[gateway][tcp]") {
+  Bench bench;
+  auto waits = bench.connect();
+  bool there = false;
+  bench.ready = [&] { return there; };
+  waits->send(frame(1, 1, kAsk));
+  bench.rounds(2);
+  waits.reset();
+  bench.rounds(2);
+  there = true;
+  bench.rounds(3);
+  CHECK(bench.server->counters().clients == 0);
 }
 
 TEST_CASE("random and mutated frames: the server lives and serves the others", "[gateway][tcp]") {

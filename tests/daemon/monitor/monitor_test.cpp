@@ -288,8 +288,9 @@ TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]"
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
   bench.run(2 * kWindow);
-  REQUIRE(bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::acknowledge, 0, "me", {}})
-              .on_disk);
+  const auto done =
+      bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::acknowledge, 0, "me", {}});
+  REQUIRE(bench.journal.wait_written(done.ticket, std::chrono::seconds(20)));
   bench.journal.stop();
 
   journal::Journal again({.folder = bench.folder.path()});
@@ -303,6 +304,34 @@ TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]"
   bench.monitor = std::make_unique<Monitor>(std::move(watched), board);
   bench.run(kWindow);  // the first window alone would be no alarm
   CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+}
+
+TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody waits for the disk",
+          "[monitor]") {
+  tests::TemporaryFolder folder;
+  journal::Journal journal({.folder = folder.path()});  // not started: its disk never answers
+  std::vector<WatchBoard::Loop> loops;
+  for (int i = 0; i < 60; ++i) loops.push_back({"FIC-" + std::to_string(i), 0.1});
+  WatchBoard board(loops, {}, journal, [] { return std::int64_t{1'800'000'000'000}; });
+  model::AlarmConditions on{};
+  on[model::index_of(AlarmKind::stiction)] = {true, 5.0};
+  for (std::size_t i = 1; i < 60; ++i) board.window_judged(i, {}, {}, on);
+  REQUIRE(
+      board.act(7, {AlarmKind::stiction, model::AlarmAction::shelve, 60'000, "me", {}}).accepted);
+
+  const Acknowledged done = board.acknowledge_all("10.0.0.7:1000", "seen");
+  CHECK(done.alarms.size() == 58);
+  for (std::size_t i = 0; i < 60; ++i) {
+    CHECK_FALSE(board.watch(i).alarms.any_unacknowledged());
+    const AlarmState state = board.watch(i).alarms.alarm(AlarmKind::stiction).state();
+    CHECK(state == (i == 0   ? AlarmState::suppressed
+                    : i == 7 ? AlarmState::shelved
+                             : AlarmState::acknowledged));
+  }
+  CHECK(journal.written(done.ticket) == journal::Written::not_yet);
+  // The last of all lines: whoever waits for it waits once.
+  CHECK(done.ticket == journal.post({}) - 1);
+  CHECK(board.acknowledge_all("10.0.0.7:1000", {}).alarms.empty());
 }
 
 TEST_CASE("a shelved alarm comes back by itself when its time is over", "[monitor]") {

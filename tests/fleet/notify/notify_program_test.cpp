@@ -7,6 +7,7 @@
 #include "tests/fleet/notify/notify_support.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/slow_disk.hpp"
 
 namespace notify_program_test {
 
@@ -112,6 +113,32 @@ TEST_CASE("an alarm's way from the daemon to a webhook, and the daemon's silence
   CHECK_THAT(listed.text, Catch::Contains("sent    box 12: FIC-101: stiction went, 6.1 %\n"));
   CHECK_THAT(listed.text, Catch::Contains("attempt 1: answered 200\n"));
   CHECK(program.end(SIGTERM) == 0);
+}
+
+TEST_CASE("a slow disk under the outbox: every alarm is told, once, in its order",
+          "[notify][program]") {
+  const TemporaryFolder folder;
+  const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
+  Program program(hook(web));
+  FakeDaemon daemon(program.socket());
+  daemon.set("FIC-101", "normal");
+  loopwarden::tests::SlowDisk disk;
+  disk.slow(loopwarden::tests::SlowDisk::File::notifications, milliseconds(200));
+  program.start();
+  REQUIRE(eventually([&] { return daemon.asked() > 1; }, std::chrono::seconds(30)));
+  for (std::size_t i = 0; i < 3; ++i) {
+    daemon.set("FIC-101", "unacknowledged", true);
+    REQUIRE(has(folder / "log", 2 * i + 1));
+    daemon.set("FIC-101", "normal");
+    REQUIRE(has(folder / "log", 2 * i + 2));
+  }
+  CHECK(program.end(SIGTERM) == 0);
+  CHECK(disk.calls() > 6);
+  const std::vector<std::string> told = texts(folder / "log");
+  REQUIRE(told.size() == 6);
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    CHECK_THAT(told[i], Catch::Contains(i % 2 == 0 ? "stiction came" : "stiction went"));
+  }
 }
 
 TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][program]") {

@@ -176,6 +176,40 @@ TEST_CASE("beyond the rate lines wait, and none is lost", "[os][socket]") {
   CHECK(held);
 }
 
+TEST_CASE("who waits for a later answer keeps nobody waiting", "[os][socket]") {
+  Bench bench;
+  bool there = false;
+  bench.server.listen({.path = bench.path()}, [&](std::string_view line, unsigned) {
+    bench.answered.emplace_back(line);
+    if (line != "later") return LocalServer::Answer(std::string(line));
+    return LocalServer::Answer([&there]() -> std::optional<std::string> {
+      return there ? std::optional<std::string>("now") : std::nullopt;
+    });
+  });
+  const auto waits = bench.peer();
+  const auto other = bench.peer();
+  waits->send("later\nnext\n");
+  bench.rounds(3);
+  CHECK(waits->received().empty());
+  other->send("other\n");
+  bench.rounds(2);
+  CHECK(other->received() == "other\n");
+  CHECK(bench.count("next") == 0);  // answers come in order
+  there = true;
+  bench.rounds(3);
+  CHECK(waits->received() == "now\nnext\n");
+
+  // One that has hung up meanwhile is done with when its answer is there.
+  there = false;
+  waits->send("later\n");
+  waits->end();
+  bench.rounds(2);
+  there = true;
+  bench.rounds(2);
+  CHECK(waits->received() == "now\n");
+  CHECK(waits->closed());
+}
+
 TEST_CASE("a line without end is not gathered for ever", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path()});

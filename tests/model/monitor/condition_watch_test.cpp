@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "model/numeric/random.hpp"
 
@@ -154,6 +155,83 @@ TEST_CASE(
   watch.window({}, nullptr);
   CHECK(watch.indices().actuator == 0.0);
   CHECK(std::isnan(watch.indices().valve));
+}
+
+TEST_CASE("valve and stick are not known until a window lies behind the last change of verdict",
+          "[monitor][condition]") {
+  // CO swings by 10 % of its span; the stem follows at once, then only once CO has gone 6 % from its turning point.
+  constexpr double kStuck = 1.2;  // CO units
+  WindowSettings settings = kSettings;
+  settings.overlap = 0.0;
+  ConditionWatch watch(settings);
+  WindowBuilder builder(settings);
+  std::uint64_t k = 0;
+  double stem = 10.0;
+  double last_co = 10.0;
+  double turn = 10.0;
+  bool up = true;
+  const auto run = [&](std::uint64_t cycles, bool sticks) {
+    WindowMeasures measures;
+    for (std::uint64_t i = 0; i < cycles; ++i, ++k) {
+      Cycle c = cycle(k, 0.0);
+      c.automatic = c.pv_good = true;
+      c.co = 10.0 + std::sin(2.0 * std::numbers::pi * static_cast<double>(k) / 240.0);
+      if ((c.co > last_co) != up) turn = last_co;
+      up = c.co > last_co;
+      last_co = c.co;
+      if (!sticks || std::abs(c.co - turn) > kStuck) stem = c.co;
+      c.stem = stem;
+      watch.add(c, false, false);
+      if (builder.add(c) != WindowBuilder::Event::full) continue;
+      measures = measure(builder.window());
+      watch.window(measures, nullptr);
+      measures = watch.told(measures);
+    }
+    return measures;
+  };
+
+  const WindowMeasures healthy = run(2 * kStretch, false);
+  CHECK(healthy.stick_source == StickSource::read_back);
+  CHECK(healthy.stick_percent < 0.3);
+  CHECK(watch.indices().valve > 97.0);
+
+  // Half a window later it sticks, and the twin says that something has changed.
+  run(kStretch / 2, false);
+  run(100, true);
+  CHECK(watch.indices().valve > 97.0);  // nobody knows better yet
+  AlarmConditions conditions{};
+  conditions[index_of(AlarmKind::model_gap)].on = true;
+  CHECK(watch.verdict(conditions));
+  CHECK_FALSE(watch.verdict(conditions));
+  CHECK(std::isnan(watch.indices().valve));
+  CHECK(std::isnan(watch.indices().actuator));
+
+  // The window that ends now began before.
+  const WindowMeasures mixed = run(kStretch - kStretch / 2 - 100, true);
+  CHECK(mixed.stick_source == StickSource::none);
+  CHECK(std::isnan(watch.indices().valve));
+  CHECK(std::isfinite(watch.indices().control_performance));
+
+  const WindowMeasures sticky = run(kStretch, true);
+  CHECK(sticky.stick_source == StickSource::read_back);
+  CHECK(sticky.stick_percent == Approx(100.0 * kStuck / 20.0).margin(1.0));
+  CHECK(watch.indices().valve == Approx(10.0 * (10.0 - sticky.stick_percent)));
+
+  // Repaired, and told so: the sticky window is none of the valve's as it is by now.
+  CHECK(watch.verdict({}));
+  CHECK(std::isnan(watch.indices().valve));
+  run(kStretch, false);
+  CHECK(watch.indices().valve > 97.0);
+}
+
+TEST_CASE("an alarm of routine evidence lowers the valve without a window that was judged",
+          "[monitor][condition]") {
+  ConditionWatch watch(kSettings);
+  const AlarmConditions conditions = raised(AlarmKind::stiction, 4.0);
+  CHECK(watch.verdict(conditions));
+  CHECK(watch.indices().valve == Approx(60.0));
+  watch.window({}, nullptr);
+  CHECK(watch.indices().valve == Approx(60.0));
 }
 
 TEST_CASE("that no alarm is raised is no measurement of valve or actuator",
