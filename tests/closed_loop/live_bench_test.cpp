@@ -77,7 +77,8 @@ class Command {
   bool catches_interrupts() const {
     const std::string status = read_file("/proc/" + std::to_string(child_) + "/status");
     const std::size_t mask = status.find("SigCgt:");
-    return mask != std::string::npos &&
+    // Before that program begins, its process has the handlers of this one.
+    return status.starts_with("Name:\tloopwarden\n") && mask != std::string::npos &&
            (std::stoull(status.substr(mask + 7), nullptr, 16) >> (SIGINT - 1) & 1U) != 0;
   }
   int wait_for_end() {
@@ -89,7 +90,9 @@ class Command {
     child_ = -1;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
-  std::string text() const { return read_file(output_); }
+  std::string text() const {
+    return std::filesystem::exists(output_) ? read_file(output_) : std::string();
+  }
 
  private:
   std::filesystem::path output_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -241,6 +242,7 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
     return kExitData;
   }
   loops.write_note();
+  std::fflush(stdout);
   fmt::print(stderr, "{}\n", loops.count_text(usable.size()));
   if (options.json) fmt::print("{}\n", loops.note().dump(2));
   return loops.note()["failed"].empty() ? kExitOk : kExitData;

@@ -313,8 +313,8 @@ TEST_CASE(
   INFO(one.text);
   REQUIRE(one.exit_code == 65);  // two files could not be read
   CHECK(
-      one.text.find("4 loops: 4 judged, 0 from an earlier run, 0 could not be read; 1 loop judged "
-                    "without some of the files; 1 file could not be read\n") != std::string::npos);
+      one.text.find("4 loops: 4 judged, 0 from an earlier run, 0 could not be read; 2 files could "
+                    "not be read\n") != std::string::npos);
   const json survey = read_json(plant.folder() / "one/survey.json");
   REQUIRE(survey["loops"].size() == 4);
   REQUIRE(survey["failed"].size() == 2);
@@ -388,31 +388,48 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
   plant.write_export("e/a.csv",
                      {{"FIC101", plant.simulated(0.0, 1)}, {"FIC102", plant.simulated(5.0, 2)}});
   const std::string folder = plant.path("e");
-  const auto all = [&](int exit_code) {
+  const auto all = [&](int list_code, int import_code, int survey_code) {
     const ShellOutcome listed = loopwarden("import --list " + folder);
     const ShellOutcome imported = loopwarden("import " + folder + " --out " + plant.path("out"));
     const ShellOutcome surveyed = loopwarden("survey " + folder + " --out " + plant.path("s"));
     INFO(listed.text << imported.text << surveyed.text);
-    CHECK(listed.exit_code == exit_code);
-    CHECK(imported.exit_code == exit_code);
-    CHECK(surveyed.exit_code == exit_code);
+    CHECK(listed.exit_code == list_code);
+    CHECK(imported.exit_code == import_code);
+    CHECK(surveyed.exit_code == survey_code);
     return std::array{listed.text, imported.text, surveyed.text};
   };
-  all(0);
+  all(0, 0, 0);
   // A PV alone is a loop that can't be judged, and no failure; nor is what is no export.
   write_file(plant.folder() / "e/t.csv",
              "Timestamp,TI205.PV\n2026-03-01T10:00:00Z,1\n"
              "2026-03-01T10:00:01Z,2\n2026-03-01T10:00:02Z,3\n");
   write_file(plant.folder() / "e/values.xlsx", "PK");
-  const auto alone = all(0);
+  const auto alone = all(0, 0, 0);
   for (const std::string& text : alone)
     CHECK(text.find("1 file passed over: .xlsx (1)") != std::string::npos);
   CHECK(alone[1].find("\n3 of 3 loops read; 1 file passed over") != std::string::npos);
   CHECK(alone[2].find("2 loops: 0 judged, 2 from an earlier run, 0 could not be read; 1 loop "
                       "without PV or CO\n") != std::string::npos);
+  // An earlier day of a loop, of which a row is broken.
+  std::string day = "Timestamp,FIC101.PV,FIC101.OP\n";
+  for (int k = 0; k < 500; ++k) {
+    char row[64];
+    std::snprintf(row, sizeof row, "2026-02-01T10:%02d:%02dZ,%d,50%s\n", k / 60, k % 60, k % 9,
+                  k == 450 ? ",1" : "");
+    day += row;
+  }
+  write_file(plant.folder() / "e/day.csv", day);
+  const auto in_part = all(0, 65, 65);
+  CHECK(in_part[1].find("\n3 of 3 loops read; 1 read without some of the files; 1 file passed") !=
+        std::string::npos);
+  CHECK(in_part[2].find("2 loops: 1 judged, 1 from an earlier run, 0 could not be read; 1 loop "
+                        "judged without some of the files; 1 loop without PV or CO\n") !=
+        std::string::npos);
+  fs::remove(plant.folder() / "e/day.csv");
   // A file that is none, and a loop with a cell that is no number.
   write_file(plant.folder() / "e/b.csv", "not an export\n");
-  CHECK(all(65)[1].find("\n3 of 3 loops read; 1 file could not be read; ") != std::string::npos);
+  CHECK(all(65, 65, 65)[1].find("\n3 of 3 loops read; 1 file could not be read; ") !=
+        std::string::npos);
   fs::remove(plant.folder() / "e/b.csv");
   std::string spoiled = read_file(plant.folder() / "e/a.csv");
   const std::size_t place = spoiled.find(',', spoiled.size() / 2);
