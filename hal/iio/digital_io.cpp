@@ -99,10 +99,16 @@ void DigitalIo::drive_relay(bool energised, std::int64_t now_ns) {
 }
 
 void DigitalIo::show_life(std::int64_t now_ns, bool loop_alive) {
-  if (!request(alive_, alive_settings_->line, true, now_ns)) return;
+  const std::int64_t half_period_ns = nanoseconds(alive_settings_->half_period_s);
+  if (!alive_.line) {
+    // To take the line may be an edge: not before the loop lives, and a while before the next.
+    if (!loop_alive || !request(alive_, alive_settings_->line, true, now_ns)) return;
+    high_ = false;
+    next_edge_ns_ = now_ns + half_period_ns;
+  }
   if (!loop_alive || now_ns < next_edge_ns_) return;
   high_ = !high_;
-  next_edge_ns_ = now_ns + nanoseconds(alive_settings_->half_period_s);
+  next_edge_ns_ = now_ns + half_period_ns;
   set(alive_, high_, now_ns);
 }
 

@@ -102,7 +102,7 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
   SECTION("a read-back does") {
     CHECK(said_of_loop(with(with_start("{mode: automatic, set_point: 5, output: hold}"),
                             "    comm_loss",
-                            "    read_back: {address: 101, type: u16, scale: 0.001}\n    comm_loss"))
+                            "    read_back: {table: holding, address: 101, type: u16, scale: 0.001}\n    comm_loss"))
               .empty());
     CHECK(said_of_loop(with(test::kAnalogLoop, "{mode: manual, set_point: 5, output: 1}",
                             "{mode: automatic, set_point: 5}") +
