@@ -6,7 +6,7 @@ namespace loopwarden::edge {
 nlohmann::json DaemonLink::ask(const nlohmann::json& request) {
   nlohmann::json answer;
   try {
-    if (!client_) client_.emplace(path_);
+    if (!client_) client_.emplace(path_, patience_);
     answer = nlohmann::json::parse(client_->request(request.dump(), patience_));
   } catch (const std::exception& e) {
     // An answer that comes late must not be taken for that of the next request.

@@ -27,7 +27,7 @@ std::runtime_error socket_failure(const std::string& what) {
 
 int try_local_connection(const std::string& path) {
   const sockaddr_un address = local_address(path);
-  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) throw socket_failure("socket");
   if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return fd;
   const int error = errno;

@@ -46,8 +46,9 @@ void bind_to(int fd, const LocalSocketSettings& settings) {
 
 int listener_at(const LocalSocketSettings& settings) {
   const int other = try_local_connection(settings.path);
-  if (other >= 0) {
-    close(other);
+  // One that hangs, with a full queue, listens as well.
+  if (other >= 0 || errno == EAGAIN) {
+    if (other >= 0) close(other);
     throw std::runtime_error("another daemon already listens at " + settings.path);
   }
   unlink(settings.path.c_str());

@@ -1,29 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of text over a Unix domain socket: how the workbench talks to the daemon on the same box. The daemon's side is
+// Lines of text over a Unix domain socket: how the programs beside the daemon talk to it. The daemon's side is
 // local_server.hpp.
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <string>
 #include <string_view>
 
 namespace loopwarden::hal::os {
 
-// One connection from the workbench. Throws std::runtime_error when the daemon can't be reached or
-// does not answer.
+// One connection to a socket of lines. No call waits longer than it is told to, neither for a daemon that is stopped, whose queue of
+// connections or whose socket is full, nor for one that sends without end. Throws std::runtime_error when the daemon can't be reached
+// or does not answer in time.
 class LocalClient {
  public:
-  explicit LocalClient(const std::string& path);
+  static constexpr std::chrono::milliseconds kPatience{3000};
+
+  explicit LocalClient(const std::string& path, std::chrono::milliseconds timeout = kPatience);
   LocalClient(const LocalClient&) = delete;
   LocalClient& operator=(const LocalClient&) = delete;
   ~LocalClient();
 
-  // Sends a line and waits for the line that answers it.
+  // Sends a line and waits for the line that answers it; the timeout is of both together. The late answer to an earlier line is left
+  // out.
   std::string request(std::string_view line, std::chrono::milliseconds timeout);
 
  private:
+  using Moment = std::chrono::steady_clock::time_point;
+  void wait(short events, Moment until) const;
+  void send(std::string_view bytes, Moment until) const;
+  std::string next_line(Moment until);
+
   int fd_;
   std::string received_;
+  std::size_t looked_at_ = 0;  // bytes of received_ without a line's end
+  std::size_t owed_ = 0;       // answers that have not come
 };
 
 }  // namespace loopwarden::hal::os

@@ -3,10 +3,10 @@
 #pragma once
 
 #include <functional>
-#include <set>
 #include <stdexcept>
 #include <string>
 
+#include "page/api/host_names.hpp"
 #include "page/box/box.hpp"
 #include "page/box/daemon_door.hpp"
 #include "page/files/report_shelf.hpp"
@@ -24,8 +24,7 @@ namespace loopwarden::page::api {
 
 struct Context {
   const PageSettings& settings;
-  std::set<std::string>
-      hosts;  // names in a browser's address line, in lower case, beside addresses
+  const HostNames& hosts;
   std::function<Box::Now()> now;
   std::function<std::string()> sparklines;
   Daemon& daemon;  // status.sock

@@ -18,7 +18,7 @@ std::string host_name(const std::string& host) {
 
 }  // namespace
 
-Identity identity_of(Context& context, const http::Request& request, bool touch) {
+Identity identity_of(Context& context, const http::Request& request, Renews renews) {
   if (!context.users.has_file()) {
     return {.user = {},
             .role = request.peer_is_loopback ? Role::viewer : Role::none,
@@ -26,6 +26,8 @@ Identity identity_of(Context& context, const http::Request& request, bool touch)
   }
   const auto cookie = request.cookies.find(kCookie);
   if (cookie != request.cookies.end()) {
+    const bool touch =
+        renews == Renews::by_person && (request.person || request.method == http::Method::post);
     const auto users = context.users.users();
     const auto found =
         context.sessions.find(cookie->second, *users, std::chrono::steady_clock::now(), touch);
@@ -37,7 +39,7 @@ Identity identity_of(Context& context, const http::Request& request, bool touch)
 void check_host(const Context& context, const http::Request& request) {
   const std::string name = host_name(request.host);
   // An address can't be made to lead elsewhere.
-  if (name == "localhost" || context.hosts.contains(name) || hal::os::parse_network(name)) return;
+  if (name == "localhost" || context.hosts.has(name) || hal::os::parse_network(name)) return;
   throw ApiError(403, "this box has no name '" + name + "' that page.yaml knows (key hosts)");
 }
 

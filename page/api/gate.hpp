@@ -8,8 +8,13 @@ namespace loopwarden::page::api {
 
 inline constexpr const char* kCookie = "lw_session";
 
+// Whether a request keeps its session from ending as idle: one that a person makes (a POST, or X-Loopwarden-Person) does, what the
+// page asks by itself does not, nor does a stream that is looked at.
+enum class Renews { by_person, never };
+
 // Who asks. Without a users file everybody on this host is a viewer.
-Identity identity_of(Context& context, const http::Request& request, bool touch = true);
+Identity identity_of(Context& context, const http::Request& request,
+                     Renews renews = Renews::by_person);
 
 // The host that the browser thinks it talks to is one of ours, so that no name of a stranger's leads here (DNS
 // rebinding). Throws ApiError 403.

@@ -52,7 +52,7 @@ http::Response events(Context& context, const Call& call) {
   // Before the first event: how soon a browser comes back.
   response.body = "retry: 1000\n\n";
   response.may_stay = [&context, request = call.request] {
-    return identity_of(context, request, false).role >= Role::viewer;
+    return identity_of(context, request, Renews::never).role >= Role::viewer;
   };
   return response;
 }

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
-#include <thread>
 
 #include "page/api/body.hpp"
 #include "page/api/handlers.hpp"
@@ -13,7 +12,6 @@ namespace loopwarden::page::api {
 namespace {
 
 using nlohmann::json;
-using Clock = std::chrono::steady_clock;
 
 struct Wish {
   std::string what;  // set_point, output or mode
@@ -64,25 +62,52 @@ http::Response changed_meanwhile(const json& told) {
   return response;
 }
 
-// Until the loop's cycle has taken the order; true in "on_disk" where the journal's line is there too.
-json outcome(Context& context, const std::string& tag, const json& sent) {
-  constexpr std::chrono::milliseconds kBetweenLooks{40};
-  constexpr std::chrono::milliseconds kForDisk{1000};
-  const auto begun = Clock::now();
-  const auto patience = std::chrono::duration<double>(5.0 + 3.0 * sent.value("sample_time_s", 0.1));
-  for (;;) {
-    json now =
-        context.orders.ask({{"request", "order"}, {"loop", tag}, {"order", sent.at("order")}});
-    const std::string state = now.at("state").get<std::string>();
-    const bool done = state == "done";
-    if (state == "refused" ||
-        (done && (now.value("on_disk", false) || Clock::now() - begun > kForDisk))) {
-      return now;
-    }
-    if (!done && Clock::now() - begun > patience) return now;
-    std::this_thread::sleep_for(kBetweenLooks);
+// A look at the order every kBetweenLooks until the loop's cycle has taken it and the journal's line is on the disk. A slow loop's
+// cycle comes in seconds or minutes: between the looks no thread is held.
+class Outcome {
+ public:
+  Outcome(Context& context, std::string tag, const json& sent)
+      : context_(&context),
+        tag_(std::move(tag)),
+        order_(sent.at("order")),
+        patience_(5.0 + 3.0 * sent.value("sample_time_s", 0.1)) {}
+
+  http::Response look() const {
+    const json now =
+        context_->orders.ask({{"request", "order"}, {"loop", tag_}, {"order", order_}});
+    return is_over(now) ? answer_of(now) : later();
   }
-}
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kBetweenLooks{40};
+  static constexpr std::chrono::milliseconds kForDisk{1000};
+
+  bool is_over(const json& now) const {
+    const std::string state = now.at("state").get<std::string>();
+    const auto waited = Clock::now() - begun_;
+    if (state == "done") return now.value("on_disk", false) || waited > kForDisk;
+    return state == "refused" || waited > patience_;
+  }
+
+  static http::Response answer_of(const json& told) {
+    const bool changed = told.contains("now") && told["now"].is_object() && !told["now"].empty();
+    return changed ? changed_meanwhile(told) : json_response(told);
+  }
+
+  http::Response later() const {
+    http::Response response;
+    response.delay = kBetweenLooks;
+    response.next = [outcome = *this] { return outcome.look(); };
+    return response;
+  }
+
+  Context* context_;
+  std::string tag_;
+  json order_;
+  std::chrono::duration<double> patience_;
+  Clock::time_point begun_ = Clock::now();
+};
 
 }  // namespace
 
@@ -105,9 +130,7 @@ http::Response order(Context& context, const Call& call) {
   if (wish.old && (!wish.old->is_null() || wish.what == "output")) {
     request["expect"] = {{wish.what, *wish.old}};
   }
-  const json told = outcome(context, loop.tag, context.orders.ask(request));
-  const bool changed = told.contains("now") && told["now"].is_object() && !told["now"].empty();
-  return changed ? changed_meanwhile(told) : json_response(told);
+  return Outcome(context, loop.tag, context.orders.ask(request)).look();
 }
 
 }  // namespace loopwarden::page::api

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <functional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "page/api/gate.hpp"
 #include "page/api/handlers.hpp"
@@ -132,6 +134,19 @@ Response excuse(std::exception_ptr what) {
   }
 }
 
+// What `make` returns or throws; the rounds that follow as well.
+Response excused(const std::function<Response()>& make) noexcept {
+  try {
+    Response response = make();
+    if (response.next) {
+      response.next = [next = std::move(response.next)] { return excused(next); };
+    }
+    return response;
+  } catch (...) {
+    return excuse(std::current_exception());
+  }
+}
+
 }  // namespace
 
 http::Lane Router::lane(const Request& request) const noexcept {
@@ -163,11 +178,7 @@ Response Router::route(const Request& request) {
 }
 
 Response Router::answer(const Request& request) noexcept {
-  try {
-    return route(request);
-  } catch (...) {
-    return excuse(std::current_exception());
-  }
+  return excused([&] { return route(request); });
 }
 
 }  // namespace loopwarden::page::api

@@ -75,7 +75,7 @@ http::Response log_in(Context& context, const Call& call) {
   const std::string name = text_at(body, "user", 64);
   const std::string password = text_at(body, "password", kLongestPassword);
   const auto now = std::chrono::steady_clock::now();
-  if (const unsigned wait_s = context.guard.wait_s(name, call.request.peer, now)) {
+  if (const unsigned wait_s = context.guard.wait_s(name, call.request.network, now)) {
     return too_often(wait_s);
   }
   const auto users = context.users.users();
@@ -90,7 +90,7 @@ http::Response log_in(Context& context, const Call& call) {
     response.delay = LogInGuard::kDelay;
     return response;
   }
-  context.guard.right(name, call.request.peer);
+  context.guard.right(name, call.request.network);
   spdlog::info("{} logged in from {}", name, call.request.peer);
   // What was there before ends: nobody's cookie grows into a session.
   if (const auto old = call.request.cookies.find(kCookie); old != call.request.cookies.end()) {

@@ -66,9 +66,15 @@ json parsed(const std::optional<std::string>& text) {
 }  // namespace
 
 http::Response reports(Context& context, const Call& call) {
-  check_query(call.request, {});
+  check_query(call.request, {"evidence"});
+  const std::string evidence = text_in(call.request, "evidence", 255);
+  const auto reports = context.reports.reports();
   json list = json::array();
-  for (const files::Report& report : context.reports.reports()) list.push_back(report_json(report));
+  for (const files::Report& report : *reports) {
+    const bool wanted =
+        evidence.empty() || (report.kind == "explanation" && report.parts[1] == evidence);
+    if (wanted) list.push_back(report_json(report));
+  }
   return json_response(list);
 }
 

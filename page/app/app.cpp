@@ -62,6 +62,7 @@ http::ServerSettings server_settings(const PageSettings& settings) {
   http::ServerSettings server;
   server.door = {.clients = settings.clients,
                  .per_address = std::max<std::size_t>(1, settings.clients / 4),
+                 .loopback = std::max<std::size_t>(1, settings.clients / 2),
                  .requests_per_s = settings.requests_per_s};
   if (settings.has_tls()) server.tls = http::TlsFiles{settings.certificate, settings.key};
   return server;
@@ -95,8 +96,9 @@ class App {
         sessions_(session_limits(settings)),
         reports_(settings.state_directory),
         fleet_(settings.fleet ? std::make_unique<FleetDatabase>(*settings.fleet) : nullptr),
+        hosts_(hosts_of(settings)),
         router_(api::Context{.settings = settings_,
-                             .hosts = hosts_of(settings),
+                             .hosts = hosts_,
                              .now = [this] { return box_.now(); },
                              .sparklines = [this] { return box_.sparklines(); },
                              .daemon = daemon_,
@@ -114,6 +116,7 @@ class App {
   int run() {
     open();
     look_at_users();
+    sessions_.on_end([this] { server_.look_at_streams(); });
     server_.on_streams([this](std::size_t count) { box_.listeners(count); });
     for (const int number : {SIGTERM, SIGINT}) {
       server_.on_signal(number, [this] { server_.stop(); });
@@ -151,7 +154,10 @@ class App {
 
   void reload() {
     try {
+      // Both or neither: a browser is answered under the names that the certificate in force has.
+      std::set<std::string> names = hosts_of(settings_);
       server_.reload_certificate();
+      hosts_.replace(std::move(names));
       spdlog::info("certificate and key read again");
     } catch (const std::exception& e) {
       spdlog::error("the old certificate stays: {}", e.what());
@@ -159,8 +165,10 @@ class App {
   }
 
   void look_at_users() {
+    const auto before = users_.users();
     const std::string trouble = users_.refresh();
     if (!trouble.empty()) spdlog::error("users: {}", trouble);
+    if (users_.users() != before) server_.look_at_streams();
   }
 
   // By the event loop: a loop that stands is not fed.
@@ -188,6 +196,7 @@ class App {
   history::History history_;
   files::ReportShelf reports_;
   std::unique_ptr<FleetDatabase> fleet_;
+  api::HostNames hosts_;
   api::Router router_;
   http::Server server_;
 };

@@ -33,6 +33,7 @@ struct Options {
   std::string config = "/etc/loopwarden-page/page.yaml";
   std::string name;
   std::string role = "viewer";
+  bool display = false;
   bool from_stdin = false;
 };
 
@@ -105,6 +106,9 @@ User& known(Users& users, const std::string& name) {
 void add_user(const Options& options) {
   const std::optional<Role> role = role_of(options.role);
   if (!role) throw std::runtime_error("a role is viewer, operator or engineer");
+  if (options.display && *role != Role::viewer) {
+    throw CLI::ValidationError("--display", "a display is a viewer: nobody stands before it");
+  }
   if (!is_user_name(options.name)) {
     throw std::runtime_error("a name has 1 to 32 of a-z A-Z 0-9 . _ - and begins with a letter");
   }
@@ -113,9 +117,11 @@ void add_user(const Options& options) {
   if (users.contains(options.name)) {
     throw std::runtime_error("there is a user '" + options.name + "' already");
   }
-  users[options.name] = {*role, hash_password(wanted_password(options.from_stdin))};
+  users[options.name] = {*role, hash_password(wanted_password(options.from_stdin)),
+                         options.display};
   write_users(users, file);
-  fmt::print("{}: {} {}\n", file.string(), to_text(*role), options.name);
+  fmt::print("{}: {}{} {}\n", file.string(), to_text(*role), options.display ? ", display" : "",
+             options.name);
 }
 
 void remove_user(const Options& options) {
@@ -136,7 +142,7 @@ void change_password(const Options& options) {
 
 void list_users(const Options& options) {
   for (const auto& [name, user] : users_in(file_of(options))) {
-    fmt::print("{:<32} {}\n", name, to_text(user.role));
+    fmt::print("{:<32} {}{}\n", name, to_text(user.role), user.display ? ", display" : "");
   }
 }
 
@@ -186,6 +192,8 @@ void add_user_commands(CLI::App& app, int& exit_code) {
          "--role", options->role,
          "viewer looks; operator acknowledges, shelves, and sets where that is allowed; engineer")
       ->capture_default_str();
+  add->add_flag("--display", options->display,
+                "a wall display: its sessions don't end for want of a key press; a viewer only");
   named(add_command(user, "remove", "ends the user and his sessions", exit_code, remove_user,
                     options));
   asks(named(add_command(user, "password", "another password; ends the user's sessions", exit_code,

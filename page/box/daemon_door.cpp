@@ -13,15 +13,15 @@ constexpr std::size_t kMostIdle = 3;
 
 }  // namespace
 
-std::unique_ptr<LineClient> DaemonDoor::take() {
+std::unique_ptr<hal::os::LocalClient> DaemonDoor::take() {
   const std::lock_guard lock(mutex_);
   if (idle_.empty()) return nullptr;
-  std::unique_ptr<LineClient> client = std::move(idle_.back());
+  std::unique_ptr<hal::os::LocalClient> client = std::move(idle_.back());
   idle_.pop_back();
   return client;
 }
 
-void DaemonDoor::give_back(std::unique_ptr<LineClient> client) {
+void DaemonDoor::give_back(std::unique_ptr<hal::os::LocalClient> client) {
   const std::lock_guard lock(mutex_);
   if (connections_ == Connections::reused && idle_.size() < kMostIdle)
     idle_.push_back(std::move(client));
@@ -29,17 +29,20 @@ void DaemonDoor::give_back(std::unique_ptr<LineClient> client) {
 
 std::string DaemonDoor::ask_text(const std::string& request) {
   const auto until = std::chrono::steady_clock::now() + patience_;
+  const auto left = [until] {
+    return std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+  };
   // Connections of a daemon that has ended since are used up first.
   for (;;) {
-    std::unique_ptr<LineClient> client = take();
+    std::unique_ptr<hal::os::LocalClient> client = take();
     const bool fresh = client == nullptr;
     try {
-      if (fresh) client = std::make_unique<LineClient>(socket_);
-      std::string answer = client->request(request, patience_);
+      if (fresh) client = std::make_unique<hal::os::LocalClient>(socket_, left());
+      std::string answer = client->request(request, left());
       give_back(std::move(client));
       return answer;
-    } catch (const DaemonDown&) {
-      if (fresh || std::chrono::steady_clock::now() >= until) throw;
+    } catch (const std::exception& e) {
+      if (fresh || left().count() <= 0) throw DaemonDown(e.what());
     }
   }
 }

@@ -11,9 +11,15 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "page/box/line_client.hpp"
+#include "hal/os/local_socket.hpp"
 
 namespace loopwarden::page {
+
+// Nobody answers at the socket, or not in time.
+class DaemonDown : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 // The daemon answers that it won't; its words.
 class DaemonRefused : public std::runtime_error {
@@ -44,14 +50,14 @@ class DaemonDoor final : public Daemon {
   std::string ask_text(const std::string& request);
 
  private:
-  std::unique_ptr<LineClient> take();
-  void give_back(std::unique_ptr<LineClient> client);
+  std::unique_ptr<hal::os::LocalClient> take();
+  void give_back(std::unique_ptr<hal::os::LocalClient> client);
 
   std::string socket_;
   std::chrono::milliseconds patience_;
   Connections connections_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<LineClient>> idle_;
+  std::vector<std::unique_ptr<hal::os::LocalClient>> idle_;
 };
 
 }  // namespace loopwarden::page

@@ -33,7 +33,7 @@ void Sparklines::advance(std::int64_t step) {
   for (std::int64_t empty = from; empty <= step; ++empty) {
     const auto place = static_cast<std::size_t>(empty) % kSteps;
     for (std::size_t loop = 0; loop < loops_; ++loop)
-      values_[loop * kSteps + place] = {kNone, kNone};
+      values_[loop * kSteps + place] = {kNone, kNone, kNone, kNone};
   }
   step_ = step;
 }
@@ -43,15 +43,18 @@ void Sparklines::add(std::int64_t plant_ms, const std::vector<double>& pv) {
   if (pv.size() != loops_ || step < step_) {
     *this = Sparklines();
     loops_ = pv.size();
-    values_.assign(loops_ * kSteps, {kNone, kNone});
+    values_.assign(loops_ * kSteps, {kNone, kNone, kNone, kNone});
   }
   advance(step);
   const auto place = static_cast<std::size_t>(step) % kSteps;
   for (std::size_t loop = 0; loop < loops_; ++loop) {
-    Extremes& extremes = values_[loop * kSteps + place];
+    Step& one = values_[loop * kSteps + place];
     const auto value = static_cast<float>(pv[loop]);
-    extremes.low = std::fmin(extremes.low, value);
-    extremes.high = std::fmax(extremes.high, value);
+    if (std::isnan(value)) continue;
+    if (std::isnan(one.first)) one.first = value;
+    one.low = std::fmin(one.low, value);
+    one.high = std::fmax(one.high, value);
+    one.last = value;
   }
 }
 
@@ -61,9 +64,8 @@ std::string Sparklines::json(std::int64_t until_ms) const {
   for (std::size_t loop = 0; loop < loops_; ++loop) {
     text += '[';
     for (std::size_t i = 1; i <= kSteps; ++i) {
-      const Extremes& e = values_[loop * kSteps + (static_cast<std::size_t>(step_) + i) % kSteps];
-      append(text, e.low);
-      append(text, e.high);
+      const Step& one = values_[loop * kSteps + (static_cast<std::size_t>(step_) + i) % kSteps];
+      for (const float value : {one.first, one.low, one.high, one.last}) append(text, value);
     }
     end_list(text);
   }

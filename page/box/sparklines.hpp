@@ -8,7 +8,8 @@
 
 namespace loopwarden::page {
 
-// The last ten minutes of every PV: its least and greatest value in each of 60 steps.
+// The last ten minutes of every PV: its first, least, greatest and last value in each of 60 steps. First and last say which way it went
+// between the extremes.
 class Sparklines {
  public:
   static constexpr std::size_t kSteps = 60;
@@ -18,19 +19,19 @@ class Sparklines {
   // simulation runs through faster. Where it goes back, or the number of loops is another, all begins anew.
   void add(std::int64_t plant_ms, const std::vector<double>& pv);
 
-  // {"step_s", "until_ms", "pv": [[min, max, min, max, ...] a loop]}; the last step is the one that is still
+  // {"step_s", "until_ms", "pv": [[first, min, max, last, first, ...] a loop]}; the last step is the one that is still
   // being filled. `until_ms`: UTC of the newest value.
   std::string json(std::int64_t until_ms) const;
 
  private:
-  struct Extremes {
-    float low, high;  // NaN: none
+  struct Step {
+    float first, low, high, last;  // NaN: none
   };
   void advance(std::int64_t step);
 
   std::size_t loops_ = 0;
-  std::int64_t step_ = -1;        // newest; -1: none yet
-  std::vector<Extremes> values_;  // a ring of kSteps for each loop
+  std::int64_t step_ = -1;    // newest; -1: none yet
+  std::vector<Step> values_;  // a ring of kSteps for each loop
 };
 
 }  // namespace loopwarden::page

@@ -113,8 +113,21 @@ Report ReportShelf::look_at(const fs::path& path, std::int64_t utc_ms, std::uint
   return report;
 }
 
-std::vector<Report> ReportShelf::reports() {
-  const std::lock_guard lock(mutex_);
+void ReportShelf::look_into(const fs::directory_entry& entry, std::map<std::string, Known>& found) {
+  std::error_code gone;
+  if (entry.path().extension() != ".html" || !entry.is_regular_file(gone)) return;
+  const std::string path = entry.path().lexically_relative(folder_.path()).string();
+  const std::int64_t utc_ms = utc_ms_of(entry, gone);
+  const std::uintmax_t bytes = entry.file_size(gone);
+  if (gone) return;
+  const auto known = known_.find(path);
+  const bool same =
+      known != known_.end() && known->second.utc_ms == utc_ms && known->second.bytes == bytes;
+  found[path] = same ? known->second : Known{utc_ms, bytes, look_at(path, utc_ms, bytes)};
+}
+
+void ReportShelf::walk() {
+  const auto begun = Clock::now();
   std::map<std::string, Known> found;
   std::error_code error;
   constexpr auto kOptions = fs::directory_options::skip_permission_denied;
@@ -123,42 +136,51 @@ std::vector<Report> ReportShelf::reports() {
                              seen < kMostEntries && found.size() < kMost;
        it.increment(error), ++seen) {
     const fs::directory_entry& entry = *it;
-    const fs::path relative = entry.path().lexically_relative(folder_.path());
     std::error_code gone;
     if (entry.is_symlink(gone) || !is_sound_name(entry.path().filename().string())) {
       it.disable_recursion_pending();
       continue;
     }
     // Segments are many, and none of them is a report.
-    if (it.depth() >= kMostDepth || relative == "segments") it.disable_recursion_pending();
-    if (entry.path().extension() != ".html" || !entry.is_regular_file(gone)) continue;
-    const std::int64_t utc_ms = utc_ms_of(entry, gone);
-    const std::uintmax_t bytes = entry.file_size(gone);
-    if (gone) continue;
-    const auto known = known_.find(relative.string());
-    const bool same =
-        known != known_.end() && known->second.utc_ms == utc_ms && known->second.bytes == bytes;
-    found[relative.string()] =
-        same ? known->second : Known{utc_ms, bytes, look_at(relative, utc_ms, bytes)};
+    const bool segments = it.depth() == 0 && entry.path().filename() == "segments";
+    if (it.depth() >= kMostDepth || segments) it.disable_recursion_pending();
+    look_into(entry, found);
   }
   known_ = std::move(found);
-  std::vector<Report> all;
-  for (const auto& [path, one] : known_) all.push_back(one.report);
-  std::stable_sort(all.begin(), all.end(),
+  auto all = std::make_shared<std::vector<Report>>();
+  for (const auto& [path, one] : known_) all->push_back(one.report);
+  std::stable_sort(all->begin(), all->end(),
                    [](const Report& a, const Report& b) { return a.utc_ms > b.utc_ms; });
-  return all;
+  const auto ended = Clock::now();
+  const std::lock_guard lock(mutex_);
+  index_ = std::move(all);
+  due_ = ended + std::max<Clock::duration>(fresh_, 9 * (ended - begun));
+}
+
+ReportShelf::List ReportShelf::reports() {
+  const auto now_there = [this](Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    return std::pair(index_, index_ != nullptr && now < due_);
+  };
+  const auto [before, is_fresh] = now_there(Clock::now());
+  if (is_fresh) return before;
+  std::unique_lock walking(walking_, std::defer_lock);
+  // Without any index all wait for the first one.
+  before ? static_cast<void>(walking.try_lock()) : walking.lock();
+  if (!walking.owns_lock()) return before;
+  if (!now_there(Clock::now()).second) walk();
+  return now_there(Clock::now()).first;
 }
 
 std::optional<std::vector<std::string>> ReportShelf::parts_of_report(const std::string& id) {
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    // One that came since the list was made.
-    if (attempt > 0) reports();
+  List index = [this] {
     const std::lock_guard lock(mutex_);
-    for (const auto& [path, one] : known_) {
-      if (one.report.id == id) return one.report.parts;
-    }
-  }
-  return std::nullopt;
+    return index_;
+  }();
+  if (!index) index = reports();
+  const auto report =
+      std::find_if(index->begin(), index->end(), [&](const Report& one) { return one.id == id; });
+  return report == index->end() ? std::nullopt : std::optional(report->parts);
 }
 
 std::optional<std::string> ReportShelf::name(const std::string& id) {

@@ -16,6 +16,9 @@
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -51,7 +54,8 @@ class Guest {
  public:
   virtual ~Guest() = default;
   virtual void close() noexcept = 0;
-  virtual void news() = 0;  // the board has changed
+  virtual void news() noexcept = 0;  // the board has changed
+  virtual void look() noexcept = 0;  // whether its stream may stay
 };
 
 // What all connections share; all of it but lanes and counters belongs to the loop's thread.
@@ -61,6 +65,18 @@ struct House {
 
   void streams_changed() const {
     if (on_streams) on_streams(streams.size());
+  }
+
+  template <class Act>
+  void for_streams(Act act) const {
+    const std::set<Guest*> all = streams;
+    for (Guest* guest : all) {
+      // One that has gone meanwhile has taken itself out.
+      if (streams.contains(guest)) act(*guest);
+    }
+  }
+  void look_at_streams() const {
+    for_streams([](Guest& guest) { guest.look(); });
   }
 
   ServerSettings settings;
@@ -92,7 +108,9 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
         peer_(std::move(peer)),
         id_(id),
         stream_(std::forward<Arguments>(stream)...),
-        timer_(house.loop) {}
+        timer_(house.loop) {
+    ++house_.counters.connections;
+  }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
   ~Connection() override { close(); }
@@ -100,10 +118,9 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   void start() {
     if constexpr (kSecure) {
       tcp().expires_after(house_.settings.timeouts.handshake);
-      stream_.async_handshake(asio::ssl::stream_base::server,
-                              [self = this->shared_from_this()](beast::error_code error) {
-                                error ? self->give_up(error) : self->read_head();
-                              });
+      stream_.async_handshake(asio::ssl::stream_base::server, mine([this](beast::error_code error) {
+                                error ? give_up(error) : read_head();
+                              }));
     } else {
       read_head();
     }
@@ -128,13 +145,43 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     }
   }
 
-  void news() override {
-    if (!closed_ && !writing_) pump();
+  void news() noexcept override {
+    mine([this] {
+      if (!closed_ && !writing_) pump();
+    })();
+  }
+
+  void look() noexcept override {
+    mine([this] {
+      if (closed_ || ending_ || response_.may_stay()) return;
+      ending_ = true;
+      if (!writing_) pump();
+    })();
   }
 
  private:
   using Parser = beast::http::request_parser<beast::http::string_body>;
+  using Clock = std::chrono::steady_clock;
   static constexpr std::uint32_t kMostHeadBytes = 16UL * 1024UL;
+  static constexpr std::chrono::milliseconds kLaneIsFull{100};
+
+  // A callback of the loop's: what it throws ends this connection and nothing else.
+  template <class Act>
+  auto mine(Act act) {
+    return mine_moved(this->shared_from_this(), std::move(act));
+  }
+  // The same with a hold on the connection that is handed over.
+  template <class Act>
+  static auto mine_moved(std::shared_ptr<Connection> held, Act act) {
+    return [self = std::move(held), act = std::move(act)](auto... arguments) mutable {
+      try {
+        act(arguments...);
+      } catch (const std::exception& e) {
+        spdlog::error("connection: {}", e.what());
+        self->close();
+      }
+    };
+  }
 
   beast::tcp_stream& tcp() noexcept { return beast::get_lowest_layer(stream_); }
 
@@ -150,9 +197,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     tcp().expires_after(served_ ? house_.settings.timeouts.next : house_.settings.timeouts.header);
     beast::http::async_read_header(
         stream_, buffer_, *parser_,
-        [self = this->shared_from_this()](beast::error_code error, std::size_t) {
-          self->on_head(error);
-        });
+        mine([this](beast::error_code error, std::size_t) { on_head(error); }));
   }
 
   void on_head(const beast::error_code& error) {
@@ -184,11 +229,10 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
 
   void read_body() {
     tcp().expires_after(house_.settings.timeouts.body);
-    beast::http::async_read(
-        stream_, buffer_, *parser_,
-        [self = this->shared_from_this()](beast::error_code error, std::size_t) {
-          error ? self->give_up(error) : self->on_request();
-        });
+    beast::http::async_read(stream_, buffer_, *parser_,
+                            mine([this](beast::error_code error, std::size_t) {
+                              error ? give_up(error) : on_request();
+                            }));
   }
 
   void on_request() {
@@ -196,24 +240,40 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     ++house_.counters.requests;
     house_.door.busy(id_);
     keep_alive_ = parser_->keep_alive();
-    Request request = request_of(head_);
-    request.body = std::move(parser_->get().body());
-    request.peer = peer_.address;
-    request.peer_is_loopback = peer_.loopback;
-    request.secure = kSecure;
-    is_head_ = request.method == Method::head;
-    const Lane lane = house_.handler.lane(request);
-    if (lane == Lane::here) return respond(house_.handler.answer(request));
-    const bool begun = house_.lanes.begin(
-        lane, peer_.network,
-        [self = this->shared_from_this(), request = std::move(request)]() mutable {
-          auto answer = std::make_shared<Response>(self->house_.handler.answer(request));
-          pack(*answer, request);
+    request_ = request_of(head_);
+    request_.body = std::move(parser_->get().body());
+    request_.peer = peer_.address;
+    request_.network = peer_.network;
+    request_.peer_is_loopback = peer_.loopback;
+    request_.secure = kSecure;
+    is_head_ = request_.method == Method::head;
+    lane_ = house_.handler.lane(request_);
+    if (lane_ == Lane::here) return respond(house_.handler.answer(request_));
+    if (!in_lane([this] { return house_.handler.answer(request_); })) respond(busy_response());
+  }
+
+  // Makes a response on a thread of the lane; false: its queue is full.
+  template <class Make>
+  bool in_lane(Make make) {
+    // Made beforehand: where memory is short a thread has something to answer with.
+    auto answer = std::make_shared<Response>(error_response(500, "the page could not answer"));
+    return house_.lanes.begin(
+        lane_, peer_.network,
+        [self = this->shared_from_this(), make, answer = std::move(answer)]() mutable noexcept {
+          try {
+            Response made = make();
+            pack(made, self->request_);
+            *answer = std::move(made);
+          } catch (const std::exception& e) {
+            spdlog::error("answer: {}", e.what());
+          }
           // Moved: the last word on the connection is the loop's.
           asio::io_context& loop = self->house_.loop;
-          asio::post(loop, [self = std::move(self), answer] { self->respond(std::move(*answer)); });
+          Connection* connection = self.get();
+          asio::post(loop, connection->mine_moved(std::move(self), [connection, answer]() mutable {
+            connection->respond(std::move(*answer));
+          }));
         });
-    if (!begun) respond(busy_response());
   }
 
   static Response busy_response() {
@@ -237,16 +297,26 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   void respond(Response response) {
     if (closed_) return;
     response_ = std::move(response);
+    if (response_.next) return after(response_.delay, &Connection::ask_again);
     if (response_.delay.count() == 0) return send();
-    timer_.expires_after(response_.delay);
-    timer_.async_wait([self = this->shared_from_this()](beast::error_code error) {
-      if (!error) self->send();
-    });
+    after(response_.delay, &Connection::send);
+  }
+
+  void after(std::chrono::milliseconds delay, void (Connection::*then)()) {
+    timer_.expires_after(delay);
+    timer_.async_wait(mine([this, then](beast::error_code error) {
+      if (!error && !closed_) (this->*then)();
+    }));
+  }
+
+  // Where the lane is full, a little later.
+  void ask_again() {
+    if (!in_lane([this] { return response_.next(); })) after(kLaneIsFull, &Connection::ask_again);
   }
 
   void send() {
     if (closed_) return;
-    if (response_.may_stay && (is_head_ || !has_room_for_stream())) {
+    if (response_.may_stay && (is_head_ || !house_.door.stream(id_))) {
       response_.may_stay = nullptr;
       if (!is_head_) response_ = busy_response();
     }
@@ -257,11 +327,6 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
         head_text(response_, {.secure = kSecure, .keep_alive = keep_alive_, .is_head = is_head_});
     const std::string_view body = is_head_ ? std::string_view() : response_.text();
     write({asio::buffer(out_), asio::buffer(body.data(), body.size())}, &Connection::on_sent);
-  }
-
-  // Some places are always left for who only asks.
-  bool has_room_for_stream() const {
-    return house_.streams.size() < std::max<std::size_t>(1, house_.settings.door.clients * 3 / 4);
   }
 
   void write(std::vector<asio::const_buffer> buffers, void (Connection::*then)()) {
@@ -283,11 +348,10 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
       if (first.size() == 0) to_write_.erase(to_write_.begin());
     }
     tcp().expires_after(house_.settings.timeouts.write);
-    asio::async_write(stream_, step,
-                      [self = this->shared_from_this()](beast::error_code error, std::size_t n) {
-                        self->house_.counters.bytes_sent += n;
-                        error ? self->give_up(error) : self->on_step_written();
-                      });
+    asio::async_write(stream_, step, mine([this](beast::error_code error, std::size_t n) {
+                        house_.counters.bytes_sent += n;
+                        error ? give_up(error) : on_step_written();
+                      }));
   }
 
   void on_step_written() {
@@ -313,8 +377,9 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   // --- a body that is made while it is sent ---
 
   void next_chunk() {
-    const auto make = [self = this->shared_from_this()]() mutable {
-      auto piece = std::make_shared<std::string>();
+    if (closed_) return;
+    auto piece = std::make_shared<std::string>();
+    auto make = [self = this->shared_from_this(), piece = std::move(piece)]() mutable noexcept {
       bool failed = false;
       try {
         *piece = self->response_.source->next();
@@ -322,15 +387,14 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
         failed = true;  // the client sees that the last chunk is missing
       }
       asio::io_context& loop = self->house_.loop;
-      asio::post(loop, [self = std::move(self), piece, failed] {
-        failed ? self->close() : self->send_chunk(std::move(*piece));
-      });
+      Connection* connection = self.get();
+      asio::post(loop, connection->mine_moved(std::move(self), [connection, piece, failed] {
+        failed ? connection->close() : connection->send_chunk(std::move(*piece));
+      }));
     };
-    if (closed_ || house_.lanes.begin(Lane::disk, peer_.network, make)) return;
-    timer_.expires_after(std::chrono::milliseconds(100));
-    timer_.async_wait([self = this->shared_from_this()](beast::error_code error) {
-      if (!error) self->next_chunk();
-    });
+    if (!house_.lanes.begin(Lane::disk, peer_.network, std::move(make))) {
+      after(kLaneIsFull, &Connection::next_chunk);
+    }
   }
 
   void send_chunk(std::string piece) {
@@ -362,26 +426,23 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   // What a client says while it listens is no request; that it has gone is seen here.
   void watch_for_end() {
     tcp().expires_never();
-    stream_.async_read_some(
-        asio::buffer(scratch_),
-        [self = this->shared_from_this()](beast::error_code, std::size_t) { self->close(); });
+    stream_.async_read_some(asio::buffer(scratch_),
+                            mine([this](beast::error_code, std::size_t) { close(); }));
   }
 
-  void beat() {
-    timer_.expires_after(house_.settings.timeouts.heartbeat);
-    timer_.async_wait([self = this->shared_from_this()](beast::error_code error) {
-      if (error || self->closed_) return;
-      if (!self->response_.may_stay()) return self->close();
-      if (!self->writing_) {
-        self->out_ = ":\n\n";
-        self->write({asio::buffer(self->out_)}, &Connection::pump);
-      }
-      self->beat();
-    });
+  void beat() { after(house_.settings.timeouts.heartbeat, &Connection::on_beat); }
+
+  void on_beat() {
+    if (!writing_) {
+      out_ = ":\n\n";
+      write({asio::buffer(out_)}, &Connection::pump);
+    }
+    beat();
   }
 
   void pump() {
     if (closed_) return;
+    if (ending_) return write({asio::buffer(kEndOfStream)}, &Connection::close);
     frames_ = house_.board.news(cursor_);
     if (frames_.empty()) return;
     std::vector<asio::const_buffer> buffers;
@@ -395,20 +456,21 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   void linger() {
     beast::error_code ignored;
     tcp().socket().shutdown(asio::socket_base::shutdown_send, ignored);
-    tcp().expires_after(std::chrono::seconds(2));
+    lingers_until_ = Clock::now() + house_.settings.timeouts.body;
     drain();
   }
 
   void drain() {
-    tcp().async_read_some(asio::buffer(scratch_), [self = this->shared_from_this()](
-                                                      beast::error_code error, std::size_t n) {
-      self->drained_ += n;
-      constexpr std::size_t kMostDrained = 4UL * 1024UL * 1024UL;
-      error || self->drained_ > kMostDrained ? self->close() : self->drain();
-    });
+    constexpr std::size_t kMostDrained = 16UL * 1024UL * 1024UL;
+    const auto now = Clock::now();
+    if (drained_ > kMostDrained || now >= lingers_until_) return close();
+    tcp().expires_at(std::min(now + house_.settings.timeouts.linger, lingers_until_));
+    tcp().async_read_some(asio::buffer(scratch_),
+                          mine([this](beast::error_code error, std::size_t n) {
+                            drained_ += n;
+                            error ? close() : drain();
+                          }));
   }
-
-  using Clock = std::chrono::steady_clock;
 
   House& house_;
   Peer peer_;
@@ -418,6 +480,8 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   beast::flat_buffer buffer_{kMostHeadBytes + kMostBodyBytes};
   std::optional<Parser> parser_;
   RequestHead head_;
+  Request request_;
+  Lane lane_ = Lane::here;
   Response response_;
   std::string out_;
   std::array<char, 4096> scratch_{};
@@ -425,12 +489,14 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   std::vector<Frame> frames_;
   std::vector<asio::const_buffer> to_write_;
   void (Connection::*then_)() = nullptr;
+  Clock::time_point lingers_until_;
   std::size_t drained_ = 0;
   bool served_ = false;
   bool keep_alive_ = true;
   bool is_head_ = false;
   bool writing_ = false;
   bool last_chunk_ = false;
+  bool ending_ = false;  // the stream's reader may not stay
   bool closed_ = false;
 };
 

@@ -10,6 +10,9 @@ namespace {
 constexpr double kBurst_s = 4.0;
 constexpr std::size_t kMostBuckets = 4096;
 
+// Of so many places.
+std::size_t most_streams(std::size_t places) { return std::max<std::size_t>(1, places * 3 / 4); }
+
 double seconds(Moment from, Moment to) { return std::chrono::duration<double>(to - from).count(); }
 
 }  // namespace
@@ -26,7 +29,7 @@ std::optional<std::uint64_t> Doorkeeper::who_goes(const std::string* address) co
 
 Doorkeeper::Admission Doorkeeper::admit(const std::string& address, bool loopback, Moment now) {
   const auto same = by_address_.find(address);
-  const bool crowd = !loopback && same != by_address_.end() && same->second >= limits_.per_address;
+  const bool crowd = same != by_address_.end() && same->second >= most_of(loopback);
   const bool full = guests_.size() >= limits_.clients;
   Admission admission;
   if (crowd || full) {
@@ -36,11 +39,13 @@ Doorkeeper::Admission Doorkeeper::admit(const std::string& address, bool loopbac
       return admission;
     }
     ++displaced_;
-    left(*admission.displaced);
   }
+  // What may throw comes first: then nobody has come and nobody has gone.
+  std::size_t& count = by_address_[address];
+  guests_[next_] = {.address = address, .silent_since = now, .loopback = loopback};
+  ++count;
   admission.id = next_++;
-  guests_[admission.id] = {.address = address, .silent_since = now};
-  ++by_address_[address];
+  if (admission.displaced) left(*admission.displaced);
   return admission;
 }
 
@@ -79,6 +84,21 @@ unsigned Doorkeeper::wait_s(const std::string& address, Moment now) {
   }
   bucket.tokens -= 1.0;
   return 0;
+}
+
+bool Doorkeeper::stream(std::uint64_t id) {
+  const auto guest = guests_.find(id);
+  if (guest == guests_.end()) return false;
+  std::size_t all = 0;
+  std::size_t same = 0;
+  for (const auto& [other, one] : guests_) {
+    if (!one.stream) continue;
+    ++all;
+    if (one.address == guest->second.address) ++same;
+  }
+  guest->second.stream =
+      all < most_streams(limits_.clients) && same < most_streams(most_of(guest->second.loopback));
+  return guest->second.stream;
 }
 
 // Those that would be full by now say nothing that a new one would not.

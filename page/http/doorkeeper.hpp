@@ -16,6 +16,7 @@ using Moment = std::chrono::steady_clock::time_point;
 struct DoorLimits {
   std::size_t clients = 200;     // connections in all
   std::size_t per_address = 50;  // of one address that is not this host's own
+  std::size_t loopback = 100;    // of this host itself, where a proxy may stand
   double requests_per_s = 50.0;  // of one address, on average; bursts of four seconds
 };
 
@@ -36,6 +37,10 @@ class Doorkeeper {
   void busy(std::uint64_t id);
   void idle(std::uint64_t id, Moment now);
 
+  // False: this connection may not become a stream. Streams have three quarters of all places and of those of an address, so that
+  // who only asks always finds one.
+  bool stream(std::uint64_t id);
+
   // 0: a request of this address may be answered; else how many seconds it should wait.
   unsigned wait_s(const std::string& address, Moment now);
 
@@ -47,13 +52,18 @@ class Doorkeeper {
   struct Guest {
     std::string address;
     Moment silent_since;
+    bool loopback = false;
     bool served = false;
     bool busy = false;
+    bool stream = false;
   };
   struct Bucket {
     double tokens = 0.0;
     Moment at;
   };
+  std::size_t most_of(bool loopback) const noexcept {
+    return loopback ? limits_.loopback : limits_.per_address;
+  }
   std::optional<std::uint64_t> who_goes(const std::string* address) const;
   void forget_full_buckets(Moment now);
 

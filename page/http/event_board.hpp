@@ -17,6 +17,9 @@ inline constexpr std::size_t kEventKinds = 4;
 
 using Frame = std::shared_ptr<const std::string>;
 
+// The last frame of a stream whose reader may not stay.
+inline constexpr std::string_view kEndOfStream = "event: ended\ndata: {}\n\n";
+
 class EventBoard {
  public:
   // Where one client stands.

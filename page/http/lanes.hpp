@@ -33,7 +33,7 @@ class Lanes {
   Lanes& operator=(const Lanes&) = delete;
   ~Lanes() { stop(); }
 
-  // False: the lane's queue is full, or one client (`whose`) has half of it already.
+  // `work` throws nothing. False: the lane's queue is full, or one client (`whose`) has half of it already.
   bool begin(Lane lane, const std::string& whose, Work work);
   // Ends the threads; what still waits in a queue is dropped.
   void stop();

@@ -29,7 +29,9 @@ struct Request {
   std::string content_type;  // in lower case, without parameters
   std::string if_none_match;
   bool accepts_gzip = false;
-  std::string peer;  // the client's address, without the port
+  bool person = false;  // X-Loopwarden-Person: 1: a key or a pointer moved within the last minute
+  std::string peer;     // the client's address, without the port
+  std::string network;  // what limits count: of an IPv6 address its /64
   bool peer_is_loopback = false;
   bool secure = false;  // it came over TLS
 
@@ -53,8 +55,11 @@ struct Response {
   std::string body;
   std::shared_ptr<const std::string> shared;  // in place of `body`: of many clients
   std::unique_ptr<Source> source;             // in place of `body`: sent in chunks
-  // In place of a body: the stream of events, as long as this says so; asked every few seconds.
+  // In place of a body: the stream of events, as long as this says so; asked every second and by Server::look_at_streams().
   std::function<bool()> may_stay;
+  // In place of an answer: what makes it, asked in the request's lane after `delay`; may ask for another round. So a long wait
+  // holds no thread.
+  std::function<Response()> next;
   std::chrono::milliseconds delay{0};  // before the answer is sent; costs a timer, no thread
 
   std::string_view text() const noexcept { return shared ? *shared : body; }

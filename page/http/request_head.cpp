@@ -124,14 +124,18 @@ Method method_of(std::string_view text) {
   return Method::other;
 }
 
+std::optional<Refusal> refused_promise(const RequestHead& head) {
+  if (count(head, "expect") > 0) return Refusal{417, "nothing is promised before the body"};
+  return std::nullopt;
+}
+
 std::optional<Refusal> refused_body(const RequestHead& head) {
   if (count(head, "transfer-encoding") > 0) {
     return Refusal{411, "a body needs a Content-Length; no transfer encoding is taken"};
   }
-  if (count(head, "expect") > 0) return Refusal{417, "nothing is promised before the body"};
   if (count(head, "content-length") > 1) return Refusal{400, "more than one Content-Length"};
   const std::string_view length = field(head, "content-length");
-  if (count(head, "content-length") == 0) return std::nullopt;
+  if (count(head, "content-length") == 0) return refused_promise(head);
   std::uint64_t bytes = 0;
   const auto [end, error] = std::from_chars(length.begin(), length.end(), bytes);
   if (error == std::errc::result_out_of_range) return Refusal{413, "the body is too large"};
@@ -140,7 +144,7 @@ std::optional<Refusal> refused_body(const RequestHead& head) {
   }
   if (bytes > kMostBodyBytes) return Refusal{413, "a body has at most 64 KiB"};
   if (bytes > 0 && head.method != "POST") return Refusal{400, "only POST has a body"};
-  return std::nullopt;
+  return refused_promise(head);
 }
 
 }  // namespace
@@ -188,6 +192,7 @@ Request request_of(const RequestHead& head) {
   const std::string_view type = field(head, "content-type");
   request.content_type = lower(trimmed(type.substr(0, type.find(';'))));
   request.if_none_match = field(head, "if-none-match");
+  request.person = field(head, "x-loopwarden-person") == "1";
   request.accepts_gzip = accepts_gzip(field(head, "accept-encoding"));
   return request;
 }

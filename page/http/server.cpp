@@ -13,6 +13,7 @@
 
 #include <list>
 #include <stdexcept>
+#include <thread>
 
 #include "page/http/connection.hpp"
 #include "page/http/tls.hpp"
@@ -28,7 +29,8 @@ Peer peer_of(const tcp::endpoint& endpoint) {
     address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
   }
   Peer peer{.address = address.to_string(), .network = {}, .loopback = address.is_loopback()};
-  peer.network = peer.address;
+  // All of 127.0.0.0/8 and ::1 are this host.
+  peer.network = peer.loopback ? "loopback" : peer.address;
   if (address.is_v6() && !peer.loopback) {
     auto bytes = address.to_v6().to_bytes();
     std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
@@ -59,6 +61,7 @@ class Server::Body {
  public:
   Body(ServerSettings settings, Handler& handler) : house_(settings, handler) {
     if (house_.settings.tls) load_certificate();
+    every(house_.settings.timeouts.streams, [this] { house_.look_at_streams(); });
   }
 
   void load_certificate() {
@@ -84,7 +87,7 @@ class Server::Body {
   }
 
   void every(std::chrono::milliseconds interval, std::function<void()> work) {
-    timers_.push_back(Timer{asio::steady_timer(house_.loop), interval, std::move(work)});
+    timers_.push_back(Timer{asio::steady_timer(house_.loop), interval, std::move(work), {}});
     tick(timers_.back());
   }
 
@@ -94,7 +97,6 @@ class Server::Body {
   }
 
   void run() {
-    for (tcp::acceptor& acceptor : acceptors_) accept(acceptor);
     while (!serve()) {
     }
     house_.lanes.stop();
@@ -106,37 +108,75 @@ class Server::Body {
  private:
   static constexpr int kBacklog = 128;
 
+  // Whether a wait is under way: its callback holds the token, and whatever ends the callback ends the token.
+  class Wait {
+   public:
+    bool is_on() const noexcept { return !token_.expired(); }
+    std::shared_ptr<void> begin() {
+      std::shared_ptr<void> token = std::make_shared<char>();
+      token_ = token;
+      return token;
+    }
+
+   private:
+    std::weak_ptr<void> token_;
+  };
+
+  struct Door {
+    tcp::acceptor acceptor;
+    asio::steady_timer pause;
+    Wait wait;
+  };
   struct Timer {
     asio::steady_timer timer;
     std::chrono::milliseconds interval;
     std::function<void()> work;
+    Wait wait;
   };
   struct Signal {
     Signal(asio::io_context& loop, int number, std::function<void()> then)
         : signals(loop, number), work(std::move(then)) {}
     asio::signal_set signals;
     std::function<void()> work;
+    Wait wait;
   };
 
-  // False where a callback has thrown: for lack of memory one connection may end, not the server.
+  // False where something has thrown: for lack of memory one connection may end, not the server.
   bool serve() {
+    bool ready = false;
     try {
+      take_up();
+      ready = true;
       house_.loop.run();
       return true;
     } catch (const std::exception& e) {
-      spdlog::error("connection: {}", e.what());
+      spdlog::error("server: {}", e.what());
+      if (!ready) std::this_thread::sleep_for(std::chrono::milliseconds(10));
       return false;
     }
   }
 
+  // Begins every wait that is not under way: all of them at first, later those whose callback has thrown.
+  void take_up() {
+    for (Timer& timer : timers_) {
+      if (!timer.wait.is_on()) tick(timer);
+    }
+    for (Signal& signal : signals_) {
+      if (!signal.wait.is_on()) wait_for(signal);
+    }
+    for (Door& door : doors_) {
+      if (!door.wait.is_on()) accept(door);
+    }
+  }
+
   std::uint16_t keep(tcp::acceptor acceptor) {
-    acceptors_.push_back(std::move(acceptor));
-    return acceptors_.back().local_endpoint().port();
+    doors_.push_back({std::move(acceptor), asio::steady_timer(house_.loop), {}});
+    return doors_.back().acceptor.local_endpoint().port();
   }
 
   static void tick(Timer& timer) {
     timer.timer.expires_after(timer.interval);
-    timer.timer.async_wait([&timer](beast::error_code error) {
+    timer.timer.async_wait([&timer, token = timer.wait.begin()](beast::error_code error) {
       if (error) return;
       timer.work();
       tick(timer);
@@ -144,24 +184,28 @@ class Server::Body {
   }
 
   static void wait_for(Signal& signal) {
-    signal.signals.async_wait([&signal](beast::error_code error, int) {
+    signal.signals.async_wait([&signal, token = signal.wait.begin()](beast::error_code error, int) {
       if (error) return;
       signal.work();
       wait_for(signal);
     });
   }
 
-  void accept(tcp::acceptor& acceptor) {
-    acceptor.async_accept([this, &acceptor](beast::error_code error, tcp::socket socket) {
-      if (error == asio::error::operation_aborted) return;
-      if (!error) {
-        welcome(std::move(socket));
-        return accept(acceptor);
-      }
-      // Out of descriptors: who waits stays in the queue, and this loop does not spin on it.
-      auto pause =
-          std::make_shared<asio::steady_timer>(house_.loop, std::chrono::milliseconds(500));
-      pause->async_wait([this, pause, &acceptor](beast::error_code) { accept(acceptor); });
+  void accept(Door& door) {
+    door.acceptor.async_accept(
+        [this, &door, token = door.wait.begin()](beast::error_code error, tcp::socket socket) {
+          if (error == asio::error::operation_aborted) return;
+          if (error) return accept_later(door);
+          welcome(std::move(socket));
+          accept(door);
+        });
+  }
+
+  // Out of descriptors: who waits stays in the queue, and this loop does not spin on it.
+  void accept_later(Door& door) {
+    door.pause.expires_after(std::chrono::milliseconds(500));
+    door.pause.async_wait([this, &door, token = door.wait.begin()](beast::error_code error) {
+      if (!error) accept(door);
     });
   }
 
@@ -178,15 +222,23 @@ class Server::Body {
     if (admission.id == 0) return;
     socket.set_option(tcp::no_delay(true), error);
     ++house_.counters.accepted;
-    ++house_.counters.connections;
+    try {
+      let_in(std::move(socket), std::move(peer), admission.id);
+    } catch (...) {
+      house_.door.left(admission.id);
+      throw;
+    }
+  }
+
+  void let_in(tcp::socket socket, Peer peer, std::uint64_t id) {
     if (tls_) {
       begin(std::make_shared<Connection<beast::ssl_stream<beast::tcp_stream>>>(
-                house_, std::move(peer), admission.id, std::move(socket), *tls_),
-            admission.id);
+                house_, std::move(peer), id, std::move(socket), *tls_),
+            id);
     } else {
-      begin(std::make_shared<Connection<beast::tcp_stream>>(house_, std::move(peer), admission.id,
+      begin(std::make_shared<Connection<beast::tcp_stream>>(house_, std::move(peer), id,
                                                             std::move(socket)),
-            admission.id);
+            id);
     }
   }
 
@@ -211,7 +263,7 @@ class Server::Body {
 
   House house_;
   std::shared_ptr<asio::ssl::context> tls_;
-  std::list<tcp::acceptor> acceptors_;
+  std::list<Door> doors_;
   std::list<Timer> timers_;
   std::list<Signal> signals_;
 };
@@ -252,12 +304,13 @@ void Server::publish(EventKind kind, std::string data) {
   House& house = body_->house();
   asio::post(house.loop, [&house, kind, data = std::move(data)] {
     house.board.publish(kind, data);
-    const std::set<Guest*> streams = house.streams;
-    for (Guest* guest : streams) {
-      // One that has gone meanwhile has taken itself out.
-      if (house.streams.contains(guest)) guest->news();
-    }
+    house.for_streams([](Guest& guest) { guest.news(); });
   });
+}
+
+void Server::look_at_streams() {
+  House& house = body_->house();
+  asio::post(house.loop, [&house] { house.look_at_streams(); });
 }
 
 void Server::reload_certificate() {

@@ -32,6 +32,9 @@ struct Timeouts {
   std::chrono::milliseconds body{15'000};
   std::chrono::milliseconds write{15'000};  // of 64 KiB
   std::chrono::milliseconds heartbeat{10'000};
+  std::chrono::milliseconds streams{1000};  // between looks whether each of them may stay
+  std::chrono::milliseconds linger{
+      2000};  // for more of what a refused client still sends; `body` in all
 };
 
 // Of a page. argon2 takes 64 MiB and a second of a small box's processor: one at a time.
@@ -73,7 +76,8 @@ class Server {
   std::uint16_t listen(const std::string& address, std::uint16_t port);
   std::uint16_t adopt(int listening_socket);
 
-  // Called on the loop's thread: every `interval`; at a signal; when the number of streams changes.
+  // Called on the loop's thread: every `interval`; at a signal; when the number of streams changes. What one throws is logged, and
+  // it is called again the next time.
   void every(std::chrono::milliseconds interval, std::function<void()> work);
   void on_signal(int number, std::function<void()> work);
   void on_streams(std::function<void(std::size_t)> work);
@@ -82,6 +86,8 @@ class Server {
   void stop();  // from any thread
 
   void publish(EventKind kind, std::string data);  // from any thread
+  // From any thread: a session may have ended. A stream that may not stay any longer ends, and is told so by its last event.
+  void look_at_streams();
   // From the loop's thread. Throws std::runtime_error and keeps the old certificate.
   void reload_certificate();
   Counters counters() const;  // from any thread

@@ -51,7 +51,9 @@ void read_session(MapReader& in, PageSettings& settings) {
       "hours", {"h", between(0.1, 720.0), "after which one logs in again"}, settings.session_hours);
   settings.session_idle_minutes =
       in.number("idle_minutes",
-                {"min", between(1.0, 1440.0), "without a request, after which one logs in again"},
+                {"min", between(1.0, 1440.0),
+                 "without a key press or a pointer's move, after which one logs in again; a user "
+                 "added with --display has no such limit"},
                 settings.session_idle_minutes);
 }
 
@@ -71,9 +73,12 @@ void check_listen(MapReader& in, const PageSettings& settings) {
 }
 
 void read_limits(MapReader& in, PageSettings& settings) {
-  settings.clients = static_cast<std::size_t>(in.integer(
-      "clients", {4, 10000, "", "connections at a time, a quarter of them of one address"},
-      static_cast<std::int64_t>(settings.clients)));
+  settings.clients = static_cast<std::size_t>(
+      in.integer("clients",
+                 {4, 10000, "",
+                  "connections at a time; of one address a quarter of them, of this host itself, "
+                  "where a proxy may stand, half"},
+                 static_cast<std::int64_t>(settings.clients)));
   settings.requests_per_s = in.number(
       "rate", {"1/s", between(1.0, 10000.0), "requests of one address"}, settings.requests_per_s);
   settings.updates_per_s =

@@ -71,7 +71,12 @@ async function show() {
 }
 
 addEventListener('hashchange', show);
-live.addEventListener('session', () => { shell.session(); show(); });
+live.addEventListener('session', () => {
+  shell.session();
+  show();
+  // At once, not when the log-in has been loaded.
+  if (live.session.must_login) { shell.main.replaceChildren(); shell.title(texts.login.title); }
+});
 
 async function begin() {
   try {

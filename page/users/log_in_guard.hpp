@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How fast passwords can be tried. A user and an address are counted each: neither many users from one address
-// nor one user from many addresses gets further.
+// nor one user from many addresses gets further. Of IPv6 an address is its network (/64), all of which one client has.
 #pragma once
 
 #include <chrono>

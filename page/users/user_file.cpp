@@ -47,9 +47,17 @@ void parse_line(std::string_view text, const std::string& file, std::size_t line
          fmt::format("expected viewer, operator or engineer (got '{}'){}",
                      config::quotable(role_text), config::suggestion(role_text, known)));
   }
-  const std::string_view hash = text.substr(second + 1);
+  const std::size_t third = text.find(':', second + 1);
+  const std::string_view hash = text.substr(second + 1, third - second - 1);
   if (!is_hash(hash)) fail(file, line, second + 2, "that is no hash by argon2id");
-  users[name] = {*role, std::string(hash)};
+  const bool display = third != std::string_view::npos;
+  if (display && text.substr(third + 1) != "display") {
+    fail(file, line, third + 2, "expected display, or nothing behind the hash");
+  }
+  if (display && *role != Role::viewer) {
+    fail(file, line, third + 2, "a display is a viewer");
+  }
+  users[name] = {*role, std::string(hash), display};
 }
 
 std::string stamp_of(const std::filesystem::path& path) {
@@ -62,7 +70,8 @@ std::string stamp_of(const std::filesystem::path& path) {
 std::string to_text(const Users& users) {
   std::string text = "# Users of loopwarden-page; written by `loopwarden-page user`.\n";
   for (const auto& [name, user] : users) {
-    text += fmt::format("{}:{}:{}\n", name, page::to_text(user.role), user.hash);
+    text += fmt::format("{}:{}:{}{}\n", name, page::to_text(user.role), user.hash,
+                        user.display ? ":display" : "");
   }
   return text;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The users file: one line a user, name:role:hash. Lines that begin with # and empty ones are left out.
+// The users file: one line a user, name:role:hash, behind it :display for a wall display. Lines that begin with # and empty ones are left out.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,8 @@ namespace loopwarden::page {
 
 struct User {
   Role role = Role::viewer;
-  std::string hash;  // argon2id
+  std::string hash;      // argon2id
+  bool display = false;  // on a wall, where nobody touches it: no idle limit; a viewer
 };
 using Users = std::map<std::string, User>;
 

@@ -57,10 +57,8 @@ std::string size_text(const json& size, const char* not_known) {
 void print_table(const json& answer, bool all) {
   const auto now_ms = answer.at("now_ms").get<std::int64_t>();
   std::size_t shown = 0;
-  std::size_t suppressed = 0;
   for (const json& alarm : answer.at("alarms")) {
     const std::string state = alarm.at("state").get<std::string>();
-    suppressed += state == "suppressed" ? 1U : 0U;
     const bool quiet =
         (state == "normal" || state == "suppressed") && !alarm.at("active").get<bool>();
     if (quiet && !all) continue;
@@ -74,12 +72,7 @@ void print_table(const json& answer, bool all) {
                alarm.at("times_raised").get<std::uint64_t>(), describe(alarm, now_ms));
   }
   if (shown == 0) fmt::print("no alarms\n");
-  if (suppressed > 0 && !all) {
-    fmt::print(
-        "{} alarms are suppressed at present: their windows can't be judged, or another alarm "
-        "explains them (--all shows them)\n",
-        suppressed);
-  }
+  if (!all) fmt::print("{}", suppressed_note(answer));
 }
 
 // What is wrong with an alarm's name; empty: nothing.

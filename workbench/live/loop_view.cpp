@@ -148,6 +148,22 @@ std::string alarm_summary(const nlohmann::json& loop) {
   return text;
 }
 
+std::string suppressed_note(const nlohmann::json& answer) {
+  const auto& alarms = answer.at("alarms");
+  const auto count = std::count_if(alarms.begin(), alarms.end(), [](const nlohmann::json& alarm) {
+    return alarm.at("state") == "suppressed" && !alarm.at("active").get<bool>();
+  });
+  if (count == 0) return {};
+  return fmt::format(
+      "{} can't be raised at present, which is no fault: windows are still filling (minutes after "
+      "a start "
+      "or a change of mode) or can't be judged, or another alarm of the valve explains {} (--all "
+      "lists "
+      "{})\n",
+      count == 1 ? "1 alarm" : fmt::format("{} alarms", count), count == 1 ? "it" : "them",
+      count == 1 ? "it" : "them");
+}
+
 std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t selected) {
   std::vector<std::string> lines{
       coloured(fmt::format("  {:<14} {:<9} {:>16} {:>16} {:>14} {:>14}  {}", "LOOP", "MODE", "SP",

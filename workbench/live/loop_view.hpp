@@ -32,6 +32,8 @@ class TrendBuffer {
 std::string daemon_line(const nlohmann::json& status);
 // The loop's alarms that are on, wait, or lie on the shelf, in words; empty: none.
 std::string alarm_summary(const nlohmann::json& loop);
+// Of the daemon's answer to `alarms`: what it means that some of those that are off can't come at present; empty where all can.
+std::string suppressed_note(const nlohmann::json& answer);
 // One line a loop; the selected one is marked.
 std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t selected);
 // What the monitor says of the valve, the condition indices, and how record and bus do.

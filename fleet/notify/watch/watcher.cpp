@@ -62,7 +62,7 @@ void Watcher::run() {
 }
 
 void Watcher::ask() {
-  if (!client_) client_ = std::make_unique<hal::os::LocalClient>(socket_);
+  if (!client_) client_ = std::make_unique<hal::os::LocalClient>(socket_, kPatience);
   Snapshot snapshot;
   snapshot.alarms = alarms_from(client_->request(kAlarmsRequest, kPatience));
   if (changed(snapshot.alarms)) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests to the page's own server.
+import {person} from './person.js';
 
 export class ApiError extends Error {
   constructor(status, message, body = {}) {
@@ -11,6 +12,9 @@ export class ApiError extends Error {
 
 let csrf = '';
 export const keepCsrf = (token) => { csrf = token; };
+
+// Told where an answer says that nobody is logged in any longer.
+export const onLost = {act: () => {}};
 
 async function answer(response) {
   let body = {};
@@ -24,16 +28,17 @@ async function answer(response) {
   throw new ApiError(response.status, body.error || `HTTP ${response.status}`, wait ? {...body, retry_s: Number(wait)} : body);
 }
 
-export async function get(path, signal) {
-  return answer(await fetch(path, {signal, headers: {Accept: 'application/json'}, credentials: 'same-origin'}));
+async function ask(path, options) {
+  const response = await fetch(path, {...options, credentials: 'same-origin', headers: {...options.headers, ...person.headers(performance.now()), Accept: 'application/json'}});
+  // A wrong password is no session that ended.
+  if (response.status === 401 && path !== '/api/login') onLost.act();
+  return answer(response);
 }
 
-export async function post(path, body, signal) {
-  return answer(await fetch(path, {
-    method: 'POST', signal, credentials: 'same-origin', body: JSON.stringify(body),
-    headers: {'Content-Type': 'application/json', 'X-CSRF-Token': csrf, Accept: 'application/json'},
-  }));
-}
+export const get = (path, signal) => ask(path, {signal});
+
+export const post = (path, body, signal) => ask(path, {method: 'POST', signal, body: JSON.stringify(body),
+  headers: {'Content-Type': 'application/json', 'X-CSRF-Token': csrf}});
 
 export const loopPath = (tag, ...more) => ['/api/loops', tag, ...more].map((part, i) => (i ? encodeURIComponent(part) : part)).join('/');
 

@@ -34,21 +34,24 @@ export function setAttribute(node, name, value) {
   else if (node.getAttribute(name) !== value) node.setAttribute(name, value);
 }
 
-// columns: [{head, class, scope of the cell: 'row' for its head}]; rows: arrays of text or nodes.
+// columns: [{head, class, row: its cells are the rows' heads}]; rows: arrays of text or nodes. The roles are said, and a cell says its
+// head, since on a phone the rows of some tables are laid out as cards.
 export function table(caption, columns, rows, {captionHidden = false, ...attributes} = {}) {
-  const cell = (value, i) => el(columns[i].row ? 'th' : 'td', {class: columns[i].class, scope: columns[i].row ? 'row' : null},
-    ...[value ?? ''].flat());
-  return el('table', attributes,
+  const cell = (value, i) => {
+    const {row, head} = columns[i];
+    return el(row ? 'th' : 'td', {class: columns[i].class, scope: row ? 'row' : null, role: row ? 'rowheader' : 'cell', 'data-head': head || null}, ...[value ?? ''].flat());
+  };
+  return el('table', {role: 'table', ...attributes},
     el('caption', {class: captionHidden ? 'unseen' : null}, caption),
-    el('thead', {}, el('tr', {}, columns.map((column) => el('th', {scope: 'col', class: column.class}, column.head)))),
-    el('tbody', {}, rows.map((row) => el('tr', {}, row.map(cell)))));
+    el('thead', {role: 'rowgroup'}, el('tr', {role: 'row'}, columns.map((column) => el('th', {scope: 'col', role: 'columnheader', class: column.class}, column.head)))),
+    el('tbody', {role: 'rowgroup'}, rows.map((row) => el('tr', {role: 'row'}, row.map(cell)))));
 }
 
 // A table that may be wider than the page: scrolled by itself, by keys too.
 export const scroller = (label, child) => el('div', {class: 'scroller', tabindex: 0, role: 'region', 'aria-label': label}, child);
 
 export const unseen = (text) => el('span', {class: 'unseen'}, text);
-export const unit = (text) => (text ? el('span', {class: 'unit'}, text) : null);
+export const unit = (text) => (text ? el('span', {class: 'unit', title: text}, text) : null);
 
 // name: [term, description] pairs
 export const facts = (pairs) => el('dl', {class: 'facts'},

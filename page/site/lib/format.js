@@ -51,6 +51,12 @@ export function bytes(value) {
   return `${power === 0 ? Math.round(value) : significant(value, 3)}${SPACE}${units[power]}`;
 }
 
+// A counter by its name: what counts bytes is shown as bytes.
+export function counter(name, value) {
+  if (typeof value !== 'number') return String(value);
+  return /(^|_)bytes(_|$)/.test(name) ? bytes(value) : Number.isInteger(value) ? count(value) : significant(value, 6);
+}
+
 // The two greatest units: "3 d 4 h", "5 min 12 s", "0.8 s".
 export function duration(seconds) {
   if (typeof seconds !== 'number' || !Number.isFinite(seconds)) return NONE;

@@ -84,40 +84,55 @@ export function kept([from, to], [low, high], least) {
   return [begin, begin + width];
 }
 
-// The last ten minutes of a value as lowest and highest of equal steps, as the server's sparklines have them.
+// The last ten minutes of a value as first, lowest, highest and last of equal steps, as the server's sparklines have them.
 export class Spark {
   constructor(steps, step_s) {
     this.step_s = step_s;
-    this.pairs = new Array(2 * steps).fill(null);
+    this.steps = new Array(4 * steps).fill(null);
     this.step = null; // number of the newest step
     this.version = 0;
   }
-  // `pairs`: lowest and highest of each step, the newest last.
-  load(pairs, step_s) {
+  // `steps`: first, lowest, highest and last of each, the newest step last.
+  load(steps, step_s) {
     this.step_s = step_s;
-    this.pairs = pairs.slice();
+    this.steps = steps.slice();
     this.step = null;
     ++this.version;
   }
-  // `time_s`: of the plant, which an accelerated one runs through faster.
+  // `time_s`: of the plant, which an accelerated one runs through faster. The version tells when it must be drawn anew: with a new step
+  // or a new extreme.
   add(time_s, value) {
-    const step = Math.floor(time_s / this.step_s), n = this.pairs.length;
+    const step = Math.floor(time_s / this.step_s), n = this.steps.length;
     if (this.step === null) this.step = step;
     if (step < this.step) this.step = step; // the daemon has started again
-    const moved = Math.min(step - this.step, n / 2);
-    for (let k = 0; k < moved; ++k) {
-      this.pairs.shift();
-      this.pairs.shift();
-      this.pairs.push(null, null);
+    const moved = Math.min(step - this.step, n / 4);
+    if (moved) {
+      this.steps.splice(0, 4 * moved);
+      this.steps.push(...new Array(4 * moved).fill(null));
+      ++this.version;
     }
     this.step = step;
-    if (typeof value !== 'number') { if (moved) ++this.version; return; }
-    const low = this.pairs[n - 2], high = this.pairs[n - 1];
-    if (low !== null && value >= low && value <= high) { if (moved) ++this.version; return; }
-    this.pairs[n - 2] = low === null ? value : Math.min(low, value);
-    this.pairs[n - 1] = high === null ? value : Math.max(high, value);
-    ++this.version;
+    if (typeof value !== 'number') return;
+    const [first, low, high] = this.steps.slice(n - 4);
+    if (first === null) this.steps.splice(n - 4, 4, value, value, value, value);
+    else this.steps.splice(n - 3, 3, Math.min(low, value), Math.max(high, value), value);
+    if (!moved && (first === null || value < low || value > high)) ++this.version;
   }
+}
+
+// How a strip of steps is drawn, x in steps: `lines` go through the first and last value of each, so that a smooth fall is one and a
+// step a step; `bars` are where a step went beyond them.
+export function strip(steps) {
+  const lines = [], bars = [];
+  let line = null;
+  for (let k = 0; 4 * k < steps.length; ++k) {
+    const [first, low, high, last] = steps.slice(4 * k, 4 * k + 4);
+    if (first === null || first === undefined) { line = null; continue; }
+    if (!line) lines.push(line = []);
+    line.push([k + 0.25, first], [k + 0.75, last]);
+    if (low < Math.min(first, last) || high > Math.max(first, last)) bars.push([k + 0.5, low, high]);
+  }
+  return {lines, bars};
 }
 
 const SECOND = 1000, MINUTE = 60 * SECOND, HOUR = 60 * MINUTE, DAY = 24 * HOUR;

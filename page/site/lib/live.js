@@ -2,7 +2,8 @@
 // What the box sends by itself: one stream of server-sent events for all views. It says when values have become old, and
 // gets them back without a hand.
 import {Spark} from './history.js';
-import {get, keepCsrf} from './api.js';
+import {get, keepCsrf, onLost, post} from './api.js';
+import {person} from './person.js';
 
 const OLD_AFTER_MS = 1500; // with the look each 250 ms within two seconds
 const STEPS = 60;
@@ -12,6 +13,7 @@ export class Live extends EventTarget {
   describe = null; // the daemon's, with `loops`
   overview = null; // columns in the order of describe.loops
   alarms = [];
+  alarmsKnown = false; // whether `alarms` is what the box said
   sparks = []; // one for each loop
   daemon = {up: true, since_ms: null, why: ''};
   heard_ms = 0; // when the newest overview came, on this computer's clock
@@ -27,27 +29,28 @@ export class Live extends EventTarget {
   #asked = 0; // when the description was asked for last
 
   async start() {
-    this.heard_ms = Date.now();
     this.session = await get('/api/session');
     keepCsrf(this.session.csrf);
-    if (this.session.must_login) return;
-    this.connect();
-    if (this.session.box === false) return;
-    setInterval(() => this.#watch(), 250);
+    onLost.act = () => this.lose();
+    person.watch(document);
+    setInterval(() => { this.#watch(); this.#keep(); }, 250);
     document.addEventListener('visibilitychange', () => { if (!document.hidden) this.#watch(); });
+    if (!this.session.must_login) this.connect();
   }
 
   // Where no daemon is, nothing comes by itself.
   connect() {
     if (this.session.box === false) return;
     this.#source?.close();
+    if (!this.overview) this.heard_ms = Date.now();
     const source = new EventSource('/api/events');
     this.#source = source;
     const on = (type, act) => source.addEventListener(type, (event) => act(event.data ? JSON.parse(event.data) : null));
     on('overview', (o) => this.#take(o));
-    on('alarms', (a) => { this.alarms = Array.isArray(a) ? a : a.alarms; this.#soon('alarms'); });
+    on('alarms', (a) => { this.alarms = Array.isArray(a) ? a : a.alarms; this.alarmsKnown = true; this.#soon('alarms'); });
     on('daemon', (d) => { this.daemon = d; this.#watch(); this.#soon('daemon'); });
     on('describe', () => this.#fetchDescribe());
+    on('ended', () => this.lose());
     source.onopen = () => { this.#retry = 0; this.#fetchDescribe(); };
     source.onerror = () => {
       // Where the server was away the browser comes back by itself; where it refused, nobody does.
@@ -68,16 +71,45 @@ export class Live extends EventTarget {
   }
 
   async #fetchSession() {
-    const before = JSON.stringify({...this.session, utc_offset_s: 0});
+    const told = () => JSON.stringify({...this.session, utc_offset_s: 0, csrf: ''}), before = told();
     this.session = await get('/api/session');
     keepCsrf(this.session.csrf);
-    if (JSON.stringify({...this.session, utc_offset_s: 0}) !== before) this.#soon('session');
+    if (told() !== before) this.#soon('session');
   }
 
+  // After a log-in.
   async renewSession() {
     await this.#fetchSession();
-    if (this.session.must_login) this.#source?.close();
-    else this.connect();
+    if (!this.session.must_login) this.connect();
+  }
+
+  async logOut() {
+    try {
+      await post('/api/logout', {});
+    } catch {
+      // Where it has not reached the box the session is there still, and is shown again.
+    }
+    this.lose();
+  }
+
+  // The session has ended: from now on nothing is known of the box, and nothing of it may stay on the screen.
+  lose() {
+    if (!this.session?.login || this.session.must_login) return;
+    this.#source?.close();
+    clearTimeout(this.#retry);
+    this.session = {...this.session, user: null, role: 'none', must_login: true, can: {alarms: false, control: false}};
+    Object.assign(this, {describe: null, overview: null, alarms: [], alarmsKnown: false, sparks: [], places: new Map(), stale: null,
+      daemon: {up: true, since_ms: null, why: ''}, heard_ms: 0});
+    this.#periods = [];
+    this.#moved = [];
+    this.#fresh.clear();
+    for (const type of ['session', 'describe', 'alarms', 'stale', 'overview']) this.dispatchEvent(new Event(type));
+    this.#comeBack(); // for the token of who is not logged in; or another tab is
+  }
+
+  // Somebody who looks at a view that asks for nothing is there all the same.
+  #keep() {
+    if (this.session?.user && person.isUntold(performance.now())) this.#fetchSession().catch(() => {});
   }
 
   async #fetchDescribe() {
@@ -104,7 +136,7 @@ export class Live extends EventTarget {
     this.#sparks_due = performance.now() + 300_000;
     const {step_s, pv} = await get('/api/sparklines');
     if (pv.length !== this.sparks.length) return;
-    pv.forEach((pairs, i) => { this.sparks[i].load(pairs, step_s); });
+    pv.forEach((steps, i) => { this.sparks[i].load(steps, step_s); });
     this.#soon('overview');
   }
 
@@ -136,7 +168,7 @@ export class Live extends EventTarget {
   }
 
   #watch() {
-    if (!this.heard_ms && !this.daemon) return;
+    if (!this.heard_ms) return; // nobody is connected
     const silent = Date.now() - this.heard_ms > OLD_AFTER_MS;
     let stale = null;
     if (this.daemon.up === false) stale = {since_ms: this.daemon.since_ms ?? this.heard_ms, why: 'daemon', words: this.daemon.why};

@@ -6,7 +6,6 @@ import {el, icon, setAttribute, setText} from './dom.js';
 import {WallClock, duration} from './format.js';
 import {live} from './live.js';
 import {remember} from './memory.js';
-import {post} from './api.js';
 import {readColours} from './spark.js';
 import {fill, texts} from '../texts.js';
 
@@ -35,6 +34,7 @@ export class Shell {
     live.addEventListener('stale', () => this.#stale());
     live.addEventListener('alarms', () => this.#alarms());
     live.addEventListener('describe', () => { this.#box(); this.#alarms(); });
+    live.addEventListener('overview', () => this.#signs());
     setInterval(() => this.#tick(), 1000);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#recolour());
   }
@@ -91,7 +91,7 @@ export class Shell {
 
   title(text) {
     this.#title = text;
-    const n = live.alarms.filter((alarm) => waits(alarm.state)).length;
+    const n = live.alarms.filter((alarm) => waits(alarm.state)).length; // of alarms that are not known: none
     document.title = `${n ? `(${n}) ` : ''}${text} – ${texts.brand}`;
   }
 
@@ -109,7 +109,7 @@ export class Shell {
     this.user.replaceChildren();
     if (s.user) {
       this.user.append(el('span', {class: 'who'}, fill(texts.head.user, {user: s.user, role: texts.roles[s.role] ?? s.role})),
-        el('button', {class: 'plain', click: async () => { await post('/api/logout', {}); await live.renewSession(); }}, texts.head.logout));
+        el('button', {class: 'plain', click: () => live.logOut()}, texts.head.logout));
     } else if (s.login) {
       this.user.append(el('a', {class: 'button plain', href: '#/login'}, texts.head.login));
     } else {
@@ -120,13 +120,20 @@ export class Shell {
   // What page.yaml leaves out has no way to it.
   #parts({box, fleet}) {
     for (const [path, link] of this.#links) link.parentNode.hidden = path === 'fleet' ? !fleet : box === false;
-    this.summary.hidden = this.link.hidden = box === false;
+    this.#signs();
+  }
+
+  // Neither "No alarm waits" nor "Live" is said before the box has said so.
+  #signs() {
+    const box = live.session?.box !== false;
+    this.summary.hidden = !box || !live.alarmsKnown;
+    this.link.hidden = !box || !(live.overview || live.stale);
   }
 
   #box() {
     const parts = [];
-    if (live.describe.loops.some((loop) => loop.simulated)) parts.push(texts.simulated);
-    if ((live.describe.accelerate ?? 1) !== 1) parts.push(fill(texts.accelerated, {factor: live.describe.accelerate}));
+    if (live.describe?.loops.some((loop) => loop.simulated)) parts.push(texts.simulated);
+    if ((live.describe?.accelerate ?? 1) !== 1) parts.push(fill(texts.accelerated, {factor: live.describe.accelerate}));
     this.note.hidden = !parts.length;
     setText(this.note, parts.join(', '));
   }
@@ -142,12 +149,13 @@ export class Shell {
 
   #stale() {
     const {stale} = live;
+    this.#signs();
     document.body.classList.toggle('stale', Boolean(stale));
     setText(this.link.lastChild, stale ? texts.head.old : texts.head.live);
     this.banner.hidden = !stale;
     if (!stale) {
       this.banner.replaceChildren();
-      this.say(texts.stale.back);
+      if (live.overview) this.say(texts.stale.back);
       return;
     }
     const words = stale.words ? ` ${fill(texts.stale.words, {words: stale.words})}` : '';
@@ -157,6 +165,7 @@ export class Shell {
   }
 
   #alarms() {
+    this.#signs();
     const alarms = live.alarms.filter((alarm) => shown(alarm.state));
     const wait = alarms.filter((alarm) => waits(alarm.state)), active = alarms.filter((alarm) => alarm.active && alarm.state !== 'shelved');
     const parts = [wait.length ? fill(texts.head.alarmsWait, {n: wait.length}) : null, active.length ? fill(texts.head.alarmsActive, {n: active.length}) : null];
@@ -171,7 +180,7 @@ export class Shell {
     this.title(this.#title);
     const keys = new Map(wait.map((alarm) => [`${alarm.loop}\n${alarm.alarm}\n${alarm.raised_ms}`, alarm]));
     const fresh = this.#known ? [...keys].filter(([key]) => !this.#known.has(key)).map(([, alarm]) => alarm) : [];
-    this.#known = new Set(keys.keys());
+    this.#known = live.alarmsKnown ? new Set(keys.keys()) : null;
     if (fresh.length === 1) this.say(fill(texts.announce.alarm, {loop: fresh[0].loop, alarm: texts.alarms[fresh[0].alarm] ?? fresh[0].alarm}));
     else if (fresh.length) this.say(fill(texts.announce.alarms, {n: fresh.length}));
   }

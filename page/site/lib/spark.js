@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ten minutes of PV in a strip, the set point as a dashed line, and beside it where PV stands in its range.
-import {scaleOf} from './history.js';
+import {scaleOf, strip} from './history.js';
 
 let colours = {};
 const NAMES = ['ink', 'soft', 'line', 'measured', 'sp', 'high', 'low', 'track'];
@@ -44,29 +44,27 @@ function gauge(ctx, x, height, pv, sp, range) {
   }
 }
 
-// Each step is a column from its lowest to its highest, joined to the next.
-function strip(ctx, pairs, width, at) {
-  const steps = pairs.length / 2, step = width / steps;
-  ctx.beginPath();
-  let pen = false;
-  for (let k = 0; k < steps; ++k) {
-    const low = pairs[2 * k], high = pairs[2 * k + 1];
-    if (low === null || low === undefined) { pen = false; continue; }
-    const x = (k + 0.5) * step;
-    if (pen) ctx.lineTo(x, at(low)); else ctx.moveTo(x, at(low));
-    ctx.lineTo(x, at(high) - 0.01);
-    pen = true;
-  }
+function strokes(ctx, steps, width, at) {
+  const {lines, bars} = strip(steps), step = 4 * width / steps.length;
   ctx.strokeStyle = colours.measured;
-  ctx.lineWidth = 1.2;
   ctx.lineJoin = 'round';
+  ctx.lineWidth = Math.min(1.2, step / 2);
+  ctx.beginPath();
+  for (const [x, low, high] of bars) {
+    ctx.moveTo(x * step, at(low));
+    ctx.lineTo(x * step, at(high));
+  }
+  ctx.stroke();
+  ctx.lineWidth = 1.2;
+  ctx.beginPath();
+  for (const line of lines) line.forEach(([x, v], i) => { if (i) ctx.lineTo(x * step, at(v)); else ctx.moveTo(x * step, at(v)); });
   ctx.stroke();
 }
 
 export function draw(canvas, spark, pv, sp, range) {
   const [ctx, width, height] = fitted(canvas), room = width - 18;
   let low = Infinity, high = -Infinity;
-  for (const v of spark.pairs) {
+  for (const v of spark.steps) {
     if (v === null) continue;
     if (v < low) low = v;
     if (v > high) high = v;
@@ -84,6 +82,6 @@ export function draw(canvas, spark, pv, sp, range) {
     ctx.stroke();
     ctx.setLineDash([]);
   }
-  strip(ctx, spark.pairs, room, at);
+  strokes(ctx, spark.steps, room, at);
   gauge(ctx, width - 8, height, pv, sp, range);
 }

@@ -6,6 +6,7 @@ import {NONE, decimalsFor, fixed} from './format.js';
 import {extent, kept, nearest, scaleOf, timeMarks} from './history.js';
 
 const FONT = '12px system-ui, sans-serif';
+const LANE = 17; // of alarms, pixels
 let plotter = null;
 
 // uPlot comes when the first curve is to be drawn: the overview does without.
@@ -28,7 +29,7 @@ export class Trend {
   // panes: [{label, unit, range, high, curves: [{key, name, ink, dash}]}]; x: {clock} for UTC ms on a wall clock,
   // {unit} for seconds. onSpan([from, to]): the reader wants another span. keys: id of the text on keys.
   constructor(uPlot, box, {panes, x, onSpan, onCursor, keys, limits = () => null, least = 1000}) {
-    Object.assign(this, {uPlot, box, panes, x, onSpan, onCursor, limits, least, bands: [], data: {t: []}, span: [0, 1], at: null});
+    Object.assign(this, {uPlot, box, panes, x, onSpan, onCursor, limits, least, bands: [], laneCount: 0, data: {t: []}, span: [0, 1], at: null});
     this.plots = panes.map((pane, i) => this.#pane(pane, i, keys));
     this.observer = new ResizeObserver(() => this.#resize());
     this.observer.observe(box);
@@ -57,7 +58,7 @@ export class Trend {
   #options(pane, number, holder) {
     const axis = {stroke: () => colour('soft'), grid: {stroke: () => colour('grid'), width: 1}, ticks: {show: false}, font: FONT, gap: 5};
     return {
-      width: Math.max(holder.clientWidth, 200), height: this.#height(pane, holder), padding: [6, 10, 0, 0], legend: {show: false},
+      width: Math.max(holder.clientWidth, 200), height: this.#height(pane, holder), padding: [() => 6 + (number === 0 ? LANE * this.laneCount : 0), 10, 0, 0], legend: {show: false},
       cursor: {sync: null, y: false, drag: {x: true, y: false, dist: 5, setScale: false}, points: {size: 6},
         bind: {dblclick: () => () => { this.onSpan?.(null); return null; }}, dataIdx: null},
       select: {show: Boolean(this.onSpan)},
@@ -112,7 +113,7 @@ export class Trend {
     return this.step >= 1000 ? time : clock.fine(at, this.step).slice(11);
   }
 
-  // --- what lies behind and above the curves ---
+  // --- what lies behind and above the curves: bands have lanes of their own there, and cover none ---
   #edges(u, band) {
     const {left, width} = u.bbox, at = (time) => Math.min(Math.max(u.valToPos(time, 'x', true), left), left + width);
     const [from, to] = this.span;
@@ -130,7 +131,7 @@ export class Trend {
     ctx.restore();
   }
   #lanes(u) {
-    const {ctx, bbox} = u, dots = devicePixelRatio, high = 15 * dots;
+    const {ctx, bbox} = u, dots = devicePixelRatio, high = (LANE - 2) * dots, first = bbox.top - (LANE * this.laneCount + 2) * dots;
     ctx.save();
     ctx.font = `600 ${11 * dots}px system-ui, sans-serif`;
     ctx.textBaseline = 'middle';
@@ -138,7 +139,7 @@ export class Trend {
     for (const band of this.bands) {
       const edges = this.#edges(u, band);
       if (!edges) continue;
-      const [a, b] = edges, top = bbox.top + band.lane * (high + 2 * dots);
+      const [a, b] = edges, top = first + band.lane * LANE * dots;
       ctx.fillStyle = colour(band.priority === 'high' ? 'high' : 'low');
       ctx.fillRect(a, top, b - a, high);
       ctx.beginPath();
@@ -281,6 +282,7 @@ export class Trend {
     this.data = data;
     this.span = span;
     this.bands = bands;
+    this.laneCount = bands.reduce((most, band) => Math.max(most, band.lane + 1), 0);
     for (const {u, pane} of this.plots) {
       u.batch(() => {
         u.setData(this.#columns(pane), false);

@@ -72,17 +72,20 @@ export async function order(loop, what) {
 }
 
 function confirm(loop, q, value) {
+  const old = el('span', {}, shownValue(q, q.now));
   ask({
     title: t.confirmTitle, grave: true, label: fill(t.apply, {tag: loop.tag, value: shownValue(q, value)}),
-    body: [el('p', {}, t.confirm), facts([[t.tag, loop.tag], [t.what, q.name], [t.old, shownValue(q, q.now)], [t.new, el('strong', {}, shownValue(q, value))]])],
+    body: [el('p', {}, t.confirm), facts([[t.tag, loop.tag], [t.what, q.name], [t.old, old], [t.new, el('strong', {}, shownValue(q, value))]])],
     accept: async () => {
       let answer;
       try {
         answer = await post(loopPath(loop.tag, 'order'), {set: {[q.what]: value}, confirm: {tag: loop.tag, old: q.now, new: value}});
       } catch (error) {
         if (error.status !== 409 || error.body.now === undefined) throw error;
-        const now = fill(t.conflict, {value: q.what === 'mode' ? texts.modes[error.body.now] ?? error.body.now : shownValue(q, error.body.now)});
-        throw new Error(now);
+        // The operator decides anew, on the value that is in force now.
+        q.now = error.body.now;
+        old.textContent = shownValue(q, q.now);
+        throw new Error(fill(t.conflict, {value: shownValue(q, q.now)}));
       }
       if (answer.state === 'refused') throw new Error(fill(t.refused, {why: answer.why}));
       toast(answer.state === 'done' ? fill(t.done, {tag: loop.tag, what: q.name, value: shownValue(q, value)}) : t.waiting);

@@ -12,6 +12,7 @@ import {wall} from '../lib/shell.js';
 import {act, operator} from './acting.js';
 import {changeOf} from './journal.js';
 import {explanationPart} from './loop_parts.js';
+import {reportOf} from './reports.js';
 import {signOf} from './overview.js';
 import {fill, texts} from '../texts.js';
 
@@ -34,7 +35,7 @@ function listOf(chosen) {
   const columns = [{head: t.state}, {head: t.alarm, row: true}, {head: t.loop}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
   const node = table(t.caption, columns, alarms.map((alarm) => [[stateCell(alarm), el('small', {}, texts.priority[priority(alarm, severe())])],
     el('span', {}, el('a', {href: hrefOf(alarm), class: 'choose'}, nameOf(alarm.alarm)), alarm.first_out ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null),
-    el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, alarm.loop), sizeOf(alarm), wall().dateTime(alarm.raised_ms)]), {captionHidden: true, class: 'lines alarms'});
+    el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, alarm.loop), sizeOf(alarm), wall().dateTime(alarm.raised_ms)]), {captionHidden: true, class: 'lines as-cards alarms'});
   node.querySelectorAll('tbody tr').forEach((row, i) => {
     const is = alarms[i].loop === chosen?.loop && alarms[i].alarm === chosen?.alarm;
     row.classList.toggle('chosen', is);
@@ -93,19 +94,20 @@ class Detail {
   async load() {
     const {loop, alarm} = this.chosen;
     try {
-      const [e, reports] = await Promise.all([get(loopPath(loop, 'alarms', alarm), this.scope.signal), get('/api/reports', this.scope.signal).catch(() => [])]);
+      const e = await get(loopPath(loop, 'alarms', alarm), this.scope.signal);
+      const report = e.evidence?.id ? await reportOf(e.evidence.id, this.scope.signal) : null;
       if (this.scope.over) return;
       // What stands there stays, and with it the focus and what is selected, unless something is new.
-      const key = JSON.stringify([{...e, monitor: null}, reports.length, live.session.can]);
+      const key = JSON.stringify([{...e, monitor: null}, report?.id, live.session.can]);
       if (key === this.key) return;
       this.key = key;
-      this.#fill(e, reports);
+      this.#fill(e, report);
     } catch (error) {
       if (error.name !== 'AbortError') this.about.replaceChildren(el('p', {class: 'trouble', role: 'alert'}, fill(texts.failed, {why: error.message})));
     }
   }
 
-  #fill(e, reports) {
+  #fill(e, report) {
     const {alarm} = e, loop = live.describe?.loops[live.places.get(alarm.loop)];
     this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm), hands(alarm)), facts([
       [t.size, `${sizeOf(alarm)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`],
@@ -114,11 +116,11 @@ class Detail {
     alarm.consequence ? el('p', {}, t.consequenceOf) : '', el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, t.open)));
     this.guide.replaceChildren(el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
       .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key])))));
-    const id = e.evidence?.id ?? null, report = id && reports.find((one) => one.evidence === id);
+    const id = e.evidence?.id ?? null;
     this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
     const lines = e.history ?? [];
     this.history.replaceChildren(...(lines.length ? [el('h3', {}, t.history), scroller(t.history, table(t.historyCaption, HISTORY, lines.map((line) => [wall().dateTime(line.utc_ms),
-      line.what || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines history'}))] : []));
+      line.what || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines as-cards history'}))] : []));
     this.#evidence(id, loop);
   }
 

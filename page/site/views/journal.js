@@ -56,7 +56,7 @@ export async function show(main, {options}, scope) {
       trouble.hidden = true;
       lines = before_id ? lines.concat(answer.lines) : answer.lines;
       older.hidden = answer.lines.length < MOST;
-      list.replaceChildren(lines.length ? scroller(t.title, table(t.caption, columns, lines.map(lineRow), {captionHidden: true, class: 'lines'}))
+      list.replaceChildren(lines.length ? scroller(t.title, table(t.caption, columns, lines.map(lineRow), {captionHidden: true, class: 'lines as-cards journal'}))
         : el('p', {class: 'nothing'}, t.nothing));
     } catch (error) {
       if (error.name === 'AbortError') return;

@@ -14,6 +14,7 @@ import {live} from '../lib/live.js';
 import {wall} from '../lib/shell.js';
 import {conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
 import {operator, order} from './acting.js';
+import {reportOf} from './reports.js';
 import {signOf} from './overview.js';
 import {fill, texts} from '../texts.js';
 
@@ -208,8 +209,9 @@ class LoopTrend {
     const severe = live.describe.alarms?.severe_percent ?? 5, standing = live.alarms.filter((alarm) => alarm.loop === this.loop.tag);
     const bands = bandsOf(this.lines, standing).map((band) => ({...band, label: texts.alarms[band.alarm] ?? band.alarm,
       priority: priority(standing.find((alarm) => alarm.alarm === band.alarm) ?? band, severe)}));
-    lanes(bands);
-    return bands;
+    const [from, to] = this.span(), seen = bands.filter((band) => (band.to_ms ?? Infinity) >= from && band.from_ms <= to);
+    lanes(seen);
+    return seen;
   }
 
   #draw() {
@@ -323,13 +325,12 @@ function followDetails(loop, places, scope) {
   scope.every(5000, async () => {
     if (live.stale) return;
     try {
-      const [now, windows, reports] = await Promise.all([get(loopPath(loop.tag), scope.signal), get(loopPath(loop.tag, 'windows'), scope.signal).catch(() => ({windows: []})),
-        get('/api/reports', scope.signal).catch(() => [])]);
+      const [now, windows] = await Promise.all([get(loopPath(loop.tag), scope.signal), get(loopPath(loop.tag, 'windows'), scope.signal).catch(() => ({windows: []}))]);
+      const folder = now.explanation?.folder.split('/').at(-1) ?? null, report = folder && await reportOf(folder, scope.signal);
       put('condition', now.monitor.condition, () => conditionTable(now.monitor.condition));
       put('measures', now.monitor, () => measureTable(now.monitor));
       put('health', [now.io, now.recording, now.pv_age_ms], () => healthTable(now));
       put('windows', windows.windows, () => windowTable(windows.windows));
-      const folder = now.explanation?.folder.split('/').at(-1), report = folder && reports.find((one) => one.evidence === folder);
       put('explanation', [now.explanation, report?.id], () => (now.explanation ? explanationPart(now.explanation, report?.id ?? null)
         : el('p', {class: 'nothing'}, loop.twin ? texts.explain.none : texts.explain.noTwin)));
     } catch (error) {

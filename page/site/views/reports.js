@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 import {el, scroller, table, unseen} from '../lib/dom.js';
 import {bytes} from '../lib/format.js';
-import {get} from '../lib/api.js';
+import {get, query} from '../lib/api.js';
 import {wall} from '../lib/shell.js';
 import {texts} from '../texts.js';
 
 const t = texts.reports;
 
 export const reportHref = (id) => `/reports/${id.split('/').map(encodeURIComponent).join('/')}`;
+
+// The report that the twin wrote on a piece of evidence, or null.
+export async function reportOf(evidence, signal) {
+  try {
+    return (await get(`/api/reports${query({evidence})}`, signal))[0] ?? null;
+  } catch {
+    return null;
+  }
+}
 
 function rowOf(report) {
   const link = el('a', {href: reportHref(report.id), target: '_blank', rel: 'noopener'}, report.title || report.id, unseen(` (${t.opens})`));
@@ -21,7 +30,7 @@ export async function show(main, _, scope) {
   const columns = [{head: t.name, row: true}, {head: t.kind}, {head: t.loop}, {head: t.made}, {head: t.size, class: 'number'}];
   const fillList = (kind) => {
     const chosen = reports.filter((report) => !kind || report.kind === kind);
-    list.replaceChildren(chosen.length ? scroller(t.title, table(t.caption, columns, chosen.map(rowOf), {captionHidden: true, class: 'lines'}))
+    list.replaceChildren(chosen.length ? scroller(t.title, table(t.caption, columns, chosen.map(rowOf), {captionHidden: true, class: 'lines as-cards'}))
       : el('p', {class: 'nothing'}, t.nothing));
   };
   const filter = el('select', {'aria-label': t.filter, change: () => fillList(filter.value)}, el('option', {value: ''}, t.all),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import {el, facts, icon, scroller, table} from '../lib/dom.js';
-import {NONE, bytes, count, duration, microseconds, percent, significant} from '../lib/format.js';
+import {NONE, bytes, count, counter, duration, microseconds, percent} from '../lib/format.js';
 import {get} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {meter} from '../lib/charts.js';
@@ -11,6 +11,8 @@ const t = texts.system;
 const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), what);
 const hex = (crc) => (typeof crc === 'number' ? crc.toString(16).padStart(8, '0') : crc ?? NONE);
 
+const unfolded = new Set(); // titles of histograms that the reader has opened
+
 // Bin k holds what took from 2^k to 2^(k+1) µs; the first also what took less, the last also what took more.
 function histogram(title, h) {
   const total = h.bins.reduce((sum, n) => sum + n, 0), most = Math.max(...h.bins, 1);
@@ -19,7 +21,7 @@ function histogram(title, h) {
     n ? percent(100 * n / total, n / total < 0.001 ? 4 : 2) : '']).slice(from, to + 1);
   return el('div', {class: 'histogram'}, el('h3', {}, title),
     facts([[t.median, microseconds(h.p50)], [t.p99, microseconds(h.p99)], [t.p999, microseconds(h.p99_9)], [t.worst, microseconds(h.worst)]]),
-    table(`${title}: ${t.histogram}`, [{head: t.bin, row: true, class: 'number'}, {head: '', class: 'gauge'}, {head: t.count, class: 'number'}, {head: t.share, class: 'number'}], rows, {captionHidden: true, class: 'pairs'}));
+    el('details', {open: unfolded.has(title), toggle: (event) => { if (event.target.open) unfolded.add(title); else unfolded.delete(title); }}, el('summary', {}, t.histogram), table(`${title}: ${t.histogram}`, [{head: t.bin, row: true, class: 'number'}, {head: '', class: 'gauge'}, {head: t.count, class: 'number'}, {head: t.share, class: 'number'}], rows, {captionHidden: true, class: 'pairs'})));
 }
 
 function warningsOf(d, loops) {
@@ -51,7 +53,7 @@ function busTable(loops) {
 
 function pairsOf(object) {
   return Object.entries(object ?? {}).filter(([, value]) => ['number', 'string', 'boolean'].includes(typeof value))
-    .map(([name, value]) => [name.replaceAll('_', ' '), typeof value === 'number' ? significant(value, 6) : String(value)]);
+    .map(([name, value]) => [name.replaceAll('_', ' '), counter(name, value)]);
 }
 
 function parts(answer) {

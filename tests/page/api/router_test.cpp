@@ -312,6 +312,114 @@ TEST_CASE("log-in, its delay, and its end") {
   }
 }
 
+TEST_CASE("one network has its tries, however many addresses it has") {
+  ApiRig rig(true);
+  const auto refused = [&](const std::string& before) {
+    int count = 0;
+    for (int i = 0; i < 30; ++i) {
+      Request request = rig.post_as("", {"api", "login"},
+                                    {{"user", "u" + std::to_string(i)}, {"password", "wrong"}});
+      request.peer = before + std::to_string(i + 1);
+      request.network = before;
+      count += rig.answer(request).status == 429;
+    }
+    return count;
+  };
+  CHECK(refused("2001:db8:0:1::") >= 10);
+}
+
+TEST_CASE("a person keeps his session, the page by itself does not") {
+  ApiRig rig(true);
+  const auto now = std::chrono::steady_clock::now();
+  Request request = rig.post_as("otto", kAlarm, kAcknowledge);
+  request.method = Method::get;
+  request.path = {"api", "alarms"};
+  const std::string cookie = request.cookies.at(page::api::kCookie);
+  const auto nobody_since_29_minutes = [&] {
+    REQUIRE(rig.use(cookie, now - std::chrono::minutes(29)));
+  };
+  nobody_since_29_minutes();
+  bool kept = false;
+  SECTION("what the page asks") { CHECK(rig.answer(request).status == 200); }
+  SECTION("a stream") {
+    request.path = {"api", "events"};
+    const auto response = rig.answer(request);
+    REQUIRE(response.may_stay);
+    CHECK(response.may_stay());
+  }
+  SECTION("what the page asks while a person is there") {
+    request.person = true;
+    CHECK(rig.answer(request).status == 200);
+    kept = true;
+  }
+  SECTION("a POST") {
+    request.method = Method::post;
+    request.path = kAlarm;
+    CHECK(rig.answer(request).status == 200);
+    kept = true;
+  }
+  SECTION("a stream that a person began does not keep it as long as it lasts") {
+    request.path = {"api", "events"};
+    request.person = true;
+    const auto response = rig.answer(request);
+    nobody_since_29_minutes();
+    CHECK(response.may_stay());
+  }
+  CHECK(rig.holds(cookie, now + std::chrono::minutes(2)) == kept);
+}
+
+TEST_CASE("names of a new certificate are known at once, those of the old one no longer") {
+  ApiRig rig(false);
+  const auto status = [&](const std::string& host) {
+    Request request = ApiRig::get({"api", "session"});
+    request.host = host;
+    return rig.answer(request).status;
+  };
+  CHECK(status("box.plant") == 200);
+  rig.hosts.replace({"new.plant"});
+  CHECK(status("box.plant") == 403);
+  CHECK(status("new.plant:8443") == 200);
+}
+
+TEST_CASE("an order of a slow loop is waited for in rounds") {
+  ApiRig rig(true);
+  int looks = 0;
+  std::string last = "done";
+  rig.orders.says = [&](const json& request) -> json {
+    if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 60.0}};
+    if (++looks < 4) return {{"state", "waiting"}, {"why", ""}, {"on_disk", false}};
+    if (last == "gone") throw page::DaemonDown("gone");
+    return {{"state", last}, {"why", "too warm"}, {"on_disk", true}};
+  };
+  int status = 200;
+  SECTION("taken") {}
+  SECTION("refused") { last = "refused"; }
+  SECTION("the daemon ends meanwhile") {
+    last = "gone";
+    status = 503;
+  }
+  const auto response = rig.answer(rig.post_as("otto", kOrder, set_point(6.0, 5.0)));
+  CHECK(response.status == status);
+  CHECK(rig.rounds == 3);
+  CHECK(rig.orders.asked.size() == 5);
+  if (status == 200) CHECK(json::parse(response.body)["state"] == last);
+}
+
+TEST_CASE("the report of one piece of evidence is asked for by its name") {
+  ApiRig rig(false);
+  write_file(rig.folder / "state/evidence/20261124T070000000Z-FIC-101-stiction/report.html",
+             "<title>Gap: FIC-101</title>");
+  write_file(rig.folder / "state/gap/report.html", "<title>Gap: boiler</title>");
+  Request request = ApiRig::get({"api", "reports"});
+  CHECK(json::parse(rig.answer(request).body).size() == 2);
+  request.query["evidence"] = "20261124T070000000Z-FIC-101-stiction";
+  const json one = json::parse(rig.answer(request).body);
+  REQUIRE(one.size() == 1);
+  CHECK(one[0]["evidence"] == request.query["evidence"]);
+  request.query["evidence"] = "another";
+  CHECK(json::parse(rig.answer(request).body).empty());
+}
+
 TEST_CASE("a stream ends with its session") {
   ApiRig rig(true);
   const Request request = rig.get_as("vera", {"api", "events"});

@@ -61,6 +61,7 @@ class PageProcess {
     }
   }
 
+  void signal(int number) const { ::kill(child_, number); }
   int stop() {
     ::kill(child_, SIGTERM);
     int status = 0;
@@ -170,6 +171,80 @@ TEST_CASE("an operator acknowledges and sets, as far as both files allow", "[pro
     CHECK(eventually([&] { return page.get("/api/alarms", cookie).contains("error"); }));
   }
   CHECK(page.stop() == 0);
+}
+
+TEST_CASE("a stream ends when its session does, and says so", "[process]") {
+  DaemonProcess daemon("real_time: {priority: 0, lock_memory: false}\n",
+                       {{"loops.d/a.yaml", loop_file()}});
+  daemon.start();
+  const std::string users = (daemon.folder() / "users").string();
+  const auto user = [&](const std::string& words) {
+    return run("echo 'correct horse' | " + kPage + " user " + words + " --users " + users +
+               " 2>&1");
+  };
+  REQUIRE(user("add vera --stdin").exit_code == 0);
+  PageProcess page(daemon.folder(), "users: users");
+  const std::string token =
+      "X-CSRF-Token: " + page.get("/api/session")["csrf"].get<std::string>() + "\r\n";
+  const std::string logged_in =
+      page.post("/api/login", {{"user", "vera"}, {"password", "correct horse"}}, token);
+  REQUIRE_THAT(logged_in, Contains("200 OK"));
+  const std::size_t at = logged_in.find("lw_session=");
+  const std::string cookie =
+      "Cookie: " + logged_in.substr(at, logged_in.find(';', at) - at) + "\r\n";
+  RawClient stream(page.port);
+  stream.send(get_line("/api/events", cookie));
+  stream.until("event: overview");
+  SECTION("a log-out") {
+    const json session = page.get("/api/session", cookie);
+    page.post("/api/logout", json::object(),
+              cookie + "X-CSRF-Token: " + session["csrf"].get<std::string>() + "\r\n");
+  }
+  SECTION("another password") { REQUIRE(user("password vera --stdin").exit_code == 0); }
+  CHECK_THAT(stream.rest(), Catch::EndsWith("event: ended\ndata: {}\n\n"));
+  CHECK(stream.ended());
+}
+
+TEST_CASE("a new certificate brings its names", "[process]") {
+  const TemporaryFolder folder;
+  const auto certificate = [&](const std::string& host) {
+    std::filesystem::remove(folder / "page.crt");
+    std::filesystem::remove(folder / "page.key");
+    REQUIRE(run(kPage + " certificate --host localhost --host " + host + " --out " +
+                folder.path().string())
+                .exit_code == 0);
+  };
+  certificate("old.plant");
+  PageProcess page(folder.path(), "tls: {certificate: page.crt, key: page.key}\nbox: true");
+  const auto status = [&](const std::string& host) {
+    return run("printf 'GET /api/session HTTP/1.1\\r\\nHost: " + host +
+               "\\r\\nConnection: close\\r\\n\\r\\n' | openssl s_client -quiet -connect "
+               "127.0.0.1:" +
+               std::to_string(page.port) + " 2> /dev/null")
+        .text.substr(0, 12);
+  };
+  CHECK(status("old.plant") == "HTTP/1.1 200");
+  CHECK(status("new.plant") == "HTTP/1.1 403");
+  certificate("new.plant");
+  page.signal(SIGHUP);
+  CHECK(eventually([&] { return status("new.plant") == "HTTP/1.1 200"; }));
+  CHECK(status("old.plant") == "HTTP/1.1 403");
+}
+
+TEST_CASE("a display is a viewer, and the list says which it is", "[process]") {
+  const TemporaryFolder folder;
+  const auto user = [&](const std::string& words) {
+    return run("echo 'correct horse' | " + kPage + " user " + words + " --users " +
+               (folder / "users").string() + " 2>&1");
+  };
+  CHECK(user("add wall --display --stdin").exit_code == 0);
+  CHECK(user("add vera --stdin").exit_code == 0);
+  const auto refused = user("add otto --role operator --display --stdin");
+  CHECK(refused.exit_code == 64);
+  CHECK_THAT(refused.text, Contains("a display is a viewer"));
+  CHECK_THAT(user("list").text, Catch::Matches("vera +viewer\nwall +viewer, display\n"));
+  CHECK(user("password wall --stdin").exit_code == 0);
+  CHECK_THAT(user("list").text, Contains("viewer, display"));
 }
 
 TEST_CASE("what page.yaml must not ask for is exit code 78", "[process]") {

@@ -57,6 +57,27 @@ def keep(browser, folder, name, full=False):
         browser.shot(folder / f"{name}.png", full)
 
 
+def knows_nothing(browser, where):
+    """Who is not logged in is told nothing of the box, nor that there is nothing to tell."""
+    shown = browser.text("body")
+    for word in ("No alarm waits", "acknowledge", "Live", "Old values", TAG, "L/min"):
+        browser.check(word not in shown, f"{where}: the page says {word!r}")
+    browser.check(not browser.run("document.title").startswith("("), f"{where}: the title is {browser.run('document.title')!r}")
+    browser.check(browser.run("document.querySelector('.nav .badge').hidden"), f"{where}: the badge of the alarms stays")
+
+
+def session_ends(box, browser):
+    """In another tab, while the overview is open and an alarm waits."""
+    browser.go(box)
+    browser.until(lambda: browser.all(".tile") and "acknowledge" in browser.text(".summary"), "no overview")
+    browser.run_async("""const {csrf} = await (await fetch('/api/session')).json();
+      await fetch('/api/logout', {method: 'POST', body: '{}', headers: {'Content-Type': 'application/json', 'X-CSRF-Token': csrf}});""")
+    browser.until(lambda: not browser.all(".tile"), "values stay on the screen when the session has ended")
+    knows_nothing(browser, "the session has ended")
+    browser.until(lambda: browser.all("form.panel input[name=password]"), "nobody is asked to log in again")
+    knows_nothing(browser, "logged out")
+
+
 def alarm_comes(box, browser):
     browser.go(box)
     took = browser.until(lambda: "acknowledge" in browser.text(".summary"), "no alarm of the sticking valve comes", 900)
@@ -217,6 +238,7 @@ def orders(box, browser):
     browser.find("dialog button.grave").click()
     browser.until(lambda: "4.5" in browser.text("dialog .trouble"), f"what another has set is overwritten: {browser.text('dialog')}")
     browser.check(loop()["sp"] == 4.5, "what another has set was overwritten")
+    browser.check("4.50 L/min" in browser.text("dialog .facts") and "6.25" not in browser.text("dialog"), f"the dialog keeps the old value: {browser.text('dialog')}")
     browser.find("dialog").send_keys(Keys.ESCAPE)
     browser.until(lambda: not browser.all("dialog"), "Escape does not close the dialog")
     browser.press(".hands button:nth-of-type(1)")
@@ -350,8 +372,15 @@ def themes(box, browser):
     browser.check(paper() == dark, "the system's theme does not come back")
 
 
+def nothing_cut_off(browser, name, width):
+    """Of the lists that are read from left to right: alarms, journal, reports."""
+    cut = browser.run("""[...document.querySelectorAll('.as-cards th, .as-cards td')].filter((e) => e.offsetParent && !e.closest('thead') &&
+      (e.getBoundingClientRect().right > Math.min(arguments[0], e.closest('.scroller').getBoundingClientRect().right) + 1 || e.scrollWidth > e.clientWidth + 1)).map((e) => e.textContent).slice(0, 3)""", width)
+    browser.check(not cut, f"{name}: cut off: {cut}")
+
+
 def narrow_and_paper(box, browser, folder):
-    for width in (360, 3840):
+    for width in (360, 1280, 3840):
         browser.screen(width, 2160 if width > 1000 else 760)
         for route in ROUTES:
             browser.go(box, route)
@@ -359,6 +388,7 @@ def narrow_and_paper(box, browser, folder):
             browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main"), f"{name} stays empty")
             wide = browser.run("document.documentElement.scrollWidth")
             browser.check(wide <= width, f"{name}: {wide} pixels wide on a screen of {width}")
+            nothing_cut_off(browser, name, width)
             if width == 360:
                 small = browser.run("""[...document.querySelectorAll('.nav a, .summary, main button, main .button, main select')].filter((e) => e.offsetParent && !e.closest('table'))
                   .map((e) => [e.textContent.slice(0, 20), Math.round(e.getBoundingClientRect().height)]).filter(([, h]) => h < 32)""")
@@ -443,6 +473,7 @@ def smoke(box, browser, source, options):
     browser.driver.get(box.url)
     browser.until(lambda: browser.all("form.panel input[name=password]"), "nobody is asked to log in")
     browser.until(lambda: browser.all("form.panel button.main"), "no form")
+    knows_nothing(browser, "log-in")
     browser.find("form.panel input[name=user]").send_keys("vera")
     browser.find("form.panel input[name=password]").send_keys("wrong " + PASSWORD)
     browser.find("form.panel button[type=submit]").click()
@@ -453,7 +484,7 @@ def smoke(box, browser, source, options):
     axe(browser, "overview", source)
     evidence_shows(box, browser)
     viewer_cannot_write(box, browser)
-    browser.log_out()
+    session_ends(box, browser)
     browser.log_in(box, "otto")
     loop_shows(box, browser)
     keep(browser, options.keep, "loop", full=True)

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::report_shelf_test {
@@ -29,7 +30,8 @@ TEST_CASE("reports below the state directory, by kind, title and loop") {
   write_file(folder / ".hidden/x.html", html("hidden"));
   std::filesystem::create_symlink("/etc", folder / "link");
   ReportShelf shelf(folder.path());
-  const auto reports = shelf.reports();
+  const auto list = shelf.reports();
+  const auto& reports = *list;
   REQUIRE(reports.size() == 6);
   const auto kind = [&](const std::string& title) {
     const auto it = std::find_if(reports.begin(), reports.end(),
@@ -53,7 +55,7 @@ TEST_CASE("a report is read by its id, and what lies beside it") {
   write_file(folder / "plant/secret.key", "secret");
   write_file(folder / "users", "secret");
   ReportShelf shelf(folder.path());
-  const std::string id = shelf.reports().at(0).id;
+  const std::string id = shelf.reports()->at(0).id;
   ReportShelf fresh(folder.path());
   CHECK(fresh.name(id) == "survey.html");
   CHECK(fresh.read(id, {"survey.html"})->type == "text/html; charset=utf-8");
@@ -65,6 +67,29 @@ TEST_CASE("a report is read by its id, and what lies beside it") {
   CHECK_FALSE(shelf.read("0000000000000000", {"survey.html"}));
 }
 
+TEST_CASE(
+    "what came since the index was made is in the next one, and nobody's question makes it "
+    "earlier") {
+  const TemporaryFolder folder;
+  write_file(folder / "gap/report.html", html("Gap: boiler"));
+  ReportShelf lasting(folder.path(), std::chrono::hours(1));
+  CHECK(lasting.reports()->size() == 1);
+  write_file(folder / "gap2/report.html", html("Gap: reflux"));
+  ReportShelf other(folder.path());
+  std::string id;
+  for (const Report& report : *other.reports()) {
+    if (report.title == "Gap: reflux") id = report.id;
+  }
+  REQUIRE(other.name(id) == "report.html");
+  CHECK_FALSE(lasting.name(id));
+  CHECK_FALSE(lasting.read(id, {"report.html"}));
+  CHECK(lasting.reports()->size() == 1);
+  ReportShelf brief(folder.path(), std::chrono::milliseconds(0));
+  CHECK(brief.reports()->size() == 2);
+  write_file(folder / "gap3/report.html", html("Gap: quench"));
+  CHECK(test::eventually([&] { return brief.reports()->size() == 3; }));
+}
+
 TEST_CASE("no link and no odd file leads out") {
   const TemporaryFolder folder;
   write_file(folder / "secret.html", html("outside"));
@@ -73,7 +98,7 @@ TEST_CASE("no link and no odd file leads out") {
   std::filesystem::create_symlink(folder.path(), folder / "state/evidence/up");
   REQUIRE(::mkfifo((folder / "state/evidence/one/pipe.html").c_str(), 0600) == 0);
   ReportShelf shelf(folder / "state");
-  CHECK(shelf.reports().empty());
+  CHECK(shelf.reports()->empty());
   CHECK(shelf.evidence_file("one", "evidence.json") == "{}");
   CHECK(shelf.evidence_files("one") == std::vector<std::string>{"evidence.json"});
   for (const char* id : {"", ".", "..", "up", "one/..", "../state", "/etc"}) {

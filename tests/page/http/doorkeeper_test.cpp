@@ -35,13 +35,46 @@ TEST_CASE("then who has been silent for longest, and nobody who is being answere
   CHECK(door.admit("10.0.0.3", false, kStart + seconds(7)).displaced == late);
 }
 
-TEST_CASE("one address has a part of the places, this host all of them") {
-  Doorkeeper door({.clients = 10, .per_address = 2});
+TEST_CASE("one address has a part of the places, this host a greater one") {
+  Doorkeeper door({.clients = 10, .per_address = 2, .loopback = 5});
   const auto first = door.admit("10.0.0.1", false, kStart).id;
   door.admit("10.0.0.1", false, kStart);
   door.admit("10.0.0.2", false, kStart);
   CHECK(door.admit("10.0.0.1", false, kStart).displaced == first);
-  for (int i = 0; i < 5; ++i) CHECK_FALSE(door.admit("127.0.0.1", true, kStart).displaced);
+  const auto local = door.admit("loopback", true, kStart).id;
+  for (int i = 0; i < 4; ++i) CHECK_FALSE(door.admit("loopback", true, kStart).displaced);
+  CHECK(door.admit("loopback", true, kStart).displaced == local);
+}
+
+TEST_CASE("streams leave places, in all and of one address") {
+  Doorkeeper door({.clients = 12, .per_address = 4, .loopback = 8});
+  const auto streams = [&](const std::string& address, bool loopback, int tries) {
+    int taken = 0;
+    for (int i = 0; i < tries; ++i) {
+      const auto id = door.admit(address, loopback, kStart).id;
+      door.busy(id);
+      if (door.stream(id)) {
+        ++taken;
+      } else {
+        door.left(id);
+      }
+    }
+    return taken;
+  };
+  CHECK(streams("10.0.0.1", false, 4) == 3);
+  CHECK(streams("loopback", true, 8) == 6);
+  CHECK(streams("10.0.0.2", false, 1) == 0);
+  CHECK(door.admit("10.0.0.1", false, kStart).id != 0);
+}
+
+TEST_CASE("a stream that has gone makes room for another") {
+  Doorkeeper door({.clients = 4, .per_address = 2});
+  const auto first = door.admit("10.0.0.1", false, kStart).id;
+  const auto second = door.admit("10.0.0.1", false, kStart).id;
+  CHECK(door.stream(first));
+  CHECK_FALSE(door.stream(second));
+  door.left(first);
+  CHECK(door.stream(second));
 }
 
 TEST_CASE("an address asks in bursts, and then at its rate") {

@@ -61,6 +61,8 @@ TEST_CASE("what smuggling lives of is refused") {
   CHECK(status_of(with(post, "Content-Length", "1073741824")) == 413);
   CHECK(status_of(with(post, "Content-Length", "99999999999999999999999")) == 413);
   CHECK(status_of(with(post, "Expect", "100-continue")) == 417);
+  CHECK(status_of(with(with(post, "Expect", "100-continue"), "Content-Length", "5")) == 417);
+  CHECK(status_of(with(with(post, "Expect", "100-continue"), "Content-Length", "5000000")) == 413);
   CHECK(status_of(with(post, "Content-Length", "65536")) == 200);
   CHECK(status_of(with(get("/"), "Content-Length", "5")) == 400);
 }
@@ -75,6 +77,12 @@ TEST_CASE("cookies and fields are read whatever their case") {
   CHECK(request.cookies.at("b") == "2=3");
   CHECK(request.csrf == "token");
   CHECK(request.content_type == "application/json");
+}
+
+TEST_CASE("a person is whoever is said to be one") {
+  CHECK(request_of(with(get("/"), "X-Loopwarden-Person", "1")).person);
+  CHECK_FALSE(request_of(with(get("/"), "X-Loopwarden-Person", "0")).person);
+  CHECK_FALSE(request_of(get("/")).person);
 }
 
 TEST_CASE("gzip is taken where it is accepted") {

@@ -7,6 +7,14 @@ import * as f from '../../../page/site/lib/format.js';
 // As it is read, with plain spaces.
 const plain = (text) => text.replaceAll('\u00A0', ' ');
 
+test('a counter is shown as what it counts', () => {
+  assert.equal(f.counter('bytes_sent', 1298500), '1.3\u00A0MB');
+  assert.equal(f.counter('free_bytes', 512), '512\u00A0B');
+  assert.equal(f.counter('requests', 12345), '12\u2009345');
+  assert.equal(f.counter('share', 0.25), '0.25');
+  assert.equal(f.counter('up', true), 'true');
+});
+
 test('decimals show a thousandth of the span', () => {
   assert.equal(f.decimalsFor([0, 10]), 2);
   assert.equal(f.decimalsFor([0, 100]), 1);

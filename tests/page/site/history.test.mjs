@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import {Spark, extent, kept, merged, nearest, scaleOf, timeMarks, trimmed} from '../../../page/site/lib/history.js';
+import {Spark, extent, kept, merged, nearest, scaleOf, strip, timeMarks, trimmed} from '../../../page/site/lib/history.js';
 
 const stretch = (t, pv, more = {}) => ({t, pv, sp: t.map(() => 1), co: t.map(() => 2), mode: t.map(() => 1), oldest_ms: 0, newest_ms: t.at(-1), ...more});
 
@@ -77,19 +77,19 @@ test('marks of time are round on the wall clock', () => {
   assert.ok(timeMarks(0, 1e14, 10, 0).marks.length > 0);
 });
 
-test('a sparkline keeps the lowest and highest of each step', () => {
+test('a sparkline keeps first, lowest, highest and last of each step', () => {
   const spark = new Spark(3, 10);
-  for (const [time, value] of [[0, 5], [3, 7], [6, 4], [11, 6], [25, 1]]) spark.add(time, value);
-  assert.deepEqual(spark.pairs, [4, 7, 6, 6, 1, 1]);
+  for (const [time, value] of [[0, 5], [3, 7], [6, 4], [8, 6], [11, 6], [25, 1]]) spark.add(time, value);
+  assert.deepEqual(spark.steps, [5, 4, 7, 6, 6, 6, 6, 6, 1, 1, 1, 1]);
   spark.add(48, 2); // step 4: one is left out
-  assert.deepEqual(spark.pairs, [1, 1, null, null, 2, 2]);
+  assert.deepEqual(spark.steps, [1, 1, 1, 1, null, null, null, null, 2, 2, 2, 2]);
   spark.add(1e9, 3); // long after
-  assert.deepEqual(spark.pairs, [null, null, null, null, 3, 3]);
+  assert.deepEqual(spark.steps, [null, null, null, null, null, null, null, null, 3, 3, 3, 3]);
 });
 
 test('a sparkline tells when it changed, and bears a daemon that starts again', () => {
   const spark = new Spark(2, 10);
-  spark.load([1, 2, 3, 4], 10);
+  spark.load([1, 1, 2, 2, 3, 3, 4, 4], 10);
   const {version} = spark;
   spark.add(500, 3.5);
   assert.equal(spark.version, version, 'within what is drawn already');
@@ -98,7 +98,47 @@ test('a sparkline tells when it changed, and bears a daemon that starts again', 
   spark.add(502, 9);
   assert.equal(spark.version, version + 1);
   spark.add(0, 9);
-  assert.deepEqual(spark.pairs, [1, 2, 3, 9]);
+  assert.deepEqual(spark.steps, [1, 1, 2, 2, 3, 3, 9, 9]);
   spark.add(10, 8);
-  assert.deepEqual(spark.pairs, [3, 9, 8, 8]);
+  assert.deepEqual(spark.steps, [3, 3, 9, 9, 8, 8, 8, 8]);
+  assert.equal(spark.version, version + 2);
+});
+
+const drawnOf = (valueAt, seconds = 100) => {
+  const spark = new Spark(seconds / 10, 10);
+  for (let t = 0; t < seconds; ++t) spark.add(t, valueAt(t));
+  return strip(spark.steps);
+};
+
+test('a smooth fall is drawn as one, and a smooth rise', () => {
+  for (const sign of [-1, 1]) {
+    const {lines, bars} = drawnOf((t) => sign * t);
+    assert.equal(lines.length, 1);
+    assert.deepEqual(bars, []);
+    const [line] = lines;
+    for (let i = 1; i < line.length; ++i) {
+      assert.ok(line[i][0] > line[i - 1][0]);
+      assert.ok(sign * (line[i][1] - line[i - 1][1]) > 0, 'no saw teeth');
+    }
+  }
+});
+
+test('a step is drawn as a step: flat before and behind, and over within its own width', () => {
+  const {lines: [line], bars} = drawnOf((t) => (t < 45 ? 10 : 0));
+  assert.deepEqual(bars, []);
+  const falls = line.slice(1).map(([x, v], i) => [line[i][0], x, v - line[i][1]]).filter(([, , change]) => change !== 0);
+  assert.deepEqual(falls, [[4.25, 4.75, -10]]);
+});
+
+test('what a value did within a step is not lost', () => {
+  const {lines: [line], bars} = drawnOf((t) => (t === 33 ? 8 : t % 10 === 5 ? -1 : 0), 50);
+  assert.ok(line.every(([, v]) => v === 0));
+  assert.deepEqual(bars.map(([x, low, high]) => [x, low, high]), [[0.5, -1, 0], [1.5, -1, 0], [2.5, -1, 0], [3.5, -1, 8], [4.5, -1, 0]]);
+});
+
+test('where nothing is known no line is drawn', () => {
+  const spark = new Spark(5, 10);
+  spark.add(0, 1);
+  spark.add(40, 2);
+  assert.deepEqual(strip(spark.steps), {lines: [[[0.25, 1], [0.75, 1]], [[4.25, 2], [4.75, 2]]], bars: []});
 });

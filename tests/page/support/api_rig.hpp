@@ -33,7 +33,12 @@ class ApiRig {
   }
 
   page::http::Response answer(const page::http::Request& request) {
-    return router().answer(request);
+    page::http::Response response = router().answer(request);
+    while (response.next) {
+      ++rounds;
+      response = response.next();
+    }
+    return response;
   }
 
   page::api::Router& router() {
@@ -46,6 +51,7 @@ class ApiRig {
     request.path = std::move(path);
     request.host = "localhost:8480";
     request.peer = "127.0.0.1";
+    request.network = "loopback";
     request.peer_is_loopback = true;
     return request;
   }
@@ -77,6 +83,13 @@ class ApiRig {
   }
 
   void log_out(const std::string& cookie) { sessions_.end(cookie); }
+  bool holds(const std::string& cookie, page::Moment at) {
+    return sessions_.find(cookie, *users_.users(), at, false).has_value();
+  }
+  // As if a person had asked then.
+  bool use(const std::string& cookie, page::Moment at) {
+    return sessions_.find(cookie, *users_.users(), at, true).has_value();
+  }
 
   static const std::string& hash() {
     static const std::string one = page::hash_password("correct horse", page::PasswordCost::least);
@@ -88,13 +101,15 @@ class ApiRig {
   page::Box::Now now;
   SpokenDaemon daemon;
   SpokenDaemon orders;
+  page::api::HostNames hosts{{"box.plant"}};
   FakeFleet fleet;
+  int rounds = 0;          // of answers that were waited for
   bool has_fleet = false;  // before the first answer
 
  private:
   page::api::Context context() {
     return {.settings = settings,
-            .hosts = {"box.plant"},
+            .hosts = hosts,
             .now = [this] { return now; },
             .sparklines = [] { return std::string("{}"); },
             .daemon = daemon,

@@ -40,7 +40,7 @@ TEST_CASE("it ends when it is not used, and in the end") {
   const std::string cookie = desk.begin("anna", kStart);
   CHECK(desk.holds(cookie, kStart + minutes(9)));
   SECTION("idle") { CHECK_FALSE(desk.holds(cookie, kStart + minutes(19))); }
-  SECTION("a stream does not keep it alive") {
+  SECTION("what the page asks by itself does not keep it alive") {
     CHECK(desk.holds(cookie, kStart + minutes(18), false));
     CHECK_FALSE(desk.holds(cookie, kStart + minutes(19), false));
   }
@@ -52,6 +52,52 @@ TEST_CASE("it ends when it is not used, and in the end") {
     desk.sessions.end(cookie);
     CHECK_FALSE(desk.holds(cookie, kStart + minutes(9)));
   }
+}
+
+TEST_CASE("a display's session ends with its hours alone") {
+  Desk desk;
+  desk.users["wall"] = {Role::viewer, "of the wall's", true};
+  const std::string cookie = desk.begin("wall", kStart);
+  for (int m = 15; m < 60; m += 15) CHECK(desk.holds(cookie, kStart + minutes(m), false));
+  SECTION("its hours") { CHECK_FALSE(desk.holds(cookie, kStart + minutes(60), false)); }
+  SECTION("no display any more") {
+    desk.users["wall"].display = false;
+    CHECK_FALSE(desk.holds(cookie, kStart + minutes(46), false));
+  }
+}
+
+TEST_CASE("whoever ends a session is heard, and a session that goes on is not") {
+  Desk desk;
+  int ended = 0;
+  desk.sessions.on_end([&] { ++ended; });
+  const std::string cookie = desk.begin("anna", kStart);
+  CHECK(desk.holds(cookie, kStart));
+  CHECK(ended == 0);
+  SECTION("a log-out") { desk.sessions.end(cookie); }
+  SECTION("being idle") { CHECK_FALSE(desk.holds(cookie, kStart + minutes(11), false)); }
+  SECTION("a user who is removed") {
+    desk.users.erase("anna");
+    CHECK_FALSE(desk.holds(cookie, kStart));
+  }
+  SECTION("too many of one user") {
+    desk.begin("anna", kStart + minutes(1));
+    CHECK(ended == 0);
+    desk.begin("anna", kStart + minutes(2));
+  }
+  CHECK(ended == 1);
+  desk.sessions.end(cookie);
+  CHECK(ended == 1);
+}
+
+TEST_CASE("of too many sessions the one goes that has not asked for longest, by itself or not") {
+  Desk desk;
+  desk.users["wall"] = {Role::viewer, "of the wall's", true};
+  const std::string wall = desk.begin("wall", kStart);
+  const std::string closed = desk.begin("wall", kStart + minutes(1));
+  CHECK(desk.holds(wall, kStart + minutes(5), false));
+  desk.begin("wall", kStart + minutes(6));
+  CHECK(desk.holds(wall, kStart + minutes(6), false));
+  CHECK_FALSE(desk.holds(closed, kStart + minutes(6), false));
 }
 
 TEST_CASE(

@@ -27,10 +27,15 @@ const std::string& hash() {
 
 TEST_CASE("a users file that is written reads back the same") {
   const TemporaryFolder folder;
-  const Users users{{"anna", {Role::operator_, hash()}}, {"ben", {Role::viewer, hash()}}};
+  const Users users{{"anna", {Role::operator_, hash()}},
+                    {"ben", {Role::viewer, hash()}},
+                    {"wall", {Role::viewer, hash(), true}}};
   write_users(users, folder / "users");
   const Users again = read_users(folder / "users");
-  REQUIRE(again.size() == 2);
+  REQUIRE(again.size() == 3);
+  CHECK(again.at("wall").display);
+  CHECK(again.at("wall").hash == hash());
+  CHECK_FALSE(again.at("ben").display);
   CHECK(again.at("anna").role == Role::operator_);
   CHECK(again.at("anna").hash == hash());
   struct stat status {};
@@ -45,6 +50,11 @@ TEST_CASE("errors name line and column") {
         "users:2:6: error: expected viewer, operator or engineer (got 'viewr'); did you mean "
         "'viewer'?");
   CHECK(trouble("anna:viewer:secret") == "users:1:13: error: that is no hash by argon2id");
+  CHECK(trouble("wall:viewer:" + hash() + ":display") == "none");
+  CHECK_THAT(trouble("wall:viewer:" + hash() + ":dsplay"),
+             Catch::EndsWith("error: expected display, or nothing behind the hash"));
+  CHECK_THAT(trouble("wall:operator:" + hash() + ":display"),
+             Catch::EndsWith("error: a display is a viewer"));
   CHECK(trouble("1a:viewer:" + hash()) == "users:1:1: error: that is no user name");
   CHECK(trouble("a:viewer:" + hash() + "\na:viewer:" + hash()) ==
         "users:2:1: error: user 'a' stands here twice");

@@ -43,6 +43,23 @@ json loop(const std::string& name) {
 
 }  // namespace
 
+TEST_CASE("alarms that can't come at present are no trouble, and said to be none",
+          "[workbench][alarms]") {
+  const auto alarm = [](const char* state, bool active) {
+    return json{{"state", state}, {"active", active}};
+  };
+  json answer{{"alarms", json::array({alarm("normal", false), alarm("unacknowledged", true)})}};
+  CHECK(suppressed_note(answer).empty());
+  // One that is on stands in the table, with what explains it.
+  answer["alarms"].push_back(alarm("suppressed", true));
+  CHECK(suppressed_note(answer).empty());
+  answer["alarms"].push_back(alarm("suppressed", false));
+  CHECK(suppressed_note(answer).find("1 alarm can't be raised at present, which is no fault: "
+                                     "windows are still filling") == 0);
+  answer["alarms"].push_back(alarm("suppressed", false));
+  CHECK(suppressed_note(answer).find("2 alarms can't be raised") == 0);
+}
+
 TEST_CASE("the details of a loop are the numbers of its status", "[workbench][top]") {
   const std::vector<std::string> lines = loop_details(loop("FIC-101"));
   REQUIRE(lines.size() == 3);

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether somebody is at this page: a key was pressed or a pointer moved within the last minute. Only then do requests keep the
+// session from ending as idle; what the page asks by itself does not.
+
+const HERE_MS = 60_000;
+const RENEWED_EACH_MS = 20_000;
+const SIGNS = ['keydown', 'pointerdown', 'pointermove', 'wheel'];
+
+export class Person {
+  #seen = -Infinity; // on this computer's clock, ms
+  #told = -Infinity;
+  watch(target) {
+    for (const sign of SIGNS) target.addEventListener(sign, () => this.seen(performance.now()), {passive: true, capture: true});
+  }
+  seen(now) { this.#seen = now; }
+  isHere(now) { return now - this.#seen < HERE_MS; }
+  // Of a request that is sent now.
+  headers(now) {
+    if (!this.isHere(now)) return {};
+    this.#told = now;
+    return {'X-Loopwarden-Person': '1'};
+  }
+  // Where a view asks for nothing, somebody who is there is told of all the same.
+  isUntold(now) { return this.isHere(now) && now - this.#told >= RENEWED_EACH_MS; }
+}
+
+export const person = new Person();
