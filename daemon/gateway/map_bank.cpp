@@ -291,7 +291,7 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
 void MapBank::acknowledge_all(const Peer& peer) {
   for (std::size_t i = 0; i < loops_.loops(); ++i) {
     const LoopReading loop = loops_.read(i);
-    for (const AlarmKind kind : model::kAlarmKinds) {
+    for (const AlarmKind kind : model::kValveAlarms) {
       if (!loop.watch.alarms.alarm(kind).unacknowledged()) continue;
       loops_.act(i, {kind, model::AlarmAction::acknowledge, 0, peer.name, {}});
     }

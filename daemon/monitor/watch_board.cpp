@@ -111,6 +111,14 @@ std::vector<AlarmKind> WatchBoard::twin_judged(std::size_t loop,
   return raised_since(loop, before);
 }
 
+void WatchBoard::process_changed(std::size_t loop, const model::ProcessChange& change,
+                                 const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  const Memories before = memories(loop);
+  write_down(loop, before,
+             watches_[loop].alarms.process_changed(utc_ms_(), change.kind, change.on), why);
+}
+
 void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
@@ -295,6 +303,11 @@ std::vector<LoggedWindow> WatchBoard::windows(std::size_t loop) const {
   return logs_[loop].windows();
 }
 
+std::uint64_t WatchBoard::alarm_changes() const {
+  const std::lock_guard lock(mutex_);
+  return alarm_changes_;
+}
+
 WatchBoard::Memories WatchBoard::memories(std::size_t loop) const {
   Memories all;
   for (const AlarmKind kind : model::kAlarmKinds) {
@@ -332,6 +345,7 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
     entry.memory = alarm.memory();
     ticket = journal_.post(std::move(entry));
   }
+  if (ticket != 0 || !transitions.empty()) ++alarm_changes_;
   return ticket;
 }
 

@@ -74,6 +74,19 @@ TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
   CHECK(loop.recording.limit_bytes == 64'000'000);
 }
 
+TEST_CASE("The normal mode is the one in which the loop starts, or is given", "[config][loop]") {
+  using monitor::NormalMode;
+  const std::string automatic = with(kModbusLoop, "mode: manual", "mode: automatic");
+  CHECK(read(kModbusLoop).normal_mode == NormalMode::any);
+  CHECK(read(automatic).normal_mode == NormalMode::automatic);
+  CHECK(read(automatic + "alarms: {}\n").normal_mode == NormalMode::automatic);
+  CHECK(read(automatic + "alarms: {normal_mode: any}\n").normal_mode == NormalMode::any);
+  CHECK(read(kModbusLoop + "alarms: {normal_mode: auto}\n").normal_mode == NormalMode::automatic);
+  CHECK(read(kModbusLoop + "alarms: {normal_mode: manual}\n").normal_mode == NormalMode::manual);
+  CHECK_THAT(said_of_loop(kModbusLoop + "alarms: {normal_mode: hand}\n"),
+             Catch::Contains("alarms.normal_mode: must be automatic, manual or any (got 'hand')"));
+}
+
 TEST_CASE("Action has no default, and neither have the safe actions", "[config][loop]") {
   CHECK(said_of_loop(with(kModbusLoop, "  action: reverse\n", "")) ==
         "loop.yaml:5:3: error: missing key 'action' in 'controller' (direct or reverse)\n");
