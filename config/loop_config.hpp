@@ -20,6 +20,7 @@
 #include "model/control/supervisor.hpp"
 #include "model/monitor/alarm.hpp"
 #include "model/monitor/corrective_action.hpp"
+#include "model/monitor/process_watch.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::config {
@@ -63,6 +64,12 @@ using SimIo = hal::sim::SimSettings;
 using Io = std::variant<SimIo, hal::modbus::LoopModbusSettings, hal::iio::AnalogSettings,
                         hal::replay::ReplaySettings>;
 
+// What is normal where `alarms.normal_mode` is not given.
+constexpr monitor::NormalMode usual_mode(control::Mode start) noexcept {
+  return start == control::Mode::automatic ? monitor::NormalMode::automatic
+                                           : monitor::NormalMode::any;
+}
+
 struct LoopConfig {
   std::string file;
   std::string name;  // the tag, e.g. FIC-101
@@ -77,6 +84,7 @@ struct LoopConfig {
   ValvePosition valve_position;
   Recording recording;
   WindowCut monitor;
+  monitor::NormalMode normal_mode = monitor::NormalMode::any;
   Io io;
 };
 

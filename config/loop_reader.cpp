@@ -25,6 +25,10 @@ using RangeValue = Value<std::pair<double, double>>;
 
 constexpr std::array kStartModes{Choice<Mode>{"manual", Mode::manual},
                                  Choice<Mode>{"automatic", Mode::automatic}};
+constexpr std::array kNormalModes{
+    Choice<monitor::NormalMode>{"automatic", monitor::NormalMode::automatic},
+    Choice<monitor::NormalMode>{"manual", monitor::NormalMode::manual},
+    Choice<monitor::NormalMode>{"any", monitor::NormalMode::any}};
 constexpr std::array kRecoveries{Choice<Recovery>{"manual", Recovery::manual},
                                  Choice<Recovery>{"previous_mode", Recovery::previous_mode}};
 constexpr std::array kUncertain{Choice<bool>{"bad", false}, Choice<bool>{"good", true}};
@@ -103,6 +107,7 @@ class LoopReader {
             "monitor", "windows of 961 samples, and the specialists that judge them")) {
       read_monitor(*monitor);
     }
+    read_alarms(in_.maybe_section("alarms", "what is no valve's fault"));
     IoSection io;
     if (std::optional<MapReader> section = in_.need_section("io", "what the loop is wired to")) {
       io = read_io(*section, {.file = config().file,
@@ -393,6 +398,16 @@ class LoopReader {
             "that does not help")) {
       read_corrective_action(*action, monitor);
     }
+  }
+
+  // After read_start: what is normal follows from how the loop comes up.
+  void read_alarms(std::optional<MapReader> in) {
+    config().normal_mode = usual_mode(config().start.mode);
+    if (!in) return;
+    config().normal_mode =
+        in->one_of("normal_mode", kNormalModes,
+                   "in another one for 10 s: alarm not_normal_mode; any: never",
+                   config().normal_mode, {.fallback = "automatic where start.mode is, else any"});
   }
 
   void read_corrective_action(MapReader& in, WindowCut& monitor) {

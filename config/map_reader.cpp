@@ -474,7 +474,8 @@ Value<std::size_t> MapReader::choose(std::string_view key, const std::vector<std
                                      Presence presence, std::size_t fallback, const char* meaning,
                                      const WordRule& rule) {
   const std::string expected = list_of(names);
-  YamlNode* node = find(key, expected, presence, names[fallback], meaning);
+  YamlNode* node = find(key, expected, presence,
+                        *rule.fallback == '\0' ? names[fallback] : rule.fallback, meaning);
   Value<std::size_t> result = start(key, node, fallback);
   result.valid = node == nullptr && (presence == Presence::optional || describing());
   if (node == nullptr) return result;

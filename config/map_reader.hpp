@@ -90,6 +90,7 @@ struct OtherWord {
 struct WordRule {
   bool any_case = false;                   // ABCD is abcd
   std::span<const OtherWord> others = {};  // are refused, with the right word in the message
+  const char* fallback = "";               // in words, where the default is no fixed word
 };
 
 enum class Presence { required, optional };

@@ -127,6 +127,12 @@ void compare(const LoopConfig& running, const LoopConfig& wanted, List& list) {
   list.add_if(start, "start", "counts at the next start");
   list.add_if(running.recording.enabled != wanted.recording.enabled, "recording.enabled");
   list.add_if(running.recording.limit_bytes != wanted.recording.limit_bytes, "recording.limit_mb");
+  const auto follows = [](const LoopConfig& loop) {
+    return loop.normal_mode == usual_mode(loop.start.mode);
+  };
+  list.add_if(
+      running.normal_mode != wanted.normal_mode && !(follows(running) && follows(wanted)),
+      "alarms.normal_mode");
   list.add_if(running.monitor.overlap != wanted.monitor.overlap, "monitor.overlap");
   list.add_if(running.monitor.decimation != wanted.monitor.decimation, "monitor.decimation");
   list.add_if(running.monitor.routine != wanted.monitor.routine, "monitor.routine");

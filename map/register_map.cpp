@@ -308,7 +308,7 @@ constexpr std::array kRegisters{
     loop_bit(Field::window_valid, 18, "window_valid", "the newest window could be judged"),
 
     bit(Field::acknowledge_all, Table::coil, Area::box, 0, "acknowledge_all",
-        "write 1: acknowledge every alarm of every loop; reads 0"),
+        "write 1: acknowledge every loop's alarms of this map; reads 0"),
     loop_coil(Field::acknowledge, 0, "acknowledge_stiction", kAcknowledge, 0),
     loop_coil(Field::acknowledge, 1, "acknowledge_backlash", kAcknowledge, 1),
     loop_coil(Field::acknowledge, 2, "acknowledge_hysteresis", kAcknowledge, 2),

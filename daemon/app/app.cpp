@@ -252,6 +252,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
                        .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
                        .history_s = commission::kLongest_s + commission::kEnough_s,
                        .rule = loopwarden::monitor::kAlarmRule,
+                       .normal_mode = loop.config.normal_mode,
                        .corrective = loop.config.monitor.corrective,
                        .orders = &monitor_desks_.emplace_back(
                            desk_of(loop, loop.channels->monitor_orders, journal_)),
@@ -384,7 +385,7 @@ void App::report_explanation(const ExplainJob& job, const Explanation* explanati
 void App::remember_explanations() {
   for (std::size_t i = 0; i < loops_.size(); ++i) {
     std::vector<Explanation> known;
-    for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
+    for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kValveAlarms) {
       if (!board_.watch(i).alarms.alarm(kind).active()) continue;
       const auto folder = evidence_.newest(board_.name(i), kind);
       if (!folder) continue;

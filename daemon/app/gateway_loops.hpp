@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,8 @@ class GatewayLoops final : public gateway::LoopsView {
   bool collect_answers() override;
   void close_orders() override;
   std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) override;
-  std::uint64_t acknowledge_all(const std::string& peer) override;
+  std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
+                                const std::string& peer) override;
   std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) override;
   bool settled(std::uint64_t ticket) override;
   void write_down(journal::JournalEntry entry) override;

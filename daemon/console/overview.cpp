@@ -45,18 +45,20 @@ struct Glance {
   double condition = kUnknown;
 };
 
+// The most urgent state; of two alarms in it, one that is looked after at once.
 void see_alarms(const model::LoopAlarms& alarms, Glance& glance) {
   std::size_t worst = 0;
   for (const model::AlarmKind kind : model::kAlarmKinds) {
     const model::Alarm& alarm = alarms.alarm(kind);
     if (alarm.unacknowledged()) glance.unacknowledged += 1.0;
-    const std::size_t now = urgency(alarm.state());
+    const std::size_t now = 2 * urgency(alarm.state()) + (model::acts_now(kind) ? 1 : 0);
     if (now <= worst) continue;
     worst = now;
-    const bool quiet = alarm.state() == AlarmState::normal;
+    const bool quiet =
+        alarm.state() == AlarmState::normal || alarm.state() == AlarmState::suppressed;
     glance.alarm_kind = quiet ? kUnknown : static_cast<double>(model::index_of(kind));
   }
-  glance.alarm = static_cast<double>(kByUrgency[worst]);
+  glance.alarm = static_cast<double>(kByUrgency[worst / 2]);
 }
 
 double lowest_known(const analysis::ConditionIndices& c) {

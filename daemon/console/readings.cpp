@@ -107,9 +107,11 @@ model::AlarmKind wanted_alarm(const json& request) {
   for (const model::AlarmKind kind : model::kAlarmKinds) {
     if (name == model::to_text(kind)) return kind;
   }
-  throw RequestError("no alarm '" + name +
-                     "'; alarms are stiction, backlash, hysteresis, low_air_supply, unknown, "
-                     "model_gap");
+  std::string all;
+  for (const model::AlarmKind kind : model::kAlarmKinds) {
+    all += (all.empty() ? "" : ", ") + std::string(model::to_text(kind));
+  }
+  throw RequestError("no alarm '" + name + "'; alarms are " + all);
 }
 
 std::string Readings::answer(std::string_view what, const json& request) {

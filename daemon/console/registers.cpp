@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
@@ -97,6 +98,8 @@ std::string registers(const Parts& parts, bool values_only) {
     for (const Register& reg : map::registers()) names.push_back(name_of(reg));
     text += "\"names\":" + names.dump() + ',';
   }
+  // Not of the map, which has no process alarms.
+  text += "\"alarm_changes\":" + std::to_string(parts.board.alarm_changes()) + ',';
   text += "\"box\":";
   put_values(text, values, true, 0);
   text += ",\"loops\":[";

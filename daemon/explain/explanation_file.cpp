@@ -17,9 +17,9 @@ using nlohmann::json;
 
 AlarmKind kind_of(const json& name) {
   const auto found =
-      std::find_if(loopwarden::monitor::kAlarmKinds.begin(), loopwarden::monitor::kAlarmKinds.end(),
+      std::find_if(loopwarden::monitor::kValveAlarms.begin(), loopwarden::monitor::kValveAlarms.end(),
                    [&](AlarmKind kind) { return name == loopwarden::monitor::to_text(kind); });
-  if (found == loopwarden::monitor::kAlarmKinds.end()) throw std::runtime_error("unknown alarm");
+  if (found == loopwarden::monitor::kValveAlarms.end()) throw std::runtime_error("unknown alarm");
   return *found;
 }
 

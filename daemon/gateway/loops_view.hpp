@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -77,7 +78,9 @@ class LoopsView : public PlantView {
   virtual void close_orders() = 0;
   // The next three wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
   virtual std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
-  virtual std::uint64_t acknowledge_all(const std::string& peer) = 0;
+  // Of every loop, alarms of these kinds.
+  virtual std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
+                                        const std::string& peer) = 0;
   virtual std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) = 0;
   // False while the journal may still come to have all up to the ticket on the disk.
   virtual bool settled(std::uint64_t ticket) = 0;

@@ -281,7 +281,10 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
     order.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
   } else {
     if (wish.value == 0.0) return;  // a momentary coil rests at 0
-    if (wish.reg->field == Field::acknowledge_all) return done(loops_.acknowledge_all(peer.name));
+    if (wish.reg->field == Field::acknowledge_all) {
+      // A master acknowledges what the registers show him.
+      return done(loops_.acknowledge_all(model::kValveAlarms, peer.name));
+    }
     if (wish.reg->field == Field::reset) order.action = AlarmAction::reset;
     if (wish.reg->field == Field::unshelve) order.action = AlarmAction::unshelve;
   }

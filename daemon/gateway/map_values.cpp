@@ -56,6 +56,12 @@ unsigned loop_bits(const LoopReading& loop) {
   return bits;
 }
 
+// The map has the valve alarms alone; the shelf of a process alarm does not show in it.
+bool any_shelved(const model::LoopAlarms& alarms) {
+  return std::any_of(model::kValveAlarms.begin(), model::kValveAlarms.end(),
+                     [&](AlarmKind kind) { return alarms.alarm(kind).shelved(); });
+}
+
 double minutes_on_shelf(const model::Alarm& alarm, std::int64_t now_ms) {
   if (!alarm.shelved()) return 0.0;
   // Rounded up: an alarm on the shelf never reads 0.
@@ -104,7 +110,7 @@ const MapValues::Totals& MapValues::totals() {
     const LoopReading& reading = loop(i);
     t.windows += reading.watch.windows;
     t.ne107 = model::gravest(t.ne107, reading.ne107);
-    for (const AlarmKind kind : model::kAlarmKinds) {
+    for (const AlarmKind kind : model::kValveAlarms) {
       const model::Alarm& alarm = reading.watch.alarms.alarm(kind);
       t.active += alarm.active() ? 1U : 0U;
       t.unacknowledged += alarm.unacknowledged() ? 1U : 0U;
@@ -237,7 +243,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::at_high: return flag(is(of(), record::kAtHigh));
     case Field::in_manual: return flag(static_cast<Mode>(row().mode) == Mode::manual);
     case Field::any_suppressed: return flag(of().watch.alarms.any_suppressed());
-    case Field::any_shelved: return flag(of().watch.alarms.any_shelved());
+    case Field::any_shelved: return flag(any_shelved(of().watch.alarms));
     case Field::communication_lost: return flag(is(of(), record::kOutputLost));
     case Field::in_fault:
       return flag(static_cast<control::Fault>(row().fault) != control::Fault::none);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/monitor/monitor.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 
 #include "hal/contract/sample.hpp"
 #include "model/control/loop_controller.hpp"
+#include "model/control/supervisor.hpp"
 
 namespace loopwarden::daemon::monitor {
 
@@ -31,6 +33,47 @@ model::Cycle cycle_of(const RecordRow& row) {
           .pv_good = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good};
 }
 
+model::ProcessCycle process_cycle_of(const RecordRow& row) {
+  const auto quality = static_cast<hal::Quality>(row.pv_quality);
+  return {.period_index = row.period_index,
+          .pv_good = quality == hal::Quality::good,
+          .pv_bad = quality == hal::Quality::bad,
+          .output_arrives = (row.flags & record::kOutputLost) == 0,
+          .fault = static_cast<control::Fault>(row.fault),
+          .mode = static_cast<control::Mode>(row.mode),
+          .requested_mode = static_cast<control::Mode>(row.requested_mode)};
+}
+
+std::string pv_text(const RecordRow& row) {
+  const auto quality = static_cast<hal::Quality>(row.pv_quality);
+  const std::string text = fmt::format("PV is {}", to_text(quality));
+  if (quality == hal::Quality::good) return text;
+  return text + fmt::format(": {}", to_text(static_cast<hal::Reason>(row.pv_reason)));
+}
+
+std::string mode_text(const RecordRow& row, model::NormalMode normal) {
+  const auto fault = static_cast<control::Fault>(row.fault);
+  std::string text = to_text(static_cast<control::Mode>(row.mode));
+  if (fault != control::Fault::none) text += fmt::format(" ({})", to_text(fault));
+  return text + fmt::format("; the normal mode is {}", to_text(normal));
+}
+
+// Why a process alarm came or went, from the cycle that did it.
+std::string why_changed(const model::ProcessChange& change, const RecordRow& row,
+                        model::NormalMode normal) {
+  const bool pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad;
+  switch (change.kind) {
+    case model::AlarmKind::output_lost:
+      if (!change.on) return "commands reach the device";
+      return "commands don't reach the device" + (pv_bad ? "; " + pv_text(row) : std::string());
+    case model::AlarmKind::output_unknown:
+      return change.on ? "nothing tells where the output stands" : "the output is known";
+    case model::AlarmKind::not_normal_mode: return mode_text(row, normal);
+    default: break;
+  }
+  return pv_text(row);
+}
+
 }  // namespace
 
 Monitor::Monitor(const std::vector<WatchedLoop>& loops, WatchBoard& board, Raised raised)
@@ -42,7 +85,11 @@ Monitor::Monitor(const std::vector<WatchedLoop>& loops, WatchBoard& board, Raise
     const LoopWatch known = board.watch(tracks_.size() - 1);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
       const model::Alarm& alarm = known.alarms.alarm(kind);
-      track.monitor.restore(kind, alarm.active(), alarm.memory().severity_percent);
+      if (model::is_process_alarm(kind)) {
+        track.process.restore(kind, alarm.active());
+      } else {
+        track.monitor.restore(kind, alarm.active(), alarm.memory().severity_percent);
+      }
     }
   }
 }
@@ -90,6 +137,7 @@ bool Monitor::take_turn(std::size_t index) {
     ++taken;
     const bool at_limit = (row.flags & (record::kAtLow | record::kAtHigh)) != 0;
     track.times.add(static_cast<control::Mode>(row.mode), at_limit);
+    watch_process(index, row);
     const model::Cycle cycle = cycle_of(row);
     track.condition.add(cycle, static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
                         (row.flags & (record::kLateCycle | record::kOutputLost)) != 0);
@@ -115,6 +163,14 @@ bool Monitor::take_turn(std::size_t index) {
   cycles_.fetch_add(taken, std::memory_order_relaxed);
   board_.set_progress(index, track.times, track.condition.indices(), track.monitor.state());
   return window || taken == kCyclesATurn;
+}
+
+void Monitor::watch_process(std::size_t index, const RecordRow& row) {
+  Track& track = tracks_[index];
+  const model::ProcessChanges changes = track.process.add(process_cycle_of(row));
+  for (const model::ProcessChange& change : changes.view()) {
+    board_.process_changed(index, change, why_changed(change, row, track.normal_mode));
+  }
 }
 
 bool Monitor::pass_on(std::size_t index, const model::MonitorStep& step) {

@@ -24,6 +24,7 @@
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/mode_times.hpp"
+#include "model/monitor/process_watch.hpp"
 
 namespace loopwarden::daemon::monitor {
 
@@ -35,6 +36,7 @@ struct WatchedLoop {
       nullptr;             // null: no model_gap; read while this is made
   double history_s = 0.0;  // of a loop with a twin
   loopwarden::monitor::VerdictRuleSettings rule;
+  loopwarden::monitor::NormalMode normal_mode = loopwarden::monitor::NormalMode::any;
   loopwarden::monitor::CorrectiveSettings corrective{};
   // Where orders for the jacket go, used by the monitor's thread alone. Null: no corrective action.
   orders::OrderDesk* orders = nullptr;
@@ -52,7 +54,7 @@ class Monitor {
  public:
   static constexpr std::size_t kCyclesATurn = 256;
 
-  // Called by the monitor's thread as an alarm is raised, by the window, the routine judgement or the twin (`reason`) of
+  // Called by the monitor's thread as a valve alarm is raised, by the window, the routine judgement or the twin (`reason`) of
   // the step that `monitor` just made; both are valid meanwhile.
   using Raised = std::function<void(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
                                     const loopwarden::monitor::LoopMonitor& monitor,
@@ -60,7 +62,7 @@ class Monitor {
                                     loopwarden::monitor::AlarmReason reason)>;
 
   // What is pointed to outlives this. Alarms that the board knows from before a restart stay on until
-  // windows say otherwise.
+  // windows say otherwise; process alarms until the cycles do.
   Monitor(const std::vector<WatchedLoop>& loops, WatchBoard& board, Raised raised = {});
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
@@ -91,6 +93,8 @@ class Monitor {
           corrective(watched.orders != nullptr ? watched.corrective
                                                : loopwarden::monitor::CorrectiveSettings{}),
           condition(watched.window),
+          process(watched.window.sample_time_s, watched.normal_mode),
+          normal_mode(watched.normal_mode),
           times(watched.window.sample_time_s) {}
     hal::os::SpscRing<record::RecordRow>* cycles;
     orders::OrderDesk* orders;
@@ -102,10 +106,13 @@ class Monitor {
     std::unique_ptr<History> history;  // where there is a twin
     loopwarden::monitor::CorrectiveAction corrective;
     loopwarden::monitor::ConditionWatch condition;
+    loopwarden::monitor::ProcessWatch process;
+    loopwarden::monitor::NormalMode normal_mode;
     loopwarden::monitor::ModeTimes times;
   };
   // True if there may be more.
   bool take_turn(std::size_t index);
+  void watch_process(std::size_t index, const record::RecordRow& row);
   // True if it was a window.
   bool pass_on(std::size_t index, const loopwarden::monitor::MonitorStep& step);
   void raised(std::size_t index, const std::vector<loopwarden::monitor::AlarmKind>& alarms,

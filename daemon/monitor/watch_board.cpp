@@ -112,6 +112,14 @@ std::vector<AlarmKind> WatchBoard::twin_judged(std::size_t loop,
   return raised_since(loop, before);
 }
 
+void WatchBoard::process_changed(std::size_t loop, const model::ProcessChange& change,
+                                 const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  const Memories before = memories(loop);
+  write_down(loop, before,
+             watches_[loop].alarms.process_changed(utc_ms_(), change.kind, change.on), why);
+}
+
 void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
@@ -221,11 +229,12 @@ OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
   return result;
 }
 
-Acknowledged WatchBoard::acknowledge_all(const std::string& peer, const std::string& reason) {
+Acknowledged WatchBoard::acknowledge_all(std::span<const AlarmKind> kinds, const std::string& peer,
+                                         const std::string& reason) {
   const std::lock_guard lock(mutex_);
   Acknowledged done;
   for (std::size_t i = 0; i < watches_.size(); ++i) {
-    for (const AlarmKind kind : model::kAlarmKinds) {
+    for (const AlarmKind kind : kinds) {
       if (!watches_[i].alarms.alarm(kind).unacknowledged()) continue;
       const OrderResult result = act_locked(i, {kind, AlarmAction::acknowledge, 0, peer, reason});
       if (!result.accepted) continue;
@@ -312,6 +321,11 @@ std::vector<LoggedWindow> WatchBoard::windows(std::size_t loop) const {
   return logs_[loop].windows();
 }
 
+std::uint64_t WatchBoard::alarm_changes() const {
+  const std::lock_guard lock(mutex_);
+  return alarm_changes_;
+}
+
 WatchBoard::Memories WatchBoard::memories(std::size_t loop) const {
   Memories all;
   for (const AlarmKind kind : model::kAlarmKinds) {
@@ -349,6 +363,7 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
     entry.memory = alarm.memory();
     ticket = journal_.post(std::move(entry));
   }
+  if (ticket != 0 || !transitions.empty()) ++alarm_changes_;
   return ticket;
 }
 

@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/mode_times.hpp"
+#include "model/monitor/process_watch.hpp"
 #include "model/monitor/routine_watch.hpp"
 #include "model/monitor/window_judge.hpp"
 #include "model/monitor/window_measures.hpp"
@@ -102,6 +104,9 @@ class WatchBoard {
   // The twin's watch changed its mind. Returns the alarms whose condition came with it.
   std::vector<loopwarden::monitor::AlarmKind> twin_judged(
       std::size_t loop, const loopwarden::monitor::AlarmConditions& conditions);
+  // The condition of a process alarm came or went; `why` is for the journal.
+  void process_changed(std::size_t loop, const loopwarden::monitor::ProcessChange& change,
+                       const std::string& why);
   // The gap workflow has said why an alarm came: it stands with the alarm, and may give it another name.
   void explained(std::size_t loop, const Explanation& explanation);
   // A window that is full but can't be judged, or whose judgement says that it moves too little to tell.
@@ -130,8 +135,9 @@ class WatchBoard {
   OrderResult set_veto(std::size_t loop, loopwarden::monitor::Veto veto, const std::string& peer,
                        const std::string& reason);
   OrderResult act(std::size_t loop, const AlarmOrder& order);
-  // Every alarm that waits, of every loop.
-  Acknowledged acknowledge_all(const std::string& peer, const std::string& reason);
+  // Every alarm of these kinds that waits, of every loop.
+  Acknowledged acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds, const std::string& peer,
+                               const std::string& reason);
 
   // Any thread.
   LoopWatch watch(std::size_t loop) const;
@@ -142,6 +148,8 @@ class WatchBoard {
     look(watches_[loop]);
   }
   std::vector<LoggedWindow> windows(std::size_t loop) const;
+  // How often any alarm has changed since the start: whoever keeps the list asks for it again then.
+  std::uint64_t alarm_changes() const;
   std::size_t loops() const noexcept { return names_.size(); }
   const std::string& name(std::size_t loop) const { return names_[loop]; }
   const loopwarden::monitor::AlarmSettings& settings() const noexcept { return settings_; }
@@ -168,6 +176,7 @@ class WatchBoard {
   mutable std::mutex mutex_;
   std::vector<LoopWatch> watches_;
   std::vector<WindowLog> logs_;
+  std::uint64_t alarm_changes_ = 0;
 };
 
 }  // namespace loopwarden::daemon::monitor

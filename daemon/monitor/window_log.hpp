@@ -23,7 +23,7 @@ struct LoggedWindow {
       loopwarden::monitor::WindowJudgement::Result::no_fault;
   loopwarden::monitor::AlarmKind fault = loopwarden::monitor::AlarmKind::unknown;
   float severity_percent = 0.0F;                                          // % of the CO span
-  std::array<float, loopwarden::monitor::kAlarmKindCount> probability{};  // as in WindowJudgement
+  std::array<float, loopwarden::monitor::kValveAlarmCount> probability{};  // as in WindowJudgement
   std::array<float, loopwarden::specialist::kConditions> errors{};        // (% of the CO span)^2
 };
 

@@ -106,6 +106,12 @@ MetricSpec plain(std::string name, DataType type, std::string unit = "") {
 
 constexpr const char* kOfSpan = "% of CO span";
 
+const std::vector<std::string>& valve_alarms() {
+  static const std::vector<std::string> kAlarms{"stiction",       "backlash", "hysteresis",
+                                                "low_air_supply", "unknown",  "model_gap"};
+  return kAlarms;
+}
+
 void add_explanation(std::vector<MetricSpec>& specs) {
   for (const char* name : {"alarm", "verdict", "effect", "sentence", "remedy"}) {
     specs.push_back(plain(std::string("explanation/") + name, DataType::string));
@@ -124,8 +130,11 @@ void add_extras(std::vector<MetricSpec>& specs) {
   specs.push_back(plain("tag", DataType::string));
   for (const std::string& alarm : alarm_names()) {
     specs.push_back(plain("alarm/" + alarm + "/state", DataType::string));
-    specs.push_back(plain("alarm/" + alarm + "/severity", DataType::float64, kOfSpan));
     specs.push_back(plain("alarm/" + alarm + "/since", DataType::date_time));
+  }
+  // A process alarm has no size.
+  for (const std::string& alarm : valve_alarms()) {
+    specs.push_back(plain("alarm/" + alarm + "/severity", DataType::float64, kOfSpan));
   }
   add_explanation(specs);
   specs.push_back(plain("order/result", DataType::string));
@@ -201,8 +210,13 @@ const std::vector<std::string>& evidence_files() {
 }
 
 const std::vector<std::string>& alarm_names() {
-  static const std::vector<std::string> kAlarms{"stiction",       "backlash", "hysteresis",
-                                                "low_air_supply", "unknown",  "model_gap"};
+  static const std::vector<std::string> kAlarms = [] {
+    std::vector<std::string> all = valve_alarms();
+    for (const char* name : {"bad_pv", "output_lost", "output_unknown", "not_normal_mode"}) {
+      all.emplace_back(name);
+    }
+    return all;
+  }();
   return kAlarms;
 }
 

@@ -160,7 +160,8 @@ json DaemonView::values(std::size_t loop, const std::vector<std::size_t>& column
 }
 
 void DaemonView::look_at_alarms() {
-  json now = json::array();
+  // The registers have sizes, but no process alarms: of those it is only told that something has changed.
+  json now = json::array({registers_.value("alarm_changes", json())});
   for (std::size_t i = 0; i < model_.loops().size(); ++i) now.push_back(values(i, alarm_columns_));
   if (now == alarms_seen_) return;
   std::map<std::string, Extras*> by_tag;

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <set>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "fleet/database/array_text.hpp"
+#include "model/monitor/alarm_kind.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -77,7 +79,16 @@ WITH changes AS (
     ON CONFLICT DO NOTHING RETURNING device_id, name, state)
 INSERT INTO request(device_id, metric, value, due)
   SELECT device_id, 'request/evidence', name, now() + $6::integer * interval '1 second'
-    FROM changes WHERE $7::boolean AND state = 'unacknowledged')";
+    FROM changes WHERE $7::boolean AND state = 'unacknowledged' AND name <> ALL($8::text[]))";
+
+// Alarms that leave none on their box, as an array of text.
+std::string without_evidence() {
+  ArrayText names;
+  for (const monitor::AlarmKind kind : monitor::kProcessAlarms) {
+    names.add(std::string_view(to_text(kind)));
+  }
+  return names.text();
+}
 
 constexpr const char* kInsertExplanation = R"(
 INSERT INTO explanation(device_id, time, parts)
@@ -334,7 +345,8 @@ class Writer::Transaction {
     }
     if (devices.empty()) return;
     work_.exec_params(kInsertAlarms, devices.text(), names.text(), times.text(), states.text(),
-                      severities.text(), settings_.evidence_delay_s, settings_.ask_evidence);
+                      severities.text(), settings_.evidence_delay_s, settings_.ask_evidence,
+                      without_evidence());
   }
 
   void write_explanations() {

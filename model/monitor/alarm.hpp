@@ -11,8 +11,8 @@
 //   shelved                  any        put aside by the operator for a limited time
 //   suppressed               any        not raised, by design; the reason says why
 //
-// The condition comes from the verdict rule, once for each window that could be judged. Where the rule
-// differs from a plain reading of the standard, it is so that an operator can live with it:
+// The condition comes from the verdict rule, once for each window that could be judged; of a process alarm from
+// process_watch.hpp. Where the rule differs from a plain reading of the standard, it is so that an operator can live with it:
 //
 //  - A window that can't be judged is no evidence of repair: an alarm that was raised stays raised; only
 //    an alarm that is off shows `suppressed` then, because it could not come.
@@ -26,7 +26,7 @@
 //
 // Errors: an action that does not fit the state is refused (false) and changes nothing.
 // What it can't do: out-of-service (the standard's ninth state); on and off delays, which the verdict
-// rule's windows stand for.
+// rule's windows stand for, and process_watch.hpp has.
 //
 // Source: ANSI/ISA-18.2-2016 (IEC 62682), alarm state transition diagram.
 #pragma once
@@ -94,6 +94,8 @@ class Alarm {
   void condition_on(std::int64_t now_ms, double severity_percent) noexcept;
   void condition_off(std::int64_t now_ms) noexcept;
   void window_not_valid() noexcept { window_valid_ = false; }
+  // It needs no window.
+  void always_valid() noexcept { window_valid_ = true; }
   void explain(bool by_another) noexcept { explained_ = by_another; }
   // It was another alarm's: normal, whatever the operator has done with it.
   void take_back(std::int64_t now_ms) noexcept {

@@ -7,12 +7,14 @@ namespace loopwarden::monitor {
 
 LoopAlarms::LoopAlarms(const AlarmSettings& settings) noexcept {
   alarms_.fill(Alarm(settings));
-  for (const AlarmKind kind : kAlarmKinds) counts_for_[index_of(kind)].kind = kind;
+  for (const AlarmKind kind : kValveAlarms) counts_for_[index_of(kind)].kind = kind;
+  for (const AlarmKind kind : kProcessAlarms) alarms_[index_of(kind)].always_valid();
 }
 
 void LoopAlarms::restore(AlarmKind kind, const AlarmMemory& memory) noexcept {
   Alarm& alarm = alarms_[index_of(kind)];
   alarm = Alarm(alarm.settings(), memory);
+  if (is_process_alarm(kind)) alarm.always_valid();
   find_root();
 }
 
@@ -28,7 +30,7 @@ AlarmTransitions LoopAlarms::judged(std::int64_t now_ms, const AlarmConditions& 
                                     AlarmReason by) noexcept {
   return after(by, [&] {
     AlarmConditions counted{};
-    for (const AlarmKind kind : kAlarmKinds) {
+    for (const AlarmKind kind : kValveAlarms) {
       const AlarmCondition& condition = conditions[index_of(kind)];
       CountsFor& as = counts_for_[index_of(kind)];
       if (!condition.on) {
@@ -39,7 +41,7 @@ AlarmTransitions LoopAlarms::judged(std::int64_t now_ms, const AlarmConditions& 
       const double severity = as.kind == kind ? condition.severity_percent : as.severity_percent;
       one = {true, std::max(one.severity_percent, severity)};
     }
-    for (std::size_t i = 0; i < kAlarmKindCount; ++i) {
+    for (std::size_t i = 0; i < kValveAlarmCount; ++i) {
       if (counted[i].on) {
         alarms_[i].condition_on(now_ms, counted[i].severity_percent);
       } else {
@@ -61,7 +63,15 @@ AlarmTransitions LoopAlarms::explained(std::int64_t now_ms, AlarmKind kind, Alar
 
 AlarmTransitions LoopAlarms::window_not_valid() noexcept {
   return after(AlarmReason::windows, [&] {
-    for (Alarm& alarm : alarms_) alarm.window_not_valid();
+    for (const AlarmKind kind : kValveAlarms) alarms_[index_of(kind)].window_not_valid();
+  });
+}
+
+AlarmTransitions LoopAlarms::process_changed(std::int64_t now_ms, AlarmKind kind,
+                                             bool on) noexcept {
+  return after(AlarmReason::process, [&] {
+    Alarm& alarm = alarms_[index_of(kind)];
+    on ? alarm.condition_on(now_ms, 0.0) : alarm.condition_off(now_ms);
   });
 }
 
@@ -88,7 +98,7 @@ LoopAlarms::ActionResult LoopAlarms::act(AlarmKind kind, AlarmAction action, std
 
 void LoopAlarms::find_root() noexcept {
   const bool low_air = alarm(AlarmKind::low_air_supply).active();
-  for (const AlarmKind kind : kAlarmKinds) {
+  for (const AlarmKind kind : kValveAlarms) {
     if (kind != AlarmKind::low_air_supply) alarms_[index_of(kind)].explain(low_air);
   }
 }

@@ -5,6 +5,8 @@
 // stiction, backlash and hysteresis as well. While low air is raised, the valve's other alarms are
 // suppressed as its consequence; when it is gone they show what their own conditions say.
 //
+// Process alarms know neither windows nor low air: they come and go as their watch says (process_watch.hpp).
+//
 // A condition that an explanation gave to another alarm counts for that one until it goes (explained()).
 //
 // Each call returns what changed for the operator, as transitions between the states that he sees.
@@ -23,21 +25,22 @@
 
 namespace loopwarden::monitor {
 
-// What the verdict rule says of one alarm after a window that could be judged.
+// What the verdict rule says of one valve alarm after a window that could be judged.
 struct AlarmCondition {
   bool on = false;
   double severity_percent = 0.0;  // % of the CO span
 };
-using AlarmConditions = std::array<AlarmCondition, kAlarmKindCount>;
+using AlarmConditions = std::array<AlarmCondition, kValveAlarmCount>;
 
 // Why an alarm changed.
-enum class AlarmReason : std::uint8_t { windows, routine, by_operator, twin, explained };
+enum class AlarmReason : std::uint8_t { windows, routine, by_operator, twin, explained, process };
 constexpr const char* to_text(AlarmReason reason) noexcept {
   switch (reason) {
     case AlarmReason::windows: return "windows";
     case AlarmReason::routine: return "routine";
     case AlarmReason::twin: return "twin";
     case AlarmReason::explained: return "explained";
+    case AlarmReason::process: return "process";
     case AlarmReason::by_operator: break;
   }
   return "operator";
@@ -83,6 +86,8 @@ class LoopAlarms {
   AlarmTransitions explained(std::int64_t now_ms, AlarmKind kind, AlarmKind as,
                              double severity_percent) noexcept;
   AlarmTransitions window_not_valid() noexcept;
+  // The condition of a process alarm came or went.
+  AlarmTransitions process_changed(std::int64_t now_ms, AlarmKind kind, bool on) noexcept;
   AlarmTransitions pass_time(std::int64_t now_ms) noexcept;
 
   struct ActionResult {
@@ -107,12 +112,12 @@ class LoopAlarms {
   AlarmTransitions after(AlarmReason reason, Change change) noexcept;
 
   std::array<Alarm, kAlarmKindCount> alarms_;
-  // What a condition that is on counts for; itself unless it was explained.
+  // What a valve alarm's condition that is on counts for; itself unless it was explained.
   struct CountsFor {
     AlarmKind kind = AlarmKind::stiction;
     double severity_percent = 0.0;
   };
-  std::array<CountsFor, kAlarmKindCount> counts_for_{};
+  std::array<CountsFor, kValveAlarmCount> counts_for_{};
 };
 
 }  // namespace loopwarden::monitor

@@ -59,7 +59,8 @@ inline Ne107 condensed(const LoopCondition& loop, const LoopAlarms& alarms,
   if (loop.simulated || loop.manual) return Ne107::function_check;
   if (loop.pv_uncertain) return Ne107::out_of_specification;
   Ne107 state = Ne107::normal;
-  for (const AlarmKind kind : kAlarmKinds) {
+  // What process alarms tell stands in `loop`, at once.
+  for (const AlarmKind kind : kValveAlarms) {
     const Alarm& alarm = alarms.alarm(kind);
     if (!alarm.active()) continue;
     const bool severe = kind == AlarmKind::low_air_supply ||

@@ -21,13 +21,13 @@ const AlarmConditions& VerdictRule::add(const WindowJudgement& judgement) noexce
   Vote& newest = history_[next_];
   next_ = (next_ + 1) % kMostVotes;
   votes_ = std::min(votes_ + 1, kMostVotes);
-  for (std::size_t k = 0; k < kAlarmKindCount; ++k) {
+  for (std::size_t k = 0; k < kValveAlarmCount; ++k) {
     const bool named = judgement.result == Result::fault && index_of(judgement.fault) == k;
     newest.names[k] = named && judgement.probability[k] >= settings_.probability_on;
     newest.keeps[k] = judgement.probability[k] >= settings_.probability_off;
   }
   newest.severity_percent = judgement.severity_percent;
-  for (std::size_t k = 0; k < kAlarmKindCount; ++k) {
+  for (std::size_t k = 0; k < kValveAlarmCount; ++k) {
     std::size_t names = 0;
     std::size_t keeps = 0;
     for (std::size_t i = 0; i < std::min(votes_, settings_.windows_to_go); ++i) {

@@ -65,8 +65,8 @@ class VerdictRule {
 
  private:
   struct Vote {
-    std::array<bool, kAlarmKindCount> names{};
-    std::array<bool, kAlarmKindCount> keeps{};
+    std::array<bool, kValveAlarmCount> names{};
+    std::array<bool, kValveAlarmCount> keeps{};
     double severity_percent = 0.0;  // % of the CO span, of the fault that it names
   };
   // The place of the newest but `age` in the history.

@@ -16,7 +16,7 @@ struct WindowJudgement {
   Result result = Result::no_fault;
   AlarmKind fault = AlarmKind::unknown;  // where the result is fault
   // Of each fault, 0 to 1; what is missing to a sum of 1 is that of no fault.
-  std::array<double, kAlarmKindCount> probability{};
+  std::array<double, kValveAlarmCount> probability{};
   double severity_percent = 0.0;  // % of the CO span, of the fault
   // What each specialist's explanation leaves of the window, (% of the CO span)^2, in the order of
   // specialist::Condition; 0 from a judge that has none.

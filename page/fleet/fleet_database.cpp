@@ -103,6 +103,7 @@ AnswerCache::Answer FleetDatabase::make_overview(const std::string& group) {
         {"group", group},
         {"groups", groups(database)},
         {"weeks", {{"from_ms", 1000 * kWeeksOfList.from_s(now)}, {"step_s", kWeeksOfList.step_s}}},
+        {"faults", faulty_loops(database, group)},
         {"valves", std::move(valves)},
         {"silent", silent_boxes(database, group)},
         {"versions", versions(database, group)},

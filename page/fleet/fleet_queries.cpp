@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "fleet/database/array_text.hpp"
 #include "page/fleet/step_curve.hpp"
+#include "model/monitor/alarm_kind.hpp"
 
 namespace loopwarden::page {
 namespace {
@@ -22,18 +24,30 @@ silent AS (SELECT group_name, count(*) AS silent FROM silent_box GROUP BY 1),
 loops AS (
   SELECT group_name, count(*) AS loops, count(*) FILTER (WHERE online) AS loops_online FROM loop GROUP BY 1),
 sick AS (
-  SELECT l.group_name, count(DISTINCT device_id) AS sick, count(*) FILTER (WHERE n.state = 'unacknowledged') AS waiting
+  SELECT l.group_name, count(DISTINCT device_id) FILTER (WHERE n.name <> ALL($1::text[])) AS sick,
+         count(DISTINCT device_id) FILTER (WHERE n.name = ANY($1::text[])) AS faulty,
+         count(*) FILTER (WHERE n.state = 'unacknowledged') AS waiting
     FROM alarm_now n JOIN loop l USING (device_id) WHERE n.active GROUP BY 1)
 SELECT group_name AS "group", boxes, online, coalesce(silent, 0) AS silent, coalesce(loops, 0) AS loops,
-       coalesce(loops_online, 0) AS loops_online, coalesce(sick, 0) AS sick, coalesce(waiting, 0) AS waiting
+       coalesce(loops_online, 0) AS loops_online, coalesce(sick, 0) AS sick, coalesce(faulty, 0) AS faulty,
+       coalesce(waiting, 0) AS waiting
   FROM box LEFT JOIN silent USING (group_name) LEFT JOIN loops USING (group_name) LEFT JOIN sick USING (group_name)
   ORDER BY 1)";
 
 constexpr const char* kWorst = R"(
 SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.state, w.severity,
        (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online, w.device_id, count(*) OVER () AS "all"
-  FROM worst_valve w JOIN device d ON d.id = w.device_id WHERE $1 IN ('', w.group_name)
+  FROM worst_valve w JOIN device d ON d.id = w.device_id
+  WHERE $1 IN ('', w.group_name) AND w.alarm <> ALL($3::text[])
   ORDER BY w.severity DESC NULLS LAST, w.group_name, w.edge, w.tag, w.alarm LIMIT $2)";
+
+// The view has every alarm that is on; here are those that are no valve's.
+constexpr const char* kFaulty = R"(
+SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.state,
+       (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online, count(*) OVER () AS "all"
+  FROM worst_valve w JOIN device d ON d.id = w.device_id
+  WHERE $1 IN ('', w.group_name) AND w.alarm = ANY($3::text[])
+  ORDER BY w.since DESC, w.group_name, w.edge, w.tag, w.alarm LIMIT $2)";
 
 constexpr const char* kSilent = R"(
 SELECT group_name AS "group", edge, online, (extract(epoch FROM since) * 1000)::bigint AS since_ms,
@@ -118,6 +132,13 @@ constexpr const char* kEvidence = R"(
 SELECT name, (extract(epoch FROM begun) * 1000)::bigint AS begun_ms, complete IS NOT NULL AS complete
   FROM evidence WHERE device_id = $1 ORDER BY begun DESC LIMIT 50)";
 
+// As an array of text.
+std::string process_alarms() {
+  fleet::ArrayText names;
+  for (const monitor::AlarmKind kind : monitor::kProcessAlarms) names.add(std::string_view(to_text(kind)));
+  return names.text();
+}
+
 // Types of columns, as PostgreSQL numbers them.
 enum : pqxx::oid { kBool = 16, kInt8 = 20, kInt4 = 23, kFloat8 = 701, kJsonb = 3802 };
 
@@ -175,10 +196,16 @@ std::int64_t now_ms(pqxx::transaction_base& database) {
   return database.exec1(kNow)[0].as<std::int64_t>();
 }
 
-json groups(pqxx::transaction_base& database) { return rows_json(database.exec(kGroups)); }
+json groups(pqxx::transaction_base& database) {
+  return rows_json(database.exec_params(kGroups, process_alarms()));
+}
 
 json worst_valves(pqxx::transaction_base& database, const std::string& group) {
-  return limited(database.exec_params(kWorst, group, kMostValves));
+  return limited(database.exec_params(kWorst, group, kMostValves, process_alarms()));
+}
+
+json faulty_loops(pqxx::transaction_base& database, const std::string& group) {
+  return limited(database.exec_params(kFaulty, group, kMostValves, process_alarms()));
 }
 
 json silent_boxes(pqxx::transaction_base& database, const std::string& group) {

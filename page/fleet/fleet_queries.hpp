@@ -35,6 +35,8 @@ nlohmann::json groups(pqxx::transaction_base& database);
 
 // Of one group, or of all (empty).
 nlohmann::json worst_valves(pqxx::transaction_base& database, const std::string& group);
+// Loops that don't do their work: process alarms that are on, the newest first.
+nlohmann::json faulty_loops(pqxx::transaction_base& database, const std::string& group);
 nlohmann::json silent_boxes(pqxx::transaction_base& database, const std::string& group);
 nlohmann::json different_boxes(pqxx::transaction_base& database, const std::string& group);
 // What most boxes of each group have.

@@ -183,7 +183,7 @@ monitor::RoutineWatch::Judgement routine_of(const json& j) {
   monitor::RoutineWatch::Judgement r;
   r.verdict = named(kVerdicts, j.at("result").get<std::string>());
   r.grade = named(kGrades, j.at("grade").get<std::string>());
-  r.fault = named(monitor::kAlarmKinds, j.at("fault").get<std::string>());
+  r.fault = named(monitor::kValveAlarms, j.at("fault").get<std::string>());
   r.probability = j.at("probability").get<double>();
   r.severity_percent = j.at("severity_percent").get<double>();
   r.evidence = {.phase = j.at("phase").get<double>(),
@@ -210,7 +210,7 @@ Evidence evidence_of(const json& j) {
   Evidence e;
   e.loop = j.at("loop").get<std::string>();
   const auto alarm = j.at("alarm").get<std::string>();
-  for (const AlarmKind known : monitor::kAlarmKinds) {
+  for (const AlarmKind known : monitor::kValveAlarms) {
     if (alarm == monitor::to_text(known)) e.alarm = known;
   }
   e.raised_ms = j.at("raised_ms").get<std::int64_t>();

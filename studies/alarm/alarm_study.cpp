@@ -31,7 +31,7 @@ namespace loopwarden::studies {
 namespace {
 
 using monitor::AlarmKind;
-using monitor::kAlarmKindCount;
+using monitor::kValveAlarmCount;
 using specialist::Condition;
 
 constexpr std::size_t kDayParts = 24;
@@ -69,7 +69,7 @@ struct AlarmStudyOptions {
 };
 
 // When each alarm first came in a run, in windows from 1; 0: it did not.
-using FirstAlarms = std::array<std::size_t, kAlarmKindCount>;
+using FirstAlarms = std::array<std::size_t, kValveAlarmCount>;
 
 struct Run {
   FirstAlarms first{};
@@ -109,7 +109,7 @@ Run watch(const specialist::SimulatedWindow& loop, const specialist::Team& team,
                                 .co_high = team.facts.co_high},
                                monitor::kAlarmRule, &judge);
   Run run;
-  std::array<bool, kAlarmKindCount> on{};
+  std::array<bool, kValveAlarmCount> on{};
   for (std::size_t k = 0; k < loop.pv.size(); ++k) {
     if (late.next()) continue;
     const monitor::MonitorStep step = watcher.add({.period_index = k,
@@ -170,7 +170,7 @@ class AlarmStudy {
                                          specialist::stream_seed(options_.seed + 1000, k), samples),
                 team_, {options_.missing_percent, k});
     });
-    std::array<std::size_t, kAlarmKindCount> raised{};
+    std::array<std::size_t, kValveAlarmCount> raised{};
     std::size_t windows = 0;
     for (const Run& run : runs) {
       windows += run.windows;
@@ -178,7 +178,7 @@ class AlarmStudy {
     }
     if (options_.json) {
       nlohmann::json alarms = nlohmann::json::object();
-      for (const AlarmKind kind : monitor::kAlarmKinds) {
+      for (const AlarmKind kind : monitor::kValveAlarms) {
         alarms[to_text(kind)] = raised[monitor::index_of(kind)];
       }
       found_["healthy"] = {
@@ -189,7 +189,7 @@ class AlarmStudy {
     fmt::print(
         "\nHealthy loops, {} days in all ({} windows): false alarms, and that per loop-year\n",
         options_.days, windows);
-    for (const AlarmKind kind : monitor::kAlarmKinds) {
+    for (const AlarmKind kind : monitor::kValveAlarms) {
       const std::size_t n = raised[monitor::index_of(kind)];
       fmt::print("{:<16} {:>6} {:>10.1f}\n", to_text(kind), n, static_cast<double>(n) / years);
     }
@@ -234,7 +234,7 @@ class AlarmStudy {
     for (const Run& run : runs) {
       if (run.first[own] > 0) delays.push_back(run.first[own]);
       bool other = false;
-      for (std::size_t a = 0; a < kAlarmKindCount; ++a) {
+      for (std::size_t a = 0; a < kValveAlarmCount; ++a) {
         other = other || (a != own && a != unknown && run.first[a] > 0);
       }
       others += other ? 1U : 0U;

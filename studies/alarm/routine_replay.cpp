@@ -54,7 +54,7 @@ nlohmann::json watched(const std::string& name, const Loop& loop) {
                          {"verdict", diagnosis::to_text(step.routine->verdict)},
                          {"probability", step.routine->probability},
                          {"sum", step.routine->sum}});
-      for (const monitor::AlarmKind kind : monitor::kAlarmKinds) {
+      for (const monitor::AlarmKind kind : monitor::kValveAlarms) {
         if (!step.conditions[monitor::index_of(kind)].on || !raised_s.is_null()) continue;
         raised_s = passed_s;
         alarm = to_text(kind);

@@ -422,7 +422,7 @@ void Study::loop_year() {
                                               seed(6, day), samples);
     specialist::TeamJudge judge(*p.specialists.team);
     monitor::VerdictRule rule;
-    std::array<bool, monitor::kAlarmKindCount> on{};
+    std::array<bool, monitor::kValveAlarmCount> on{};
     for (std::size_t k = 0; k + kWindowSamples <= samples; k += kWindowSamples) {
       const auto verdict = judge.judge({std::span(run.pv).subspan(k, kWindowSamples),
                                         std::span(run.co).subspan(k, kWindowSamples)});

@@ -8,9 +8,11 @@
 #include <cmath>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "tests/hal/modbus/modbus_rig.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/shell.hpp"
 
 namespace loopwarden::tests::modbus_faults_test {
 namespace {
@@ -83,10 +85,10 @@ constexpr std::chrono::seconds kSettling{120};
 
 // Daemon, device and a proxy that can spoil the replies, on TCP.
 struct TcpPlant {
-  TcpPlant()
+  explicit TcpPlant(const std::string& loop = loop_file("field", 1.0))
       : rig(kDeviceArguments),
         daemon("links:\n" + tcp_link_yaml("field", rig.proxy.ready("port")),
-               {{"loops.d/FIC-101.yaml", loop_file("field", 1.0)}}) {}
+               {{"loops.d/FIC-101.yaml", loop}}) {}
 
   double co() { return rig.device.state_number("co"); }
   double pv() { return rig.device.state_number("pv"); }
@@ -241,6 +243,52 @@ TEST_CASE(
   CHECK(plant.output_at(kDeviceFailSafe));
   plant.rig.proxy.command("ok");
   plant.recovers();
+}
+
+// The delays are seconds of real time: hardware is not accelerated.
+TEST_CASE(
+    "fault, device lost for longer: process alarms say so, are acknowledged, and go once it is back") {
+  std::string manual = loop_file("field", 1.0);
+  manual.replace(manual.find("recovery: previous_mode"), 23, "recovery: manual");
+  TcpPlant plant(manual);
+  plant.settle();
+  const auto state = [&](const char* alarm) {
+    return plant.daemon.loop("FIC-101").at("alarms").at(alarm).at("state").get<std::string>();
+  };
+  const auto becomes = [&](const char* alarm, const std::string& wanted) {
+    return eventually([&] { return state(alarm) == wanted; }, std::chrono::seconds(60));
+  };
+  const auto alarms = [&](const std::string& arguments) {
+    return run(LOOPWARDEN_CLI " alarms " + arguments + " --socket " +
+               (plant.daemon.folder() / "control.sock").string() + " 2>&1");
+  };
+  const std::vector<const char*> lost{"bad_pv", "output_lost", "not_normal_mode"};
+  for (const char* alarm : lost) CHECK(state(alarm) == "normal");
+
+  plant.rig.proxy.command("down");
+  for (const char* alarm : lost) CHECK(becomes(alarm, "unacknowledged"));
+  CHECK(state("output_unknown") == "normal");
+  const std::string list = alarms("").text;
+  for (const char* alarm : lost) CHECK_THAT(list, Catch::Contains(alarm));
+  const std::string told = alarms("explain FIC-101 output_lost").text;
+  CHECK_THAT(told, Catch::Contains("commands don't reach the valve"));
+  CHECK_THAT(told, Catch::Contains("normal -> unacknowledged"));
+  CHECK_THAT(told, !Catch::Contains("evidence"));
+  CHECK(alarms("ack FIC-101 output_lost").exit_code == 0);
+  CHECK(state("output_lost") == "acknowledged");
+
+  plant.rig.proxy.command("up");
+  CHECK(becomes("output_lost", "normal"));
+  CHECK(becomes("bad_pv", "returned_unacknowledged"));
+  CHECK(plant.daemon.is("FIC-101", "mode", "MAN"));
+  CHECK(state("not_normal_mode") == "unacknowledged");
+  plant.daemon.client().set("FIC-101", {{"mode", "auto"}});
+  CHECK(becomes("not_normal_mode", "returned_unacknowledged"));
+  const std::string journal = alarms("journal FIC-101").text;
+  CHECK_THAT(journal, Catch::Contains("bad_pv normal -> unacknowledged (PV is bad: "));
+  CHECK_THAT(journal, Catch::Contains("output_lost acknowledged -> normal (commands reach"));
+  CHECK_THAT(journal, Catch::Contains("not_normal_mode normal -> unacknowledged (FALLBACK ("));
+  CHECK_THAT(journal, !Catch::Contains("evidence"));
 }
 
 TEST_CASE("fault, SIGTERM: the output ends at the stop action and the daemon with 0") {

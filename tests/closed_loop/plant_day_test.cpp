@@ -59,6 +59,7 @@ class Plant {
          .window = {.sample_time_s = model_.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
          .judge = &judge_,
          .rule = monitor::kAlarmRule,
+         .normal_mode = monitor::NormalMode::automatic,
          .corrective = corrective,
          .orders = &desk_}};
     monitor_ = std::make_unique<Monitor>(
@@ -215,11 +216,13 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   plant.run_to(12.0);  // repaired at 10
   plant.set_mode(control::Mode::manual);
   plant.run_to(12.5);
+  CHECK(plant.act(AlarmKind::not_normal_mode, AlarmAction::acknowledge));
   plant.set_mode(control::Mode::automatic);
   plant.run_to(13.0);
   plant.sensor_good = false;
   plant.run_to(13.2);
   CHECK(plant.state(AlarmKind::stiction) == monitor::AlarmState::suppressed);
+  CHECK(plant.act(AlarmKind::bad_pv, AlarmAction::acknowledge));
   plant.sensor_good = true;
 
   plant.run_to(16.0);  // play in the linkage since 13.5
@@ -227,6 +230,7 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   CHECK(plant.act(AlarmKind::backlash, AlarmAction::shelve, 4.0));
   plant.set_mode(control::Mode::manual);
   plant.run_to(17.0);  // repaired
+  CHECK(plant.act(AlarmKind::not_normal_mode, AlarmAction::acknowledge));
   plant.set_mode(control::Mode::automatic);
   plant.run_to(20.5);
 
@@ -238,8 +242,19 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
 
   CHECK(alarms() == Lines{"stiction: normal > unacknowledged",
                           "stiction: unacknowledged > acknowledged",
-                          "stiction: acknowledged > normal", "backlash: normal > unacknowledged",
-                          "backlash: unacknowledged > shelved", "backlash: shelved > normal",
+                          "stiction: acknowledged > normal",
+                          "not_normal_mode: normal > unacknowledged",
+                          "not_normal_mode: unacknowledged > acknowledged",
+                          "not_normal_mode: acknowledged > normal",
+                          "bad_pv: normal > unacknowledged",
+                          "bad_pv: unacknowledged > acknowledged",
+                          "bad_pv: acknowledged > normal",
+                          "backlash: normal > unacknowledged",
+                          "backlash: unacknowledged > shelved",
+                          "not_normal_mode: normal > unacknowledged",
+                          "not_normal_mode: unacknowledged > acknowledged",
+                          "not_normal_mode: acknowledged > normal",
+                          "backlash: shelved > normal",
                           "low_air_supply: normal > unacknowledged",
                           "low_air_supply: unacknowledged > returned_unacknowledged",
                           "low_air_supply: returned_unacknowledged > normal"});

@@ -83,6 +83,8 @@ TEST_CASE("What a reload can't take over of a loop is named by its key, and noth
   CHECK(after(modbus_loop(), "deadband: 0.2", "deadband: 0.3") ==
         Keys{"controller.jacket.valve_position"});
   CHECK(after(modbus_loop(), "start: {mode: manual", "start: {mode: automatic") == Keys{"start"});
+  CHECK(after(modbus_loop(), "monitor:", "alarms: {normal_mode: manual}\nmonitor:") ==
+        Keys{"alarms.normal_mode"});
   CHECK(after(modbus_loop(), "overlap: 0.5", "overlap: 0.25") == Keys{"monitor.overlap"});
   CHECK(after(modbus_loop(), "overlap: 0.5", "decimation: 2") == Keys{"monitor.decimation"});
   CHECK(after(modbus_loop(), "overlap: 0.5", "specialists: s") == Keys{"monitor.specialists"});

@@ -58,6 +58,7 @@ class FakeDaemon {
   void set_alarm(const std::string& tag, json alarm) {
     const std::lock_guard lock(mutex_);
     alarms_[tag] = std::move(alarm);
+    ++alarm_changes_;
   }
   void set_explanation(const std::string& tag, json explanation) {
     const std::lock_guard lock(mutex_);
@@ -197,7 +198,8 @@ class FakeDaemon {
             {"loops", std::move(loops)}};
   }
   json registers(bool values_only) const {
-    json answer{{"box", json::array()}, {"loops", json::array()}};
+    json answer{
+        {"alarm_changes", alarm_changes_}, {"box", json::array()}, {"loops", json::array()}};
     if (!values_only) answer["names"] = json::array();
     for (const FieldText& f : fields()) {
       const bool bounded = f.high != 0.0;
@@ -238,6 +240,7 @@ class FakeDaemon {
       {"heartbeat", 0}, {"config_hash", 77}, {"running", 1}, {"acknowledge_all", 0}};
   std::map<std::string, std::map<std::string, json>> loops_;
   std::map<std::string, json> alarms_;
+  int alarm_changes_ = 0;
   std::map<std::string, json> explanations_;
   std::filesystem::path evidence_;
   std::string pv_unit_ = "L/min";

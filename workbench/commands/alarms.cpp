@@ -75,10 +75,15 @@ void print_table(const json& answer, bool all) {
   if (!all) fmt::print("{}", suppressed_note(answer));
 }
 
-// What is wrong with an alarm's name; empty: nothing.
-std::string no_alarm(const std::string& word) {
+std::vector<std::string> alarm_names() {
   std::vector<std::string> names;
   for (const monitor::AlarmKind kind : monitor::kAlarmKinds) names.emplace_back(to_text(kind));
+  return names;
+}
+
+// What is wrong with an alarm's name; empty: nothing.
+std::string no_alarm(const std::string& word) {
+  const std::vector<std::string> names = alarm_names();
   if (std::find(names.begin(), names.end(), word) != names.end()) return {};
   return fmt::format("no alarm is called '{}'{}", config::quotable(word),
                      config::suggestion(word, names));
@@ -181,12 +186,39 @@ void print_explanation(const json& e) {
              e.at("verdict") == "not_explained" ? "" : "/report.html");
 }
 
+bool is_process_alarm(const std::string& name) {
+  return std::any_of(monitor::kProcessAlarms.begin(), monitor::kProcessAlarms.end(),
+                     [&](monitor::AlarmKind kind) { return name == to_text(kind); });
+}
+
+void print_guide(const json& answer) {
+  fmt::print("\nwhat it is:     {}\nwhat it leads to: {}\nwhat to do:     {}\n\n",
+             answer.at("cause").get<std::string>(), answer.at("consequence").get<std::string>(),
+             answer.at("action").get<std::string>());
+}
+
+// A process alarm has neither size nor window, nor evidence: its reasons stand in the journal.
+void print_process_alarm(const Options& options, const json& answer) {
+  const json& alarm = answer.at("alarm");
+  fmt::print("{} of {}: {}, raised {} UTC\n", options.alarm, options.loop,
+             alarm.at("state").get<std::string>(), utc(alarm.at("raised_ms").get<std::int64_t>()));
+  print_guide(answer);
+  if (!answer.value("disk_answers", true)) {
+    fmt::print("the disk does not answer: the history can't be read\n");
+  }
+  for (const json& line : answer.at("history")) fmt::print("{}\n", journal_line(line));
+}
+
 int run_explain(const Options& options) {
   DaemonClient daemon(options.socket);
   loop_index(daemon.status(), options.loop);
   const json answer = daemon.explain(options.loop, options.alarm);
   if (options.json) {
     fmt::print("{}\n", answer.dump(2));
+    return kExitOk;
+  }
+  if (is_process_alarm(options.alarm)) {
+    print_process_alarm(options, answer);
     return kExitOk;
   }
   const json& alarm = answer.at("alarm");
@@ -200,9 +232,7 @@ int run_explain(const Options& options) {
              alarm.at("state").get<std::string>(), size,
              utc(alarm.at("raised_ms").get<std::int64_t>()));
   if (alarm.at("consequence").get<bool>()) fmt::print("explained by low_air_supply\n");
-  fmt::print("\nwhat it is:     {}\nwhat it leads to: {}\nwhat to do:     {}\n\n",
-             answer.at("cause").get<std::string>(), answer.at("consequence").get<std::string>(),
-             answer.at("action").get<std::string>());
+  print_guide(answer);
   if (!answer.at("explanation").is_null()) print_explanation(answer.at("explanation"));
   fmt::print("newest window ({}): ", m.at("window_state").get<std::string>());
   std::string separator;
@@ -262,7 +292,8 @@ void add_alarms(CLI::App& app, int& exit_code) {
   sub->add_flag("--all", options->all, "list those that are off, too");
   sub->fallthrough();
   sub->footer(
-      "Alarms: stiction, backlash, hysteresis, low_air_supply, unknown, model_gap.\n"
+      // One line, which the completion of the shell reads.
+      fmt::format("Alarms: {}.\n", fmt::join(alarm_names(), ", ")) +
       "Example: loopwarden alarms shelve FIC-101 stiction --minutes 120 --reason \"packing "
       "ordered\"");
 

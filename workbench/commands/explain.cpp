@@ -56,9 +56,9 @@ Raised read_raised(const fs::path& folder) {
   try {
     const json about = json::parse(stream);
     const auto found =
-        std::find_if(monitor::kAlarmKinds.begin(), monitor::kAlarmKinds.end(),
+        std::find_if(monitor::kValveAlarms.begin(), monitor::kValveAlarms.end(),
                      [&](AlarmKind kind) { return about.at("alarm") == monitor::to_text(kind); });
-    if (found == monitor::kAlarmKinds.end()) throw std::runtime_error("its alarm is not known");
+    if (found == monitor::kValveAlarms.end()) throw std::runtime_error("its alarm is not known");
     return {*found, about.at("raised_ms").get<std::int64_t>(), about.at("loop").get<std::string>()};
   } catch (const std::exception& e) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), e.what()));

@@ -73,6 +73,8 @@ Offered by `loopwardend` where `loopwardend.yaml` has a section `modbus_server`
 - All registers of one request are of one cycle of the loop. For a block read in two requests, compare
   `sequence_head` and `sequence_tail`.
 - Reserved registers read 0. Outside the map: exception 02.
+- Alarms are the valve's. Process alarms (`bad_pv`, `output_lost`, `output_unknown`, `not_normal_mode`) have no register:
+  they are in no count, and `acknowledge_all` leaves them to who sees them. `pv_quality`, `fault` and `mode` tell the same.
 - Functions 1, 2, 3, 4, 5, 6, 15, 16, and 43/14 (device identification).
 
 Writing: exception 01 if writes are off or the client may not write, 02 for a reserved or read-only register,

@@ -150,7 +150,9 @@ int priority_of(const Event& event) {
   constexpr int kNotice = 5;
   if (event.change == Change::unacknowledged) return kError;
   if (event.change != Change::came) return kNotice;
-  return event.alarm == kDaemonAlarm || event.alarm == "low_air_supply" ? kError : kWarning;
+  const monitor::AlarmKind* kind = kind_of(event.alarm);
+  const bool now = event.alarm == kDaemonAlarm || (kind != nullptr && monitor::acts_now(*kind));
+  return now ? kError : kWarning;
 }
 
 std::string dump(const json& json) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The list of alarms, and of the one that is chosen what it means, what to do, why it came, and the operator's hands.
-import {ALARM_KINDS, actionsOf, priority, shown, waits} from '../lib/codes.js';
+import {ALARM_KINDS, actionsOf, ofProcess, priority, shown, waits} from '../lib/codes.js';
 import {Trend, loadPlotter} from '../lib/trend.js';
 import {arrangedAlarms} from '../lib/order.js';
 import {el, facts, icon, scroller, setAttribute, table} from '../lib/dom.js';
@@ -117,11 +117,11 @@ class Detail {
     this.guide.replaceChildren(el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
       .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key])))));
     const id = e.evidence?.id ?? null;
-    this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
+    if (!ofProcess(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
     const lines = e.history ?? [];
     this.history.replaceChildren(...(lines.length ? [el('h3', {}, t.history), scroller(t.history, table(t.historyCaption, HISTORY, lines.map((line) => [wall().dateTime(line.utc_ms),
       line.what || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines as-cards history'}))] : []));
-    this.#evidence(id, loop);
+    if (!ofProcess(alarm.alarm)) this.#evidence(id, loop);
   }
 
   async #evidence(id, loop) {

@@ -122,6 +122,11 @@ class FleetView {
       {key: 'since', head: t.since, class: 'time', value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
       {key: 'weeks', head: t.weeks, class: 'curve-cell', cell: (row) => curve(row, this.top)},
     ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'severity', {class: 'lines worst'});
+    this.faults = new SortedTable(t.faultsCaption, [
+      {key: 'tag', head: t.loop, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, `${row.group} · ${row.edge}${row.online ? '' : ` · ${t.away}`}`)]},
+      {key: 'alarm', head: t.alarm, value: (row) => texts.alarms[row.alarm] ?? row.alarm, cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
+      {key: 'since', head: t.since, class: 'time', falls: true, value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
+    ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'since', {class: 'lines'});
     this.silent = new SortedTable(t.silentCaption, [
       {key: 'edge', head: t.box, row: true, value: (row) => row.edge, cell: boxCell},
       {key: 'state', head: t.state, value: (row) => (row.online ? 1 : 0), cell: (row) => el('span', {class: 'state low'}, el('span', {class: 'sign'}, icon(row.online ? 'low' : 'bad')), el('span', {}, row.online ? t.saysNothing : t.away))},
@@ -154,8 +159,9 @@ class FleetView {
     if (this.shownWorst) return;
     this.shownWorst = el('p', {class: 'soft small'});
     this.usual = el('p', {class: 'soft small'});
-    this.none = {valves: el('p', {class: 'calm'}), silent: el('p', {class: 'calm'}), versions: el('p', {class: 'calm'})};
+    this.none = {faults: el('p', {class: 'calm'}), valves: el('p', {class: 'calm'}), silent: el('p', {class: 'calm'}), versions: el('p', {class: 'calm'})};
     this.body.replaceChildren(this.figures,
+      panel(t.faults, this.none.faults, this.faults.node),
       panel(t.worst, this.none.valves, this.valves.node, this.shownWorst),
       panel(t.rate, el('p', {class: 'soft small'}, t.rateFigures), this.rates.node),
       el('div', {class: 'pair-of-panels'}, panel(t.silent, this.none.silent, this.silent.node), panel(t.versions, this.none.versions, this.versions.node, this.usual)));
@@ -173,6 +179,7 @@ class FleetView {
     this.#groups(groups);
     this.#figures(answer.groups.filter((one) => !answer.group || one.group === answer.group));
     this.top = Math.max(LEAST_TOP_PERCENT, ...answer.valves.list.flatMap((row) => row.weeks.filter((v) => v !== null)));
+    this.#list('faults', this.faults, answer.faults, t.noFault);
     this.#list('valves', this.valves, answer.valves, t.noSick);
     this.#list('silent', this.silent, answer.silent, t.noSilent);
     this.#list('versions', this.versions, answer.versions, t.noDifference);
@@ -199,6 +206,7 @@ class FleetView {
       figure(t.boxesOnline, fill(t.nOf, {n: count(of('online')), all: count(boxes)}), of('online') < boxes),
       figure(t.silent, count(of('silent')), of('silent') > 0),
       figure(t.loopsOnline, fill(t.nOf, {n: count(of('loops_online')), all: count(loops)}), of('loops_online') < loops),
+      figure(t.faulty, count(of('faulty')), of('faulty') > 0),
       figure(t.sick, count(of('sick')), of('sick') > 0, loops ? percent(100 * of('sick') / loops, 1) : null),
       figure(t.waiting, count(of('waiting')), of('waiting') > 0),
       figure(t.rateToday, fixed(rate?.day.per_10_min ?? 0, 2), worst !== null, worst ? `${worst.group}: ${t.judged[judged(worst.day, figures)[0]]}` : null));

@@ -326,11 +326,13 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   };
   CHECK(stiction().at("state") == "unacknowledged");
   CHECK(stiction().at("severity_percent") == 6.5);
-  CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 6);
+  CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 10);
   // What is wrong is not known: nor is how much.
   const json answer = bench.ask(R"({"request": "alarms"})");
   for (const json& alarm : answer.at("alarms")) {
-    const bool sizeless = alarm.at("alarm") == "unknown" || alarm.at("alarm") == "model_gap";
+    const json& name = alarm.at("alarm");
+    const bool sizeless = name != "stiction" && name != "backlash" && name != "hysteresis" &&
+                          name != "low_air_supply";
     CHECK(alarm.at("severity_percent").is_null() == sizeless);
     CHECK(alarm.at("worst_severity_percent").is_null() == sizeless);
   }
@@ -358,6 +360,32 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
                         line.at("peer") == "uid 1000" && line.at("new") == "30 min");
   }
   CHECK(reason);
+}
+
+TEST_CASE("a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
+  Bench bench;
+  bench.board.process_changed(0, {loopwarden::monitor::AlarmKind::bad_pv, true},
+                              "PV is bad: link lost");
+  const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "bad_pv"})");
+  CHECK(told.at("alarm").at("state") == "unacknowledged");
+  CHECK_THAT(told.at("cause").get<std::string>(), Catch::Contains("PV can't be used"));
+  CHECK(told.at("evidence").is_null());
+  CHECK(told.at("explanation").is_null());
+  const json done = bench.ask(
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "bad_pv", "action": "acknowledge"})");
+  CHECK(done.at("alarm").at("state") == "acknowledged");
+  bench.board.process_changed(0, {loopwarden::monitor::AlarmKind::bad_pv, false}, "PV is good");
+  const std::vector<json> lines = bench.lines(4);
+  CHECK(lines[0].at("to") == "unacknowledged");
+  CHECK(lines[0].at("reason") == "PV is bad: link lost");
+  CHECK(lines[0].at("severity_percent").is_null());
+  CHECK(lines[1].at("what") == "acknowledge");
+  CHECK(lines[3].at("to") == "normal");
+  CHECK(lines[3].at("reason") == "PV is good");
+  CHECK_THAT(bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "bad"})")
+                 .at("error")
+                 .get<std::string>(),
+             Catch::Contains("model_gap, bad_pv, output_lost, output_unknown, not_normal_mode"));
 }
 
 TEST_CASE(

@@ -349,7 +349,7 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
   Bench bench;
   json all = bench.ask_status(R"({"request": "overview"})");
   CHECK(all.at("pv")[0].is_null());
-  CHECK(all.at("alarm") == json::array({7}));
+  CHECK(all.at("alarm") == json::array({0}));
   CHECK(all.at("alarm_kind")[0].is_null());
   bench.loops.front().channels->records.try_push({.period_index = 123'456'789,
                                                   .sp = 5.0,
@@ -386,6 +386,41 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
   CHECK(all.at("alarms_unacknowledged") == json::array({1}));
   CHECK(all.at("condition") == json::array({40.5}));
   CHECK(all.at("ne107") == json::array({4}));
+}
+
+TEST_CASE("of two alarms that wait the overview names the one that is looked after at once",
+          "[console][overview]") {
+  using loopwarden::monitor::AlarmKind;
+  Bench bench;
+  const auto shown = [&] {
+    const json all = bench.ask_status(R"({"request": "overview"})");
+    return std::pair(all.at("alarm_kind")[0], all.at("alarms_unacknowledged")[0]);
+  };
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.process_changed(0, {AlarmKind::not_normal_mode, true}, "");
+  CHECK(shown() == std::pair(json(0), json(2)));
+  bench.board.process_changed(0, {AlarmKind::output_lost, true}, "");
+  CHECK(shown() == std::pair(json(7), json(3)));
+  bench.board.act(0, {AlarmKind::output_lost, loopwarden::monitor::AlarmAction::acknowledge});
+  CHECK(shown() == std::pair(json(0), json(2)));
+}
+
+TEST_CASE("whoever reads the registers is told that an alarm changed, though the map has none of it",
+          "[console][registers]") {
+  using loopwarden::monitor::AlarmKind;
+  Bench bench;
+  const auto changes = [&] {
+    return bench.ask_status(R"({"request": "registers", "values_only": true})")
+        .at("alarm_changes")
+        .get<int>();
+  };
+  const int before = changes();
+  CHECK(changes() == before);
+  bench.board.process_changed(0, {AlarmKind::bad_pv, true}, "PV is bad: link lost");
+  const int came = changes();
+  CHECK(came > before);
+  bench.board.act(0, {AlarmKind::bad_pv, loopwarden::monitor::AlarmAction::acknowledge});
+  CHECK(changes() > came);
 }
 
 TEST_CASE("the newest windows, with what each specialist makes of them", "[console][windows]") {

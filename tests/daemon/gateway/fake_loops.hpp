@@ -62,8 +62,10 @@ class FakeLoops final : public daemon::gateway::LoopsView {
     actions.emplace_back(loop, order);
     return posted();
   }
-  std::uint64_t acknowledge_all(const std::string& peer) override {
+  std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
+                                const std::string& peer) override {
     acknowledged_by.push_back(peer);
+    acknowledged_kinds.assign(kinds.begin(), kinds.end());
     return posted();
   }
   std::uint64_t veto(std::size_t loop, bool vetoed, const std::string&) override {
@@ -82,6 +84,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
   std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;
   std::vector<std::string> acknowledged_by;
+  std::vector<loopwarden::monitor::AlarmKind> acknowledged_kinds;  // that the last of them meant
   std::vector<std::pair<std::size_t, bool>> vetoes;
   std::uint64_t newest_ticket = 0;
   std::uint64_t on_disk = ~std::uint64_t{0};  // tickets up to this one

@@ -566,6 +566,35 @@ TEST_CASE("a request that does several things waits for the last of them", "[gat
   CHECK(bench.bank.take_ticket() == 0);
 }
 
+TEST_CASE("process alarms show in no register, and no master acknowledges what he can't see",
+          "[gateway][map]") {
+  Bench bench(1);
+  auto& alarms = bench.plant.readings[0].watch.alarms;
+  alarms.window_judged(0, {});
+  const auto everything = [&] {
+    std::vector<Words> all;
+    for (const map::Register& reg : map::registers()) {
+      const std::size_t words = map::width(reg);
+      all.push_back(bench.read(reg.table, map::address(reg, 0), words));
+    }
+    return all;
+  };
+  const std::vector<Words> before = everything();
+  for (const model_kind kind : loopwarden::monitor::kProcessAlarms) {
+    REQUIRE_FALSE(alarms.process_changed(1, kind, true).empty());
+  }
+  CHECK(everything() == before);
+  CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
+  CHECK(bench.plant.acknowledged_kinds ==
+        std::vector(loopwarden::monitor::kValveAlarms.begin(),
+                    loopwarden::monitor::kValveAlarms.end()));
+  REQUIRE(alarms
+              .act(model_kind::bad_pv, loopwarden::monitor::AlarmAction::shelve,
+                   bench.plant.box().utc_ms, bench.plant.box_reading.utc_ms + 90'000)
+              .accepted);
+  CHECK(everything() == before);
+}
+
 TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway][map]") {
   Bench bench;
   CHECK(bench.bank.write(Table::holding_register, 0, Words{777}, kMaster) == Exception::none);

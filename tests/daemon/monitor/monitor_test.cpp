@@ -72,6 +72,7 @@ struct Bench {
                          .judge = judges[i].get(),
                          .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}});
     }
+    watched.front().normal_mode = normal_mode;
     watched.front().corrective = corrective;
     watched.front().orders = &desk;
     watched.front().settings_taken = &settings_taken;
@@ -110,6 +111,29 @@ struct Bench {
     return texts;
   }
 
+  // The reasons of a kind's lines, oldest first.
+  std::vector<std::string> reasons(AlarmKind kind) {
+    journal.wait_written(journal.post({}), std::chrono::seconds(20));
+    std::vector<std::string> texts;
+    for (const journal::JournalRow& row : journal.newest(200)) {
+      if (row.entry.kind != journal::JournalEntry::Kind::alarm) continue;
+      if (row.entry.alarm == model::to_text(kind)) texts.insert(texts.begin(), row.entry.reason);
+    }
+    return texts;
+  }
+  // Cycles that `change` has spoilt, of the first loop.
+  template <class Change>
+  void run_spoilt(std::uint64_t cycles, Change change) {
+    for (std::uint64_t i = 0; i < cycles; ++i) {
+      RecordRow r = row(0);
+      change(r);
+      rings[0]->try_push(r);
+      if (i % 200 == 199) monitor->round();
+    }
+    for (int i = 0; i < 8; ++i) monitor->round();
+  }
+
+  model::NormalMode normal_mode = model::NormalMode::automatic;  // of the first loop
   tests::TemporaryFolder folder;
   std::int64_t now_ms = 1'800'000'000'000;
   journal::Journal journal{{.folder = folder.path()}};
@@ -203,6 +227,76 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
         std::vector<std::string>{"normal > unacknowledged", "unacknowledged > acknowledged",
                                  "acknowledged > normal"});
   CHECK(bench.board->watch(0).windows == 6);
+}
+
+TEST_CASE("a lost device is told by process alarms, with their reasons in the journal", "[monitor]") {
+  const auto lost = [](RecordRow& row) {
+    row.pv = std::nan("");
+    row.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);
+    row.pv_reason = static_cast<std::uint8_t>(hal::Reason::link_lost);
+    row.flags |= record::kOutputLost;
+    row.fault = static_cast<std::uint8_t>(control::Fault::output_lost);
+    row.mode = static_cast<std::uint8_t>(control::Mode::fallback);
+  };
+  Bench bench;
+  bench.run(20);
+  bench.run_spoilt(100, lost);
+  CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::normal);
+  bench.run_spoilt(1, lost);
+  for (const AlarmKind kind :
+       {AlarmKind::bad_pv, AlarmKind::output_lost, AlarmKind::not_normal_mode}) {
+    CHECK(bench.state(kind) == AlarmState::unacknowledged);
+  }
+  CHECK(bench.state(AlarmKind::output_unknown) == AlarmState::normal);
+  CHECK(bench.reasons(AlarmKind::bad_pv) == std::vector<std::string>{"PV is bad: link lost"});
+  CHECK(bench.reasons(AlarmKind::output_lost) ==
+        std::vector<std::string>{"commands don't reach the device; PV is bad: link lost"});
+  CHECK(bench.reasons(AlarmKind::not_normal_mode) ==
+        std::vector<std::string>{"FALLBACK (output lost); the normal mode is automatic"});
+
+  REQUIRE(bench.board->act(0, {AlarmKind::bad_pv, model::AlarmAction::acknowledge, 0, "me", {}})
+              .accepted);
+  SECTION("they go when the loop does its work again, each with its reason") {
+    bench.run(101);
+    CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::normal);
+    CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
+    CHECK(bench.reasons(AlarmKind::bad_pv).back() == "PV is good");
+    CHECK(bench.reasons(AlarmKind::output_lost).back() == "commands reach the device");
+    CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "AUTO; the normal mode is automatic");
+  }
+  SECTION("a restart keeps them as they were, and they don't come again") {
+    bench.make_monitor();
+    bench.run_spoilt(300, lost);
+    CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::acknowledged);
+    CHECK(bench.state(AlarmKind::output_lost) == AlarmState::unacknowledged);
+    CHECK(bench.lines(AlarmKind::bad_pv).size() == 2);
+    bench.run(101);
+    CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::normal);
+  }
+}
+
+TEST_CASE("each loop has its own process alarms, with or without specialists", "[monitor]") {
+  Bench bench(2);
+  Monitor monitor({{.cycles = bench.rings[0].get(), .window = {.sample_time_s = 0.1}, .rule = {}},
+                   {.cycles = bench.rings[1].get(),
+                    .window = {.sample_time_s = 0.1},
+                    .rule = {},
+                    .normal_mode = model::NormalMode::manual}},
+                  *bench.board);
+  for (int i = 0; i <= 100; ++i) {
+    RecordRow unknown = bench.row(0);
+    unknown.fault = static_cast<std::uint8_t>(control::Fault::output_unknown);
+    REQUIRE(bench.rings[0]->try_push(unknown));
+    REQUIRE(bench.rings[1]->try_push(bench.row(1)));
+  }
+  monitor.round();
+  CHECK(bench.state(AlarmKind::output_unknown, 0) == AlarmState::unacknowledged);
+  CHECK(bench.state(AlarmKind::not_normal_mode, 0) == AlarmState::normal);
+  CHECK(bench.state(AlarmKind::output_unknown, 1) == AlarmState::normal);
+  CHECK(bench.state(AlarmKind::not_normal_mode, 1) == AlarmState::unacknowledged);
+  CHECK(bench.reasons(AlarmKind::not_normal_mode).front() == "AUTO; the normal mode is manual");
+  CHECK(bench.reasons(AlarmKind::output_unknown).front() ==
+        "nothing tells where the output stands");
 }
 
 TEST_CASE("no window across manual, bad PV or a gap; alarms that are off say they can't come",
@@ -319,10 +413,13 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
   REQUIRE(
       board.act(7, {AlarmKind::stiction, model::AlarmAction::shelve, 60'000, "me", {}}).accepted);
 
-  const Acknowledged done = board.acknowledge_all("10.0.0.7:1000", "seen");
+  // One of a kind that was not meant.
+  board.process_changed(3, {AlarmKind::bad_pv, true}, "PV is bad");
+
+  const Acknowledged done = board.acknowledge_all(model::kValveAlarms, "10.0.0.7:1000", "seen");
   CHECK(done.alarms.size() == 58);
   for (std::size_t i = 0; i < 60; ++i) {
-    CHECK_FALSE(board.watch(i).alarms.any_unacknowledged());
+    CHECK(board.watch(i).alarms.any_unacknowledged() == (i == 3));
     const AlarmState state = board.watch(i).alarms.alarm(AlarmKind::stiction).state();
     CHECK(state == (i == 0   ? AlarmState::suppressed
                     : i == 7 ? AlarmState::shelved
@@ -331,7 +428,8 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
   CHECK(journal.written(done.ticket) == journal::Written::not_yet);
   // The last of all lines: whoever waits for it waits once.
   CHECK(done.ticket == journal.post({}) - 1);
-  CHECK(board.acknowledge_all("10.0.0.7:1000", {}).alarms.empty());
+  CHECK(board.acknowledge_all(model::kValveAlarms, "10.0.0.7:1000", {}).alarms.empty());
+  CHECK(board.acknowledge_all(model::kAlarmKinds, "10.0.0.7:1000", {}).alarms.size() == 1);
 }
 
 TEST_CASE("a shelved alarm comes back by itself when its time is over", "[monitor]") {

@@ -147,6 +147,28 @@ TEST_CASE("alarms and explanations are asked for when their registers change", "
   CHECK(seen.view.unacknowledged(1).empty());
 }
 
+TEST_CASE("a process alarm is in no register, and comes all the same; it has no size", "[edge]") {
+  Seen seen;
+  seen.view.look();
+  seen.daemon.set_alarm("FIC-101", {{"alarm", "bad_pv"},
+                                    {"state", "unacknowledged"},
+                                    {"severity_percent", nullptr},
+                                    {"raised_ms", 1'700'000'000'000}});
+  seen.view.look();
+  CHECK(seen.of_loop("alarm/bad_pv/state") == Value(std::string("unacknowledged")));
+  CHECK(seen.of_loop("alarm/bad_pv/since") == Value(std::uint64_t{1'700'000'000'000}));
+  CHECK(seen.view.unacknowledged(0) == std::vector<std::string>{"bad_pv"});
+  const auto has = [&](const std::string& name) {
+    return std::any_of(seen.specs().begin(), seen.specs().end(),
+                       [&](const MetricSpec& one) { return one.name == name; });
+  };
+  CHECK(has("alarm/output_lost/state"));
+  CHECK(has("alarm/output_unknown/since"));
+  CHECK(has("alarm/not_normal_mode/state"));
+  CHECK_FALSE(has("alarm/bad_pv/severity"));
+  CHECK(has("alarm/model_gap/severity"));
+}
+
 TEST_CASE("detectable sizes come from the loop's commission", "[edge]") {
   Seen seen;
   write_file(

@@ -47,7 +47,7 @@ class EdgeMessages {
     payload.metrics = {bd_seq_metric()};
     return arrival(sparkplug::MessageType::ndeath, "", payload);
   }
-  // pv (alias 1), mode (2), an alarm's state (3) and severity (4), tag.
+  // pv (alias 1), mode (2), an alarm's state (3) and severity (4), a process alarm's state (7), tag.
   // Values carry the time at which they were taken, in a birth too.
   fleet::Arrival dbirth(double pv = 1.0, std::uint64_t taken_ms = 0) {
     using sparkplug::DataType;
@@ -63,6 +63,7 @@ class EdgeMessages {
          metric("alarm/stiction/severity", DataType::float64, 0.0, time_ms, 4),
          metric("explanation/effect", DataType::string, std::string(""), time_ms, 5),
          metric("condition/valve", DataType::float64, 97.0, time_ms, 6),
+         metric("alarm/bad_pv/state", DataType::string, std::string("normal"), time_ms, 7),
          metric("tag", DataType::string, std::string("10-FIC/101"))});
   }
   fleet::Arrival birth_of(std::vector<sparkplug::Metric> metrics) {

@@ -178,18 +178,21 @@ TEST_CASE("a box that is born, says values and an alarm, and dies, is in the dat
   plant.wire.send(plant.edge.data(
       {metric("", DataType::unknown, std::uint64_t{1}, plant.edge.time_ms, 3),
        metric("", DataType::unknown, 6.1, plant.edge.time_ms, 4),
-       metric("", DataType::unknown, std::string("stiction"), plant.edge.time_ms, 5)}));
+       metric("", DataType::unknown, std::string("stiction"), plant.edge.time_ms, 5),
+       metric("", DataType::unknown, std::string("unacknowledged"), plant.edge.time_ms, 7)}));
   const tests::Postgres& database = plant.database;
   CHECK(plant.has(kPvRows, "2"));
   CHECK(database.ask("SELECT tag FROM loop") == "10-FIC/101");
   CHECK(database.ask("SELECT online FROM loop") == "t");
   CHECK(database.ask(kNewestPv) == "2.5");
   CHECK(database.ask("SELECT percent FROM condition WHERE name = 'valve'") == "97");
-  CHECK(plant.has("SELECT severity FROM worst_valve", "6.1"));
+  CHECK(plant.has("SELECT severity FROM worst_valve WHERE alarm = 'stiction'", "6.1"));
+  CHECK(database.ask("SELECT state FROM worst_valve WHERE alarm = 'bad_pv'") == "unacknowledged");
   CHECK(database.ask("SELECT parts ->> 'effect' FROM explanation ORDER BY time DESC") ==
         "stiction");
-  CHECK(database.ask("SELECT raised FROM alarm_rate") == "1");
-  // The evidence of that alarm is asked for, and comes in two parts.
+  CHECK(database.ask("SELECT raised FROM alarm_rate") == "2");
+  // The evidence of the valve's alarm is asked for, and comes in two parts. A process alarm leaves none.
+  CHECK(database.ask("SELECT string_agg(value, ' ') FROM request") == "stiction");
   const std::string asked = "spBv1.0/A/DCMD/box1/FIC-101";
   CHECK(eventually([&] { return plant.wire.count(asked) == 1; }, 30s));
   CHECK(sparkplug::decode(plant.wire.newest(asked)).find("request/evidence")->value ==

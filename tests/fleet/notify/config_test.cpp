@@ -54,6 +54,16 @@ TEST_CASE("the example is accepted", "[notify][config]") {
   CHECK(config->rules.quiet_hours.front().from_min == 22 * 60);
 }
 
+TEST_CASE("a route names process alarms as any other", "[notify][config]") {
+  const auto config = read_notify_text(
+      "notify.yaml",
+      with("alarms: [daemon]",
+           "alarms: [bad_pv, output_lost, output_unknown, not_normal_mode]"));
+  REQUIRE(config);
+  CHECK(config->rules.routes[1].alarms ==
+        std::vector<std::string>{"bad_pv", "output_lost", "output_unknown", "not_normal_mode"});
+}
+
 TEST_CASE("defaults of each kind of channel", "[notify][config]") {
   const auto config = read_notify_text("notify.yaml", kWhole);
   REQUIRE(config);

@@ -76,6 +76,20 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
   CHECK(rfc3339(kNoon + 7) == "2026-11-24T12:00:00.007Z");
 }
 
+TEST_CASE("a process alarm is told with its reason and its guide, as urgently as it is", "[notify][text]") {
+  Event lost = event_of("FIC-101", Change::came, std::nullopt);
+  lost.alarm = "output_lost";
+  lost.reason = "commands don't reach the device";
+  CHECK(sentence(lost) == "FIC-101: output_lost came (commands don't reach the device)");
+  CHECK(letter(message_with({lost}), sender()).find("action: look at the valve") !=
+        std::string::npos);
+  const int urgent = priority_of(lost);
+  lost.alarm = "not_normal_mode";
+  CHECK(priority_of(lost) > urgent);
+  lost.alarm = "low_air_supply";
+  CHECK(priority_of(lost) == urgent);
+}
+
 TEST_CASE("an event comes back from JSON as it was", "[notify][text]") {
   for (const Change change : {Change::came, Change::went, Change::acknowledged, Change::shelved,
                               Change::unacknowledged}) {

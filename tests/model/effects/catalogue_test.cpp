@@ -150,12 +150,12 @@ TEST_CASE("every word has a guide, and an example that can be simulated", "[effe
 
 TEST_CASE("an effect explains the alarm of its own name and those of its kind",
           "[effects][catalogue]") {
-  using loopwarden::monitor::kAlarmKinds;
+  using loopwarden::monitor::kValveAlarms;
   for (const Descriptor& info : vocabulary()) {
     CAPTURE(info.name);
     CHECK(agrees(info, "model_gap"));
     for (const std::string_view alarm : info.alarms) {
-      CHECK(std::any_of(kAlarmKinds.begin(), kAlarmKinds.end(), [&](const auto kind) {
+      CHECK(std::any_of(kValveAlarms.begin(), kValveAlarms.end(), [&](const auto kind) {
         return alarm == loopwarden::monitor::to_text(kind);
       }));
     }
@@ -163,7 +163,7 @@ TEST_CASE("an effect explains the alarm of its own name and those of its kind",
     // What was learned has no cause that an alarm could name.
     CHECK(info.alarms.empty() == (info.blocks.front() != Block::valve || info.is_learned));
   }
-  for (const auto kind : kAlarmKinds) {
+  for (const auto kind : kValveAlarms) {
     const Descriptor* own = find_word(loopwarden::monitor::to_text(kind));
     if (own != nullptr) CHECK(agrees(*own, own->name));
   }

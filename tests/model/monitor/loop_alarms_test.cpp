@@ -2,6 +2,8 @@
 #include "model/monitor/loop_alarms.hpp"
 
 #include <catch2/catch.hpp>
+#include <string>
+#include <vector>
 
 #include "model/monitor/ne107.hpp"
 
@@ -109,6 +111,62 @@ TEST_CASE("after a restart the root explains again before the first window", "[m
   CHECK(after.alarm(K::stiction).state() == S::suppressed);
 }
 
+TEST_CASE("a process alarm is acknowledged, shelved and remembered as others; windows and low air "
+          "leave it alone",
+          "[monitor][alarm]") {
+  LoopAlarms alarms{AlarmSettings{}};
+  CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it needs no window to come
+  const AlarmTransitions came = alarms.process_changed(5, K::bad_pv, true);
+  REQUIRE(came.view().size() == 1);
+  CHECK(came.view()[0].kind == K::bad_pv);
+  CHECK(came.view()[0].to == S::unacknowledged);
+  CHECK(came.view()[0].reason == AlarmReason::process);
+  CHECK(alarms.alarm(K::bad_pv).memory().raised_ms == 5);
+
+  alarms.window_judged(6, with({{K::low_air_supply, 20.0}}));
+  alarms.window_judged(7, {});
+  alarms.window_not_valid();
+  CHECK(alarms.alarm(K::bad_pv).state() == S::unacknowledged);
+  CHECK(alarms.alarm(K::output_lost).state() == S::normal);
+  REQUIRE(alarms.act(K::bad_pv, AlarmAction::acknowledge, 8).accepted);
+
+  LoopAlarms after{AlarmSettings{}};
+  for (const K kind : kAlarmKinds) after.restore(kind, alarms.alarm(kind).memory());
+  CHECK(after.alarm(K::bad_pv).state() == S::acknowledged);
+  CHECK(after.alarm(K::output_unknown).state() == S::normal);
+  REQUIRE(after.act(K::bad_pv, AlarmAction::shelve, 9, 1000).accepted);
+  after.process_changed(10, K::bad_pv, false);
+  CHECK(after.alarm(K::bad_pv).state() == S::shelved);
+  after.pass_time(1000);
+  CHECK(after.alarm(K::bad_pv).state() == S::normal);
+}
+
+TEST_CASE("a latching process alarm stays until it is reset", "[monitor][alarm]") {
+  LoopAlarms alarms{AlarmSettings{.latching = true}};
+  alarms.process_changed(1, K::not_normal_mode, true);
+  alarms.process_changed(2, K::not_normal_mode, false);
+  CHECK(alarms.alarm(K::not_normal_mode).state() == S::latched_unacknowledged);
+}
+
+TEST_CASE("process alarms have names of their own, no size, and a guide", "[monitor][alarm]") {
+  std::vector<std::string> names;
+  for (const K kind : kProcessAlarms) {
+    names.emplace_back(to_text(kind));
+    CHECK(is_process_alarm(kind));
+    CHECK_FALSE(has_size(kind));
+    const AlarmGuide guide = guide_of(kind);
+    for (const K other : kAlarmKinds) {
+      if (other != kind) CHECK(std::string(guide_of(other).action) != guide.action);
+    }
+  }
+  CHECK(names ==
+        std::vector<std::string>{"bad_pv", "output_lost", "output_unknown", "not_normal_mode"});
+  for (const K kind : kValveAlarms) CHECK_FALSE(is_process_alarm(kind));
+  CHECK(acts_now(K::output_lost));
+  CHECK_FALSE(acts_now(K::not_normal_mode));
+  CHECK_FALSE(acts_now(K::model_gap));
+}
+
 TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
   constexpr double kSevere = 10.0;  // %
   LoopAlarms alarms = healthy();
@@ -119,6 +177,10 @@ TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
         Ne107::function_check);
   CHECK(condensed({.failed = true, .simulated = true, .manual = true, .pv_uncertain = true}, alarms,
                   kSevere) == Ne107::failure);
+
+  // A loop that is not in its normal mode, and is not in manual either, is no sick device.
+  alarms.process_changed(1, K::not_normal_mode, true);
+  CHECK(condensed({}, alarms, kSevere) == Ne107::normal);
 
   alarms.window_judged(1, with({{K::stiction, 9.9}}));
   CHECK(condensed({}, alarms, kSevere) == Ne107::maintenance_required);

@@ -50,6 +50,9 @@ INSERT INTO alarm SELECT device_id, 'stiction', now() - ago * interval '1 hour',
 INSERT INTO alarm SELECT device_id, 'stiction', now() - interval '3 hours', 'unacknowledged', 9 FROM loop WHERE edge = 'box4' AND device = 'FIC_2';
 INSERT INTO alarm SELECT device_id, 'backlash', now() - interval '3 hours', 'unacknowledged', 9 FROM loop WHERE edge = 'box2' AND device = 'FIC_2';
 INSERT INTO alarm SELECT device_id, 'backlash', now() - interval '2 hours', 'returned_unacknowledged', 9 FROM loop WHERE edge = 'box2' AND device = 'FIC_2';
+-- No valve is sick of these: the loops don't do their work.
+INSERT INTO alarm SELECT device_id, name, now() - ago * interval '1 hour', 'unacknowledged', NULL FROM loop,
+  (VALUES('output_lost', 5), ('bad_pv', 4)) p(name, ago) WHERE edge = 'box2' AND device = 'FIC_1';
 INSERT INTO latest SELECT m.id, now(), CASE m.name WHEN 'pv' THEN 5.5 WHEN 'condition/valve' THEN 31 ELSE 6.25 END, NULL, false
   FROM metric m JOIN loop l USING (device_id) WHERE l.edge = 'box1' AND l.device = 'FIC_1' AND m.name <> 'severity_stiction';
 INSERT INTO history_decimated SELECT m.id, date_bin('1 day', now(), 'epoch') - ago * interval '1 day', 1, h.high, h.high, h.high, h.last
@@ -92,7 +95,8 @@ void check_groups(const json& groups) {
                           {"loops", 6},
                           {"loops_online", 4},
                           {"sick", 1},
-                          {"waiting", 0}});
+                          {"faulty", 1},
+                          {"waiting", 2}});
   CHECK(groups[1] == json{{"group", "South"},
                           {"boxes", 1},
                           {"online", 1},
@@ -100,6 +104,7 @@ void check_groups(const json& groups) {
                           {"loops", 2},
                           {"loops_online", 2},
                           {"sick", 1},
+                          {"faulty", 0},
                           {"waiting", 1}});
 }
 
@@ -140,6 +145,12 @@ TEST_CASE("the plant out of the host's tables") {
   check_groups(all["groups"]);
   check_valves(all);
   check_curve(all["valves"]["list"][1]["weeks"]);
+  const json& faults = all["faults"];
+  CHECK(faults["all"] == 2);
+  CHECK(column(faults["list"], "alarm") == json{"bad_pv", "output_lost"});
+  CHECK(column(faults["list"], "device") == json{"FIC_1", "FIC_1"});
+  CHECK(all["now_ms"].get<double>() - faults["list"][0]["since_ms"].get<double>() ==
+        Approx(4 * 3.6e6).margin(6e4));
   // Of a valve without a history only what is now is known.
   std::vector<json> now(56);
   now.back() = 9.0;
@@ -158,12 +169,13 @@ TEST_CASE("the plant out of the host's tables") {
   CHECK(column(versions["usual"], "version") == json{"0.2.0", "0.2.0"});
   const json& rates = all["alarm_rate"]["list"];
   CHECK(column(rates, "group") == json{"", "North", "South"});
-  CHECK(rates[0]["day"]["raised"] == 3);
-  CHECK(rates[1]["week"]["raised"] == 2);  // the third is ten days old
+  CHECK(rates[0]["day"]["raised"] == 5);
+  CHECK(rates[1]["week"]["raised"] == 4);  // the third of stiction is ten days old
   CHECK(rates[0]["bins"].size() == 144);
 
   const json south = parsed(fleet.overview("South"));
   CHECK(south["valves"]["all"] == 1);
+  CHECK(south["faults"]["all"] == 0);
   CHECK(column(south["silent"]["list"], "edge") == json{"box4"});
   CHECK(south["versions"]["all"] == 0);
   CHECK(south["groups"].size() == 2);

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/monitor/process_watch.hpp"
+
+#include <catch2/catch.hpp>
+#include <utility>
+#include <vector>
+
+namespace process_watch_test {
+
+using namespace loopwarden;
+using namespace loopwarden::monitor;
+using control::Fault;
+using control::Mode;
+
+namespace {
+
+constexpr double kPeriod_s = 0.1;
+constexpr std::uint64_t kDelay = 100;  // cycles in 10 s
+
+ProcessCycle healthy() {
+  return {.pv_good = true,
+          .output_arrives = true,
+          .mode = Mode::automatic,
+          .requested_mode = Mode::automatic};
+}
+
+ProcessCycle with_bad_pv() {
+  ProcessCycle cycle = healthy();
+  cycle.pv_good = false;
+  cycle.pv_bad = true;
+  return cycle;
+}
+
+// A loop that has run well for a minute.
+struct Loop {
+  explicit Loop(NormalMode normal = NormalMode::automatic, bool run_first = true)
+      : watch(kPeriod_s, normal) {
+    if (run_first) run(healthy(), 600);
+  }
+  void run(ProcessCycle cycle, std::uint64_t cycles) {
+    for (std::uint64_t i = 0; i < cycles; ++i) {
+      cycle.period_index = next++;
+      const ProcessChanges found = watch.add(cycle);
+      for (const ProcessChange& change : found.view()) {
+        changes.push_back(change);
+        at.push_back(cycle.period_index);
+      }
+    }
+  }
+  std::vector<ProcessChange> take() { return std::exchange(changes, {}); }
+
+  ProcessWatch watch;
+  std::uint64_t next = 1;
+  std::vector<ProcessChange> changes;
+  std::vector<std::uint64_t> at;
+};
+
+using Changes = std::vector<ProcessChange>;
+
+Changes came(AlarmKind kind) { return {{kind, true}}; }
+Changes went(AlarmKind kind) { return {{kind, false}}; }
+
+}  // namespace
+
+TEST_CASE("a process alarm comes after 10 s without a break, and goes after 10 s", "[monitor]") {
+  Loop loop;
+  const std::uint64_t first = loop.next;
+  loop.run(with_bad_pv(), kDelay);
+  CHECK(loop.take().empty());  // the last of them is 9.9 s after the first
+  loop.run(with_bad_pv(), 1);
+  CHECK(loop.take() == came(AlarmKind::bad_pv));
+  CHECK(loop.at.back() == first + kDelay);
+  loop.run(with_bad_pv(), 1000);
+  loop.run(healthy(), kDelay);
+  CHECK(loop.take().empty());
+  loop.run(healthy(), 1);
+  CHECK(loop.take() == went(AlarmKind::bad_pv));
+}
+
+TEST_CASE("what comes and goes within 10 s raises nothing, and ends nothing", "[monitor]") {
+  Loop loop;
+  for (int i = 0; i < 20; ++i) {
+    loop.run(with_bad_pv(), kDelay);
+    loop.run(healthy(), 1);
+  }
+  CHECK(loop.take().empty());
+  loop.run(with_bad_pv(), kDelay + 1);
+  CHECK(loop.take() == came(AlarmKind::bad_pv));
+  for (int i = 0; i < 20; ++i) {
+    loop.run(healthy(), kDelay);
+    loop.run(with_bad_pv(), 1);
+  }
+  CHECK(loop.take().empty());
+}
+
+TEST_CASE("the delay is in the loop's time, whatever its period and whatever cycles are missing",
+          "[monitor]") {
+  SECTION("a period longer than the delay takes a second cycle") {
+    ProcessWatch slow(60.0, NormalMode::any);
+    ProcessCycle cycle = with_bad_pv();
+    cycle.period_index = 1;
+    CHECK(slow.add(cycle).view().empty());
+    cycle.period_index = 2;
+    CHECK(slow.add(cycle).view().size() == 1);
+  }
+  SECTION("cycles that the monitor did not see count as the one before them") {
+    Loop loop;
+    loop.run(with_bad_pv(), 1);
+    loop.next += kDelay;
+    loop.run(with_bad_pv(), 1);
+    CHECK(loop.take() == came(AlarmKind::bad_pv));
+  }
+}
+
+TEST_CASE("PV is bad in every mode and while the loop starts; an uncertain one where it is the fault",
+          "[monitor]") {
+  Loop loop(NormalMode::any, false);
+  ProcessCycle cycle = with_bad_pv();
+  SECTION("in manual, where it is no fault") { cycle.mode = cycle.requested_mode = Mode::manual; }
+  SECTION("while the loop starts") {
+    cycle.fault = Fault::starting;
+    cycle.mode = Mode::fallback;
+  }
+  SECTION("uncertain, and not good enough for this loop") {
+    cycle.pv_bad = false;
+    cycle.fault = Fault::bad_pv;
+  }
+  loop.run(cycle, kDelay + 1);
+  CHECK(loop.take() == came(AlarmKind::bad_pv));
+
+  ProcessCycle uncertain = healthy();
+  uncertain.pv_good = false;
+  loop.run(uncertain, kDelay + 1);
+  CHECK(loop.take() == went(AlarmKind::bad_pv));
+}
+
+TEST_CASE("an output is lost that was there, or that keeps a loop with its PV from starting",
+          "[monitor]") {
+  ProcessCycle lost = healthy();
+  lost.output_arrives = false;
+  SECTION("after commands have arrived") {
+    Loop loop(NormalMode::any);
+    loop.run(lost, kDelay + 1);
+    CHECK(loop.take() == came(AlarmKind::output_lost));
+    loop.run(healthy(), kDelay + 1);
+    CHECK(loop.take() == went(AlarmKind::output_lost));
+  }
+  SECTION("a loop that has written nothing yet has lost nothing") {
+    Loop loop(NormalMode::any, false);
+    lost.mode = lost.requested_mode = Mode::manual;
+    loop.run(lost, 10 * kDelay);
+    CHECK(loop.take().empty());
+  }
+  SECTION("a loop that waits for its PV can't tell") {
+    Loop loop(NormalMode::any, false);
+    lost.fault = Fault::starting;
+    lost.pv_good = false;
+    loop.run(lost, 10 * kDelay);
+    CHECK(loop.take().empty());
+  }
+  SECTION("a loop that starts with its PV waits for the device") {
+    Loop loop(NormalMode::any, false);
+    lost.fault = Fault::starting;
+    loop.run(lost, kDelay + 1);
+    CHECK(loop.take() == came(AlarmKind::output_lost));
+  }
+  SECTION("so does one that starts in manual, with or without a PV") {
+    Loop loop(NormalMode::any, false);
+    lost.fault = Fault::starting;
+    lost.pv_good = false;
+    lost.requested_mode = Mode::manual;
+    loop.run(lost, kDelay + 1);
+    CHECK(loop.take() == came(AlarmKind::output_lost));
+  }
+}
+
+TEST_CASE("an output that is not known is told until it is known; a graver fault hides it",
+          "[monitor]") {
+  Loop loop(NormalMode::any);
+  ProcessCycle cycle = healthy();
+  cycle.fault = Fault::output_unknown;
+  loop.run(cycle, kDelay + 1);
+  CHECK(loop.take() == came(AlarmKind::output_unknown));
+  cycle.fault = Fault::late_cycle;
+  loop.run(cycle, 10 * kDelay);
+  CHECK(loop.take().empty());
+  loop.run(healthy(), kDelay + 1);
+  CHECK(loop.take() == went(AlarmKind::output_unknown));
+}
+
+TEST_CASE("a cycle that can't tell starts the delay anew", "[monitor]") {
+  Loop loop(NormalMode::any);
+  ProcessCycle cycle = healthy();
+  cycle.fault = Fault::output_unknown;
+  loop.run(cycle, kDelay);
+  cycle.fault = Fault::late_cycle;
+  loop.run(cycle, 1);
+  cycle.fault = Fault::output_unknown;
+  loop.run(cycle, kDelay);
+  CHECK(loop.take().empty());
+  loop.run(cycle, 1);
+  CHECK(loop.take() == came(AlarmKind::output_unknown));
+}
+
+TEST_CASE("a loop is out of its normal mode; fallback is never normal", "[monitor]") {
+  const auto in = [](Mode mode) {
+    ProcessCycle cycle = healthy();
+    cycle.mode = mode;
+    return cycle;
+  };
+  struct Case {
+    NormalMode normal;
+    Mode mode;
+    bool told;
+  };
+  for (const Case& c :
+       {Case{NormalMode::automatic, Mode::automatic, false},
+        Case{NormalMode::automatic, Mode::manual, true},
+        Case{NormalMode::automatic, Mode::fallback, true},
+        Case{NormalMode::manual, Mode::automatic, true},
+        Case{NormalMode::manual, Mode::manual, false}, Case{NormalMode::manual, Mode::fallback, true},
+        Case{NormalMode::any, Mode::automatic, false}, Case{NormalMode::any, Mode::manual, false},
+        Case{NormalMode::any, Mode::fallback, false}}) {
+    Loop loop(c.normal, false);
+    loop.run(in(c.mode), kDelay + 1);
+    CAPTURE(to_text(c.normal), control::to_text(c.mode));
+    CHECK(loop.take() == (c.told ? came(AlarmKind::not_normal_mode) : Changes{}));
+  }
+}
+
+TEST_CASE("several conditions of one cycle are told together, each as its own alarm", "[monitor]") {
+  Loop loop;
+  ProcessCycle dead = with_bad_pv();
+  dead.output_arrives = false;
+  dead.fault = Fault::output_lost;
+  dead.mode = Mode::fallback;
+  loop.run(dead, kDelay + 1);
+  CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true},
+                               {AlarmKind::output_lost, true},
+                               {AlarmKind::not_normal_mode, true}});
+}
+
+TEST_CASE("what was on before a restart does not come again, and goes as ever", "[monitor]") {
+  Loop loop(NormalMode::automatic, false);
+  loop.watch.restore(AlarmKind::bad_pv, true);
+  loop.watch.restore(AlarmKind::output_lost, true);
+  // A loop that starts without its PV can't tell of the output.
+  ProcessCycle starting = with_bad_pv();
+  starting.output_arrives = false;
+  starting.fault = Fault::starting;
+  loop.run(starting, 10 * kDelay);
+  CHECK(loop.take().empty());
+  loop.run(healthy(), kDelay + 1);
+  CHECK(loop.take() == Changes{{AlarmKind::bad_pv, false}, {AlarmKind::output_lost, false}});
+}
+
+}  // namespace process_watch_test
