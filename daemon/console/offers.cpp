@@ -23,14 +23,23 @@ struct Offer {
 
 // control.sock offers all of them.
 constexpr std::array kOffers{
-    Offer{"status", true, false, Need::nothing},   Offer{"trend", true, false, Need::nothing},
-    Offer{"alarms", true, false, Need::nothing},   Offer{"explain", true, false, Need::nothing},
-    Offer{"journal", true, false, Need::nothing},  Offer{"describe", true, false, Need::nothing},
-    Offer{"overview", true, false, Need::nothing}, Offer{"loop", true, false, Need::nothing},
-    Offer{"windows", true, false, Need::nothing},  Offer{"registers", true, false, Need::nothing},
-    Offer{"order", false, true, Need::some},       Offer{"set", false, true, Need::control},
-    Offer{"alarm", false, true, Need::alarms},     Offer{"veto", false, true, Need::alarms},
+    Offer{"status", true, false, Need::nothing},
+    Offer{"trend", true, false, Need::nothing},
+    Offer{"alarms", true, false, Need::nothing},
+    Offer{"explain", true, false, Need::nothing},
+    Offer{"journal", true, false, Need::nothing},
+    Offer{"describe", true, false, Need::nothing},
+    Offer{"overview", true, false, Need::nothing},
+    Offer{"loop", true, false, Need::nothing},
+    Offer{"windows", true, false, Need::nothing},
+    Offer{"registers", true, false, Need::nothing},
+    Offer{"order", false, true, Need::some},
+    Offer{"set", false, true, Need::control},
+    Offer{"alarm", false, true, Need::alarms},
+    Offer{"veto", false, true, Need::alarms},
     Offer{"record", false, false, Need::nothing},
+    Offer{"reload", false, false, Need::nothing},
+    Offer{"reload_state", false, false, Need::nothing},
 };
 
 std::string elsewhere(const Offer& offer) {

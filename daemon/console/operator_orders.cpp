@@ -101,6 +101,8 @@ std::string OperatorOrders::answer(std::string_view what, const json& request,
   if (what == "order") return done(order(request));
   if (what == "record") return done(record(request, sender));
   if (what == "alarm") return done(alarm(request, sender));
+  if (what == "reload") return done(reload(request, sender));
+  if (what == "reload_state") return done(reload_state(request));
   return done(veto(request, sender));
 }
 
@@ -281,6 +283,18 @@ json OperatorOrders::veto(const json& request, const Sender& sender) {
                             sender.peer, reason_of(request), patience_for(sender));
   if (!result.accepted) throw RequestError(result.why);
   return {{"on_disk", result.on_disk}};
+}
+
+// The files are read elsewhere: nobody waits for the disk here.
+json OperatorOrders::reload(const json& request, const Sender& sender) {
+  return {{"reload", parts_.reload(sender.peer, optional_flag(request, "dry_run"))}};
+}
+
+json OperatorOrders::reload_state(const json& request) {
+  json state = parts_.reload_state(optional_count(request, "reload", 0));
+  if (state.is_null())
+    throw RequestError("there is no such reload; the journal has the older ones");
+  return state;
 }
 
 }  // namespace loopwarden::daemon::console

@@ -24,7 +24,7 @@ class OperatorOrders {
   OperatorOrders(const OperatorOrders&) = delete;
   OperatorOrders& operator=(const OperatorOrders&) = delete;
 
-  // The answer to `set`, `order`, `record`, `alarm` or `veto`. Throws RequestError.
+  // The answer to `set`, `order`, `record`, `alarm`, `veto`, `reload` or `reload_state`. Throws RequestError.
   std::string answer(std::string_view what, const nlohmann::json& request, const Sender& sender);
 
   // Takes the loops' answers that are there.
@@ -38,6 +38,8 @@ class OperatorOrders {
   nlohmann::json record(const nlohmann::json& request, const Sender& sender);
   nlohmann::json alarm(const nlohmann::json& request, const Sender& sender);
   nlohmann::json veto(const nlohmann::json& request, const Sender& sender);
+  nlohmann::json reload(const nlohmann::json& request, const Sender& sender);
+  nlohmann::json reload_state(const nlohmann::json& request);
   orders::OrderDesk& desk(std::size_t loop);
   // Lines for the journal, without their results: of an operator's action, of each part of an order.
   journal::JournalEntry line_of(std::size_t loop, const std::string& peer) const;
