@@ -133,7 +133,6 @@ IoSection read_io(MapReader& in, const IoContext& context) {
   if (chosen(Backend::modbus)) read_modbus(in.variant("modbus"), context, section);
   if (chosen(Backend::analog)) read_analog(in.variant("analog"), context, section);
   if (chosen(Backend::replay)) read_replay(in.variant("replay"), context, section);
-  section.hardware = backend == Backend::modbus || backend == Backend::analog;
   return section;
 }
 

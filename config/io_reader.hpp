@@ -27,7 +27,6 @@ struct IoContext {
 struct IoSection {
   Io io;
   bool known = false;              // the backend was named
-  bool hardware = false;           // something real moves
   bool has_read_back = false;      // of the valve position
   double output_resolution = 0.0;  // CO units
   Place command;                   // where the output's register or channel is stated

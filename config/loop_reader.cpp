@@ -12,6 +12,7 @@
 #include "config/character.hpp"
 #include "config/controller_reader.hpp"
 #include "config/effect_reader.hpp"
+#include "config/interlocks.hpp"
 #include "config/io_reader.hpp"
 #include "config/source_file.hpp"
 
@@ -118,7 +119,7 @@ class LoopReader {
                               .links = &links_});
     }
     loop_.command = io.command;
-    loop_.hardware = io.hardware;
+    loop_.hardware = backing_of(io.io).hardware;
     if (start) check_start(*start, io);
     if (jacket) check_jacket(*jacket, io);
     if (compensator_) check_compensator(*compensator_, io);
@@ -466,14 +467,15 @@ class LoopReader {
                            "read_back; add it or state a model of the valve",
                            to_text(in_.place("io"))));
     }
-    const bool simulated = std::holds_alternative<SimIo>(io.io);
-    if (jacket.form == control::JacketForm::paper && !simulated && !jacket.shadow) {
+    const bool may_act = !jacket.shadow || config().monitor.corrective.enabled;
+    if (!may_act) return;
+    const JacketInterlocks interlocks = interlocks_of(jacket, backing_of(io.io));
+    if (interlocks.paper) {
       in.error("form",
                "paper may act in simulation only, since it can park the loop off its set "
                "point; add shadow: true, or use bounded");
     }
-    const bool may_act = !jacket.shadow || config().monitor.corrective.enabled;
-    if (io.hardware && may_act && !std::isfinite(jacket.max_mean_error)) {
+    if (interlocks.max_mean_error) {
       in.error(
           "missing key 'max_mean_error' (number > 0, PV units; required where the jacket acts "
           "on hardware)");
@@ -492,7 +494,7 @@ class LoopReader {
           fmt::format("{} can't act beside the jacket, which {}; set shadow: true for one of them",
                       to_text(c.kind), jacket.shadow ? "corrective_action switches on" : "acts"));
     }
-    if (io.known && io.hardware && !std::isfinite(c.limit)) {
+    if (io.known && lacks_limit(c, backing_of(io.io))) {
       in.error(
           "missing key 'limit' (number > 0, CO units; required where the compensator acts on "
           "hardware)");

@@ -21,6 +21,7 @@ int run(int argc, char** argv) {
   add_simulate(app, exit_code);
   add_top(app, exit_code);
   add_set(app, exit_code);
+  add_reload(app, exit_code);
   add_record(app, exit_code);
   add_alarms(app, exit_code);
   add_register_map(app, exit_code);

@@ -29,7 +29,8 @@ NOT_JUDGED_S = 0.3  # when this process itself was held up for longer, nothing i
 
 CELL_KINDS = {
     "SIGSTOP, short": 4, "SIGSTOP, long": 4, "kill -9, restart": 4, "kill -9, --safe, restart": 3,
-    "SIGTERM, restart": 3, "starts without a known output": 3, "configuration broken": 5, "configuration changed": 5, "disk full": 3,
+    "SIGTERM, restart": 3, "starts without a known output": 3, "reload: tuning changed": 4, "reload: units changed": 3,
+    "reload: io changed": 3, "reload: broken file": 4, "reload: file half written": 3, "reload during an order": 3, "disk full": 3,
     "disk slow": 2, "descriptors exhausted": 3, "memory short": 3, "mailbox overflow": 3,
     "wall clock jumps": 3, "control socket abused": 3, "main thread hangs": 1, "loop thread hangs": 1,
     "helper thread hangs": 1}
@@ -571,7 +572,6 @@ class Cell:
 
     async def spoil_cell(self, kind):
         rng, daemon, failures = self.random, self.daemon, []
-        log_from = daemon.log_size()
         await self.wait(rng.uniform(0.0, 0.5))
         if kind.startswith("SIGSTOP"):
             self.cease()
@@ -595,10 +595,16 @@ class Cell:
         elif kind == "SIGTERM, restart":
             failures += await self.end_well()
             await self.begin_life()
-        elif kind == "configuration broken":
-            failures += await self.break_configuration(log_from)
-        elif kind == "configuration changed":
-            failures += await self.change_configuration(log_from)
+        elif kind == "reload: tuning changed":
+            failures += await self.change_tuning()
+        elif kind in ("reload: units changed", "reload: io changed"):
+            failures += await self.change_meaning(self.in_percent if "units" in kind else self.rewired)
+        elif kind == "reload: broken file":
+            failures += await self.break_file()
+        elif kind == "reload: file half written":
+            failures += await self.write_by_halves()
+        elif kind == "reload during an order":
+            failures += await self.reload_during_orders()
         elif kind in ("disk full", "disk slow"):
             if kind == "disk full":
                 daemon.disk_full(1)
@@ -717,23 +723,100 @@ class Cell:
                 [f"{loop.name}: SIGTERM left the alarm relay energised"
                  for loop in self.analog if loop.device.energised()])
 
-    async def reload(self, log_from, word):
-        self.daemon.signal(signal.SIGHUP)
-        end = time.monotonic() + 5.0
-        while time.monotonic() < end:
-            if word in self.daemon.log(log_from):
-                return []
-            await asyncio.sleep(0.05)
-        return [f"reload: the log does not say '{word}'"]
+    async def reload(self, *outcomes):
+        """By command or by SIGHUP; what is wrong unless it ends as one of `outcomes`."""
+        if self.random.random() < 0.5:
+            since = self.daemon.log_size()
+            self.daemon.signal(signal.SIGHUP)
+            words = {"in_force": "done, all of the files", "waits": "done, not all of the files",
+                     "refused": "reload refused"}
+            end = time.monotonic() + 10.0
+            while time.monotonic() < end:
+                ended = [outcome for outcome, word in words.items() if word in self.daemon.log(since)]
+                if ended:
+                    return [] if ended[0] in outcomes else [f"SIGHUP: {ended[0]} instead of {outcomes}"]
+                await asyncio.sleep(0.05)
+            return ["SIGHUP: the log does not say what became of it"]
+        result = await self.reload_by_command()
+        if result is None:
+            return ["reload: not done within 10 s"]
+        return [] if result["outcome"] in outcomes else [
+            f"reload: {result['outcome']} instead of {outcomes}: {result['lines']}"]
 
-    async def break_configuration(self, log_from):
+    async def reload_by_command(self):
+        """What the daemon says of it once it is done."""
+        answer = await self.daemon.ask({"request": "reload"})
+        end = time.monotonic() + 10.0
+        while answer and answer.get("ok") and time.monotonic() < end:
+            state = await self.daemon.ask({"request": "reload_state", "reload": answer["reload"]})
+            if state and state.get("state") == "done":
+                return state
+            await asyncio.sleep(0.02)
+        return None
+
+    async def sound(self, what):
+        """No loop has a fault by it, and each shows the range that it has had from the start."""
+        states, failures = await self.status(), []
+        for each in self.loops:
+            state = states.get(each.name, {})
+            if state.get("fault") not in ("none", "late cycle") and self.judged_by_time():
+                failures.append(f"{each.name}: {state.get('fault')} by {what}")
+            if state and (state["co_range"], state["co_unit"]) != ([0.0, 10.0], "V"):
+                failures.append(f"{each.name}: output of {state['co_range']} {state['co_unit']} by {what}")
+        return failures
+
+    def in_percent(self, loop):
+        """The loop's file in another unit: every number of CO ten times as large."""
+        text = self.loop_text(loop, low=10 * LOW, high=10 * HIGH, rate=10 * RATE, ki=4.0, stop=10 * STOP)
+        for volts, percent in (("unit: V, range: [0, 10]", "unit: '%', range: [0, 100]"),
+                               ("kp: 0.3494", "kp: 3.494"), ("then: 1.5", "then: 15"),
+                               ("enable_open: 0.8", "enable_open: 8"),
+                               (f"range: {list(CO_RANGE)}", f"range: {[10 * x for x in CO_RANGE]}")):
+            text = text.replace(volts, percent)
+        return text
+
+    def rewired(self, loop):
+        """Another register or channel, and with it the tuning of what is there."""
+        text = self.loop_text(loop, high=6.0, ki=0.1, stop=3.0)
+        old, new = self.random.choice(
+            (("channel: current0", "channel: current1"), ("channel: voltage1", "channel: voltage3"))
+            if loop.wiring == "analog" else
+            (("command: {address: 0", "command: {address: 4"), ("address: 20", "address: 24"),
+             ("comm_loss: {timeout: 1.0", "comm_loss: {timeout: 2.0")))
+        assert old in text
+        return text.replace(old, new)
+
+    async def change_meaning(self, changed):
+        """Of the loops whose numbers would mean something else nothing is applied, of the others all."""
+        rng = self.random
+        kept = rng.sample(self.loops, rng.randint(1, len(self.loops)))
+        for loop in self.loops:
+            self.loop_file(loop).write_text(changed(loop) if loop in kept else self.loop_text(loop, ki=0.3))
+        result, failures = await self.reload_by_command(), []
+        if result is None or result["outcome"] != "waits":
+            failures.append(f"reload: {result and (result['outcome'], result['lines'])} instead of waits")
+        else:
+            wrong = {plan["loop"]: plan for plan in result["plan"]["loops"]
+                     if (plan["decision"] == "keep") != (plan["loop"] in [loop.name for loop in kept])
+                     or plan["decision"] == "keep" and plan["applied"]}
+            failures += [f"{name}: {plan['decision']}, applied {plan['applied']}"
+                         for name, plan in wrong.items()]
+        for _ in range(rng.randint(0, 2)):
+            failures += await self.reload("waits")
+        await self.wait(rng.uniform(0.2, 1.5))
+        failures += await self.sound("a file that is to wait")
+        for loop in self.loops:
+            self.loop_file(loop).write_text(self.loop_text(loop))
+        return failures + await self.reload("in_force")
+
+    async def break_file(self):
         rng = self.random
         loop = rng.choice(self.loops)
         path, good = self.loop_file(loop), self.loop_text(loop)
-        how = rng.choice(("cut", "bytes", "key", "value", "gone", "empty", "folder"))
-        if how == "cut":
-            path.write_text(good[: rng.randint(1, good.index("poll_period"))])
-        elif how == "bytes":
+        # Bytes may happen to be sound; a loop whose file is gone runs on.
+        outcomes = {"bytes": ("refused", "waits", "in_force"), "gone": ("waits", "refused")}
+        how = rng.choice(("bytes", "key", "value", "gone", "empty", "folder"))
+        if how == "bytes":
             raw = bytearray(good.encode())
             for _ in range(20):
                 raw[rng.randrange(len(raw))] = rng.randrange(256)
@@ -749,32 +832,87 @@ class Cell:
         elif how == "folder":
             path.unlink()
             path.mkdir()
-        failures = await self.reload(log_from, "reload")
+        failures = await self.reload(*outcomes.get(how, ("refused",)))
         await self.wait(rng.uniform(0.2, 0.6))
-        states = await self.status()
-        for each in self.loops:
-            fault = states.get(each.name, {}).get("fault")
-            if fault not in ("none", "late cycle") and self.judged_by_time():
-                failures.append(f"{each.name}: {fault} by a broken file ({how})")
+        failures += await self.sound(f"a broken file ({how})")
         if path.is_dir():
             path.rmdir()
         path.write_text(good)
-        mark = self.daemon.log_size()
-        return failures + await self.reload(mark, "has its new settings")
+        return failures + await self.reload("in_force")
 
-    async def change_configuration(self, log_from):
+    async def write_by_halves(self):
+        """A reload that comes while an editor writes sees half a file."""
+        rng, failures = self.random, []
+        loop = rng.choice(self.loops)
+        text = self.loop_text(loop, high=rng.uniform(7.0, 9.5), ki=rng.uniform(0.1, 0.6))
+        cut = rng.randint(1, text.index("poll_period"))
+        with open(self.loop_file(loop), "w", encoding="utf-8") as file:
+            file.write(text[:cut])
+            file.flush()
+            for _ in range(rng.randint(1, 3)):
+                failures += await self.reload("refused")
+            failures += await self.sound("half a file")
+            file.write(text[cut:])
+        failures += await self.reload("in_force", "waits")
+        await self.wait(rng.uniform(0.0, 0.5))
+        self.loop_file(loop).write_text(self.loop_text(loop))
+        return failures + await self.reload("in_force")
+
+    def tuned(self, loop, lowest_high):
+        rng = self.random
+        return self.loop_text(loop, low=rng.uniform(0.2, 0.45), high=rng.uniform(lowest_high, 9.5),
+                              rate=rng.uniform(1.0, RATE), ki=rng.uniform(0.1, 0.6),
+                              stop=rng.uniform(1.0, 3.0))
+
+    async def change_tuning(self):
+        """Limits may exclude CO: then they wait."""
         rng = self.random
         loop = rng.choice(self.loops)
-        changed = {"low": rng.uniform(0.2, 0.45), "high": rng.uniform(6.0, 9.5),
-                   "rate": rng.uniform(1.0, RATE), "ki": rng.uniform(0.1, 0.6),
-                   "stop": rng.uniform(1.0, 3.0)}
-        path = self.loop_file(loop)
-        path.write_text(self.loop_text(loop, **changed))
-        failures = await self.reload(log_from, "has its new settings")
+        self.loop_file(loop).write_text(self.tuned(loop, 6.0))
+        failures = await self.reload("in_force", "waits")
         await self.wait(rng.uniform(0.2, 1.0))
-        path.write_text(self.loop_text(loop))
-        mark = self.daemon.log_size()
-        return failures + await self.reload(mark, "has its new settings")
+        self.loop_file(loop).write_text(self.loop_text(loop))
+        return failures + await self.reload("in_force")
+
+    async def give_orders(self, loop):
+        """Each is answered, as done or as refused."""
+        rng, failures = self.random, []
+        for _ in range(rng.randint(3, 8)):
+            order = rng.choice(({"mode": "man", "output": rng.uniform(1.0, 9.0)},
+                                {"mode": "auto", "set_point": rng.uniform(4.0, 6.0)}, {"mode": "man"}))
+            answer = await self.daemon.ask({"request": "set", "loop": loop.name, **order})
+            if answer is None:
+                failures.append("an order got no answer")
+            elif answer["ok"]:
+                end, state = time.monotonic() + 5.0, "waiting"
+                while state == "waiting" and time.monotonic() < end:
+                    await asyncio.sleep(0.02)
+                    told = await self.daemon.ask(
+                        {"request": "order", "loop": loop.name, "order": answer["order"]})
+                    state = (told or {}).get("state", "waiting")
+                if state == "waiting":
+                    failures.append(f"{loop.name}: no cycle answered an order")
+            await self.wait(rng.uniform(0.0, 0.2))
+        return failures
+
+    async def reload_during_orders(self):
+        """Limits come and go while the operator moves the output, inside and outside of them."""
+        rng, failures = self.random, []
+
+        async def reload_again(loop):
+            found = []
+            for _ in range(rng.randint(2, 4)):
+                self.loop_file(loop).write_text(self.tuned(loop, 3.0))
+                found += await self.reload("in_force", "waits")
+                await self.wait(rng.uniform(0.0, 0.2))
+            return found
+
+        loop = rng.choice(self.loops)
+        for found in await asyncio.gather(self.give_orders(loop), reload_again(loop)):
+            failures += found
+        failures += await self.sound("reloads during orders")
+        self.loop_file(loop).write_text(self.loop_text(loop))
+        return failures + await self.reload("in_force")
 
     async def journal_works_again(self):
         end = time.monotonic() + 12.0

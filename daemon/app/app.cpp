@@ -7,18 +7,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <numeric>
-#include <span>
 #include <stdexcept>
-#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
 
-#include "config/config_reader.hpp"
 #include "config/loop_model_writer.hpp"
 #include "daemon/explain/explanation_file.hpp"
 #include "daemon/explain/pending_explanation.hpp"
@@ -28,7 +24,6 @@
 #include "hal/os/exit_code.hpp"
 #include "hal/os/real_time.hpp"
 #include "hal/os/signals.hpp"
-#include "record/segment_format.hpp"
 #include "model/commission/explain.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "model/effects/catalogue.hpp"
@@ -91,21 +86,6 @@ std::map<std::string, config::SpecialistFolder> contents_of(const Specialists& s
   return contents;
 }
 
-// CRC-32 over the files in their order.
-std::uint32_t hash_of(const std::string& text) {
-  return record::crc32(std::span(text.data(), text.size()));
-}
-
-// What is in force after a reload that could not take over everything is no set of files: its hash
-// is of both those of the start and those of now, and equal to neither.
-std::uint32_t hash_of_both(std::uint32_t start, std::uint32_t now) {
-  std::array<char, 4> bytes{};
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    bytes[i] = static_cast<char>((start >> (8 * i)) & 0xFFU);
-  }
-  return record::crc32(std::span(bytes.data(), bytes.size()), now);
-}
-
 console::Rights rights_of(const config::DaemonConfig& config) {
   return {.page = config.page, .edge = config.edge};
 }
@@ -166,21 +146,10 @@ void for_all_at_once(std::size_t count, Step step) {
 
 }  // namespace
 
-rt::LoopSettings settings_of(const config::LoopConfig& config) {
-  const bool simulated = std::holds_alternative<hal::sim::SimSettings>(config.io);
-  const control::JacketSettings& jacket = config.controller.jacket;
-  return {.controller = config.controller,
-          .safety = config.safety,
-          .pv_check = config.pv,
-          .jacket_may_act = simulated || (jacket.form != control::JacketForm::paper &&
-                                          std::isfinite(jacket.max_mean_error))};
-}
-
 App::App(config::Configuration configuration, std::filesystem::path config_path,
          const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost)
     : configuration_(std::move(configuration)),
       config_path_(std::move(config_path)),
-      rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : ""),
       started_ns_(clock_.now_ns()),
       started_ms_(utc_ms()),
       historian_(loops_, configuration_.daemon.state_directory),
@@ -201,13 +170,12 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
           [this](const ExplainJob& job, const Explanation* explanation, const std::string& why) {
             report_explanation(job, explanation, why);
           }),
-      start_hash_(hash_of(configuration_.text)),
-      config_hash_(start_hash_),
+      reloader_(configuration_, config_path_, loops_, historian_, journal_, reloader_ends()),
       control_(socket_folder(configuration_.daemon.runtime_directory), console_parts(),
                rights_of(configuration_.daemon)),
       readers_(configuration_.daemon.runtime_directory, console_parts()),
       log_lines_lost_(std::move(log_lines_lost)),
-      configuration_state_{.files_hash = start_hash_, .waiting = {}, .refused = {}} {
+      rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : "") {
   const double accelerate = configuration_.daemon.accelerate;
   std::int64_t tick_ns = 0;
   for (const config::LoopConfig& loop : configuration_.loops) {
@@ -219,12 +187,13 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
   for (const config::LoopConfig& config : configuration_.loops) {
     LoopRuntime loop;
     loop.config = config;
-    loop.settings = std::make_unique<CurrentSettings>(settings_of(config));
+    const rt::LoopSettings settings = settings_of(config, config::backing_of(config.io));
     loop.io = backends_.make(config);
     loop.channels = std::make_unique<rt::LoopChannels>(
         static_cast<std::size_t>(kRingSeconds / config.sample_time_s * accelerate) + 64);
+    loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.cycle = std::make_unique<rt::ControlCycle>(
-        static_cast<std::uint32_t>(loops_.size()), config.sample_time_s, settings_of(config),
+        static_cast<std::uint32_t>(loops_.size()), config.sample_time_s, settings,
         rt::StartSettings{config.start.mode, config.start.set_point, config.start.output},
         source_of(config.valve_position), valve_model_of(config), *loop.io, *loop.channels,
         events_);
@@ -307,7 +276,7 @@ void App::keep_evidence(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
     evidence.take(loop_monitor, step, reason);
   }
   evidence.version = LOOPWARDEN_VERSION;
-  evidence.config_hash = config_hash_;
+  evidence.config_hash = reloader_.config_hash();
   evidence.loop_file = config.file;
   if (const monitor::History* history = monitor_->history(loop)) {
     evidence.raised_at = history->newest();
@@ -422,7 +391,7 @@ App::~App() {
   quit_ = true;
   real_time_thread_.join();
   if (gateway_) gateway_->stop();
-  reader_.stop();
+  reloader_.stop();
   control_.stop();
   readers_.stop();
   monitor_->stop();
@@ -443,7 +412,7 @@ int App::run() {
 
 void App::start() {
   for (LoopRuntime& loop : loops_) loop.io->open();
-  reader_.start();
+  reloader_.start();
   journal_.start();
   evidence_.start();
   explainer_.start();
@@ -461,10 +430,12 @@ void App::start() {
         runner_->run(stop_, quit_);
       });
   if (!refused.empty()) {
+    const std::lock_guard lock(status_mutex_);
     rights_missing_ += (rights_missing_.empty() ? "" : "; ") + refused +
                        ": a busy machine may delay the loops; raise LimitRTPRIO";
   }
-  if (!rights_missing_.empty()) spdlog::warn("without real-time rights: {}", rights_missing_);
+  const std::string missing = rights_missing();
+  if (!missing.empty()) spdlog::warn("without real-time rights: {}", missing);
 
   // Ready means: every loop has run at least once. Whether it found its devices shows in its fault.
   record::RecordRow row;
@@ -516,8 +487,10 @@ void App::supervise() {
                    signal == SIGTERM ? "SIGTERM" : "SIGINT");
       return;
     }
-    reload_wanted_ = reload_wanted_ || signal == SIGHUP;
-    if (!attempt("reload refused", [this] { step_reload(); })) service_.ready();
+    attempt("reload refused", [&] {
+      if (signal == SIGHUP) reloader_.by_signal();
+      reloader_.step();
+    });
     attempt("events", [this] { log_events(); });
     attempt("status", [this] { publish_runner_status(); });
     attempt("watchdog", [this] { feed_watchdog(); });
@@ -548,7 +521,7 @@ void App::publish_runner_status() {
   }
   service_.status(fmt::format("{} loops, {} with a fault, {} overruns{}", loops_.size(), faulty,
                               now.overruns,
-                              rights_missing_.empty() ? "" : ", no real-time rights"));
+                              rights_missing().empty() ? "" : ", no real-time rights"));
 }
 
 void App::log_events() {
@@ -572,98 +545,6 @@ void App::log_events() {
   if (suppressed > 0) spdlog::warn("{} more events not shown", suppressed);
 }
 
-void App::step_reload() {
-  if (reload_wanted_ && !reading_) {
-    service_.reloading();
-    auto reading = std::make_shared<ReadFiles>();
-    const bool begun = reader_.begin([reading, path = config_path_] {
-      try {
-        reading->files = config::read_configuration(path);
-      } catch (const std::exception& e) {
-        reading->error = e.what();
-      }
-      reading->there.store(true, std::memory_order_release);
-    });
-    if (!begun) return;  // the thread is about to finish the last one
-    reading_ = std::move(reading);
-    reload_wanted_ = false;
-    slow_reload_reported_ = false;
-  }
-  if (!reading_) return;
-  if (!reading_->there.load(std::memory_order_acquire)) {
-    constexpr double kSlow = 10.0;  // s
-    if (reader_.seconds() > kSlow && !slow_reload_reported_) {
-      slow_reload_reported_ = true;
-      spdlog::error("reload: the disk has not answered for {:.0f} s; the loops run on as before",
-                    reader_.seconds());
-    }
-    return;
-  }
-  const std::shared_ptr<ReadFiles> read = std::move(reading_);
-  reading_ = nullptr;
-  take_files(*read);
-  service_.ready();
-}
-
-void App::refuse_reload(const std::string& why) {
-  const std::lock_guard lock(status_mutex_);
-  configuration_state_.refused = why;
-}
-
-void App::take_files(ReadFiles& read) {
-  auto& fresh = read.files;
-  if (!fresh) {
-    for (const config::Diagnostic& d : fresh.diagnostics) spdlog::error("{}", config::to_text(d));
-    spdlog::error("reload refused: {}; the loops run on as before",
-                  read.error.empty() ? "the configuration has errors" : read.error);
-    const auto first = std::find_if(
-        fresh.diagnostics.begin(), fresh.diagnostics.end(),
-        [](const config::Diagnostic& d) { return d.level == config::Diagnostic::Level::error; });
-    refuse_reload(first == fresh.diagnostics.end() ? read.error : config::to_text(*first));
-    return;
-  }
-  for (const config::Diagnostic& d : fresh.diagnostics) spdlog::warn("{}", config::to_text(d));
-  for (const config::LoopConfig& config : fresh->loops) {
-    const auto it = std::find_if(loops_.begin(), loops_.end(), [&](const LoopRuntime& loop) {
-      return loop.config.name == config.name;
-    });
-    if (it == loops_.end()) continue;
-    it->settings->set(settings_of(config));
-    it->channels->settings.publish(settings_of(config));
-    spdlog::info("reload: loop {} has its new settings", config.name);
-  }
-  configuration_.daemon.stop_timeout_s = fresh->daemon.stop_timeout_s;
-  control_.set_rights(rights_of(fresh->daemon));
-  spdlog::set_level(spdlog::level::from_str(fresh->daemon.log_level));
-
-  ConfigurationState state{.files_hash = hash_of(fresh->text),
-                           .waiting = config::waiting_for_restart(configuration_, *fresh),
-                           .refused = {}};
-  for (const config::Waiting& waiting : state.waiting) {
-    spdlog::warn("reload: {}", config::to_text(waiting));
-  }
-  config_hash_ =
-      state.waiting.empty() ? state.files_hash : hash_of_both(start_hash_, state.files_hash);
-  const std::lock_guard lock(status_mutex_);
-  configuration_state_ = std::move(state);
-}
-
-nlohmann::json App::configuration_status() const {
-  ConfigurationState state;
-  {
-    const std::lock_guard lock(status_mutex_);
-    state = configuration_state_;
-  }
-  nlohmann::json waiting = nlohmann::json::array();
-  for (const config::Waiting& w : state.waiting) {
-    waiting.push_back({{"file", w.file}, {"key", w.key}, {"why", w.why}});
-  }
-  return {{"files_hash", state.files_hash},
-          {"files_in_force", state.waiting.empty() && state.refused.empty()},
-          {"waiting_for_restart", std::move(waiting)},
-          {"refused", state.refused}};
-}
-
 // Outputs have had their stop action. What is left is the disk, and a disk may hang for ever.
 void App::end_threads() {
   constexpr std::int64_t kEndPatience = 5 * kSecond;
@@ -680,7 +561,7 @@ void App::end_threads() {
     }
     if (!ended) hung.push_back(what);
   };
-  end("reload", reader_);
+  end("reload", reloader_);
   end("control socket", control_);
   end("status socket", readers_);
   end("recorder", historian_);
@@ -732,6 +613,22 @@ void App::drive_to_stop(LoopRuntime& loop) {
   }
 }
 
+ReloaderEnds App::reloader_ends() {
+  return {.take_over =
+              [this](const config::DaemonConfig& wanted) {
+                configuration_.daemon.stop_timeout_s = wanted.stop_timeout_s;
+                control_.set_rights(rights_of(wanted));
+                spdlog::set_level(spdlog::level::from_str(wanted.log_level));
+              },
+          .reloading = [this] { service_.reloading(); },
+          .ready = [this] { service_.ready(); }};
+}
+
+std::string App::rights_missing() const {
+  const std::lock_guard lock(status_mutex_);
+  return rights_missing_;
+}
+
 console::Parts App::console_parts() {
   return {
       .loops = loops_,
@@ -742,7 +639,10 @@ console::Parts App::console_parts() {
       .severe_percent = configuration_.daemon.alarms.severe_percent,
       .daemon_status = [this] { return status(); },
       .box_description = [this] { return description(); },
-      .config_hash = [this] { return config_hash_.load(); },
+      .config_hash = [this] { return reloader_.config_hash(); },
+      .reload = [this](const std::string& peer,
+                       bool dry_run) { return reloader_.post(peer, dry_run); },
+      .reload_state = [this](std::uint64_t number) { return reloader_.state(number); },
       .box = [this] { return box_reading(); },
       .modbus_server = [this] { return gateway_ ? gateway_->state() : gateway::ServerState{}; }};
 }
@@ -754,7 +654,7 @@ nlohmann::json App::description() const {
   const console::Rights now = control_.rights();
   const config::Alarms& alarms = configuration_.daemon.alarms;
   return {{"version", LOOPWARDEN_VERSION},
-          {"config_hash", config_hash_.load()},
+          {"config_hash", reloader_.config_hash()},
           {"model_hash", model_hash_},
           {"accelerate", configuration_.daemon.accelerate},
           {"started_ms", started_ms_},
@@ -799,8 +699,8 @@ nlohmann::json App::status() const {
   }
   const std::int64_t now_ns = monotonic_ns();
   return {{"version", LOOPWARDEN_VERSION},
-          {"config_hash", config_hash_.load()},
-          {"configuration", configuration_status()},
+          {"config_hash", reloader_.config_hash()},
+          {"configuration", reloader_.status()},
           {"recorder", {{"disk_wait_s", historian_.recorder().disk_wait_s()}}},
           {"log_lines_lost", log_lines_lost_ ? log_lines_lost_() : 0},
           {"model_hash", model_hash_},
@@ -829,7 +729,7 @@ nlohmann::json App::status() const {
           {"modbus_server", std::move(server)},
           {"uptime_s", static_cast<double>(now_ns - started_ns_) / 1e9},
           {"accelerate", configuration_.daemon.accelerate},
-          {"real_time_missing", rights_missing_},
+          {"real_time_missing", rights_missing()},
           {"ticks", runner.ticks},
           {"overruns", runner.overruns},
           {"skipped_ticks", runner.skipped_ticks},
@@ -852,9 +752,9 @@ gateway::BoxReading App::box_reading() const {
   box.overruns = runner.overruns;
   box.wake_up_worst_us = static_cast<double>(runner.wake_up.worst_ns) / 1000.0;
   box.wake_up_p99_us = static_cast<double>(runner.wake_up.quantile_ns(0.99)) / 1000.0;
-  box.config_hash = config_hash_;
+  box.config_hash = reloader_.config_hash();
   box.model_hash = model_hash_;
-  box.real_time_rights = rights_missing_.empty();
+  box.real_time_rights = rights_missing().empty();
   box.any_simulated = std::any_of(loops_.begin(), loops_.end(), [](const LoopRuntime& loop) {
     return is_simulated(loop.config);
   });

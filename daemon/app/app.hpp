@@ -17,15 +17,14 @@
 
 #include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
-#include "config/reload.hpp"
 #include "daemon/app/backend_factory.hpp"
 #include "daemon/console/control_server.hpp"
 #include "daemon/console/status_server.hpp"
-#include "daemon/recorder/disk_errand.hpp"
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/explain/explainer.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/app/gateway_loops.hpp"
+#include "daemon/app/reloader.hpp"
 #include "daemon/app/watchdog.hpp"
 #include "daemon/recorder/historian.hpp"
 #include "daemon/journal/journal.hpp"
@@ -62,24 +61,9 @@ class App {
   void stop();
   void feed_watchdog();
   void drive_to_stop(LoopRuntime& loop);
-  // The files are read by a thread that may hang on the disk; step_reload() takes them when they are
-  // there.
-  struct ReadFiles {
-    config::Loaded<config::Configuration> files;
-    std::string error;  // why they could not be read at all
-    std::atomic<bool> there{false};
-  };
-  // Which files are in force, for the status.
-  struct ConfigurationState {
-    std::uint32_t files_hash = 0;          // of the files as they were last read without errors
-    std::vector<config::Waiting> waiting;  // not in force before a restart
-    std::string refused;                   // the first error of the last reload; empty: it was good
-  };
-  void step_reload();
-  void take_files(ReadFiles& read);
-  void refuse_reload(const std::string& why);
+  ReloaderEnds reloader_ends();
   void end_threads();
-  nlohmann::json configuration_status() const;
+  std::string rights_missing() const;
   void log_events();
   void watch_threads();
   void make_gateway();
@@ -105,7 +89,6 @@ class App {
 
   config::Configuration configuration_;
   std::filesystem::path config_path_;
-  std::string rights_missing_;  // what real-time rights were refused, in words; empty: none
   BackendFactory backends_;
   std::vector<LoopRuntime> loops_;
   hal::os::SpscRing<rt::Event> events_{4096};
@@ -124,8 +107,7 @@ class App {
   std::deque<orders::OrderDesk> monitor_desks_;  // one for each loop
   std::unique_ptr<monitor::Monitor> monitor_;
   Explainer explainer_;
-  std::uint32_t start_hash_;                // of the files as they were at the start
-  std::atomic<std::uint32_t> config_hash_;  // of the configuration in force
+  Reloader reloader_;
   ControlServer control_;
   StatusServer readers_;
   std::unique_ptr<GatewayLoops> plant_;
@@ -137,14 +119,10 @@ class App {
   hal::os::Thread real_time_thread_;
   bool stuck_reported_ = false;
   bool ended_ = false;
-  bool reload_wanted_ = false;
-  bool slow_reload_reported_ = false;
-  std::shared_ptr<ReadFiles> reading_;  // null: no files are being read
-  DiskErrand reader_{"lw-reload"};
   std::function<std::uint64_t()> log_lines_lost_;
-  mutable std::mutex status_mutex_;
-  rt::RunnerStatus runner_status_;  // copy for the control thread
-  ConfigurationState configuration_state_;
+  mutable std::mutex status_mutex_;  // for what the sockets' threads read
+  rt::RunnerStatus runner_status_;
+  std::string rights_missing_;  // what real-time rights were refused, in words; empty: none
 };
 
 // Drives every output to its stop action once, without starting the loops: `loopwardend --safe`.

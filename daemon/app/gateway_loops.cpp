@@ -8,12 +8,7 @@
 namespace loopwarden::daemon {
 GatewayLoops::GatewayLoops(console::Parts parts) : parts_(std::move(parts)) {
   for (LoopRuntime& loop : parts_.loops) {
-    desks_.push_back(desk_of(loop, loop.channels->master_orders, parts_.journal,
-                             [&loop](const rt::Order& order) {
-                               loop.settings->change([&](rt::LoopSettings& settings) {
-                                 rt::set_gains(order, settings.controller.pid.gains);
-                               });
-                             }));
+    desks_.push_back(desk_of(loop, loop.channels->master_orders, parts_.journal));
   }
 }
 

@@ -39,6 +39,8 @@ constexpr std::array kOffers{
     Offer{"veto", false, true, Need::alarms},
     Offer{"record", false, false, Need::nothing},
     Offer{"acknowledge_all", false, true, Need::alarms},
+    Offer{"reload", false, false, Need::nothing},
+    Offer{"reload_state", false, false, Need::nothing},
 };
 
 std::string elsewhere(const Offer& offer) {

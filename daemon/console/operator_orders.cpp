@@ -105,6 +105,8 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
   if (what == "record") return done(record(request, sender));
   if (what == "alarm") return alarm(request, sender);
   if (what == "acknowledge_all") return acknowledge_all(request, sender);
+  if (what == "reload") return done(reload(request, sender));
+  if (what == "reload_state") return done(reload_state(request));
   return veto(request, sender);
 }
 
@@ -307,6 +309,18 @@ LocalServer::Answer OperatorOrders::veto(const json& request, const Sender& send
                             sender.peer, reason_of(request));
   if (!result.accepted) throw RequestError(result.why);
   return when_written(json::object(), result.ticket, sender);
+}
+
+// The files are read elsewhere: nobody waits for the disk here.
+json OperatorOrders::reload(const json& request, const Sender& sender) {
+  return {{"reload", parts_.reload(sender.peer, optional_flag(request, "dry_run"))}};
+}
+
+json OperatorOrders::reload_state(const json& request) {
+  json state = parts_.reload_state(optional_count(request, "reload", 0));
+  if (state.is_null())
+    throw RequestError("there is no such reload; the journal has the older ones");
+  return state;
 }
 
 }  // namespace loopwarden::daemon::console

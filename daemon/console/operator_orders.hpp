@@ -26,8 +26,8 @@ class OperatorOrders {
   OperatorOrders(const OperatorOrders&) = delete;
   OperatorOrders& operator=(const OperatorOrders&) = delete;
 
-  // The answer to `set`, `order`, `record`, `alarm`, `acknowledge_all` or `veto`; of the last three it comes when the
-  // journal has them on the disk, or says that it has not. Throws RequestError.
+  // The answer to `set`, `order`, `record`, `alarm`, `acknowledge_all`, `veto`, `reload` or `reload_state`; of what
+  // operators do with alarms it comes when the journal has it on the disk, or says that it has not. Throws RequestError.
   hal::os::LocalServer::Answer answer(std::string_view what, const nlohmann::json& request,
                                       const Sender& sender);
 
@@ -46,6 +46,8 @@ class OperatorOrders {
   // `reply`, with "on_disk".
   hal::os::LocalServer::Answer when_written(nlohmann::json reply, std::uint64_t ticket,
                                             const Sender& sender) const;
+  nlohmann::json reload(const nlohmann::json& request, const Sender& sender);
+  nlohmann::json reload_state(const nlohmann::json& request);
   orders::OrderDesk& desk(std::size_t loop);
   // Lines for the journal, without their results: of an operator's action, of each part of an order.
   journal::JournalEntry line_of(std::size_t loop, const std::string& peer) const;

@@ -45,6 +45,11 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
               fmt::format("mode {}; {}", control::to_text(static_cast<control::Mode>(event.a)),
                           output_text(event.value, loop))};
     case rt::EventCode::settings_applied: return {Severity::info, "new settings applied"};
+    case rt::EventCode::settings_wait:
+      return {
+          Severity::warning,
+          fmt::format("new settings wait until the output, at {:.4g} {}, is inside their limits",
+                      event.value, loop.co_unit)};
     case rt::EventCode::order_refused:
       return {Severity::warning,
               fmt::format("order refused: {}", rt::to_text(static_cast<rt::Refusal>(event.a)))};

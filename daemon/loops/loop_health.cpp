@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/loops/loop_health.hpp"
 
-#include <variant>
-
+#include "config/interlocks.hpp"
 #include "hal/contract/sample.hpp"
 #include "model/control/supervisor.hpp"
 
 namespace loopwarden::daemon {
 
 bool is_simulated(const config::LoopConfig& config) noexcept {
-  return std::holds_alternative<hal::sim::SimSettings>(config.io) ||
-         std::holds_alternative<hal::replay::ReplaySettings>(config.io);
+  return !config::backing_of(config.io).hardware;
 }
 
 loopwarden::monitor::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,

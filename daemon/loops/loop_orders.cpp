@@ -7,8 +7,7 @@
 
 namespace loopwarden::daemon {
 
-orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal,
-                          std::function<void(const rt::Order&)> done) {
+orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal) {
   const CurrentSettings& settings = *loop.settings;
   return {box, loop.channels->standing,
           orders::DeskEnds{
@@ -17,8 +16,7 @@ orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal
               .why =
                   [&settings](const rt::OrderAnswer& answer, const rt::Order& order) {
                     return orders::why_refused(answer, order, settings.get());
-                  },
-              .done = std::move(done)}};
+                  }}};
 }
 
 }  // namespace loopwarden::daemon

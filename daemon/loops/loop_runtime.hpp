@@ -6,44 +6,41 @@
 #include <optional>
 #include <string>
 
+#include "config/interlocks.hpp"
 #include "config/loop_config.hpp"
 #include "daemon/rt/control_cycle.hpp"
 #include "hal/contract/loop_io.hpp"
 
 namespace loopwarden::daemon {
 
-// The settings in force: a reload or a Modbus master changes them while others look.
+// The settings in force, as the loop's cycle tells them: what a reload or a Modbus master asks for is
+// shown once it is so. Any thread but the real-time one; the one reader of `in_force`.
 class CurrentSettings {
  public:
-  explicit CurrentSettings(const rt::LoopSettings& settings) : settings_(settings) {}
+  CurrentSettings(const rt::LoopSettings& settings, rt::LoopChannels& channels)
+      : channels_(channels), settings_(settings) {}
   rt::LoopSettings get() const {
     const std::lock_guard lock(mutex_);
+    channels_.in_force.fetch(settings_);
     return settings_;
-  }
-  void set(const rt::LoopSettings& settings) {
-    const std::lock_guard lock(mutex_);
-    settings_ = settings;
-  }
-  template <class Change>
-  void change(Change change) {
-    const std::lock_guard lock(mutex_);
-    change(settings_);
   }
 
  private:
+  rt::LoopChannels& channels_;
   mutable std::mutex mutex_;
-  rt::LoopSettings settings_;
+  mutable rt::LoopSettings settings_;
 };
 
 // One configured loop while the daemon runs: its configuration, backend, channels and cycle.
 struct LoopRuntime {
   config::LoopConfig config;  // as at start; what a reload may change is in `settings`
-  std::unique_ptr<CurrentSettings> settings;
   std::unique_ptr<hal::LoopIo> io;
   std::unique_ptr<rt::LoopChannels> channels;
+  std::unique_ptr<CurrentSettings> settings;
   std::unique_ptr<rt::ControlCycle> cycle;
 };
 
-rt::LoopSettings settings_of(const config::LoopConfig& config);
+// `backing`: of the backend that runs.
+rt::LoopSettings settings_of(const config::LoopConfig& config, config::Backing backing);
 
 }  // namespace loopwarden::daemon

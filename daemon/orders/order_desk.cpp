@@ -36,11 +36,7 @@ void OrderDesk::collect() {
     waiting_.pop_front();
     Outcome outcome{
         .number = answer.number, .refusal = answer.refusal, .now = answer.now, .why = {}};
-    if (answer.refusal == rt::Refusal::none) {
-      if (ends_.done) ends_.done(waiting.order);
-    } else {
-      outcome.why = ends_.why(answer, waiting.order);
-    }
+    if (answer.refusal != rt::Refusal::none) outcome.why = ends_.why(answer, waiting.order);
     outcome.journal_ticket =
         write_down(waiting.lines, outcome.why.empty() ? "done" : "refused: " + outcome.why);
     outcomes_.push_back(std::move(outcome));

@@ -33,7 +33,6 @@ struct DeskEnds {
   // Returns the journal's ticket.
   std::function<std::uint64_t(journal::JournalEntry)> write_down;
   std::function<std::string(const rt::OrderAnswer&, const rt::Order&)> why;
-  std::function<void(const rt::Order&)> done;  // may be empty
 };
 
 class OrderDesk {

@@ -54,6 +54,7 @@ ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettin
                            hal::os::SpscRing<Event>& events)
     : loop_(loop),
       settings_(settings),
+      configured_(settings),
       start_(start),
       valve_source_(valve_source),
       valve_model_(std::move(valve_model)),
@@ -62,21 +63,37 @@ ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettin
       events_(events),
       pv_guard_(settings.pv_check),
       supervisor_(settings.safety, period_s),
-      controller_(settings.controller, period_s, start.set_point, settings.controller.output.low),
-      configured_jacket_(settings.controller.jacket.form) {
+      controller_(settings.controller, period_s, start.set_point, settings.controller.output.low) {
   controller_.request_mode(start.mode);
   publish_standing();
 }
 
 void ControlCycle::take_settings() noexcept {
-  if (!channels_.settings.fetch(settings_)) return;
-  configured_jacket_ = settings_.controller.jacket.form;
+  const bool fresh = channels_.settings.fetch(offer_);
+  offer_waits_ = (offer_waits_ || fresh) && !offer_.withdrawn;
+  if (!offer_waits_) {
+    if (fresh) channels_.settings_waiting.store(0, std::memory_order_release);
+    return;
+  }
+  if (!can_take_over(offer_.settings.controller.output, settings_.controller.output, output_known_,
+                     controller_.output_commanded())) {
+    if (!fresh) return;
+    channels_.settings_waiting.store(offer_.number, std::memory_order_release);
+    event(EventCode::settings_wait, 0, 0, controller_.output_applied());
+    return;
+  }
+  offer_waits_ = false;
+  settings_ = configured_ = offer_.settings;
   controller_.configure(settings_.controller);
   supervisor_.configure(settings_.safety);
   pv_guard_.configure(settings_.pv_check);
-  channels_.settings_taken.fetch_add(1, std::memory_order_release);
+  publish_in_force();
+  channels_.settings_waiting.store(0, std::memory_order_relaxed);
+  channels_.settings_taken.store(offer_.number, std::memory_order_release);
   event(EventCode::settings_applied, 0, 0, 0.0);
 }
+
+void ControlCycle::publish_in_force() noexcept { channels_.in_force.publish(configured_); }
 
 // Who is taken later has the last word: the monitor gives way to the Modbus master, the master to the operator.
 void ControlCycle::take_orders() noexcept {
@@ -99,7 +116,8 @@ void ControlCycle::answer(OrderBox& box) noexcept {
 // have changed what it finds.
 Refusal ControlCycle::take(const Order& order, const InForce& now) noexcept {
   Refusal refusal = judge(order.expected, now, settings_);
-  if (refusal == Refusal::none) refusal = judge(order, standing(), settings_, configured_jacket_);
+  if (refusal == Refusal::none)
+    refusal = judge(order, standing(), settings_, configured_.controller.jacket.form);
   if (refusal == Refusal::none) {
     apply(order);
   } else {
@@ -113,7 +131,9 @@ void ControlCycle::apply(const Order& order) noexcept {
   if (order.jacket) apply(*order.jacket);
   if (order.kp || order.ki || order.kd) {
     set_gains(order, settings_.controller.pid.gains);
+    set_gains(order, configured_.controller.pid.gains);
     controller_.configure(settings_.controller);
+    publish_in_force();
   }
   if (order.mode) controller_.request_mode(*order.mode);
   if (order.set_point) controller_.request_set_point(*order.set_point);
@@ -129,7 +149,8 @@ void ControlCycle::apply(const Order& order) noexcept {
 
 void ControlCycle::apply(JacketWish wish) noexcept {
   control::JacketSettings& jacket = settings_.controller.jacket;
-  jacket.form = wish == JacketWish::off ? control::JacketForm::off : configured_jacket_;
+  jacket.form =
+      wish == JacketWish::off ? control::JacketForm::off : configured_.controller.jacket.form;
   jacket.shadow = wish != JacketWish::on;
   controller_.configure(settings_.controller);
 }

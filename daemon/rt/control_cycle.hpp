@@ -25,7 +25,10 @@ struct LoopChannels {
   explicit LoopChannels(std::size_t record_capacity)
       : records(record_capacity), watched(record_capacity) {}
 
-  hal::os::NewestValue<LoopSettings> settings;   // reload -> cycle
+  hal::os::NewestValue<SettingsOffer> settings;  // reload -> cycle
+  // As the files and a Modbus master's gains have them, without what was ordered of the jacket;
+  // cycle -> CurrentSettings
+  hal::os::NewestValue<LoopSettings> in_force;
   OrderBox operator_orders;                      // operator <-> cycle
   OrderBox master_orders;                        // Modbus master <-> cycle
   OrderBox monitor_orders;                       // monitor <-> cycle
@@ -35,8 +38,11 @@ struct LoopChannels {
   std::atomic<std::uint8_t> standing{0};
   // Orders that had been let in and could not act any more when they were taken; cycle -> status
   std::atomic<std::uint32_t> orders_refused{0};
-  // Reloads taken over: each sets the jacket as its file has it, whatever was ordered; cycle -> monitor
+  // Number of the offer in force, 0 before the first: each sets the jacket as its file has it, whatever
+  // was ordered; cycle -> reload, monitor
   std::atomic<std::uint32_t> settings_taken{0};
+  // Number of the offer that waits until the output is inside its limits; 0: none; cycle -> reload
+  std::atomic<std::uint32_t> settings_waiting{0};
   std::atomic<double> set_point_wanted{0.0};  // cycle -> operator, Modbus server; PV units
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
@@ -66,6 +72,7 @@ class ControlCycle {
 
  private:
   void take_settings() noexcept;
+  void publish_in_force() noexcept;
   void take_orders() noexcept;
   void answer(OrderBox& box) noexcept;
   Refusal take(const Order& order, const InForce& now) noexcept;
@@ -91,6 +98,9 @@ class ControlCycle {
 
   std::uint32_t loop_;
   LoopSettings settings_;
+  LoopSettings configured_;  // the same, with the jacket as its file has it
+  SettingsOffer offer_;
+  bool offer_waits_ = false;
   StartSettings start_;
   ValvePositionSource valve_source_;
   plant::EffectChain valve_model_;
@@ -103,7 +113,6 @@ class ControlCycle {
   control::LoopController controller_;
   hal::Inputs inputs_;
   std::int64_t now_ns_ = 0;
-  control::JacketForm configured_jacket_;
   bool output_known_ = false;  // where the valve stands is known
   bool ever_known_ = false;    // it has been at some time
   bool told_ = false;          // by the operator, since it was lost last

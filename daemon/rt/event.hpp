@@ -10,6 +10,7 @@ enum class EventCode : std::uint8_t {
   fault_changed,  // a: control::Fault now, b: hal::Reason of PV
   mode_changed,   // a: control::Mode now
   settings_applied,
+  settings_wait,       // until the output, which is `value`, is inside their limits
   order_refused,       // a: Refusal; an order that could not act any more when the cycle took it
   result_not_finite,   // the controller's result was not a number, or out of range
   jacket_stands_back,  // mean error above its limit

@@ -16,27 +16,45 @@ PidSettings pid_settings(const ControllerSettings& settings) noexcept {
 
 }  // namespace
 
+LoopController::Law::Law(const ControllerSettings& all, double period,
+                         double initial_set_point) noexcept
+    : settings(all),
+      period_s(period),
+      pid(pid_settings(all), period),
+      set_point(all.set_point, initial_set_point),
+      jacket(all.jacket, period),
+      compensator(all.compensator, period) {}
+
 LoopController::LoopController(const ControllerSettings& settings, double period_s,
                                double initial_set_point, double initial_output) noexcept
-    : settings_(settings),
-      period_s_(period_s),
-      pid_(pid_settings(settings), period_s),
-      set_point_(settings.set_point, initial_set_point),
-      jacket_(settings.jacket, period_s),
-      compensator_(settings.compensator, period_s),
+    : period_s_(period_s),
+      law_(settings, period_s, initial_set_point),
+      before_(law_),
       manual_output_(initial_output),
       applied_(initial_output),
       commanded_(initial_output) {}
 
-void LoopController::configure(const ControllerSettings& settings) noexcept {
-  settings_ = settings;
-  pid_.configure(pid_settings(settings));
-  set_point_.configure(settings.set_point);
-  jacket_.configure(settings.jacket);
-  if (settings.compensator != compensator_.settings()) {
+void LoopController::Law::absorb_correction() noexcept {
+  pid.shift(added);
+  added = 0.0;
+  hold_integral = false;
+}
+
+void LoopController::Law::configure(const ControllerSettings& all) noexcept {
+  settings = all;
+  pid.configure(pid_settings(all));
+  set_point.configure(all.set_point);
+  jacket.configure(all.jacket);
+  if (all.compensator != compensator.settings()) {
     absorb_correction();
-    compensator_.configure(settings.compensator);
+    compensator.configure(all.compensator);
   }
+}
+
+void LoopController::configure(const ControllerSettings& settings) noexcept {
+  if (!taking_over_) before_ = law_;
+  taking_over_ = true;
+  law_.configure(settings);
 }
 
 void LoopController::request_mode(Mode manual_or_automatic) noexcept {
@@ -46,7 +64,9 @@ void LoopController::request_mode(Mode manual_or_automatic) noexcept {
 }
 
 void LoopController::request_output(double output) noexcept {
-  if (std::isfinite(output)) manual_output_ = output;
+  if (!std::isfinite(output)) return;
+  manual_output_ = output;
+  if (mode_ == Mode::manual) taking_over_ = false;  // it is to move
 }
 
 void LoopController::assume_output(double output) noexcept {
@@ -58,7 +78,7 @@ void LoopController::assume_output(double output) noexcept {
 }
 
 ControllerOutput LoopController::limit(double wanted) noexcept {
-  const Limited limited = limit_output(settings_.output, wanted, commanded_, period_s_);
+  const Limited limited = limit_output(law_.settings.output, wanted, commanded_, period_s_);
   ControllerOutput out;
   out.output = limited.output;
   out.calculated = wanted;
@@ -70,73 +90,104 @@ ControllerOutput LoopController::limit(double wanted) noexcept {
   return out;
 }
 
+// What to ask of the new limits in the first period under new settings: `wanted`, unless the output
+// would then leave the course that it had under the old limits. To lag behind it is no leaving.
+double LoopController::kept_on_course(double wanted) const noexcept {
+  const OutputLimits& limits = law_.settings.output;
+  const double course = limit_output(before_.settings.output, wanted, commanded_, period_s_).output;
+  const double output = limit_output(limits, wanted, commanded_, period_s_).output;
+  const double allowed = std::isfinite(limits.rate_per_s) ? limits.rate_per_s * period_s_ : 0.0;
+  const bool leaves = output < std::min(course, commanded_) - allowed ||
+                      output > std::max(course, commanded_) + allowed;
+  return leaves ? course : wanted;
+}
+
 ControllerOutput LoopController::step(const ControllerInputs& in) noexcept {
-  return requested_ == Mode::automatic ? step_automatic(in) : step_manual(in);
+  const ControllerOutput out = requested_ == Mode::automatic ? step_automatic(in) : step_manual(in);
+  taking_over_ = false;
+  return out;
+}
+
+LoopController::Law::Result LoopController::Law::step(const ControllerInputs& in, double applied,
+                                                      bool starts) noexcept {
+  if (starts) {
+    if (set_point.ramped()) set_point.restart_ramp(in.process_variable);
+    jacket.reset();
+    compensator.reset();
+    added = 0.0;
+    hold_integral = false;
+  }
+  Result result;
+  result.set_point = set_point.step(period_s);
+  if (starts) pid.initialise(applied, result.set_point, in.process_variable);
+
+  const double error = pid.error(result.set_point, in.process_variable);
+  result.jacket_shadow_rate = jacket.step({.error = error,
+                                           .integral_rate = pid.integral_rate(error),
+                                           .output = applied,
+                                           .valve_position = in.valve_position,
+                                           .valve_position_valid = in.valve_position_valid});
+  result.jacket_rate = settings.jacket.shadow ? 0.0 : result.jacket_shadow_rate;
+
+  const double held_rate = hold_integral ? -pid.integral_rate(error) : result.jacket_rate;
+  const double law = pid.step(result.set_point, in.process_variable, applied - added, held_rate);
+
+  result.correction =
+      compensator.step({.set_point = result.set_point, .error = error, .output = law});
+  result.wanted = law;
+  if (!settings.compensator.shadow) {
+    if (result.correction.release) {
+      result.wanted += added;
+      absorb_correction();
+    }
+    result.added = result.correction.added;
+    hold_integral = result.correction.hold_integral;
+  }
+  added = result.added;
+  result.wanted += added;
+  return result;
 }
 
 ControllerOutput LoopController::step_automatic(const ControllerInputs& in) noexcept {
-  if (mode_ != Mode::automatic) {
-    if (set_point_.ramped()) set_point_.restart_ramp(in.process_variable);
-    jacket_.reset();
-    compensator_.reset();
-    added_ = 0.0;
-    hold_integral_ = false;
-  }
-  const double set_point = set_point_.step(period_s_);
-  if (mode_ != Mode::automatic) pid_.initialise(applied_, set_point, in.process_variable);
+  const bool starts = mode_ != Mode::automatic;
   mode_ = Mode::automatic;
-
-  const double error = pid_.error(set_point, in.process_variable);
-  const double wanted_rate = jacket_.step({.error = error,
-                                           .integral_rate = pid_.integral_rate(error),
-                                           .output = applied_,
-                                           .valve_position = in.valve_position,
-                                           .valve_position_valid = in.valve_position_valid});
-  const double acting_rate = settings_.jacket.shadow ? 0.0 : wanted_rate;
-
-  const double held_rate = hold_integral_ ? -pid_.integral_rate(error) : acting_rate;
-  const double law = pid_.step(set_point, in.process_variable, applied_ - added_, held_rate);
-
-  const Correction wanted =
-      compensator_.step({.set_point = set_point, .error = error, .output = law});
-  double output = law;
-  double added = 0.0;
-  if (!settings_.compensator.shadow) {
-    if (wanted.release) {
-      output += added_;
-      absorb_correction();
+  Law::Result now = law_.step(in, applied_, starts);
+  if (taking_over_ && !starts) {
+    const double course = kept_on_course(before_.step(in, applied_, false).wanted);
+    const double bump = now.wanted - course;
+    if (std::isfinite(bump)) {  // else the caller is to see that the result is no number
+      law_.pid.shift(-bump);
+      now.wanted = course;
     }
-    added = wanted.added;
-    hold_integral_ = wanted.hold_integral;
   }
-  added_ = added;
-
-  ControllerOutput out = limit(output + added);
-  out.set_point = set_point;
-  out.jacket_rate = acting_rate;
-  out.jacket_shadow_rate = wanted_rate;
-  out.correction = added;
-  out.correction_shadow = wanted.added;
+  ControllerOutput out = limit(now.wanted);
+  out.set_point = now.set_point;
+  out.jacket_rate = now.jacket_rate;
+  out.jacket_shadow_rate = now.jacket_shadow_rate;
+  out.correction = now.added;
+  out.correction_shadow = now.correction.added;
   return out;
 }
 
 ControllerOutput LoopController::step_manual(const ControllerInputs& in) noexcept {
+  if (taking_over_ && mode_ == Mode::manual) manual_output_ = kept_on_course(manual_output_);
   mode_ = Mode::manual;
-  if (settings_.set_point_tracks_in_manual && in.process_variable_valid) {
-    set_point_.request(in.process_variable);
-    set_point_.restart_ramp(in.process_variable);
+  if (law_.settings.set_point_tracks_in_manual && in.process_variable_valid) {
+    law_.set_point.request(in.process_variable);
+    law_.set_point.restart_ramp(in.process_variable);
   }
   ControllerOutput out = limit(manual_output_);
-  out.set_point = set_point_.working();
+  out.set_point = law_.set_point.working();
   return out;
 }
 
 ControllerOutput LoopController::step_fallback(OutputAction action) noexcept {
   // What was asked for in manual before the fault is not resumed: the output stays where it went.
   mode_ = Mode::fallback;
+  taking_over_ = false;
   ControllerOutput out = limit(action.kind == OutputAction::Kind::hold ? applied_ : action.value);
   manual_output_ = out.output;
-  out.set_point = set_point_.working();
+  out.set_point = law_.set_point.working();
   return out;
 }
 

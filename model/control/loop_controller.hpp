@@ -10,6 +10,13 @@
 // Every change of mode is bumpless: the law starts from the output that really stands. In manual
 // by option the set point follows PV; on the way to automatic a set-point ramp starts again from PV.
 //
+// New settings are bumpless, too. In the first period after configure() the old settings are run
+// beside the new ones, and the new law's integral takes over the difference: CO goes on where the old
+// settings would have had it, whatever the new gains, filter, action, set-point limits, jacket or
+// compensator say. The same where wider limits, a smaller deadband or a lifted rate limit would let
+// an output go that they held. New limits that exclude CO are obeyed at the new rate limit: the
+// caller keeps such settings back (ControlCycle does).
+//
 // Order of one step: set point -> error -> jacket -> PID -> compensator -> limits. What the compensator
 // adds is no windup. Nothing here reads a clock,
 // allocates, or throws; the same calls give the same bits.
@@ -91,7 +98,10 @@ class LoopController {
 
   // Operator's wishes; non-finite values change nothing.
   void request_mode(Mode manual_or_automatic) noexcept;
-  void request_set_point(double set_point) noexcept { set_point_.request(set_point); }
+  void request_set_point(double set_point) noexcept {
+    law_.set_point.request(set_point);
+    before_.set_point.request(set_point);
+  }
   void request_output(double output) noexcept;  // for manual
 
   // Without knowledge of what the loop did before (start-up): the output now stands at `output`.
@@ -106,40 +116,61 @@ class LoopController {
   // a ramp slower than one count a period arrives all the same.
   void applied(double output) noexcept {
     if (!std::isfinite(output)) return;
-    if (std::abs(output - commanded_) > settings_.pid.tolerance) commanded_ = output;
+    if (std::abs(output - commanded_) > law_.settings.pid.tolerance) commanded_ = output;
     applied_ = output;
   }
 
   double output_applied() const noexcept { return applied_; }
-  double set_point_target() const noexcept { return set_point_.target(); }
+  // The same before the device's rounding.
+  double output_commanded() const noexcept { return commanded_; }
+  double set_point_target() const noexcept { return law_.set_point.target(); }
   Mode requested_mode() const noexcept { return requested_; }
   Mode mode() const noexcept { return mode_; }
-  const StickbandJacket& jacket() const noexcept { return jacket_; }
-  const ControllerSettings& settings() const noexcept { return settings_; }
+  const StickbandJacket& jacket() const noexcept { return law_.jacket; }
+  const ControllerSettings& settings() const noexcept { return law_.settings; }
 
  private:
+  // What one set of settings makes of the inputs, with all that it remembers.
+  struct Law {
+    struct Result {
+      double wanted = 0.0;  // CO units, before limits, with what the compensator adds
+      double set_point = 0.0;
+      double jacket_rate = 0.0;
+      double jacket_shadow_rate = 0.0;
+      Correction correction;  // wanted, acting or not
+      double added = 0.0;     // CO units, by the compensator
+    };
+
+    Law(const ControllerSettings& settings, double period_s, double initial_set_point) noexcept;
+    void configure(const ControllerSettings& settings) noexcept;
+    // `applied`: what really went out one period ago, CO units. `starts`: the law begins from there.
+    Result step(const ControllerInputs& in, double applied, bool starts) noexcept;
+    // The integral takes over what the compensator had added: the output stays.
+    void absorb_correction() noexcept;
+
+    ControllerSettings settings;
+    double period_s;
+    Pid pid;
+    SetPoint set_point;
+    StickbandJacket jacket;
+    Compensator compensator;
+    double added = 0.0;          // CO units, by the compensator
+    bool hold_integral = false;  // the compensator's wish
+  };
+
   ControllerOutput step_automatic(const ControllerInputs& in) noexcept;
   ControllerOutput step_manual(const ControllerInputs& in) noexcept;
   ControllerOutput limit(double wanted) noexcept;
-  // The integral takes over what the compensator had added: the output stays.
-  void absorb_correction() noexcept {
-    pid_.shift(added_);
-    added_ = 0.0;
-    hold_integral_ = false;
-  }
+  double kept_on_course(double wanted) const noexcept;
   void stand_at(double output) noexcept {
     applied_ = output;
     commanded_ = output;
   }
 
-  ControllerSettings settings_;
   double period_s_;
-  Pid pid_;
-  SetPoint set_point_;
-  StickbandJacket jacket_;
-  Compensator compensator_;
-  double added_ = 0.0;          // CO units, by the compensator
-  bool hold_integral_ = false;  // the compensator's wish
+  Law law_;
+  Law before_;                // of the settings before configure()
+  bool taking_over_ = false;  // configure() was called since the last step
   Mode requested_ = Mode::manual;
   Mode mode_ = Mode::manual;
   double manual_output_;  // CO units

@@ -74,24 +74,30 @@ struct Plant {
                              "/loops.d/*.yaml | python3 -c 'import sys, zlib; "
                              "print(zlib.crc32(sys.stdin.buffer.read()))'")));
   }
-  // Reloads, and waits until the files of now have been looked at.
-  void reload() {
-    const std::string before = daemon.log();
+  // What the log says from SIGHUP on until the reload is done.
+  std::string reload() {
+    const std::size_t before = daemon.log().size();
     daemon.signal(SIGHUP);
+    std::string said;
     REQUIRE(eventually([&] {
-      const std::string said = daemon.log().substr(before.size());
-      return said.find("has its new settings") != std::string::npos ||
+      said = daemon.log().substr(before);
+      return said.find("reload: done") != std::string::npos ||
              said.find("reload refused") != std::string::npos;
     }));
     REQUIRE(eventually([&] {
       return !configuration().at("refused").get<std::string>().empty() ||
              configuration().at("files_hash") == hash_of_files();
     }));
+    return said;
   }
-  std::set<std::string> waiting() {
+  ShellOutcome command(const std::string& arguments) const {
+    return tests::run(std::string(LOOPWARDEN_CLI) + " " + arguments + " --socket " +
+                      daemon.folder().string() + "/control.sock 2>&1");
+  }
+  std::set<std::string> waiting(const char* list = "waiting_for_restart") {
     std::set<std::string> keys;
     const json configuration_now = configuration();
-    for (const json& w : configuration_now.at("waiting_for_restart")) keys.insert(w.at("key"));
+    for (const json& w : configuration_now.at(list)) keys.insert(w.at("key"));
     return keys;
   }
 
@@ -148,9 +154,12 @@ TEST_CASE(
   CHECK(plant.waiting() ==
         std::set<std::string>{"alarms.severe", "recording.enabled", "monitor.overlap"});
   const std::string log = plant.daemon.log();
-  for (const char* key : {"loopwardend.yaml: alarms.severe: ", "1.yaml: recording.enabled: ",
-                          "1.yaml: monitor.overlap: "}) {
-    CHECK_THAT(log, Catch::Contains(key));
+  for (const char* line : {"loopwardend.yaml: waits for a restart: alarms.severe 10 -> 20",
+                           "loopwardend.yaml: applied: log_level info -> debug",
+                           "FIC-101: applied: controller.kp 0.35 -> 0.3",
+                           "FIC-101: waits for a restart: recording.enabled false -> true, "
+                           "monitor.overlap 0.5 -> 0.25"}) {
+    CHECK_THAT(log, Catch::Contains(line));
   }
   const std::uint32_t mixed = plant.shown_hash();
   CHECK(mixed != first);
@@ -167,19 +176,163 @@ TEST_CASE(
   CHECK(plant.shown_hash() == plant.hash_of_files());
 }
 
-TEST_CASE("after a reload of the ranges the status shows those that the registers are scaled by",
+TEST_CASE("a loop whose units and ranges change keeps everything, and the others take theirs",
           "[reload]") {
   Plant plant;
-  const auto scaled_set_point = [&] { return plant.input_register(80, ""); };
-  plant.daemon.write_config("m.yaml", replaced(kModel, "range: [0, 10]", "range: [0, 20]"));
-  plant.daemon.write_config("loops.d/1.yaml",
-                            replaced(plant.loop, "range: [0, 10]", "range: [0, 20]"));
-  plant.reload();
+  plant.daemon.write_config("loops.d/2.yaml", loop_file("FIC-102", "../m.yaml"));
+  plant.daemon.signal(SIGTERM);
+  REQUIRE(plant.daemon.wait_for_end() == 0);
+  plant.daemon.start();
+  REQUIRE(eventually([&] { return plant.daemon.is("FIC-102", "mode", "AUTO"); }));
+  REQUIRE(plant.command("set FIC-101 --mode man --output 4").exit_code == 0);
+  REQUIRE(eventually([&] { return plant.daemon.loop("FIC-101").at("co") == 4.0; }));
+
+  // From V to %, as whoever writes it would: ranges, gain and safe actions ten times as large.
+  std::string percent =
+      replaced(plant.loop, "unit: V, range: [0, 10]", "unit: \"%\", range: [0, 100]");
+  percent = replaced(replaced(percent, "kp: 0.35", "kp: 3.5"), "stop: 0", "stop: 40");
+  plant.daemon.write_config("m.yaml", replaced(kModel, "output: [0, 10]", "output: [0, 100]"));
+  plant.daemon.write_config("loops.d/1.yaml", percent);
+  plant.daemon.write_config(
+      "loops.d/2.yaml",
+      replaced(loop_file("FIC-102", LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml"),
+               "kp: 0.35", "kp: 0.3"));
+  // The model of the second loop is another one, too: nothing of it is applied either.
+  ShellOutcome told = plant.command("reload");
+  CHECK(told.exit_code == 75);
+  CHECK_THAT(told.text, Catch::Contains("FIC-101: nothing is applied before a restart") &&
+                            Catch::Contains("controller.output.unit V -> %") &&
+                            Catch::Contains("with it waits: controller.kp 0.35 -> 3.5") &&
+                            Catch::Contains("FIC-102: nothing is applied before a restart") &&
+                            Catch::Contains("not all of the files is in force"));
+  // The second one's tuning alone is applied, whatever the first one waits for.
+  plant.daemon.write_config("loops.d/2.yaml",
+                            replaced(loop_file("FIC-102", "../m2.yaml"), "kp: 0.35", "kp: 0.3"));
+  plant.daemon.write_config("m2.yaml", kModel);
+  told = plant.command("reload");
+  CHECK(told.exit_code == 75);
+  CHECK_THAT(told.text, Catch::Contains("FIC-102: applied: controller.kp 0.35 -> 0.3"));
   const json loop = plant.daemon.loop("FIC-101");
-  CHECK(loop.at("pv_range") == json({0.0, 20.0}));
+  CHECK(loop.at("co") == 4.0);
   CHECK(loop.at("co_range") == json({0.0, 10.0}));
-  CHECK(scaled_set_point() == 2500);
-  CHECK(plant.waiting() == std::set<std::string>{"process_variable.range", "io.model"});
+  CHECK(loop.at("co_unit") == "V");
+  CHECK(plant.waiting().contains("controller.output.unit"));
+  CHECK_FALSE(plant.configuration().at("files_in_force").get<bool>());
+  CHECK_THAT(plant.command("top --once").text, Catch::Contains("configuration waits"));
+  // Orders are judged by what is in force: 30 would be no output of 0 to 10 V.
+  CHECK(plant.command("set FIC-101 --output 30").exit_code == 65);
+
+  // Back to the old files nothing waits.
+  plant.daemon.write_config("m.yaml", kModel);
+  plant.daemon.write_config("loops.d/1.yaml", plant.loop);
+  told = plant.command("reload");
+  CHECK(told.exit_code == 0);
+  CHECK(plant.waiting().empty());
+  CHECK(plant.shown_hash() == plant.hash_of_files());
+}
+
+TEST_CASE("the command says what SIGHUP logs, and a dry run changes nothing", "[reload]") {
+  Plant plant;
+  const std::uint32_t first = plant.shown_hash();
+  plant.daemon.write_config("loops.d/1.yaml", replaced(plant.loop, "kp: 0.35", "kp: 0.3"));
+  plant.write_daemon("page: {alarms: true}\n");
+  const ShellOutcome dry = plant.command("reload --dry-run");
+  CHECK(dry.exit_code == 0);
+  CHECK_THAT(dry.text, Catch::Contains("FIC-101: applied: controller.kp 0.35 -> 0.3") &&
+                           Catch::Contains("would be in force"));
+  CHECK(plant.shown_hash() == first);
+  CHECK_FALSE(std::filesystem::exists(plant.daemon.folder().string() + "/page.sock"));
+
+  const std::string logged = plant.reload();
+  CHECK_THAT(logged, Catch::Contains("reload: FIC-101: applied: controller.kp 0.35 -> 0.3") &&
+                         Catch::Contains("page {alarms: false, control: false} -> "));
+  CHECK(plant.shown_hash() == plant.hash_of_files());
+  const ShellOutcome again = plant.command("reload");
+  CHECK(again.exit_code == 0);
+  CHECK(again.text == "all of the files is in force\n");
+
+  plant.daemon.write_config(
+      "loops.d/1.yaml", replaced(plant.loop, "loop: FIC-101", "loop: FIC-101\ndescription: feed"));
+  const ShellOutcome waits = plant.command("reload --json");
+  CHECK(waits.exit_code == 75);
+  const json result = json::parse(waits.text);
+  CHECK(result.at("outcome") == "waits");
+  CHECK(result.at("plan").at("loops")[0].at("applied")[0].at("key") == "controller.kp");
+  CHECK(result.at("plan").at("loops")[0].at("waiting_for_restart")[0].at("key") == "description");
+  CHECK(result.at("on_disk") == true);
+  const std::string journal = plant.command("alarms journal").text;
+  CHECK_THAT(journal, Catch::Contains("SIGHUP") && Catch::Contains("reload") &&
+                          Catch::Contains("done; 1 key waits"));
+}
+
+TEST_CASE("files with errors, or half written, change nothing and end the command with 78",
+          "[reload]") {
+  Plant plant;
+  const std::uint32_t first = plant.shown_hash();
+  const bool half = GENERATE(true, false);
+  plant.write_daemon("log_level: debug\n");
+  plant.daemon.write_config("loops.d/1.yaml", half ? plant.loop.substr(0, plant.loop.size() / 2)
+                                                   : replaced(plant.loop, "kp: 0.35", "kp: -1"));
+  for (const char* line : {"reload --dry-run", "reload"}) {
+    const ShellOutcome told = plant.command(line);
+    INFO(told.text);
+    CHECK(told.exit_code == 78);
+    CHECK_THAT(told.text, Catch::Contains("loops.d/1.yaml:") && Catch::Contains(": error: ") &&
+                              Catch::Contains("refused"));
+  }
+  CHECK(plant.shown_hash() == first);
+  CHECK_FALSE(plant.configuration().at("refused").get<std::string>().empty());
+  CHECK(plant.daemon.is("FIC-101", "mode", "AUTO"));
+  CHECK_THAT(plant.command("alarms journal").text, Catch::Contains("refused: "));
+}
+
+TEST_CASE("limits that exclude CO come into force once CO is inside", "[reload]") {
+  Plant plant;
+  const auto co = [&] { return plant.daemon.loop("FIC-101").at("co").get<double>(); };
+  REQUIRE(plant.command("set FIC-101 --mode man --output 8").exit_code == 0);
+  REQUIRE(eventually([&] { return co() == 8.0; }));
+  plant.daemon.write_config("loops.d/1.yaml",
+                            replaced(replaced(plant.loop, "unit: V, range: [0, 10]",
+                                              "unit: V, range: [0, 10], limits: [1, 6]"),
+                                     "kp: 0.35", "kp: 0.3"));
+  const ShellOutcome dry = plant.command("reload --dry-run");
+  CHECK(dry.exit_code == 75);
+  const ShellOutcome told = plant.command("reload");
+  CHECK(told.exit_code == 75);
+  CHECK_THAT(told.text,
+             Catch::Contains("FIC-101: waits until CO, at 8 V, is inside the new limits [1, 6] V"));
+  CHECK(plant.waiting("waiting_for_output") ==
+        std::set<std::string>{"controller.kp", "controller.output.limits"});
+  CHECK(co() == 8.0);
+  CHECK(plant.command("set FIC-101 --output 8.5").exit_code == 0);  // by the limits in force
+  const std::uint32_t mixed = plant.shown_hash();
+  CHECK(mixed != plant.hash_of_files());
+
+  CHECK(plant.command("set FIC-101 --output 5").exit_code == 0);
+  CHECK(eventually([&] { return plant.shown_hash() == plant.hash_of_files(); }));
+  CHECK(plant.waiting("waiting_for_output").empty());
+  CHECK(co() == 5.0);
+  CHECK(plant.command("set FIC-101 --output 8").exit_code == 65);
+  CHECK_THAT(plant.daemon.log(), Catch::Contains("reload: FIC-101: in force now"));
+}
+
+TEST_CASE("reload is an order: the sockets of readers and of the page don't offer it", "[reload]") {
+  Plant plant;
+  for (const char* request : {"reload", "reload_state"}) {
+    hal::os::LocalClient status(plant.daemon.folder().string() + "/status.sock");
+    const json answer = json::parse(status.request(
+        json{{"request", request}, {"dry_run", true}}.dump(), std::chrono::seconds(30)));
+    CHECK(answer.at("ok") == false);
+    CHECK_THAT(answer.at("error").get<std::string>(), Catch::Contains("on control.sock alone"));
+  }
+  plant.write_daemon("page: {alarms: true, control: true}\n");
+  REQUIRE(plant.command("reload").exit_code == 0);
+  const std::string socket = plant.daemon.folder().string() + "/page.sock";
+  REQUIRE(eventually([&] { return std::filesystem::exists(socket); }));
+  hal::os::LocalClient page(socket);
+  const json answer =
+      json::parse(page.request(R"({"request":"reload"})", std::chrono::seconds(30)));
+  CHECK(answer.at("ok") == false);
 }
 
 TEST_CASE("a reload gives the page its rights and takes them, and nothing waits for a restart",

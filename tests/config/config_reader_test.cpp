@@ -45,6 +45,17 @@ TEST_CASE("A configuration is read in the order of its files", "[config][directo
         101);
 }
 
+TEST_CASE("The text of a configuration is that of its files in their order",
+          "[config][directory]") {
+  const ScratchFolder folder;
+  folder.write("loopwardend.yaml", kLinks);
+  folder.write("loops.d/b.yaml", kModbusLoop);
+  folder.write("loops.d/a.yaml", second_loop());
+  const auto configuration = read_configuration(folder.path());
+  REQUIRE(configuration);
+  CHECK(configuration->text == kLinks + second_loop() + kModbusLoop);
+}
+
 TEST_CASE("The daemon's own file may be absent", "[config][directory]") {
   const ScratchFolder folder;
   folder.write("m.yaml", test::kModel);

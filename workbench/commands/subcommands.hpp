@@ -14,6 +14,7 @@ void add_simulate(CLI::App& app, int& exit_code);
 void add_top(CLI::App& app, int& exit_code);
 void add_set(CLI::App& app, int& exit_code);
 void add_record(CLI::App& app, int& exit_code);
+void add_reload(CLI::App& app, int& exit_code);
 void add_alarms(CLI::App& app, int& exit_code);
 void add_register_map(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);

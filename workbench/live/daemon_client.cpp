@@ -70,6 +70,14 @@ bool DaemonClient::set(const std::string& loop, nlohmann::json request,
   }
 }
 
+std::uint64_t DaemonClient::reload(bool dry_run) {
+  return ask({{"request", "reload"}, {"dry_run", dry_run}}).at("reload").get<std::uint64_t>();
+}
+
+nlohmann::json DaemonClient::reload_state(std::uint64_t number) {
+  return ask({{"request", "reload_state"}, {"reload", number}});
+}
+
 std::string DaemonClient::start_record(const std::string& loop, const std::string& name) {
   return ask({{"request", "record"}, {"loop", loop}, {"start", name}})
       .at("file")

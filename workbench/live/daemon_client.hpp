@@ -52,6 +52,10 @@ class DaemonClient {
   // not there yet. Throws DaemonRefused where the order can't act, OrderNotTaken where no cycle took it.
   bool set(const std::string& loop, nlohmann::json request,
            std::chrono::milliseconds for_disk = std::chrono::milliseconds(0));
+  // The number that reload_state() wants.
+  std::uint64_t reload(bool dry_run);
+  // {"state": ...}; once that is "done", "outcome", "lines" and what belongs to them.
+  nlohmann::json reload_state(std::uint64_t number);
   std::string start_record(const std::string& loop, const std::string& name);
   std::string stop_record(const std::string& loop);
   // {"now_ms": ..., "alarms": [...]}

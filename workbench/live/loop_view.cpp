@@ -127,6 +127,22 @@ std::string daemon_line(const nlohmann::json& status) {
     line += coloured(fmt::format("  {} alarm{} to acknowledge", waiting, waiting == 1 ? "" : "s"),
                      Colour::red);
   }
+  const nlohmann::json files = d.value("configuration", nlohmann::json::object());
+  const auto keys = [&](const char* list) {
+    return files.contains(list) ? files.at(list).size() : std::size_t{0};
+  };
+  std::vector<std::string> not_in_force;
+  if (!files.value("refused", std::string()).empty()) not_in_force.emplace_back("files refused");
+  if (const std::size_t n = keys("waiting_for_restart")) {
+    not_in_force.push_back(fmt::format("{} key{} for a restart", n, n == 1 ? "" : "s"));
+  }
+  if (const std::size_t n = keys("waiting_for_output")) {
+    not_in_force.push_back(fmt::format("{} key{} for CO inside new limits", n, n == 1 ? "" : "s"));
+  }
+  if (!not_in_force.empty()) {
+    line += coloured(fmt::format("  configuration waits: {}", fmt::join(not_in_force, ", ")),
+                     Colour::yellow);
+  }
   if (!d.at("real_time_missing").get<std::string>().empty()) {
     line += coloured("  no real-time rights", Colour::yellow);
   }

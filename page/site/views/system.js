@@ -35,6 +35,7 @@ function warningsOf(d, loops) {
   add(d.evidence?.error, t.evidenceError, {text: d.evidence?.error});
   add(d.recorder?.disk_wait_s > 1, t.diskWait, {long: duration(d.recorder?.disk_wait_s)});
   for (const waiting of c.waiting_for_restart ?? []) add(true, t.waitingRestart, waiting);
+  for (const waiting of c.waiting_for_output ?? []) add(true, t.waitingOutput, waiting);
   add(c.refused?.length, t.refusedFile, {text: [c.refused].flat().join('; ')});
   for (const {loop, io, recording} of loops) {
     const lost = recording.dropped + (recording.queue_dropped ?? 0) + recording.rows_lost;

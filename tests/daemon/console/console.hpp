@@ -35,12 +35,13 @@ struct Console {
     loop.config.controller.jacket.form = control::JacketForm::paper;
     loop.config.io = hal::modbus::LoopModbusSettings{};
     loop.config.recording.enabled = false;
-    loop.settings = std::make_unique<CurrentSettings>(settings_of(loop.config));
+    const rt::LoopSettings settings = settings_of(loop.config, config::backing_of(loop.config.io));
     loop.channels = std::make_unique<rt::LoopChannels>(64);
+    loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     auto io = std::make_unique<tests::FakeLoopIo>();
     io->set_pv(50.0);
     cycle = std::make_unique<rt::ControlCycle>(
-        0, tests::kPeriod, settings_of(loop.config),
+        0, tests::kPeriod, settings,
         rt::StartSettings{control::Mode::automatic, 50.0, start},
         rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
     loop.io = std::move(io);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <string>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -25,6 +27,11 @@ daemon::console::Parts parts_of(Bench& bench, std::function<nlohmann::json()> st
                 return nlohmann::json{{"version", "test"}};
               },
           .config_hash = [] { return 17U; },
+          .reload = [](const std::string&, bool) { return std::uint64_t{1}; },
+          .reload_state =
+              [](std::uint64_t) {
+                return nlohmann::json{{"state", "reading"}};
+              },
           .box = [] { return daemon::gateway::BoxReading{.utc_ms = 1'800'000'000'123}; },
           .modbus_server = [] { return daemon::gateway::ServerState{}; }};
 }

@@ -149,8 +149,7 @@ struct Bench {
       standing,
       {.write_down = [this](journal::JournalEntry line) { return journal.post(std::move(line)); },
        .why = [](const rt::OrderAnswer& answer,
-                 const rt::Order&) { return rt::to_text(answer.refusal); },
-       .done = {}}};
+                 const rt::Order&) { return rt::to_text(answer.refusal); }}};
   std::unique_ptr<WatchBoard> board;
   std::unique_ptr<Monitor> monitor;
 };

@@ -14,8 +14,10 @@ namespace {
 using control::Fault;
 using control::Mode;
 using control::OutputAction;
+using daemon::rt::Event;
 using daemon::rt::EventCode;
 using daemon::rt::JacketWish;
+using daemon::rt::LoopSettings;
 using daemon::rt::Order;
 using daemon::rt::Refusal;
 
@@ -498,7 +500,7 @@ TEST_CASE("a controller result that is no number is not written and ends in its 
   loop.run(5);
   auto poisoned = settings;
   poisoned.controller.pid.gains.kp = kNaN;
-  loop.channels.settings.publish(poisoned);
+  loop.channels.settings.publish({poisoned, 1});
   loop.run(1);
   CHECK(loop.io.written == Approx(40.0));
   CHECK(std::isfinite(loop.io.last.output));
@@ -550,9 +552,95 @@ TEST_CASE("new settings are applied whole and without a bump") {
   const double before = loop.io.written;
   auto settings = plain_settings();
   settings.controller.pid.gains = {.kp = 8.0, .ki = 0.1};
-  loop.channels.settings.publish(settings);
+  loop.channels.settings.publish({settings, 1});
   loop.run(1);
-  CHECK(loop.io.written == Approx(before).margin(0.1 * 2.0 * 0.1 + 1e-9));  // Ki e h
+  CHECK(loop.io.written == Approx(before + 0.5 * 2.0 * 0.1));  // Ki e h of the old settings
+  CHECK(loop.channels.settings_taken.load() == 1);
+  LoopSettings shown;
+  REQUIRE(loop.channels.in_force.fetch(shown));
+  CHECK(shown.controller == settings.controller);
+}
+
+TEST_CASE("settings whose limits exclude the output wait until it is inside") {
+  Loop loop;  // CO at 40
+  loop.io.set_pv(50.0);
+  loop.run(10);
+  REQUIRE(loop.io.written == Approx(40.0));
+  auto settings = plain_settings();
+  settings.controller.output.high = 30.0;
+  settings.controller.pid.gains.kp = 9.0;
+  loop.channels.settings.publish({settings, 7});
+  loop.take_events();
+  loop.run(20);
+  CHECK(loop.io.written == Approx(40.0));
+  CHECK(loop.channels.settings_waiting.load() == 7);
+  CHECK(loop.channels.settings_taken.load() == 0);
+  LoopSettings shown;
+  CHECK_FALSE(loop.channels.in_force.fetch(shown));
+  const auto events = loop.take_events();
+  CHECK(std::count_if(events.begin(), events.end(), [](const Event& e) {
+          return e.code == EventCode::settings_wait && e.value == Approx(40.0);
+        }) == 1);
+  // Orders are judged by what is in force.
+  loop.order({.mode = Mode::manual, .output = 60.0});
+  loop.run(10);
+  CHECK(loop.answer() == Refusal::none);
+  CHECK(loop.io.written == Approx(60.0));
+  // Inside by the operator's hand: taken at once, and nothing moves.
+  loop.order({.output = 25.0});
+  loop.run(40);
+  CHECK(loop.io.written == Approx(25.0));
+  CHECK(loop.channels.settings_waiting.load() == 0);
+  CHECK(loop.channels.settings_taken.load() == 7);
+  loop.order({.output = 35.0});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::output_out_of_limits);
+}
+
+TEST_CASE("settings that wait are dropped when they are withdrawn, or replaced by newer ones") {
+  Loop loop;
+  loop.run(5);
+  auto narrow = plain_settings();
+  narrow.controller.output.high = 30.0;
+  loop.channels.settings.publish({narrow, 1});
+  loop.run(2);
+  REQUIRE(loop.channels.settings_waiting.load() == 1);
+  const bool withdrawn = GENERATE(true, false);
+  loop.channels.settings.publish({plain_settings(), 2, withdrawn});
+  loop.run(1);
+  CHECK(loop.channels.settings_waiting.load() == 0);
+  CHECK(loop.channels.settings_taken.load() == (withdrawn ? 0 : 2));
+  loop.order({.mode = Mode::manual, .output = 20.0});
+  loop.run(40);
+  loop.order({.output = 60.0});  // beyond the limits that were not taken
+  loop.run(20);
+  CHECK(loop.io.written == Approx(60.0));
+}
+
+TEST_CASE("while the output is not known no tighter limits are taken, but others are") {
+  Loop loop(plain_settings(), {.mode = Mode::manual, .set_point = 50.0, .output = {}});
+  loop.run(5);
+  auto narrow = plain_settings();
+  narrow.controller.output.high = 30.0;
+  loop.channels.settings.publish({narrow, 1});
+  loop.run(2);
+  CHECK(loop.channels.settings_waiting.load() == 1);
+  auto as_wide = plain_settings();
+  as_wide.controller.pid.gains.kp = 9.0;
+  loop.channels.settings.publish({as_wide, 2});
+  loop.run(1);
+  CHECK(loop.channels.settings_taken.load() == 2);
+}
+
+TEST_CASE("a master's gains are in force and shown before he is answered") {
+  Loop loop;
+  loop.run(2);
+  LoopSettings shown;
+  REQUIRE(loop.channels.master_orders.orders.try_push({.number = 1, .kp = 3.0}));
+  loop.run(1);
+  REQUIRE(loop.channels.in_force.fetch(shown));
+  CHECK(shown.controller.pid.gains.kp == 3.0);
+  CHECK(shown.controller.pid.gains.ki == 0.5);
 }
 
 TEST_CASE("the jacket of the paper form acts only where that is allowed") {
@@ -574,7 +662,7 @@ TEST_CASE("the jacket of the paper form acts only where that is allowed") {
   CHECK(loop.row.jacket_rate == 0.0F);
 
   settings.jacket_may_act = true;
-  loop.channels.settings.publish(settings);
+  loop.channels.settings.publish({settings, 1});
   loop.order({.jacket = JacketWish::on});
   loop.run(2);
   CHECK(loop.row.jacket_rate != 0.0F);
@@ -594,7 +682,7 @@ TEST_CASE("a reload puts the jacket back as its file has it, and says that it ca
   loop.run(1);
   REQUIRE(loop.row.jacket_rate != 0.0F);
   CHECK(loop.channels.settings_taken.load() == 0);
-  loop.channels.settings.publish(settings);
+  loop.channels.settings.publish({settings, 1});
   loop.run(1);
   loop.io.set_read_back(26.0);
   loop.run(1);

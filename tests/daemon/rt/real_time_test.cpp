@@ -96,7 +96,8 @@ class GuardedLoop {
 
   record::RecordRow step(std::int64_t now_ns, bool stop = false) {
     ++period_;
-    if (period_ % 300 == 0) channels.settings.publish(settings_);
+    if (period_ % 300 == 0)
+      channels.settings.publish({settings_, static_cast<std::uint32_t>(period_)});
     if (period_ % 200 == 0) {
       channels.operator_orders.orders.try_push(
           {.mode = control::Mode::automatic, .set_point = 4.0});

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may act on a valve depends on what is behind the loop: the one place that says so. A file is
+// judged by its own backend when it is read, a running loop by the backend that runs.
+#pragma once
+
+#include "config/loop_config.hpp"
+
+namespace loopwarden::config {
+
+// What a loop is wired to.
+struct Backing {
+  bool simulated = false;  // a simulated plant
+  bool hardware = false;   // something real moves; neither: a record is played back
+};
+
+Backing backing_of(const Io& io) noexcept;
+
+// Why the jacket may not act, whoever asks for it.
+struct JacketInterlocks {
+  bool paper = false;           // that form acts in simulation only
+  bool max_mean_error = false;  // on hardware it does not act without that limit
+
+  bool none() const noexcept { return !paper && !max_mean_error; }
+};
+JacketInterlocks interlocks_of(const control::JacketSettings& jacket, Backing backing) noexcept;
+
+// A compensator that acts on hardware needs a limit.
+bool lacks_limit(const control::CompensatorSettings& compensator, Backing backing) noexcept;
+
+}  // namespace loopwarden::config

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reloads of files that change under a loop whose cycles the test runs.
+#include "daemon/app/reloader.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "config/config_reader.hpp"
+#include "tests/config/config_support.hpp"
+#include "tests/daemon/rt/loop_fixture.hpp"
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests::reloader_test {
+namespace {
+
+using namespace loopwarden::daemon;
+using nlohmann::json;
+using config::test::with;
+
+const std::string kLoop =
+    config::test::kLoopHead + "io: {backend: simulated, model: ../m.yaml}\n";
+
+struct Bench {
+  Bench() : historian(loops, state.path()) {
+    write("loopwardend.yaml", "");
+    write("loops.d/a.yaml", kLoop);
+    files.write("m.yaml", config::test::kModel);
+    started = *config::read_configuration(files.path());
+    LoopRuntime loop;
+    loop.config = started.loops.at(0);
+    auto io = std::make_unique<FakeLoopIo>();
+    io->set_pv(5.0);
+    io->set_read_back(5.0);
+    loop.channels = std::make_unique<rt::LoopChannels>(64);
+    const rt::LoopSettings settings =
+        settings_of(loop.config, config::backing_of(loop.config.io));
+    loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
+    loop.cycle = std::make_unique<rt::ControlCycle>(
+        0, kPeriod, settings, rt::StartSettings{control::Mode::manual, 5.0, {}},
+        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
+    loop.io = std::move(io);
+    loops.push_back(std::move(loop));
+    journal.open();
+    journal.start();
+    historian.start();
+    reloader = std::make_unique<Reloader>(
+        started, files.path(), loops, historian, journal,
+        ReloaderEnds{.take_over = [this](const config::DaemonConfig& d) { log_level = d.log_level; },
+                     .reloading = [this] { ++reloading; },
+                     .ready = [this] { ++ready; }});
+    reloader->start();
+    run(5);
+    REQUIRE(test::eventually([&] {
+      record::RecordRow row;
+      return historian.latest(0, row) && row.co == 5.0;
+    }));
+  }
+  ~Bench() {
+    reloader->stop();
+    historian.stop();
+    journal.stop();
+  }
+
+  void write(const std::string& name, const std::string& text) { files.write(name, text); }
+  void run(int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      ++period;
+      loops[0].cycle->run({.now_ns = static_cast<std::int64_t>(period) * kPeriodNs,
+                           .period_index = period},
+                          0, false);
+    }
+  }
+  // As main thread and loop until it is done.
+  json done(std::uint64_t number) {
+    json told;
+    REQUIRE(test::eventually([&] {
+      reloader->step();
+      run(1);
+      told = reloader->state(number);
+      return told.at("state") == "done";
+    }));
+    return told;
+  }
+  json reload() { return done(reloader->post("uid 1000", false)); }
+  std::size_t waiting(const char* list) const { return reloader->status().at(list).size(); }
+  double kp() const { return loops[0].settings->get().controller.pid.gains.kp; }
+
+  config::test::ScratchFolder files;
+  TemporaryFolder state;
+  config::Configuration started;
+  std::vector<LoopRuntime> loops;
+  Historian historian;
+  journal::Journal journal{{.folder = state.path()}};
+  hal::os::SpscRing<rt::Event> events{256};
+  std::string log_level;
+  int reloading = 0;
+  int ready = 0;
+  std::uint64_t period = 0;
+  std::unique_ptr<Reloader> reloader;
+};
+
+}  // namespace
+
+TEST_CASE("a reload is told step by step, and its hash is that of the files", "[app][reload]") {
+  Bench bench;
+  const std::uint32_t first = bench.reloader->config_hash();
+  bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
+  bench.write("loopwardend.yaml", "log_level: debug\n");
+  const std::uint64_t number = bench.reloader->post("uid 1000", false);
+  CHECK(bench.reloader->state(number) == json{{"state", "waiting"}});
+  const json result = bench.done(number);
+  CHECK(result.at("outcome") == "in_force");
+  CHECK(bench.kp() == 0.5);
+  CHECK(bench.log_level == "debug");
+  CHECK(bench.reloading == 1);
+  CHECK(bench.ready == 1);
+  CHECK(bench.reloader->config_hash() != first);
+  CHECK(bench.reloader->config_hash() == bench.reloader->status().at("files_hash"));
+  CHECK(bench.reloader->state(99).is_null());
+}
+
+TEST_CASE("a dry run says the same and does nothing", "[app][reload]") {
+  Bench bench;
+  const std::uint32_t first = bench.reloader->config_hash();
+  bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
+  bench.write("loopwardend.yaml", "log_level: debug\n");
+  const json dry = bench.done(bench.reloader->post("uid 1000", true));
+  CHECK(bench.kp() == 0.35);
+  CHECK(bench.log_level.empty());
+  CHECK(bench.reloading == 0);
+  CHECK(bench.reloader->config_hash() == first);
+  CHECK(bench.reload().at("lines") == dry.at("lines"));
+  CHECK(bench.kp() == 0.5);
+}
+
+TEST_CASE("while something waits, the hash tells what is in force", "[app][reload]") {
+  Bench bench;
+  const std::uint32_t first = bench.reloader->config_hash();
+  const std::string described = with(kLoop, "loop: FIC-101", "loop: FIC-101\ndescription: feed");
+  bench.write("loops.d/a.yaml", described);
+  CHECK(bench.reload().at("outcome") == "waits");
+  const std::uint32_t mixed = bench.reloader->config_hash();
+  CHECK(mixed != first);
+  CHECK(mixed != bench.reloader->status().at("files_hash"));
+  CHECK(bench.reload().at("outcome") == "waits");
+  CHECK(bench.reloader->config_hash() == mixed);
+  CHECK(bench.waiting("waiting_for_restart") == 1);
+  // Errors change neither what waits nor what is in force.
+  bench.write("loops.d/a.yaml", "loop: [\n");
+  CHECK(bench.reload().at("outcome") == "refused");
+  CHECK(bench.reloader->config_hash() == mixed);
+  CHECK(bench.waiting("waiting_for_restart") == 1);
+  CHECK(bench.reloader->status().at("refused") != "");
+  // Back to the old files nothing waits.
+  bench.write("loops.d/a.yaml", kLoop);
+  CHECK(bench.reload().at("outcome") == "in_force");
+  CHECK(bench.reloader->config_hash() == first);
+  CHECK(bench.reloader->status().at("files_in_force") == true);
+}
+
+TEST_CASE("limits that wait come into force with CO, unless a later reload says otherwise",
+          "[app][reload]") {
+  Bench bench;
+  const std::string narrow =
+      with(with(kLoop, "limits: [1, 9]", "limits: [1, 4]"), "kp: 0.35", "kp: 0.5");
+  bench.write("loops.d/a.yaml", narrow);
+  CHECK(bench.reload().at("outcome") == "waits");
+  CHECK(bench.waiting("waiting_for_output") == 2);
+  CHECK(bench.kp() == 0.35);
+  const auto move_output = [&](double to) {
+    bench.loops[0].channels->operator_orders.orders.try_push({.number = 1, .output = to});
+    bench.run(2);
+    bench.reloader->step();
+  };
+  SECTION("CO comes inside") {
+    move_output(3.0);
+    CHECK(bench.kp() == 0.5);
+    CHECK(bench.waiting("waiting_for_output") == 0);
+    CHECK(bench.reloader->config_hash() == bench.reloader->status().at("files_hash"));
+  }
+  SECTION("the next reload keeps the loop whole") {
+    bench.write("loops.d/a.yaml", with(narrow, "unit: V", "unit: mA"));
+    CHECK(bench.reload().at("outcome") == "waits");
+    CHECK(bench.waiting("waiting_for_output") == 0);
+    move_output(3.0);
+    CHECK(bench.kp() == 0.35);
+  }
+  SECTION("the next reload has errors") {
+    bench.write("loops.d/a.yaml", "");
+    CHECK(bench.reload().at("outcome") == "refused");
+    CHECK(bench.waiting("waiting_for_output") == 2);
+    move_output(3.0);
+    CHECK(bench.kp() == 0.5);
+  }
+}
+
+TEST_CASE("a master's gains are shown as what a reload takes back", "[app][reload]") {
+  Bench bench;
+  REQUIRE(bench.loops[0].channels->master_orders.orders.try_push({.number = 1, .kp = 3.0}));
+  bench.run(1);
+  CHECK(bench.kp() == 3.0);
+  const json result = bench.reload();
+  CHECK(result.at("plan").at("loops")[0].at("applied")[0] ==
+        json{{"key", "controller.kp"}, {"from", "3"}, {"to", "0.35"}});
+  CHECK(bench.kp() == 0.35);
+}
+
+TEST_CASE("eight reloads wait at most, and signals are one", "[app][reload]") {
+  Bench bench;
+  for (int i = 0; i < 7; ++i) bench.reloader->post("uid 1000", true);
+  for (int i = 0; i < 5; ++i) bench.reloader->by_signal();
+  CHECK_THROWS_WITH(bench.reloader->post("uid 1000", true), Catch::Contains("try again later"));
+  CHECK(bench.done(8).at("outcome") == "in_force");
+  CHECK(bench.reloading == 1);
+  CHECK_NOTHROW(bench.reloader->post("uid 1000", true));
+}
+
+TEST_CASE("a loop whose next cycle is far away does not hold up the reload", "[app][reload]") {
+  Bench bench;
+  bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
+  const std::uint64_t number = bench.reloader->post("uid 1000", false);
+  json state;
+  REQUIRE(test::eventually([&] {
+    bench.reloader->step();
+    state = bench.reloader->state(number);
+    return state.at("state") == "done";
+  }));
+  CHECK(state.at("outcome") == "waits");
+  CHECK(bench.waiting("waiting_for_output") == 1);
+  bench.run(1);
+  bench.reloader->step();
+  CHECK(bench.waiting("waiting_for_output") == 0);
+  CHECK(bench.kp() == 0.5);
+}
+
+}  // namespace loopwarden::tests::reloader_test

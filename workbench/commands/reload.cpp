@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden reload: has the running daemon read its files again, and prints what became of each loop.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "workbench/command_line/command_line.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/live/daemon_client.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+constexpr std::chrono::seconds kPatience{10};    // with the daemon's disk
+constexpr std::chrono::seconds kForJournal{1};   // to have the line on the disk
+
+struct ReloadOptions {
+  std::string socket;
+  bool dry_run = false;
+  bool json = false;
+};
+
+// What the daemon says once it is done; its last state where it is not within the patience.
+nlohmann::json outcome_of(DaemonClient& daemon, std::uint64_t number) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  for (;;) {
+    nlohmann::json now = daemon.reload_state(number);
+    const bool done = now.at("state") == "done";
+    if (done && (now.at("on_disk") || Clock::now() - start > kForJournal)) return now;
+    if (!done && Clock::now() - start > kPatience) return now;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+void print(const nlohmann::json& result, bool dry_run) {
+  const bool refused = result.at("outcome") == "refused";
+  for (const auto& d : result.value("diagnostics", nlohmann::json::array())) {
+    if (refused) break;  // they are the lines
+    fmt::print(stderr, "{}:{}:{}: {}: {}{}\n", d.at("file").get<std::string>(),
+               d.at("line").get<int>(), d.at("column").get<int>(), d.at("level").get<std::string>(),
+               d.at("key").get<std::string>().empty() ? ""
+                                                      : d.at("key").get<std::string>() + ": ",
+               d.at("message").get<std::string>());
+  }
+  for (const auto& line : result.value("lines", nlohmann::json::array())) {
+    fmt::print(refused ? stderr : stdout, "{}\n", line.get<std::string>());
+  }
+  if (refused) {
+    fmt::print(stderr, "loopwarden: the files {} refused; nothing {}\n",
+               dry_run ? "would be" : "were", dry_run ? "would change" : "has changed");
+  } else if (result.at("outcome") == "in_force") {
+    fmt::print("all of the files {} in force\n", dry_run ? "would be" : "is");
+  } else {
+    fmt::print("not all of the files {} in force\n", dry_run ? "would be" : "is");
+  }
+}
+
+int exit_code_of(const nlohmann::json& result) {
+  if (result.at("outcome") == "in_force") return kExitOk;
+  return result.at("outcome") == "refused" ? kExitConfiguration : kExitTryAgain;
+}
+
+int run_reload(const ReloadOptions& options) {
+  DaemonClient daemon(options.socket);
+  const nlohmann::json result = outcome_of(daemon, daemon.reload(options.dry_run));
+  if (options.json) fmt::print("{}\n", result.dump(2));
+  if (result.at("state") != "done") {
+    fmt::print(stderr,
+               "loopwarden: the daemon has not finished within {} s ({}); the loops run on as "
+               "before, and its log says what comes of it\n",
+               kPatience.count(), result.at("state").get<std::string>());
+    return kExitTryAgain;
+  }
+  if (!options.json) {
+    print(result, options.dry_run);
+    if (!result.at("on_disk").get<bool>()) {
+      fmt::print(stderr, "loopwarden: done, but the journal does not have it yet\n");
+    }
+  }
+  return exit_code_of(result);
+}
+
+}  // namespace
+
+void add_reload(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<ReloadOptions>();
+  CLI::App* sub =
+      app.add_subcommand("reload", "have the running daemon read its configuration again");
+  add_socket_option(*sub, options->socket);
+  sub->add_flag("--dry-run", options->dry_run, "print what would become of it; changes nothing");
+  add_json_flag(*sub, options->json);
+  sub->footer(
+      "Each loop takes all that can be applied, or nothing where a unit, a range, the sample time or\n"
+      "io differs; the valve does not move by it. Exit code 0: all of the files is in force;\n"
+      "75: something waits for a restart, or for CO to come inside new limits; 78: the files have\n"
+      "errors, nothing has changed.\n"
+      "Example: loopwarden reload --dry-run");
+  sub->callback([options, &exit_code] { exit_code = run_reload(*options); });
+}
+
+}  // namespace loopwarden::workbench
