@@ -291,7 +291,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .pv = pv.quality == hal::Quality::bad ? kNone : pv.value,
       .co = known_output(),
       .stem = stem_known ? inputs_.valve_position.value : kNone,
-      .calculated = static_cast<float>(out.calculated),
+      .calculated = static_cast<float>(output_known_ ? out.calculated : kNone),
       .jacket_rate = static_cast<float>(out.jacket_rate),
       .jacket_rate_shadow = static_cast<float>(out.jacket_shadow_rate),
       .compensator = static_cast<float>(out.correction),
@@ -301,8 +301,10 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .pv_quality = static_cast<std::uint8_t>(pv.quality),
       .pv_reason = static_cast<std::uint8_t>(pv.reason),
       .flags = static_cast<std::uint8_t>(
-          flag(out.at_low, record::kAtLow) | flag(out.at_high, record::kAtHigh) |
-          flag(out.rate_limited, record::kRateLimited) | flag(missed > 0, record::kLateCycle) |
+          flag(output_known_ && out.at_low, record::kAtLow) |
+          flag(output_known_ && out.at_high, record::kAtHigh) |
+          flag(output_known_ && out.rate_limited, record::kRateLimited) |
+          flag(missed > 0, record::kLateCycle) |
           flag(out.jacket_rate != 0.0, record::kJacketActs) |
           flag(out.correction != 0.0, record::kCompensatorActs) |
           flag(!inputs_.output_ok, record::kOutputLost)),

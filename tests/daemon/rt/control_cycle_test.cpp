@@ -109,6 +109,8 @@ TEST_CASE("where nothing tells the output the loop does not look as if it ran") 
     REQUIRE(loop.mode() == Mode::fallback);
     REQUIRE(static_cast<Mode>(loop.row.requested_mode) == mode);
     REQUIRE(std::isnan(loop.row.co));  // none went out
+    REQUIRE(std::isnan(loop.row.calculated));
+    REQUIRE(loop.row.flags == 0);  // an output that is not known stands at no limit
     REQUIRE(loop.row.jacket_rate == 0.0F);
   }
   CHECK(loop.io.written == -1.0);

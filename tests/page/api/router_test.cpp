@@ -226,6 +226,10 @@ TEST_CASE("an order needs the daemon's right, the page's right and a confirmatio
 
 TEST_CASE("an output that nobody knows is ordered by who saw that") {
   ApiRig rig(true);
+  rig.orders.says = [](const json& request) -> json {
+    if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
+    return {{"state", "done"}, {"why", ""}, {"now", nullptr}, {"on_disk", true}};
+  };
   json body{{"set", {{"output", 3.0}}},
             {"confirm", {{"tag", "FIC-101"}, {"old", nullptr}, {"new", 3.0}}}};
   SECTION("where the page showed no value") {
