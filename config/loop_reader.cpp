@@ -107,7 +107,7 @@ class LoopReader {
             "monitor", "windows of 961 samples, and the specialists that judge them")) {
       read_monitor(*monitor);
     }
-    read_alarms(in_.maybe_section("alarms", "what is no valve's fault"));
+    read_alarms(in_.maybe_section("alarms", "process alarms of this loop"));
     IoSection io;
     if (std::optional<MapReader> section = in_.need_section("io", "what the loop is wired to")) {
       io = read_io(*section, {.file = config().file,
