@@ -402,10 +402,9 @@ class LoopReader {
   void read_alarms(std::optional<MapReader> in) {
     config().normal_mode = usual_mode(config().start.mode);
     if (!in) return;
-    config().normal_mode =
-        in->one_of("normal_mode", kNormalModes,
-                   "in another one for 10 s: alarm not_normal_mode; any: never",
-                   config().normal_mode, {.fallback = "automatic where start.mode is, else any"});
+    config().normal_mode = in->one_of(
+        "normal_mode", kNormalModes, "in another one for 10 s: alarm not_normal_mode; any: never",
+        config().normal_mode, {.fallback = "automatic where start.mode is, else any"});
   }
 
   void read_corrective_action(MapReader& in, WindowCut& monitor) {

@@ -130,9 +130,8 @@ void compare(const LoopConfig& running, const LoopConfig& wanted, List& list) {
   const auto follows = [](const LoopConfig& loop) {
     return loop.normal_mode == usual_mode(loop.start.mode);
   };
-  list.add_if(
-      running.normal_mode != wanted.normal_mode && !(follows(running) && follows(wanted)),
-      "alarms.normal_mode");
+  list.add_if(running.normal_mode != wanted.normal_mode && !(follows(running) && follows(wanted)),
+              "alarms.normal_mode");
   list.add_if(running.monitor.overlap != wanted.monitor.overlap, "monitor.overlap");
   list.add_if(running.monitor.decimation != wanted.monitor.decimation, "monitor.decimation");
   list.add_if(running.monitor.routine != wanted.monitor.routine, "monitor.routine");
