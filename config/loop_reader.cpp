@@ -108,7 +108,7 @@ class LoopReader {
             "monitor", "windows of 961 samples, and the specialists that judge them")) {
       read_monitor(*monitor);
     }
-    read_alarms(in_.maybe_section("alarms", "what is no valve's fault"));
+    read_alarms(in_.maybe_section("alarms", "process alarms of this loop"));
     IoSection io;
     if (std::optional<MapReader> section = in_.need_section("io", "what the loop is wired to")) {
       io = read_io(*section, {.file = config().file,
@@ -405,10 +405,9 @@ class LoopReader {
   void read_alarms(std::optional<MapReader> in) {
     config().normal_mode = usual_mode(config().start.mode);
     if (!in) return;
-    config().normal_mode =
-        in->one_of("normal_mode", kNormalModes,
-                   "in another one for 10 s: alarm not_normal_mode; any: never",
-                   config().normal_mode, {.fallback = "automatic where start.mode is, else any"});
+    config().normal_mode = in->one_of(
+        "normal_mode", kNormalModes, "in another one for 10 s: alarm not_normal_mode; any: never",
+        config().normal_mode, {.fallback = "automatic where start.mode is, else any"});
   }
 
   void read_corrective_action(MapReader& in, WindowCut& monitor) {

@@ -16,9 +16,9 @@ using loopwarden::monitor::AlarmKind;
 using nlohmann::json;
 
 AlarmKind kind_of(const json& name) {
-  const auto found =
-      std::find_if(loopwarden::monitor::kValveAlarms.begin(), loopwarden::monitor::kValveAlarms.end(),
-                   [&](AlarmKind kind) { return name == loopwarden::monitor::to_text(kind); });
+  const auto found = std::find_if(
+      loopwarden::monitor::kValveAlarms.begin(), loopwarden::monitor::kValveAlarms.end(),
+      [&](AlarmKind kind) { return name == loopwarden::monitor::to_text(kind); });
   if (found == loopwarden::monitor::kValveAlarms.end()) throw std::runtime_error("unknown alarm");
   return *found;
 }

@@ -116,8 +116,8 @@ void WatchBoard::process_changed(std::size_t loop, const model::ProcessChange& c
                                  const std::string& why) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories(loop);
-  write_down(loop, before,
-             watches_[loop].alarms.process_changed(utc_ms_(), change.kind, change.on), why);
+  write_down(loop, before, watches_[loop].alarms.process_changed(utc_ms_(), change.kind, change.on),
+             why);
 }
 
 void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {

@@ -22,9 +22,9 @@ struct LoggedWindow {
   loopwarden::monitor::WindowJudgement::Result result =
       loopwarden::monitor::WindowJudgement::Result::no_fault;
   loopwarden::monitor::AlarmKind fault = loopwarden::monitor::AlarmKind::unknown;
-  float severity_percent = 0.0F;                                          // % of the CO span
+  float severity_percent = 0.0F;                                           // % of the CO span
   std::array<float, loopwarden::monitor::kValveAlarmCount> probability{};  // as in WindowJudgement
-  std::array<float, loopwarden::specialist::kConditions> errors{};        // (% of the CO span)^2
+  std::array<float, loopwarden::specialist::kConditions> errors{};         // (% of the CO span)^2
 };
 
 class WindowLog {

@@ -26,11 +26,11 @@ enum class AlarmKind : std::uint8_t {
   not_normal_mode
 };
 
-inline constexpr std::array kAlarmKinds{
-    AlarmKind::stiction,       AlarmKind::backlash,       AlarmKind::hysteresis,
-    AlarmKind::low_air_supply, AlarmKind::unknown,        AlarmKind::model_gap,
-    AlarmKind::bad_pv,         AlarmKind::output_lost,    AlarmKind::output_unknown,
-    AlarmKind::not_normal_mode};
+inline constexpr std::array kAlarmKinds{AlarmKind::stiction,       AlarmKind::backlash,
+                                        AlarmKind::hysteresis,     AlarmKind::low_air_supply,
+                                        AlarmKind::unknown,        AlarmKind::model_gap,
+                                        AlarmKind::bad_pv,         AlarmKind::output_lost,
+                                        AlarmKind::output_unknown, AlarmKind::not_normal_mode};
 // The first of kAlarmKinds, so that an array of them is indexed by index_of.
 inline constexpr std::array kValveAlarms{AlarmKind::stiction,   AlarmKind::backlash,
                                          AlarmKind::hysteresis, AlarmKind::low_air_supply,
@@ -118,10 +118,11 @@ constexpr AlarmGuide guide_of(AlarmKind kind) noexcept {
           "find what has changed before the loop is tuned anew: the explanation by the twin names "
           "it; without one, check valve, transmitter and load"};
     case AlarmKind::bad_pv:
-      return {"PV can't be used: its transmitter, its wiring or the link to it has failed; the "
-              "journal's line has the reason",
-              "the loop can't control; the output does what `safe_actions.bad_pv` says",
-              "watch the process by another measurement; check transmitter, wiring and link"};
+      return {
+          "PV can't be used: its transmitter, its wiring or the link to it has failed; the "
+          "journal's line has the reason",
+          "the loop can't control; the output does what `safe_actions.bad_pv` says",
+          "watch the process by another measurement; check transmitter, wiring and link"};
     case AlarmKind::output_lost:
       return {"commands don't reach the valve: the device, its power or the link to it has failed",
               "nobody moves the valve; the device's own watchdog may have moved it",

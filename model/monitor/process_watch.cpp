@@ -51,8 +51,7 @@ ProcessChanges ProcessWatch::add(const ProcessCycle& cycle) noexcept {
 
 std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycle) const noexcept {
   switch (kind) {
-    case AlarmKind::bad_pv:
-      return cycle.pv_bad || (!cycle.pv_good && cycle.fault == Fault::bad_pv);
+    case AlarmKind::bad_pv: return cycle.pv_bad || (!cycle.pv_good && cycle.fault == Fault::bad_pv);
     case AlarmKind::output_lost: return output_lost(cycle);
     case AlarmKind::output_unknown:
       if (cycle.fault == Fault::output_unknown) return true;

@@ -135,7 +135,8 @@ SELECT name, (extract(epoch FROM begun) * 1000)::bigint AS begun_ms, complete IS
 // As an array of text.
 std::string process_alarms() {
   fleet::ArrayText names;
-  for (const monitor::AlarmKind kind : monitor::kProcessAlarms) names.add(std::string_view(to_text(kind)));
+  for (const monitor::AlarmKind kind : monitor::kProcessAlarms)
+    names.add(std::string_view(to_text(kind)));
   return names.text();
 }
 

@@ -247,7 +247,8 @@ TEST_CASE(
 
 // The delays are seconds of real time: hardware is not accelerated.
 TEST_CASE(
-    "fault, device lost for longer: process alarms say so, are acknowledged, and go once it is back") {
+    "fault, device lost for longer: process alarms say so, are acknowledged, and go once it is "
+    "back") {
   std::string manual = loop_file("field", 1.0);
   manual.replace(manual.find("recovery: previous_mode"), 23, "recovery: manual");
   TcpPlant plant(manual);

@@ -240,24 +240,19 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   CHECK(plant.act(AlarmKind::low_air_supply, AlarmAction::acknowledge));
   plant.run_to(24.0);
 
-  CHECK(alarms() == Lines{"stiction: normal > unacknowledged",
-                          "stiction: unacknowledged > acknowledged",
-                          "stiction: acknowledged > normal",
-                          "not_normal_mode: normal > unacknowledged",
-                          "not_normal_mode: unacknowledged > acknowledged",
-                          "not_normal_mode: acknowledged > normal",
-                          "bad_pv: normal > unacknowledged",
-                          "bad_pv: unacknowledged > acknowledged",
-                          "bad_pv: acknowledged > normal",
-                          "backlash: normal > unacknowledged",
-                          "backlash: unacknowledged > shelved",
-                          "not_normal_mode: normal > unacknowledged",
-                          "not_normal_mode: unacknowledged > acknowledged",
-                          "not_normal_mode: acknowledged > normal",
-                          "backlash: shelved > normal",
-                          "low_air_supply: normal > unacknowledged",
-                          "low_air_supply: unacknowledged > returned_unacknowledged",
-                          "low_air_supply: returned_unacknowledged > normal"});
+  CHECK(alarms() ==
+        Lines{"stiction: normal > unacknowledged", "stiction: unacknowledged > acknowledged",
+              "stiction: acknowledged > normal", "not_normal_mode: normal > unacknowledged",
+              "not_normal_mode: unacknowledged > acknowledged",
+              "not_normal_mode: acknowledged > normal", "bad_pv: normal > unacknowledged",
+              "bad_pv: unacknowledged > acknowledged", "bad_pv: acknowledged > normal",
+              "backlash: normal > unacknowledged", "backlash: unacknowledged > shelved",
+              "not_normal_mode: normal > unacknowledged",
+              "not_normal_mode: unacknowledged > acknowledged",
+              "not_normal_mode: acknowledged > normal", "backlash: shelved > normal",
+              "low_air_supply: normal > unacknowledged",
+              "low_air_supply: unacknowledged > returned_unacknowledged",
+              "low_air_supply: returned_unacknowledged > normal"});
 
   // Each alarm's evidence, judged once more by the program, says the same.
   REQUIRE(test::eventually([&] { return plant.evidence().status().written == 3; }));

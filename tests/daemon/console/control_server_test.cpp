@@ -362,7 +362,8 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(reason);
 }
 
-TEST_CASE("a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
+TEST_CASE(
+    "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
   Bench bench;
   bench.board.process_changed(0, {loopwarden::monitor::AlarmKind::bad_pv, true},
                               "PV is bad: link lost");

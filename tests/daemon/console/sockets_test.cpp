@@ -401,12 +401,14 @@ TEST_CASE("of two alarms that wait the overview names the one that is looked aft
   CHECK(shown() == std::pair(json(0), json(2)));
   bench.board.process_changed(0, {AlarmKind::output_lost, true}, "");
   CHECK(shown() == std::pair(json(7), json(3)));
-  bench.board.act(0, {AlarmKind::output_lost, loopwarden::monitor::AlarmAction::acknowledge});
+  bench.board.act(
+      0, {AlarmKind::output_lost, loopwarden::monitor::AlarmAction::acknowledge, 0, "me", {}});
   CHECK(shown() == std::pair(json(0), json(2)));
 }
 
-TEST_CASE("whoever reads the registers is told that an alarm changed, though the map has none of it",
-          "[console][registers]") {
+TEST_CASE(
+    "whoever reads the registers is told that an alarm changed, though the map has none of it",
+    "[console][registers]") {
   using loopwarden::monitor::AlarmKind;
   Bench bench;
   const auto changes = [&] {
@@ -419,7 +421,8 @@ TEST_CASE("whoever reads the registers is told that an alarm changed, though the
   bench.board.process_changed(0, {AlarmKind::bad_pv, true}, "PV is bad: link lost");
   const int came = changes();
   CHECK(came > before);
-  bench.board.act(0, {AlarmKind::bad_pv, loopwarden::monitor::AlarmAction::acknowledge});
+  bench.board.act(0,
+                  {AlarmKind::bad_pv, loopwarden::monitor::AlarmAction::acknowledge, 0, "me", {}});
   CHECK(changes() > came);
 }
 

@@ -228,7 +228,8 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
   CHECK(bench.board->watch(0).windows == 6);
 }
 
-TEST_CASE("a lost device is told by process alarms, with their reasons in the journal", "[monitor]") {
+TEST_CASE("a lost device is told by process alarms, with their reasons in the journal",
+          "[monitor]") {
   const auto lost = [](RecordRow& row) {
     row.pv = std::nan("");
     row.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);

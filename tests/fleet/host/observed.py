@@ -23,6 +23,7 @@ RULES = ROOT / 'fleet/prometheus'
 PLANT = """
 INSERT INTO alarm SELECT device_id, 'stiction', now() - n * interval '7 hours' + CASE WHEN s.state = 'normal' THEN interval '1 hour' ELSE interval '0' END, s.state, 6.1
   FROM loop, generate_series(0, 20) n, (VALUES('unacknowledged'), ('normal')) s(state) WHERE device = 'FIC-101' AND NOT (n = 0 AND s.state = 'normal');
+INSERT INTO alarm SELECT device_id, 'bad_pv', now() - interval '1 hour', 'unacknowledged', NULL FROM loop WHERE device = 'FIC-101';
 INSERT INTO metric(device_id, name, type) SELECT device_id, 'severity_stiction', 'Double' FROM loop ON CONFLICT DO NOTHING;
 INSERT INTO history_decimated SELECT id, date_bin('15 minutes', now(), 'epoch') - n * interval '15 minutes', 9, 5, 4, 6, 5
   FROM metric, generate_series(1, 96) n WHERE name IN ('severity_stiction', 'pv');

@@ -57,8 +57,7 @@ TEST_CASE("the example is accepted", "[notify][config]") {
 TEST_CASE("a route names process alarms as any other", "[notify][config]") {
   const auto config = read_notify_text(
       "notify.yaml",
-      with("alarms: [daemon]",
-           "alarms: [bad_pv, output_lost, output_unknown, not_normal_mode]"));
+      with("alarms: [daemon]", "alarms: [bad_pv, output_lost, output_unknown, not_normal_mode]"));
   REQUIRE(config);
   CHECK(config->rules.routes[1].alarms ==
         std::vector<std::string>{"bad_pv", "output_lost", "output_unknown", "not_normal_mode"});

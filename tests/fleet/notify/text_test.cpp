@@ -76,7 +76,8 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
   CHECK(rfc3339(kNoon + 7) == "2026-11-24T12:00:00.007Z");
 }
 
-TEST_CASE("a process alarm is told with its reason and its guide, as urgently as it is", "[notify][text]") {
+TEST_CASE("a process alarm is told with its reason and its guide, as urgently as it is",
+          "[notify][text]") {
   Event lost = event_of("FIC-101", Change::came, std::nullopt);
   lost.alarm = "output_lost";
   lost.reason = "commands don't reach the device";

@@ -111,9 +111,10 @@ TEST_CASE("after a restart the root explains again before the first window", "[m
   CHECK(after.alarm(K::stiction).state() == S::suppressed);
 }
 
-TEST_CASE("a process alarm is acknowledged, shelved and remembered as others; windows and low air "
-          "leave it alone",
-          "[monitor][alarm]") {
+TEST_CASE(
+    "a process alarm is acknowledged, shelved and remembered as others; windows and low air "
+    "leave it alone",
+    "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it needs no window to come
   const AlarmTransitions came = alarms.process_changed(5, K::bad_pv, true);

@@ -112,8 +112,9 @@ TEST_CASE("the delay is in the loop's time, whatever its period and whatever cyc
   }
 }
 
-TEST_CASE("PV is bad in every mode and while the loop starts; an uncertain one where it is the fault",
-          "[monitor]") {
+TEST_CASE(
+    "PV is bad in every mode and while the loop starts; an uncertain one where it is the fault",
+    "[monitor]") {
   Loop loop(NormalMode::any, false);
   ProcessCycle cycle = with_bad_pv();
   SECTION("in manual, where it is no fault") { cycle.mode = cycle.requested_mode = Mode::manual; }
@@ -218,7 +219,8 @@ TEST_CASE("a loop is out of its normal mode; fallback is never normal", "[monito
         Case{NormalMode::automatic, Mode::manual, true},
         Case{NormalMode::automatic, Mode::fallback, true},
         Case{NormalMode::manual, Mode::automatic, true},
-        Case{NormalMode::manual, Mode::manual, false}, Case{NormalMode::manual, Mode::fallback, true},
+        Case{NormalMode::manual, Mode::manual, false},
+        Case{NormalMode::manual, Mode::fallback, true},
         Case{NormalMode::any, Mode::automatic, false}, Case{NormalMode::any, Mode::manual, false},
         Case{NormalMode::any, Mode::fallback, false}}) {
     Loop loop(c.normal, false);
