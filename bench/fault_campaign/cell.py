@@ -202,6 +202,8 @@ class Cell:
                 if state.get("fault") == "none" and state.get("requested_mode") == "MAN":
                     await self.daemon.ask({"request": "set", "loop": loop.name, "mode": "auto",
                                            "set_point": SET_POINT})
+                elif state.get("fault") == "none" and state.get("set_point_wanted") != SET_POINT:
+                    await self.operator_moves(loop, SET_POINT)
                 pv = state.get("pv")
                 if (state.get("fault"), state.get("mode")) != ("none", "AUTO"):
                     trouble.append(f"{loop.name}: {state.get('fault')}, {state.get('mode')}")
@@ -728,7 +730,7 @@ class Cell:
         if self.random.random() < 0.5:
             since = self.daemon.log_size()
             self.daemon.signal(signal.SIGHUP)
-            words = {"in_force": "done, all of the files", "waits": "done, not all of the files",
+            words = {"in_force": "done, everything in", "waits": "done, not everything in",
                      "refused": "reload refused"}
             end = time.monotonic() + 10.0
             while time.monotonic() < end:

@@ -535,8 +535,7 @@ std::vector<std::string> to_lines(const Plan& plan) {
       case Decision::wait_for_output:
         add_lines(loop.loop, loop.keys, lines);
         if (!loop.waiting_for_output.empty()) {
-          lines.push_back(fmt::format("{}: waits {}: {}", loop.loop,
-                                      loop.waiting_for_output[0].why,
+          lines.push_back(fmt::format("{}: waits {}: {}", loop.loop, loop.waiting_for_output[0].why,
                                       text_of(loop.waiting_for_output)));
         }
     }

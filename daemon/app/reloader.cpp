@@ -325,8 +325,8 @@ void Reloader::finish_taking() {
   for (const std::string& line : lines) {
     spdlog::log(in_force ? spdlog::level::info : spdlog::level::warn, "reload: {}", line);
   }
-  spdlog::info("reload: done, {}",
-               in_force ? "all of the files is in force" : "not all of the files is in force");
+  spdlog::info("reload: done, {}", in_force ? "everything in the files is in force"
+                                            : "not everything in the files is in force");
   publish();
   const std::size_t waiting = waiting_keys(plan_);
   job_->journal_ticket = write_down(

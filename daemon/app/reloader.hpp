@@ -114,8 +114,8 @@ class Reloader {
   ReloaderEnds ends_;
   std::uint32_t start_hash_;
   std::uint32_t files_hash_;
-  reload::Plan plan_;          // of the last good reload, as far as it has come
-  std::vector<Offer> offers_;  // those that are not in force yet
+  reload::Plan plan_;                   // of the last good reload, as far as it has come
+  std::vector<Offer> offers_;           // those that are not in force yet
   std::vector<std::uint32_t> offered_;  // number of the newest offer to each loop
   std::string refused_;
   std::uint32_t hash_before_ = 0;

@@ -204,7 +204,7 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
                             Catch::Contains("controller.output.unit V -> %") &&
                             Catch::Contains("with it waits: controller.kp 0.35 -> 3.5") &&
                             Catch::Contains("FIC-102: nothing is applied before a restart") &&
-                            Catch::Contains("not all of the files is in force"));
+                            Catch::Contains("not everything in the files is in force"));
   // The second one's tuning alone is applied, whatever the first one waits for.
   plant.daemon.write_config("loops.d/2.yaml",
                             replaced(loop_file("FIC-102", "../m2.yaml"), "kp: 0.35", "kp: 0.3"));
@@ -249,7 +249,7 @@ TEST_CASE("the command says what SIGHUP logs, and a dry run changes nothing", "[
   CHECK(plant.shown_hash() == plant.hash_of_files());
   const ShellOutcome again = plant.command("reload");
   CHECK(again.exit_code == 0);
-  CHECK(again.text == "all of the files is in force\n");
+  CHECK(again.text == "everything in the files is in force\n");
 
   plant.daemon.write_config(
       "loops.d/1.yaml", replaced(plant.loop, "loop: FIC-101", "loop: FIC-101\ndescription: feed"));

@@ -17,8 +17,8 @@
 namespace loopwarden::workbench {
 namespace {
 
-constexpr std::chrono::seconds kPatience{10};    // with the daemon's disk
-constexpr std::chrono::seconds kForJournal{1};   // to have the line on the disk
+constexpr std::chrono::seconds kPatience{10};   // with the daemon's disk
+constexpr std::chrono::seconds kForJournal{1};  // to have the line on the disk
 
 struct ReloadOptions {
   std::string socket;
@@ -45,8 +45,7 @@ void print(const nlohmann::json& result, bool dry_run) {
     if (refused) break;  // they are the lines
     fmt::print(stderr, "{}:{}:{}: {}: {}{}\n", d.at("file").get<std::string>(),
                d.at("line").get<int>(), d.at("column").get<int>(), d.at("level").get<std::string>(),
-               d.at("key").get<std::string>().empty() ? ""
-                                                      : d.at("key").get<std::string>() + ": ",
+               d.at("key").get<std::string>().empty() ? "" : d.at("key").get<std::string>() + ": ",
                d.at("message").get<std::string>());
   }
   for (const auto& line : result.value("lines", nlohmann::json::array())) {
@@ -56,9 +55,9 @@ void print(const nlohmann::json& result, bool dry_run) {
     fmt::print(stderr, "loopwarden: the files {} refused; nothing {}\n",
                dry_run ? "would be" : "were", dry_run ? "would change" : "has changed");
   } else if (result.at("outcome") == "in_force") {
-    fmt::print("all of the files {} in force\n", dry_run ? "would be" : "is");
+    fmt::print("everything in the files {} in force\n", dry_run ? "would be" : "is");
   } else {
-    fmt::print("not all of the files {} in force\n", dry_run ? "would be" : "is");
+    fmt::print("not everything in the files {} in force\n", dry_run ? "would be" : "is");
   }
 }
 
@@ -97,8 +96,10 @@ void add_reload(CLI::App& app, int& exit_code) {
   sub->add_flag("--dry-run", options->dry_run, "print what would become of it; changes nothing");
   add_json_flag(*sub, options->json);
   sub->footer(
-      "Each loop takes all that can be applied, or nothing where a unit, a range, the sample time or\n"
-      "io differs; the valve does not move by it. Exit code 0: all of the files is in force;\n"
+      "Each loop takes all that can be applied, or nothing where a unit, a range, the sample time "
+      "or\n"
+      "io differs; the valve does not move by it. Exit code 0: everything in the files is in "
+      "force;\n"
       "75: something waits for a restart, or for CO to come inside new limits; 78: the files have\n"
       "errors, nothing has changed.\n"
       "Example: loopwarden reload --dry-run");

@@ -139,9 +139,8 @@ TEST_CASE("What a reload applies is all that the cycle takes", "[app][reload]") 
   CHECK(named([](LoopConfig& l) { l.controller.pid.gains.ki = 7; }));
   CHECK(named([](LoopConfig& l) { l.controller.pid.gains.kd = 7; }));
   CHECK(named([](LoopConfig& l) { l.controller.pid.gains.derivative_filter_s = 7; }));
-  CHECK(named([](LoopConfig& l) {
-    l.controller.pid.anti_windup = control::AntiWindup::integral_clamp;
-  }));
+  CHECK(named(
+      [](LoopConfig& l) { l.controller.pid.anti_windup = control::AntiWindup::integral_clamp; }));
   CHECK(named([](LoopConfig& l) { l.controller.pid.tracking_time_s = 7; }));
   CHECK(named([](LoopConfig& l) { l.controller.output.deadband = 0.7; }));
   CHECK(named([](LoopConfig& l) { l.controller.set_point.rate_up_per_s = 7; }));
@@ -185,9 +184,8 @@ TEST_CASE("What changes no number's meaning waits by itself, and the rest is app
   CHECK(waits(after(modbus_loop(), "monitor:", "recording: {limit_mb: 10}\nmonitor:"),
               {"recording.limit_mb"}));
   const Configuration running = read(kDaemon, modbus_loop());
-  const Plan both = plan(
-      running, read(kDaemon, with(with(modbus_loop(), "kp: 0.35", "kp: 0.5"), "overlap: 0.5",
-                                  "overlap: 0.25")));
+  const Plan both = plan(running, read(kDaemon, with(with(modbus_loop(), "kp: 0.35", "kp: 0.5"),
+                                                     "overlap: 0.5", "overlap: 0.25")));
   CHECK(keys(both.loops.at(0).keys.applied) == Keys{"controller.kp"});
   CHECK(keys(both.loops.at(0).keys.waiting_for_restart) == Keys{"monitor.overlap"});
   CHECK_FALSE(both.all_in_force());
@@ -206,9 +204,10 @@ TEST_CASE("What changes the meaning of a number keeps the whole loop", "[app][re
   CHECK(keeps(after(kReplayLoop, "r.csv", "r.csv, repeat: true"), {"io"}));
   CHECK(keeps(after(kReplayLoop, "replay, record: ../r.csv", "simulated, model: ../m.yaml"),
               {"io.backend"}));
-  CHECK(keeps(plan(read(kDaemon, kSimLoop), read(kDaemon, kSimLoop, with(test::kModel, "1.7", "1.8")))
-                  .loops.at(0),
-              {"io.model"}));
+  CHECK(
+      keeps(plan(read(kDaemon, kSimLoop), read(kDaemon, kSimLoop, with(test::kModel, "1.7", "1.8")))
+                .loops.at(0),
+            {"io.model"}));
   // The same keys of another backend, derived from others: only what was written is named.
   CHECK(keeps(after(modbus_loop(), "sample_time: 0.1", "sample_time: 0.2"),
               {"sample_time", "process_variable.max_age"}));
@@ -223,14 +222,14 @@ TEST_CASE("What changes the meaning of a number keeps the whole loop", "[app][re
 }
 
 TEST_CASE("A link with another value keeps the loops that use it", "[app][reload]") {
-  const Plan changed = plan(read(kDaemon, modbus_loop()),
-                            read(with(kDaemon, "host: 127.0.0.1", "host: 127.0.0.3"),
-                                 with(modbus_loop(), "kp: 0.35", "kp: 0.5")));
+  const Plan changed =
+      plan(read(kDaemon, modbus_loop()), read(with(kDaemon, "host: 127.0.0.1", "host: 127.0.0.3"),
+                                              with(modbus_loop(), "kp: 0.35", "kp: 0.5")));
   CHECK(keys(changed.daemon.waiting_for_restart) == Keys{"links.skid"});
   CHECK(keeps(changed.loops.at(0), {"links.skid", "controller.kp"}));
-  const Plan other = plan(read(kDaemon, modbus_loop()),
-                          read(with(kDaemon, "host: 127.0.0.2", "host: 127.0.0.3"),
-                               with(modbus_loop(), "kp: 0.35", "kp: 0.5")));
+  const Plan other =
+      plan(read(kDaemon, modbus_loop()), read(with(kDaemon, "host: 127.0.0.2", "host: 127.0.0.3"),
+                                              with(modbus_loop(), "kp: 0.35", "kp: 0.5")));
   CHECK(keys(other.daemon.waiting_for_restart) == Keys{"links.spare"});
   CHECK(applies(other.loops.at(0), {"controller.kp"}));
 }
@@ -239,18 +238,20 @@ TEST_CASE("A loop whose file goes from V to % keeps everything, and says why", "
   const std::string volts = modbus_loop();
   std::string percent = with(volts, "unit: V, range: [0, 10], limits: [1, 9]",
                              "unit: '%', range: [0, 100], limits: [10, 90]");
-  percent = with(with(percent, "kp: 0.35", "kp: 3.5"), "stop: 1", "stop: 10");
+  percent = with(with(percent, "kp: 0.35", "kp: 3.5"), "scale: 0.001", "scale: 0.01");
+  percent = with(with(percent, "stop: 1", "stop: 10"), "enable_open: 1", "enable_open: 10");
   const Configuration running = read(kDaemon, volts);
   const Plan all = plan(running, read(kDaemon, percent));
   const LoopPlan& loop = all.loops.at(0);
-  CHECK(keeps(loop, {"controller.output.unit", "controller.output.range", "controller.kp",
-                     "controller.output.limits", "safe_actions.stop"}));
+  CHECK(keeps(loop, {"controller.output.unit", "controller.output.range", "io", "controller.kp",
+                     "controller.output.limits", "safe_actions.stop", "safe_actions.enable_open"}));
   CHECK_FALSE(all.all_in_force());
-  CHECK(has_line(all,
-                 "FIC-101: nothing is applied before a restart, since this changes what its numbers "
-                 "mean: controller.output.unit V -> %, controller.output.range [0, 10] -> [0, 100]; "
-                 "with it waits: controller.kp 0.35 -> 3.5, controller.output.limits [1, 9] -> "
-                 "[10, 90], safe_actions.stop 1 -> 10"));
+  CHECK(has_line(
+      all,
+      "FIC-101: nothing is applied before a restart, since this changes what its numbers "
+      "mean: controller.output.unit V -> %, controller.output.range [0, 10] -> [0, 100], io; "
+      "with it waits: controller.kp 0.35 -> 3.5, controller.output.limits [1, 9] -> "
+      "[10, 90], safe_actions.stop 1 -> 10, safe_actions.enable_open 1 -> 10"));
   // Back to the old files nothing waits.
   CHECK(plan(running, read(kDaemon, volts)).all_in_force());
 }

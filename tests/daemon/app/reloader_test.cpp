@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/config_reader.hpp"
@@ -19,26 +20,27 @@ namespace loopwarden::tests::reloader_test {
 namespace {
 
 using namespace loopwarden::daemon;
-using nlohmann::json;
 using config::test::with;
+using nlohmann::json;
 
-const std::string kLoop =
-    config::test::kLoopHead + "io: {backend: simulated, model: ../m.yaml}\n";
+const std::string kLoop = config::test::kLoopHead + "io: {backend: simulated, model: ../m.yaml}\n";
 
 struct Bench {
   Bench() : historian(loops, state.path()) {
-    write("loopwardend.yaml", "");
+    write("loopwardend.yaml", "log_level: info\n");
     write("loops.d/a.yaml", kLoop);
     files.write("m.yaml", config::test::kModel);
-    started = *config::read_configuration(files.path());
+    auto read = config::read_configuration(files.path());
+    INFO(config::to_text(read.diagnostics));
+    REQUIRE(read);
+    started = std::move(*read);
     LoopRuntime loop;
     loop.config = started.loops.at(0);
     auto io = std::make_unique<FakeLoopIo>();
     io->set_pv(5.0);
     io->set_read_back(5.0);
     loop.channels = std::make_unique<rt::LoopChannels>(64);
-    const rt::LoopSettings settings =
-        settings_of(loop.config, config::backing_of(loop.config.io));
+    const rt::LoopSettings settings = settings_of(loop.config, config::backing_of(loop.config.io));
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.cycle = std::make_unique<rt::ControlCycle>(
         0, kPeriod, settings, rt::StartSettings{control::Mode::manual, 5.0, {}},
@@ -50,9 +52,10 @@ struct Bench {
     historian.start();
     reloader = std::make_unique<Reloader>(
         started, files.path(), loops, historian, journal,
-        ReloaderEnds{.take_over = [this](const config::DaemonConfig& d) { log_level = d.log_level; },
-                     .reloading = [this] { ++reloading; },
-                     .ready = [this] { ++ready; }});
+        ReloaderEnds{
+            .take_over = [this](const config::DaemonConfig& d) { log_level = d.log_level; },
+            .reloading = [this] { ++reloading; },
+            .ready = [this] { ++ready; }});
     reloader->start();
     run(5);
     REQUIRE(test::eventually([&] {
@@ -70,9 +73,9 @@ struct Bench {
   void run(int cycles) {
     for (int i = 0; i < cycles; ++i) {
       ++period;
-      loops[0].cycle->run({.now_ns = static_cast<std::int64_t>(period) * kPeriodNs,
-                           .period_index = period},
-                          0, false);
+      loops[0].cycle->run(
+          {.now_ns = static_cast<std::int64_t>(period) * kPeriodNs, .period_index = period}, 0,
+          false);
     }
   }
   // As main thread and loop until it is done.
