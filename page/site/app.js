@@ -75,7 +75,7 @@ live.addEventListener('session', () => {
   shell.session();
   show();
   // At once, not when the log-in has been loaded.
-  if (live.session.must_login) { shell.main.replaceChildren(); shell.title(texts.login.title); }
+  if (live.session.must_login) shell.clear();
 });
 
 async function begin() {

@@ -27,6 +27,7 @@ export class Live extends EventTarget {
   #retry = 0;
   #sparks_due = 0;
   #asked = 0; // when the description was asked for last
+  #told_ms = -Infinity; // and the session
 
   async start() {
     this.session = await get('/api/session');
@@ -72,8 +73,11 @@ export class Live extends EventTarget {
 
   async #fetchSession() {
     const told = () => JSON.stringify({...this.session, utc_offset_s: 0, csrf: ''}), before = told();
-    this.session = await get('/api/session');
-    keepCsrf(this.session.csrf);
+    const session = await get('/api/session');
+    keepCsrf(session.csrf);
+    this.#told_ms = performance.now();
+    if (session.must_login && !this.session.must_login) { this.lose(); return; }
+    this.session = session;
     if (told() !== before) this.#soon('session');
   }
 
@@ -107,9 +111,13 @@ export class Live extends EventTarget {
     this.#comeBack(); // for the token of who is not logged in; or another tab is
   }
 
-  // Somebody who looks at a view that asks for nothing is there all the same.
+  // Somebody who looks at a view that asks for nothing is there all the same. Where no stream tells that the session has ended it is asked.
   #keep() {
-    if (this.session?.user && person.isUntold(performance.now())) this.#fetchSession().catch(() => {});
+    const now = performance.now();
+    if (!this.session?.user || now - this.#told_ms < 2000) return;
+    if (!person.isUntold(now) && (this.session.box !== false || document.hidden)) return;
+    this.#told_ms = now;
+    this.#fetchSession().catch(() => {});
   }
 
   async #fetchDescribe() {

@@ -117,6 +117,15 @@ export class Shell {
     }
   }
 
+  // Nobody is logged in any longer: what was shown, asked and said of the box goes.
+  clear() {
+    this.main.replaceChildren();
+    for (const dialog of document.querySelectorAll('dialog')) dialog.close('cancel');
+    document.querySelector('.toast')?.remove();
+    this.say('');
+    this.title(texts.login.title);
+  }
+
   // What page.yaml leaves out has no way to it.
   #parts({box, fleet}) {
     for (const [path, link] of this.#links) link.parentNode.hidden = path === 'fleet' ? !fleet : box === false;

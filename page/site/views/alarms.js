@@ -17,7 +17,7 @@ import {signOf} from './overview.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.alarm;
-const HISTORY = [{head: texts.journal.time, row: true, class: 'time'}, {head: texts.journal.change}, {head: texts.journal.who}, {head: texts.journal.reason, class: 'words'}];
+const HISTORY = [{head: texts.journal.time, row: true, class: 'time'}, {head: texts.journal.change, class: 'change'}, {head: texts.journal.who}, {head: texts.journal.reason, class: 'words'}];
 const nameOf = (kind) => texts.alarms[kind] ?? kind;
 const hrefOf = (alarm) => `#/alarms/${encodeURIComponent(alarm.loop)}/${encodeURIComponent(alarm.alarm)}`;
 const severe = () => live.describe?.alarms?.severe_percent ?? 5;

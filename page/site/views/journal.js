@@ -16,8 +16,8 @@ export function changeOf(line) {
   return line.old || line.new ? `${line.old || '–'} → ${line.new || '–'}` : '';
 }
 
-const columns = [{head: t.time, row: true, class: 'time'}, {head: t.kind}, {head: t.loop}, {head: t.what}, {head: t.change}, {head: t.who},
-  {head: t.result, class: 'words'}, {head: t.reason, class: 'words'}];
+const columns = [{head: t.time, row: true, class: 'time'}, {head: t.kind}, {head: t.loop}, {head: t.what}, {head: t.change, class: 'change'}, {head: t.who},
+  {head: t.result, class: 'words'}, {head: t.reason, class: 'words reason'}];
 function lineRow(line) {
   const loop = line.loop ? el('a', {href: `#/loop/${encodeURIComponent(line.loop)}`}, line.loop) : '';
   const what = [line.alarm ? texts.alarms[line.alarm] ?? line.alarm : '', line.what].filter(Boolean).join(': ');

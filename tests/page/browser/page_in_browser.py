@@ -70,6 +70,7 @@ def session_ends(box, browser):
     """In another tab, while the overview is open and an alarm waits."""
     browser.go(box)
     browser.until(lambda: browser.all(".tile") and "acknowledge" in browser.text(".summary"), "no overview")
+    browser.check(browser.run("document.title").startswith("("), "the title does not count the alarms that wait")
     browser.run_async("""const {csrf} = await (await fetch('/api/session')).json();
       await fetch('/api/logout', {method: 'POST', body: '{}', headers: {'Content-Type': 'application/json', 'X-CSRF-Token': csrf}});""")
     browser.until(lambda: not browser.all(".tile"), "values stay on the screen when the session has ended")
@@ -389,6 +390,9 @@ def narrow_and_paper(box, browser, folder):
             wide = browser.run("document.documentElement.scrollWidth")
             browser.check(wide <= width, f"{name}: {wide} pixels wide on a screen of {width}")
             nothing_cut_off(browser, name, width)
+            if not route:
+                out = browser.run("[...document.querySelectorAll('.tile')].filter((t) => [...t.querySelectorAll('.pair .value, .pair .name')].some((e) => e.getBoundingClientRect().right > t.getBoundingClientRect().right)).map((t) => t.innerText)")
+                browser.check(not out, f"{name}: a value does not fit its tile: {out}")
             if width == 360:
                 small = browser.run("""[...document.querySelectorAll('.nav a, .summary, main button, main .button, main select')].filter((e) => e.offsetParent && !e.closest('table'))
                   .map((e) => [e.textContent.slice(0, 20), Math.round(e.getBoundingClientRect().height)]).filter(([, h]) => h < 32)""")
@@ -507,6 +511,8 @@ def main():
         source = axe_source()
         box = Box(port=options.port)
         spike_ms = box.write_old_segment()
+        long_unit = box.folder / "config/loops.d/0002.yaml"
+        long_unit.write_text(long_unit.read_text(encoding="utf-8").replace("unit: L/min", 'unit: "kg/(m² h) at 20 °C"'), encoding="utf-8")
         if options.all:
             make_report(box)
         with tempfile.TemporaryDirectory() as profile, box, Browser(profile, wrong) as browser:

@@ -24,7 +24,7 @@ Object.assign(globalThis, {
   EventSource: Stream,
   document: Object.assign(new EventTarget(), {hidden: false}),
   requestAnimationFrame: (act) => setTimeout(act, 0),
-  setInterval: () => 0, // nothing goes by itself
+  setInterval: (act) => { server.tick = act; return 0; }, // nothing goes by itself
   fetch: async (path, {headers}) => {
     server.asked.push([path, headers]);
     const known = {'/api/session': server.session, '/api/describe': {up: true, loops: LOOPS}, '/api/sparklines': {step_s: 10, pv: [[], []]}};
@@ -95,6 +95,16 @@ test('a log-out ends it at once', async () => {
   server.session = NOBODY;
   await live.logOut();
   knowsNothing(live);
+});
+
+test('a page of a fleet alone, which has no stream, asks whether it is still logged in', async () => {
+  server.session = {...VERA, box: false};
+  const live = new Live();
+  await live.start();
+  server.session = {...NOBODY, box: false};
+  server.tick();
+  await settled();
+  assert.equal(live.session.must_login, true);
 });
 
 test('where another tab has logged in it all comes back', async () => {
