@@ -71,6 +71,7 @@ class Master:
     def __init__(self, reader, writer):
         self.reader, self.writer = reader, writer
         self.done = 0
+        self.slowest_s = 0.0
 
     @staticmethod
     async def connect(port):
@@ -87,6 +88,14 @@ class Master:
 
     async def beat(self, number):
         await self.ask(struct.pack(">BHH", 6, 0, number % 0x10000))
+
+    async def beat_for_ever(self, number):
+        while True:
+            number += 1
+            begin = time.monotonic()
+            await self.beat(number)
+            self.slowest_s = max(self.slowest_s, time.monotonic() - begin)
+            await asyncio.sleep(0.2)
 
     async def shelve_all_for_ever(self):
         minutes = 1
@@ -243,8 +252,8 @@ class Cell:
         files, threads, rss, _ = self.baseline
         found = []
         opened, segments = self.daemon.files()
-        # The connection of the operator may be open or closed.
-        if opened - segments > files[0] - files[1] + 1 or segments > len(self.loops):
+        # The connection of the operator may be open or closed, and SQLite keeps a descriptor for the journal's next reader.
+        if opened - segments > files[0] - files[1] + 2 or segments > len(self.loops):
             found.append(f"{opened} descriptors, {segments} of segments; {files[0]}, {files[1]} at first")
         now = len(os.listdir(f"/proc/{self.daemon.pid}/task"))
         if now != threads:
@@ -1025,17 +1034,17 @@ class Cell:
         before = await self.lines_of("master lost")
         calls = daemon.slow_calls()
         daemon.disk_takes(self.random.randint(10, 500), [what])
+        beating = asyncio.ensure_future(leader.beat_for_ever(beat))
         acting = asyncio.ensure_future(operator.shelve_all_for_ever())
         end, slowest = time.monotonic() + self.random.uniform(4.0, 9.0), {}
         while time.monotonic() < end and daemon.alive():
-            for asks, question in (("heartbeat", leader.beat(beat := beat + 1)), ("status", self.status()),
-                                   ("set", self.operator_moves(loop, SET_POINT))):
+            for asks, question in (("status", self.status()), ("set", self.operator_moves(loop, SET_POINT))):
                 begin = time.monotonic()
-                try:
-                    await asyncio.wait_for(question, 5.0)
-                except (OSError, asyncio.TimeoutError, asyncio.IncompleteReadError):
-                    failures.append(f"no answer to {asks}")
+                await question
                 slowest[asks] = max(slowest.get(asks, 0.0), time.monotonic() - begin)
+            for master in (beating, acting):
+                if master.done():
+                    failures.append(f"a master's connection ended: {master.exception()}")
             if not failures and self.random.random() < 0.3:
                 await self.operate()
                 await daemon.ask({"request": "explain", "loop": loop.name, "alarm": "stiction"})
@@ -1043,11 +1052,16 @@ class Cell:
             if failures:
                 break
             await self.wait(0.1)
-        acting.cancel()
+        # Before the last heartbeat: what was lost is in the journal.
         daemon.disk_takes(0, [])
+        failures += await self.journal_works_again()
+        lost = await self.lines_of("master lost") - before
+        slowest["a heartbeat"] = leader.slowest_s
+        beating.cancel()
+        acting.cancel()
         if self.judged_by_time():
             failures += [f"{asks} took {took:.1f} s" for asks, took in slowest.items() if took > 1.0]
-            if await self.lines_of("master lost") > before:
+            if lost > 0:
                 failures.append("a master that wrote its heartbeat counted as lost")
         if operator.done < 2:
             failures.append("the alarms were not acted on")
@@ -1057,7 +1071,7 @@ class Cell:
         operator.close()
         if not daemon.alive() or failures:
             return failures or ["the daemon did not outlive it"]
-        return await self.journal_works_again() + await self.recording_works_again(rows, False)
+        return await self.recording_works_again(rows, False)
 
     async def lines_of(self, text):
         answer = await self.daemon.ask({"request": "journal", "most": 1000, "text": text})

@@ -165,7 +165,9 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
                  const std::string& why) { report_evidence(e, folder, why); },
           [this](const std::string& why) { report_evidence_stays(why); }),
       explainer_(
-          {.program = workbench_program()},
+          {.program = workbench_program(),
+           .save = std::chrono::milliseconds(
+               std::llround(60'000.0 / configuration_.daemon.accelerate))},
           [this](std::size_t loop) { return monitor_->history(loop)->minutes(); },
           [this](const ExplainJob& job, const Explanation* explanation, const std::string& why) {
             report_explanation(job, explanation, why);
@@ -384,7 +386,9 @@ void App::resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind al
                    .raised_ms = board_.watch(loop).alarms.alarm(alarm).memory().raised_ms,
                    .folder = folder,
                    .enough_s = pending.enough_s,
-                   .resumed_s = pending.there_s});
+                   .resumed_s = pending.there_s,
+                   .again = std::chrono::milliseconds(std::llround(
+                       1000.0 * commission::kEnough_s / configuration_.daemon.accelerate))});
 }
 
 App::~App() {

@@ -39,10 +39,12 @@ double after_alarm_s(const monitor::History::Minutes& minutes, std::uint64_t rai
   return minutes.period_s * (static_cast<double>(minutes.end) - static_cast<double>(raised_at));
 }
 
-// Minutes that a restart ended too soon, and that tell nothing: that is the reason.
+// Of minutes that a restart ended too soon, and that tell nothing.
+bool cut_short(const ExplainJob& job, const Explanation& explanation) {
+  return job.resumed_s && *job.resumed_s < job.enough_s && explanation.verdict == kNotExplained;
+}
+
 void tell_cut_short(const ExplainJob& job, Explanation& explanation) {
-  if (!job.resumed_s || *job.resumed_s >= job.enough_s) return;
-  if (explanation.verdict != kNotExplained) return;
   explanation.sentence = fmt::format(
       "Not explained: the daemon was restarted before the minutes were there that tell "
       "({:.1f} min after the alarm, {:.1f} min were waited for). {}",
@@ -134,23 +136,35 @@ void Explainer::run() {
       continue;
     }
     lock.unlock();
-    explain(next->job);
+    const bool ended = explain(next->job);
     lock.lock();
     if (quit_) break;
+    if (!ended) {
+      next->job.renewed = true;
+      next->due = Clock::now() + next->job.again;
+      continue;
+    }
     queue_.erase(next);
     status_.waiting = queue_.size();
   }
   const std::list<Waiting> left = queue_;
   lock.unlock();
-  for (const Waiting& waiting : left) save(waiting.job);
+  for (const Waiting& waiting : left) {
+    if (!waiting.job.resumed_s) save(waiting.job);
+  }
 }
 
 // What can't be saved is lost with a restart, and tried again before that.
 void Explainer::save(const ExplainJob& job) noexcept {
-  if (job.resumed_s) return;
+  if (job.resumed_s && !job.renewed) return;
   try {
     const monitor::History::Minutes minutes = minutes_(job.loop);
-    if (minutes.end - minutes.pv.size() > job.raised_at) return;
+    const std::uint64_t first = minutes.end - minutes.pv.size();
+    if (job.renewed) {
+      if (!minutes.pv.empty()) write_minutes(minutes, first, job.folder / "minutes.csv");
+      return;
+    }
+    if (first > job.raised_at) return;
     write_minutes(minutes, job.raised_at, job.folder / "minutes.csv");
     write_pending({.enough_s = job.enough_s, .there_s = after_alarm_s(minutes, job.raised_at)},
                   job.folder);
@@ -159,24 +173,32 @@ void Explainer::save(const ExplainJob& job) noexcept {
   }
 }
 
-void Explainer::explain(const ExplainJob& job) {
+bool Explainer::explain(const ExplainJob& job) {
   std::string why;
   Explanation explanation;
   try {
     save(job);
     why = run_child(job);
     if (why.empty()) explanation = read_explanation(job.folder);
-    if (why.empty()) tell_cut_short(job, explanation);
+    if (why.empty() && cut_short(job, explanation)) {
+      if (job.again.count() > 0 && !job.renewed) {
+        // Else it would count as explained at the next start.
+        fs::remove(job.folder / "explanation.json");
+        return false;
+      }
+      tell_cut_short(job, explanation);
+    }
   } catch (const std::exception& e) {
     why = e.what();
   }
   {
     const std::lock_guard lock(mutex_);
-    if (quit_) return;
+    if (quit_) return true;
     ++(why.empty() ? status_.explained : status_.failed);
   }
   end_pending(job.folder);
   report_(job, why.empty() ? &explanation : nullptr, why);
+  return true;
 }
 
 std::string Explainer::run_child(const ExplainJob& job) {

@@ -7,7 +7,8 @@
 // that is full drops the newest that came, and says so: the alarm stands without an explanation.
 //
 // Minutes live in memory. While an explanation waits, what is there of them is saved once a minute and at the end of the
-// daemon, with pending.json beside them (pending_explanation.hpp): after a restart the explanation goes on with that.
+// daemon, with pending.json beside them (pending_explanation.hpp): after a restart the explanation goes on with that. Where that
+// is too short to tell, as many minutes of after the restart are waited for (`again`), as the alarm is on still.
 #pragma once
 
 #include <chrono>
@@ -37,6 +38,8 @@ struct ExplainJob {
   double enough_s = 0.0;  // after the alarm, of the loop's time: what is waited for
   // Of before a restart: its minutes are those on the disk, and so much of them is after the alarm, s.
   std::optional<double> resumed_s{};
+  std::chrono::milliseconds again{0};
+  bool renewed = false;  // its minutes are those of after the restart
 };
 
 struct ExplainerSettings {
@@ -86,7 +89,8 @@ class Explainer {
   Item next_to_save();
   // Where the loop has been in manual since, its history began anew: what was saved before is kept then.
   void save(const ExplainJob& job) noexcept;
-  void explain(const ExplainJob& job);
+  // False where other minutes are to be waited for.
+  bool explain(const ExplainJob& job);
   // Why it did not end as it should; empty: it did.
   std::string run_child(const ExplainJob& job);
 

@@ -60,7 +60,9 @@ class SlowDisk {
   // As struct Switches of the shim has them: what comes before, then files, ms, count.
   static constexpr std::size_t kBefore = 8 * (4 + 16 + 16 + 4 * 1024 + 2);
   static constexpr std::size_t kBytes = kBefore + 24;
-  std::byte* at(std::size_t index) const { return static_cast<std::byte*>(map_) + kBefore + 8 * index; }
+  std::byte* at(std::size_t index) const {
+    return static_cast<std::byte*>(map_) + kBefore + 8 * index;
+  }
   void put(std::size_t index, std::int64_t value) { std::memcpy(at(index), &value, sizeof value); }
 
   TemporaryFolder folder_;

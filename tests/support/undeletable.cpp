@@ -33,7 +33,8 @@ bool may_go(int folder, const std::string& name) {
     std::snprintf(link.data(), link.size(), "/proc/self/fd/%d", folder);
     std::array<char, 4096> target{};
     const ssize_t length = ::readlink(link.data(), target.data(), target.size());
-    path = std::string(target.data(), length > 0 ? static_cast<std::size_t>(length) : 0) + "/" + name;
+    path =
+        std::string(target.data(), length > 0 ? static_cast<std::size_t>(length) : 0) + "/" + name;
   }
   return path != kept() && !path.starts_with(kept() + "/");
 }

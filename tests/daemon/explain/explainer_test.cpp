@@ -214,6 +214,34 @@ J)");
   CHECK(read_explanation(bench.folder / "evidence").sentence == sentence);
 }
 
+TEST_CASE("minutes that a restart cut short are waited for again, of the run that goes on",
+          "[explain]") {
+  Bench bench("if grep -q 55 \"$3/minutes.csv\"; then cat > \"$3/explanation.json\" <<'J'\n" +
+              std::string(kExplanation) + R"(
+J
+else cat > "$3/explanation.json" <<'J'
+{"alarm": "stiction", "final_name": null, "raised_ms": 1, "ended_ms": 2, "verdict": "not_explained",
+ "gap_closed": null, "agrees": false, "from_s": null, "sentence": "Too little moves.", "first": null}
+J
+fi)");
+  const fs::path evidence = bench.folder / "evidence";
+  tests::write_file(evidence / "minutes.csv", "time,pv\n0,1\n");
+  bench.now = {.period_s = 0.5, .end = 9, .sp = {1, 1}, .pv = {55, 56}, .co = {5, 6}};
+  Explainer explainer = bench.make();
+  explainer.start();
+  ExplainJob job = bench.job();
+  job.raised_at = 0;
+  job.enough_s = 600.0;
+  job.resumed_s = 150.0;
+  job.again = std::chrono::milliseconds(1);
+  explainer.post(job);
+  REQUIRE(bench.wait(1));
+  CHECK(bench.reports.front().why.empty());
+  CHECK(bench.reports.front().explanation.effect == "gain_change");
+  CHECK(record::read_record(evidence / "minutes.csv").time_s == std::vector<double>{0.0, 0.5});
+  CHECK(explainer.status().explained == 1);
+}
+
 TEST_CASE("a history that began anew after the alarm does not replace the minutes that were saved",
           "[explain]") {
   Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
