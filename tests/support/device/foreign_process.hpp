@@ -116,7 +116,7 @@ class ForeignProcess {
 // Waits until `condition` holds; false if it does not within `patience`.
 template <class Condition>
 bool eventually(Condition condition,
-                std::chrono::milliseconds patience = std::chrono::milliseconds(10'000)) {
+                std::chrono::milliseconds patience = std::chrono::milliseconds(60'000)) {
   const auto give_up = std::chrono::steady_clock::now() + patience;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > give_up) return false;
