@@ -30,6 +30,8 @@ class TrendBuffer {
 };
 
 std::string daemon_line(const nlohmann::json& status);
+// What does not reach the disk, and why; none: all does.
+std::vector<std::string> disk_troubles(const nlohmann::json& status);
 // The loop's alarms that are on, wait, or lie on the shelf, in words; empty: none.
 std::string alarm_summary(const nlohmann::json& loop);
 // One line a loop; the selected one is marked.
