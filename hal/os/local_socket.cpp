@@ -41,10 +41,10 @@ std::string LocalClient::request(std::string_view line, std::chrono::millisecond
     pollfd waiting{fd_, POLLIN, 0};
     const int ready = poll(&waiting, 1, static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
     if (ready < 0 && errno == EINTR) continue;
-    if (ready <= 0) throw std::runtime_error("the daemon did not answer in time");
+    if (ready <= 0) throw NoAnswer("the daemon did not answer in time");
     std::array<char, 4096> buffer{};
     const ssize_t n = recv(fd_, buffer.data(), buffer.size(), 0);
-    if (n <= 0) throw std::runtime_error("the daemon closed the connection");
+    if (n <= 0) throw NoAnswer("the daemon closed the connection");
     received_.append(buffer.data(), static_cast<std::size_t>(n));
   }
 }

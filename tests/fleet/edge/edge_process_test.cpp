@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "fleet/edge/store.hpp"
 #include "fleet/host/ingest.hpp"
 #include "fleet/mqtt/client.hpp"
 #include "fleet/sparkplug/host_state.hpp"
@@ -608,7 +609,8 @@ TEST_CASE("evidence comes in parts on request", "[edge]") {
   plant.host.command(MessageType::dcmd, "FIC-101",
                      {wanted("request/evidence", DataType::string, std::string("../x"))});
   CHECK(plant.host.await_value("order/result",
-                               std::string("request/evidence ../x: there is none")) != nullptr);
+                               std::string("request/evidence ../x: refused: there is none")) !=
+        nullptr);
 }
 
 TEST_CASE("TLS with a certificate of its own", "[edge]") {
@@ -643,6 +645,16 @@ TEST_CASE("--check names what is wrong; a bad configuration is 78, a bad line 64
   CHECK(tests::run(program + " 2>&1").exit_code == 64);
   CHECK(tests::run(program + " --config /none 2>&1").exit_code == 78);
   CHECK(tests::run(program + " --version").exit_code == 0);
+}
+
+TEST_CASE("a store that a later version wrote ends it with 78 and a sentence", "[edge]") {
+  const tests::TemporaryFolder folder;
+  { const edge::Store store(folder / "store.sqlite", 1'000'000); }
+  sqlite::Database(folder / "store.sqlite", sqlite::Access::write, 1s)
+      .execute("PRAGMA user_version=2");
+  Edge edge(folder.path(), "mqtt://127.0.0.1:1");
+  CHECK(edge.end(0) == 78);
+  CHECK_THAT(edge.log(), Catch::Contains("store.sqlite is a store of version 2"));
 }
 
 }  // namespace edge_process_test
