@@ -22,7 +22,7 @@ silent AS (SELECT group_name, count(*) AS silent FROM silent_box GROUP BY 1),
 loops AS (
   SELECT group_name, count(*) AS loops, count(*) FILTER (WHERE online) AS loops_online FROM loop GROUP BY 1),
 sick AS (
-  SELECT l.group_name, count(DISTINCT device_id) AS sick, count(*) FILTER (WHERE n.state = 'unacknowledged') AS waiting
+  SELECT l.group_name, count(DISTINCT device_id) FILTER (WHERE is_of_valve(n.name)) AS sick, count(*) FILTER (WHERE n.state = 'unacknowledged') AS waiting
     FROM alarm_now n JOIN loop l USING (device_id) WHERE n.active GROUP BY 1)
 SELECT group_name AS "group", boxes, online, coalesce(silent, 0) AS silent, coalesce(loops, 0) AS loops,
        coalesce(loops_online, 0) AS loops_online, coalesce(sick, 0) AS sick, coalesce(waiting, 0) AS waiting
