@@ -4,7 +4,8 @@
 // Everyone else only puts lines into a queue in memory: no disk, however slow, full or broken, makes
 // the monitor, the control socket or the Modbus server wait, and the real-time thread does not know
 // the journal. While the disk refuses, lines wait in memory and are tried again. A damaged file is
-// moved aside, reported, and a new one begun with all that the alarms remember.
+// moved aside, reported, and a new one begun with all that the alarms remember. One of another version, as after a
+// downgrade, stays as it is, and lines wait in memory as where the disk refuses.
 #pragma once
 
 #include <chrono>

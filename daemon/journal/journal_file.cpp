@@ -68,8 +68,7 @@ void add(Statement& insert, const JournalEntry& entry) {
 
 JournalFile::JournalFile(const std::filesystem::path& path, std::int64_t most_rows)
     : JournalFile(path, sqlite::Access::write, most_rows) {
-  database_.keep_log(sqlite::Sync::full);
-  database_.adopt(kSchema);
+  database_.adopt(kSchema, sqlite::Sync::full);
 }
 
 JournalFile::JournalFile(const std::filesystem::path& path, sqlite::Access access,
@@ -164,7 +163,9 @@ std::vector<JournalRow> JournalFile::search(const JournalQuery& query) {
 
 std::vector<JournalRow> JournalFile::search(const std::filesystem::path& path,
                                             const JournalQuery& query) {
-  return JournalFile(path, sqlite::Access::read, 0).search(query);
+  JournalFile file(path, sqlite::Access::read, 0);
+  file.database_.demand_schema(kSchema);
+  return file.search(query);
 }
 
 }  // namespace loopwarden::daemon::journal

@@ -76,7 +76,8 @@ std::vector<AlarmKind> WatchBoard::window_judged(std::size_t loop,
   watch.measures = measures;
   watch.judgement = judgement;
   logs_[loop].add(utc_ms_(), WindowState::valid, judgement);
-  write_down(loop, before, watch.alarms.window_judged(utc_ms_(), conditions));
+  write_down(loop, before, watch.alarms.window_judged(utc_ms_(), conditions), {},
+             "windows: they no longer show it");
   return raised_since(loop, before);
 }
 
@@ -108,7 +109,7 @@ std::vector<AlarmKind> WatchBoard::twin_judged(std::size_t loop,
   const Memories before = memories(loop);
   write_down(loop, before,
              watches_[loop].alarms.judged(utc_ms_(), conditions, model::AlarmReason::twin),
-             "twin: what it predicts of PV no longer comes");
+             "twin: what it predicts of PV no longer comes", "twin: PV comes as it predicts again");
   return raised_since(loop, before);
 }
 
@@ -335,7 +336,8 @@ WatchBoard::Memories WatchBoard::memories(std::size_t loop) const {
 }
 
 std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
-                                     const AlarmTransitions& transitions, const std::string& why) {
+                                     const AlarmTransitions& transitions, const std::string& why,
+                                     const std::string& why_gone) {
   std::uint64_t ticket = 0;
   for (const AlarmKind kind : model::kAlarmKinds) {
     const model::Alarm& alarm = watches_[loop].alarms.alarm(kind);
@@ -352,7 +354,8 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
       entry.from = model::to_text(t.from);
       entry.to = model::to_text(t.to);
       if (model::has_size(kind)) entry.severity_percent = t.severity_percent;
-      entry.reason = why;
+      const bool gone = !alarm.active() && !why_gone.empty();
+      entry.reason = gone ? why_gone : why;
     }
     if (alarm.explained() && alarm.active()) entry.what = "consequence of low_air_supply";
     // What changes under a shelf or a suppression must be remembered, too.

@@ -160,10 +160,10 @@ class WatchBoard {
       std::array<loopwarden::monitor::AlarmMemory, loopwarden::monitor::kAlarmKindCount>;
   Memories memories(std::size_t loop) const;
   void suppressed(std::size_t loop, loopwarden::monitor::WindowState why);
-  // Journals what an event changed; returns the last ticket.
+  // Journals what an event changed, with why, or why it is gone; returns the last ticket.
   std::uint64_t write_down(std::size_t loop, const Memories& before,
                            const loopwarden::monitor::AlarmTransitions& transitions,
-                           const std::string& why = {});
+                           const std::string& why = {}, const std::string& why_gone = {});
   std::vector<loopwarden::monitor::AlarmKind> raised_since(std::size_t loop,
                                                            const Memories& before) const;
   OrderResult act_locked(std::size_t loop, const AlarmOrder& order);

@@ -15,7 +15,13 @@ namespace loopwarden::edge {
 
 class DaemonAway : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  DaemonAway(const std::string& what, bool may_be_done)
+      : std::runtime_error(what), may_be_done_(may_be_done) {}
+  // The request reached it and no answer came: what it asks for may have been done.
+  bool may_be_done() const noexcept { return may_be_done_; }
+
+ private:
+  bool may_be_done_;
 };
 // It answers, and does not do it; what() are its own words.
 class DaemonRefused : public std::runtime_error {
@@ -32,6 +38,8 @@ class DaemonLink {
   nlohmann::json ask(const nlohmann::json& request);
 
  private:
+  std::string answer_to(const std::string& line);
+
   std::string path_;
   std::chrono::milliseconds patience_;
   std::optional<hal::os::LocalClient> client_;

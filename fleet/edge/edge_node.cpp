@@ -332,10 +332,12 @@ void EdgeNode::want_evidence(std::size_t loop, const std::string& wanted) {
   const std::string what = "request/evidence " + config::quotable(wanted) + ": ";
   try {
     const auto folder = view_.evidence(loop, wanted);
-    const std::string why = folder ? files_.add(device, *folder) : "there is none";
+    const std::string why = folder ? files_.add(device, wanted, *folder) : "refused: there is none";
     if (!why.empty()) orders_.refuse(device, what + why);
+  } catch (const DaemonRefused& e) {
+    orders_.refuse(device, what + "refused: " + e.what());
   } catch (const std::exception& e) {
-    orders_.refuse(device, what + e.what());
+    orders_.refuse(device, what + "not known: " + e.what());
   }
 }
 
@@ -399,7 +401,9 @@ void EdgeNode::send_files() {
     std::optional<FileParts::Part> part = files_.next();
     if (!part) return;
     part->metric.time_ms = now_ms();
-    send({part->device, {std::move(part->metric)}}, false);
+    // What can't go out now is tried again.
+    if (!send({part->device, {std::move(part->metric)}}, false)) return;
+    files_.gone();
   }
 }
 

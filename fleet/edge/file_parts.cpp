@@ -8,6 +8,8 @@
 #include <array>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "fleet/edge/box_model.hpp"
 
@@ -44,10 +46,13 @@ std::string sha256_of(const fs::path& file) {
   return text;
 }
 
-std::string FileParts::add(const std::string& device, const fs::path& folder) {
-  if (waiting_.size() >= kMostFolders * evidence_files().size()) return "too many files wait";
+std::string FileParts::add(const std::string& device, const std::string& request,
+                           const fs::path& folder) {
+  if (waiting_.size() >= kMostFolders * evidence_files().size()) {
+    return "not now: too many files wait";
+  }
   std::string left_out;
-  std::size_t added = 0;
+  std::vector<File> added;
   for (const std::string& name : evidence_files()) {
     std::error_code error;
     const fs::path path = folder / name;
@@ -59,14 +64,20 @@ std::string FileParts::add(const std::string& device, const fs::path& folder) {
       continue;
     }
     try {
-      waiting_.push_back({device, path, folder.filename().string(), size, sha256_of(path), 0});
-      ++added;
+      added.push_back({device, request, path, size, sha256_of(path), 0, 0});
     } catch (const std::runtime_error& e) {
       left_out += fmt::format("{}; ", e.what());
     }
   }
-  if (added == 0 && left_out.empty()) return "no file is there, or the service may not read it";
-  return left_out.substr(0, left_out.size() - std::min<std::size_t>(2, left_out.size()));
+  for (File& file : added) {
+    file.files = added.size();
+    waiting_.push_back(std::move(file));
+  }
+  if (added.empty() && left_out.empty()) {
+    return "refused: no file is there, or the service may not read it";
+  }
+  if (left_out.empty()) return "";
+  return (added.empty() ? "refused: " : "left out: ") + left_out.substr(0, left_out.size() - 2);
 }
 
 std::uint64_t FileParts::parts_of(const File& file) const noexcept {
@@ -76,13 +87,14 @@ std::uint64_t FileParts::parts_of(const File& file) const noexcept {
 std::optional<FileParts::Part> FileParts::next() {
   while (!waiting_.empty()) {
     File& file = waiting_.front();
-    const std::uint64_t part = file.sent_parts++;
+    const std::uint64_t part = file.sent_parts;
     const std::uint64_t start = part * part_bytes_;
     std::string bytes(std::min<std::uint64_t>(part_bytes_, file.size - start), '\0');
     std::ifstream stream(file.path, std::ios::binary);
     stream.seekg(static_cast<std::streamoff>(start));
     stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     const bool whole = stream && static_cast<std::size_t>(stream.gcount()) == bytes.size();
+    const std::string folder = file.path.parent_path().filename().string();
     Part out{file.device, {}};
     sparkplug::Metric& metric = out.metric;
     metric.name = "file/" + file.path.filename().string();
@@ -96,15 +108,20 @@ std::optional<FileParts::Part> FileParts::next() {
                             .file_name = file.path.filename().string(),
                             .file_type = file.path.extension().string().substr(1),
                             .md5 = {},
-                            .description = file.folder};
-    metric.properties = {{"part", DataType::uint64, part},
-                         {"parts", DataType::uint64, parts_of(file)},
-                         {"sha256", DataType::string, file.sha256},
-                         {"folder", DataType::string, file.folder}};
-    if (file.sent_parts == parts_of(file) || !whole) waiting_.pop_front();
+                            .description = folder};
+    metric.properties = {
+        {"part", DataType::uint64, part},          {"parts", DataType::uint64, parts_of(file)},
+        {"sha256", DataType::string, file.sha256}, {"folder", DataType::string, folder},
+        {"files", DataType::uint64, file.files},   {"request", DataType::string, file.request}};
     if (whole) return out;
+    waiting_.pop_front();
   }
   return std::nullopt;
+}
+
+void FileParts::gone() {
+  File& file = waiting_.front();
+  if (++file.sent_parts == parts_of(file)) waiting_.pop_front();
 }
 
 }  // namespace loopwarden::edge

@@ -24,25 +24,28 @@ class FileParts {
   FileParts(std::uint64_t most_file_bytes, std::size_t part_bytes)
       : most_file_bytes_(most_file_bytes), part_bytes_(part_bytes) {}
 
-  // Queues what the folder holds of evidence_files(). Returns why not, or an empty text; a file that is too large is
-  // named there and the others go.
-  std::string add(const std::string& device, const std::filesystem::path& folder);
+  // Queues what the folder holds of evidence_files(), as the answer to what `request` asked for. Returns what there is to
+  // say: empty, "refused: ..." where no file will come, "left out: ..." where some won't, "not now: ...".
+  std::string add(const std::string& device, const std::string& request,
+                  const std::filesystem::path& folder);
 
   struct Part {
     std::string device;
     sparkplug::Metric metric;  // file/NAME, of type File
   };
-  // The next part; nothing: there is none. A file that can't be read any further ends.
+  // The next part, the same again until it is gone(); nothing: there is none. A file that can't be read any further ends.
   std::optional<Part> next();
+  void gone();
   bool empty() const noexcept { return waiting_.empty(); }
 
  private:
   struct File {
     std::string device;
+    std::string request;
     std::filesystem::path path;
-    std::string folder;
     std::uint64_t size = 0;
     std::string sha256;
+    std::uint64_t files = 0;  // of the folder, that come
     std::uint64_t sent_parts = 0;
   };
   std::uint64_t parts_of(const File& file) const noexcept;

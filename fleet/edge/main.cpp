@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 
 #include <chrono>
 #include <csignal>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -38,7 +40,15 @@ int run(const std::string& file, bool check) {
   }
   hal::os::block_signals({SIGTERM, SIGINT});
   config::log_to_stderr("loopwarden-edge", loaded->log_level);
-  edge::EdgeNode node(std::move(*loaded));
+  std::optional<edge::EdgeNode> opened;
+  try {
+    opened.emplace(std::move(*loaded));
+  } catch (const sqlite::Error& e) {
+    if (!e.other_version()) throw;
+    spdlog::error("{}", e.what());
+    return kExitConfiguration;
+  }
+  edge::EdgeNode& node = *opened;
   node.start();
   sd_notify(0, "READY=1");
   while (!end_asked()) {

@@ -31,13 +31,19 @@ void Orders::give(const std::string& device, const std::string& tag, const Order
   request["user"] = "sparkplug";
   try {
     const nlohmann::json answer = link_.ask(request);
-    if (!answer.contains("order")) return end("done");
+    if (!answer.contains("order")) {
+      return end(answer.value("on_disk", true) ? "done" : "done, the journal does not have it yet");
+    }
     waiting_.push_back({device, tag, order.what, answer.at("order").get<std::uint64_t>(),
                         std::chrono::steady_clock::now()});
   } catch (const DaemonRefused& e) {
     end(fmt::format("refused: {}", e.what()));
   } catch (const DaemonAway& e) {
-    end(fmt::format("refused: no socket for orders (loopwardend.yaml: edge): {}", e.what()));
+    e.may_be_done()
+        ? end(fmt::format("not known: {}", e.what()))
+        : end(fmt::format("refused: no socket for orders (loopwardend.yaml: edge): {}", e.what()));
+  } catch (const nlohmann::json::exception& e) {
+    end(fmt::format("not known: the daemon answers in another way than expected: {}", e.what()));
   }
 }
 

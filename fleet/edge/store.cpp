@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <map>
 #include <utility>
 
 namespace loopwarden::edge {
@@ -19,6 +20,7 @@ CREATE TABLE kept(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
 
 // What a row costs beside its bytes: number, lengths, its share of the page.
 constexpr std::uint64_t kRowBytes = 32;
+constexpr int kMostUnreadable = 100;  // rows
 
 std::uint64_t bytes_of(const std::string& device, std::size_t payload) {
   return device.size() + payload + kRowBytes;
@@ -28,8 +30,7 @@ constexpr sqlite::Schema kSchema{"store", 0x4C574531 /* "LWE1" */, 1, kTables};
 
 sqlite::Database open_file(const std::filesystem::path& file) {
   sqlite::Database database(file, sqlite::Access::write, std::chrono::seconds(1));
-  database.keep_log(sqlite::Sync::normal);
-  database.adopt(kSchema);
+  database.adopt(kSchema, sqlite::Sync::normal);
   return database;
 }
 
@@ -100,20 +101,44 @@ void Store::drop_oldest() {
 
 std::vector<Store::Row> Store::read(std::int64_t after, std::size_t most) {
   std::vector<Row> rows;
-  Statement read(database_,
-                 "SELECT id, device, payload FROM report WHERE id > ? ORDER BY id LIMIT ?", after,
-                 most);
-  while (read.step()) {
-    Row row{.id = read.integer(0), .report = {.device = read.text(1), .metrics = {}}};
-    try {
-      row.report.metrics = sparkplug::decode(read.text(2)).metrics;
-    } catch (const sparkplug::BadPayload& e) {
-      throw sqlite::Error(sqlite::Error::Kind::damaged,
-                          fmt::format("row {}: {}", row.id, e.what()));
+  std::map<std::int64_t, std::string> unreadable;
+  {
+    Statement read(database_,
+                   "SELECT id, device, payload FROM report WHERE id > ? ORDER BY id LIMIT ?", after,
+                   most);
+    while (read.step()) {
+      Row row{.id = read.integer(0), .report = {.device = read.text(1), .metrics = {}}};
+      try {
+        row.report.metrics = sparkplug::decode(read.text(2)).metrics;
+        rows.push_back(std::move(row));
+      } catch (const sparkplug::BadPayload& e) {
+        unreadable.emplace(row.id, e.what());
+      }
     }
-    rows.push_back(std::move(row));
   }
+  for (const auto& [id, why] : unreadable) set_aside(id, why);
   return rows;
+}
+
+// One row must not keep all that come after it.
+void Store::set_aside(std::int64_t id, const std::string& why) {
+  sqlite::Transaction transaction(database_);
+  database_.execute(
+      "CREATE TABLE IF NOT EXISTS unreadable(id INTEGER PRIMARY KEY, device TEXT NOT NULL, payload "
+      "BLOB NOT NULL)");
+  Statement(database_, "INSERT OR REPLACE INTO unreadable SELECT * FROM report WHERE id = ?", id)
+      .run();
+  Statement(database_,
+            "DELETE FROM unreadable WHERE id NOT IN (SELECT id FROM unreadable ORDER BY id DESC "
+            "LIMIT ?)",
+            kMostUnreadable)
+      .run();
+  Statement(database_, "DELETE FROM report WHERE id = ?", id).run();
+  keep("dropped", static_cast<std::int64_t>(dropped_) + 1);
+  transaction.commit();
+  count();
+  spdlog::error("store: row {} can't be read ({}): it is in table `unreadable` and is not sent", id,
+                why);
 }
 
 void Store::remove_up_to(std::int64_t id) {

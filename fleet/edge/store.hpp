@@ -3,7 +3,8 @@
 // must outlive the program.
 //
 // One transaction a call, journal_mode=WAL, synchronous=NORMAL: a power failure may take back the newest calls, never
-// more, and leaves the file sound. A file that is damaged or not ours is moved aside.
+// more, and leaves the file sound. A file that is damaged or not ours is moved aside; one of another version is an
+// error, and stays.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +40,8 @@ class Store {
     std::int64_t id = 0;
     Report report;
   };
-  // The oldest with an id above `after`.
+  // The oldest with an id above `after`. A row that can't be decoded is put into table `unreadable`, and counted as
+  // dropped.
   std::vector<Row> read(std::int64_t after, std::size_t most);
   void remove_up_to(std::int64_t id);
 
@@ -51,6 +53,7 @@ class Store {
 
  private:
   void drop_oldest();
+  void set_aside(std::int64_t id, const std::string& why);
   void count();
   void keep(const char* name, std::int64_t value);
   std::optional<std::int64_t> kept(const char* name);

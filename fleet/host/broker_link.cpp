@@ -48,10 +48,11 @@ void BrokerLink::stop() {
   thread_.join();
 }
 
-void BrokerLink::send(mqtt::Message message) {
+bool BrokerLink::send(mqtt::Message message) {
   const std::lock_guard lock(mutex_);
-  if (waiting_.size() >= kMostWaiting) waiting_.pop_front();
+  if (!connected_ || waiting_.size() >= kMostWaiting) return false;
   waiting_.push_back(std::move(message));
+  return true;
 }
 
 void BrokerLink::run() {
@@ -83,8 +84,14 @@ void BrokerLink::open() {
   try_connection();
 }
 
-void BrokerLink::try_connection() {
+void BrokerLink::forget_waiting() {
+  const std::lock_guard lock(mutex_);
   connected_ = false;
+  waiting_.clear();
+}
+
+void BrokerLink::try_connection() {
+  forget_waiting();
   said_online_.reset();
   // Also where this machine's clock was set back, later than whatever was said before.
   state_time_ms_ = std::max(state_time_ms_ + 1, static_cast<std::uint64_t>(utc_ms()));
@@ -148,7 +155,7 @@ void BrokerLink::end(bool goodbye) {
     client_->leave();
     await_end();
   }
-  connected_ = false;
+  forget_waiting();
   client_.reset();
   gone_ = true;
 }

@@ -49,8 +49,8 @@ class BrokerLink {
   // Says goodbye and ends.
   void stop();
 
-  // Sent when there is a connection; the oldest are dropped where too many wait.
-  void send(mqtt::Message message);
+  // False where there is no connection, or too many wait already. What waits when the connection ends is gone.
+  bool send(mqtt::Message message);
 
   bool connected() const noexcept { return connected_; }
   bool gone() const noexcept { return gone_; }  // no message will come
@@ -65,6 +65,7 @@ class BrokerLink {
   void hear_own_state(const mqtt::Message& message);
   void say_state(bool online);
   void send_waiting();
+  void forget_waiting();
   void end(bool goodbye);
   void await_end();
 

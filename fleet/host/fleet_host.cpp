@@ -208,9 +208,8 @@ void FleetHost::maintain() {
 void FleetHost::ask_what_is_due(pqxx::connection& connection) {
   for (const auto& group : groups_) {
     if (!group->owned()) continue;
-    for (const DueRequest& request : take_due_requests(connection, group->group())) {
-      group->ask(request);
-    }
+    ask_due_requests(connection, group->group(),
+                     [&group](const DueRequest& request) { return group->ask(request); });
   }
 }
 

@@ -75,14 +75,20 @@ void GroupHost::hand_over() {
   handing_over_ = true;
 }
 
-void GroupHost::ask(const DueRequest& request) {
-  link_.send(command({request.group, request.edge}, request.device, request.metric,
-                     sparkplug::DataType::string, request.value));
+bool GroupHost::ask(const DueRequest& request) {
+  return link_.send(command({request.group, request.edge}, request.device, request.metric,
+                            sparkplug::DataType::string, request.value));
 }
 
 void GroupHost::ask_rebirth(const EdgeName& edge) {
-  spdlog::info("{}/{}: a rebirth is asked for", edge.group, edge.edge);
-  link_.send(command(edge, "", "Node Control/Rebirth", sparkplug::DataType::boolean, true));
+  const bool sent =
+      link_.send(command(edge, "", "Node Control/Rebirth", sparkplug::DataType::boolean, true));
+  if (sent) {
+    spdlog::info("{}/{}: a rebirth is asked for", edge.group, edge.edge);
+  } else {
+    spdlog::warn("{}/{}: a rebirth is to be asked for, and the broker takes nothing now",
+                 edge.group, edge.edge);
+  }
 }
 
 void GroupHost::stop() {

@@ -50,8 +50,8 @@ class GroupHost {
   bool handed_over() const { return handing_over_ && link_.gone() && spool_.waiting() == 0; }
   // There is more to write than a moment takes.
   bool behind() const { return spool_.disk_bytes() > 0; }
-  // Asks a box for something (DCMD, or NCMD for the box itself).
-  void ask(const DueRequest& request);
+  // Asks a box for something (DCMD, or NCMD for the box itself). False: it can't go out now.
+  bool ask(const DueRequest& request);
   // Says goodbye at the broker, writes what is there if the database lets it at once, else leaves it in the spool.
   void stop();
 

@@ -41,10 +41,15 @@ class Ingest::Preparation {
     const auto known = batch_.edges.find(name);
     if (known != batch_.edges.end()) return known->second;
     const auto before = ingest_.edges_.find(name);
+    if (before == ingest_.edges_.end()) ++new_edges_;
     EdgeState state = before != ingest_.edges_.end()
                           ? before->second
                           : EdgeState{.tracker = EdgeTracker(ingest_.tracker_settings_)};
     return batch_.edges.emplace(name, std::move(state)).first->second;
+  }
+
+  bool knows(const EdgeName& name) const {
+    return batch_.edges.contains(name) || ingest_.edges_.contains(name);
   }
 
   void take(const Arrival& arrival) {
@@ -64,8 +69,7 @@ class Ingest::Preparation {
       return;
     }
     const EdgeName name{message.topic.group, message.topic.edge};
-    if (ingest_.edges_.size() + batch_.edges.size() > kMostEdges &&
-        !ingest_.edges_.contains(name)) {
+    if (!knows(name) && ingest_.edges_.size() + new_edges_ >= ingest_.most_edges_) {
       ++batch_.counts.garbage;
       return;
     }
@@ -232,6 +236,7 @@ class Ingest::Preparation {
 
   Ingest& ingest_;
   std::int64_t now_ms_;
+  std::size_t new_edges_ = 0;
   Batch batch_;
 };
 

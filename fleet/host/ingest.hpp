@@ -95,7 +95,8 @@ inline constexpr std::size_t kMostEdges = 20'000;  // of a group; messages of mo
 
 class Ingest {
  public:
-  explicit Ingest(TrackerSettings tracker = {}) : tracker_settings_(tracker) {}
+  explicit Ingest(TrackerSettings tracker = {}, std::size_t most_edges = kMostEdges)
+      : tracker_settings_(tracker), most_edges_(most_edges) {}
 
   Batch prepare(const std::vector<Arrival>& arrivals, std::int64_t now_ms);
   void commit(Batch batch);
@@ -114,6 +115,7 @@ class Ingest {
   class Preparation;
 
   TrackerSettings tracker_settings_;
+  std::size_t most_edges_;
   std::map<EdgeName, EdgeState> edges_;
   RebirthBudget budget_{20.0, 50.0};
   IngestCounts counts_;

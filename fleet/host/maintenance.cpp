@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/host/maintenance.hpp"
 
+#include <spdlog/spdlog.h>
+
 namespace loopwarden::fleet {
 namespace {
 
@@ -19,13 +21,21 @@ DELETE FROM history_waiting w USING (
       ORDER BY bucket LIMIT $2 FOR UPDATE OF h SKIP LOCKED) taken
   WHERE w.edge_id = taken.edge_id AND w.bucket = taken.bucket RETURNING w.edge_id, w.bucket)";
 
-// A request to a box that is away waits until it is back.
-constexpr const char* kTakeDue = R"(
-UPDATE request r SET sent = now()
-  FROM device d JOIN edge e ON e.id = d.edge_id
-  WHERE d.id = r.device_id AND e.online AND $1 IN ('', e.group_name) AND r.id IN (
-    SELECT DISTINCT ON (device_id) id FROM request WHERE sent IS NULL AND due < now() ORDER BY device_id, due)
-  RETURNING e.group_name, e.name, d.name, r.metric, r.value)";
+// A request to a box that is away waits until it is back. The pause after each attempt is twice the one before.
+constexpr const char* kDue = R"(
+SELECT r.id, r.tries, e.group_name, e.name, d.name, r.metric, r.value
+  FROM request r JOIN device d ON d.id = r.device_id JOIN edge e ON e.id = d.edge_id
+  WHERE e.online AND $1 IN ('', e.group_name) AND r.id IN (
+    SELECT DISTINCT ON (device_id) id FROM request
+      WHERE done IS NULL AND due < now()
+        AND (sent IS NULL OR sent < now() - interval '10 minutes' * power(2, tries - 1))
+      ORDER BY device_id, due)
+  FOR UPDATE OF r SKIP LOCKED)";
+constexpr int kMostTries = 6;  // five hours after the first
+
+constexpr const char* kSent = "UPDATE request SET sent = now(), tries = tries + 1 WHERE id = $1";
+constexpr const char* kGivenUp =
+    "UPDATE request SET done = now(), answer = 'never answered' WHERE id = $1";
 
 }  // namespace
 
@@ -63,16 +73,23 @@ int decimate_history(pqxx::connection& connection, const std::string& group, int
   return static_cast<int>(taken.size());
 }
 
-std::vector<DueRequest> take_due_requests(pqxx::connection& connection, const std::string& group) {
+void ask_due_requests(pqxx::connection& connection, const std::string& group,
+                      const std::function<bool(const DueRequest&)>& send) {
   pqxx::work work(connection);
-  std::vector<DueRequest> requests;
-  for (const pqxx::row row : work.exec_params(kTakeDue, group)) {
-    requests.push_back({row[0].as<std::string>(), row[1].as<std::string>(),
-                        row[2].as<std::string>(), row[3].as<std::string>(),
-                        row[4].as<std::string>()});
+  for (const pqxx::row row : work.exec_params(kDue, group)) {
+    const int id = row[0].as<int>();
+    const DueRequest request{row[2].as<std::string>(), row[3].as<std::string>(),
+                             row[4].as<std::string>(), row[5].as<std::string>(),
+                             row[6].as<std::string>()};
+    if (row[1].as<int>() >= kMostTries) {
+      work.exec_params(kGivenUp, id);
+      spdlog::warn("{}/{}/{}: {} {} was asked for {} times and never came", request.group,
+                   request.edge, request.device, request.metric, request.value, kMostTries);
+    } else if (send(request)) {
+      work.exec_params(kSent, id);
+    }
   }
   work.commit();
-  return requests;
 }
 
 }  // namespace loopwarden::fleet

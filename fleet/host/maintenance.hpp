@@ -3,8 +3,8 @@
 // decimated history, requests that are due.
 #pragma once
 
+#include <functional>
 #include <string>
-#include <vector>
 
 #include <pqxx/pqxx>
 
@@ -27,7 +27,6 @@ int keep_partitions(pqxx::connection& connection, const Retention& retention);
 // whose values came late. Returns how many.
 int decimate_history(pqxx::connection& connection, const std::string& group, int most);
 
-// Requests of the group's devices that are due, at most one a device; each is handed out once.
 struct DueRequest {
   std::string group;
   std::string edge;
@@ -35,6 +34,9 @@ struct DueRequest {
   std::string metric;
   std::string value;
 };
-std::vector<DueRequest> take_due_requests(pqxx::connection& connection, const std::string& group);
+// Sends the requests of the group's devices that are due, at most one a device, and again while no answer has come.
+// `send`: false where it can't go out now.
+void ask_due_requests(pqxx::connection& connection, const std::string& group,
+                      const std::function<bool(const DueRequest&)>& send);
 
 }  // namespace loopwarden::fleet

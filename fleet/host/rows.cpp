@@ -18,6 +18,9 @@ using sparkplug::Metric;
 constexpr std::string_view kAlarm = "alarm/";
 constexpr std::string_view kExplanation = "explanation/";
 constexpr std::string_view kFile = "file/";
+// In order/result: "request/evidence NAME: refused: WHY"
+constexpr std::string_view kRequest = "request/evidence ";
+constexpr std::string_view kRefused = ": refused: ";
 // Times outside are no clock that is wrong but no times at all: 2000 to 2100.
 constexpr std::uint64_t kFirstTime = 946'684'800'000;
 constexpr std::uint64_t kLastTime = 4'102'444'800'000;
@@ -32,6 +35,14 @@ std::string bounded(const std::string& text) {
   std::size_t end = kLongestText;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   return text.substr(0, end);
+}
+
+// Whoever is in that state was raised last at the alarm's `since`; one that is normal now may have been so for long.
+bool was_raised(const std::string& state) {
+  using monitor::AlarmState;
+  return state != monitor::to_text(AlarmState::normal) &&
+         state != monitor::to_text(AlarmState::shelved) &&
+         state != monitor::to_text(AlarmState::suppressed);
 }
 
 std::optional<std::string> state_of(const sparkplug::Value& value) {
@@ -91,6 +102,7 @@ class Reducer {
     take_value(metric, *info, time_ms, value);
     if (begins_with(info->name, kAlarm)) take_alarm_part(info->name, time_ms, value);
     if (begins_with(info->name, kExplanation)) take_explanation_part(info->name, time_ms, value);
+    if (info->name == "order/result") take_refusal(value);
   }
 
   std::int64_t time_of(const Metric& metric) {
@@ -123,7 +135,7 @@ class Reducer {
            message_.topic.type == sparkplug::MessageType::dbirth;
   }
 
-  // alarm/NAME/state and alarm/NAME/severity
+  // alarm/NAME/state, /severity and /since
   void take_alarm_part(const std::string& name, std::int64_t time_ms,
                        const sparkplug::Value& value) {
     const std::size_t slash = name.rfind('/');
@@ -131,6 +143,12 @@ class Reducer {
     const std::string_view part = std::string_view(name).substr(slash + 1);
     const std::string alarm = name.substr(kAlarm.size(), slash - kAlarm.size());
     if (part == "severity") severities_[alarm] = number_of(value);
+    if (part == "since") {
+      const std::optional<double> since = number_of(value);
+      if (since && *since >= kFirstTime && *since < kLastTime) {
+        since_ms_[alarm] = static_cast<std::int64_t>(*since);
+      }
+    }
     const std::optional<std::string> state = part == "state" ? state_of(value) : std::nullopt;
     if (state) states_.push_back({book_, alarm, time_ms, *state, std::nullopt});
   }
@@ -144,10 +162,27 @@ class Reducer {
     explanation_time_ms_ = std::max(explanation_time_ms_, time_ms);
   }
 
+  void take_refusal(const sparkplug::Value& value) {
+    const auto* text = std::get_if<std::string>(&value);
+    if (text == nullptr || !begins_with(*text, kRequest)) return;
+    const std::size_t refused = text->find(kRefused, kRequest.size());
+    if (refused == std::string::npos) return;
+    rows_.refusals.push_back({book_, text->substr(kRequest.size(), refused - kRequest.size()),
+                              bounded(text->substr(refused + kRefused.size()))});
+  }
+
   void take_alarms() {
     for (AlarmRow& row : states_) {
       const auto severity = severities_.find(row.name);
       if (severity != severities_.end()) row.severity = severity->second;
+      // It was raised when the box says so, and not when the box was born or looked.
+      const auto since = since_ms_.find(row.name);
+      if (since != since_ms_.end() && since->second < row.time_ms && was_raised(row.state)) {
+        AlarmRow raised = row;
+        raised.time_ms = since->second;
+        raised.state = monitor::to_text(monitor::AlarmState::unacknowledged);
+        rows_.alarms.push_back(std::move(raised));
+      }
       rows_.alarms.push_back(std::move(row));
     }
   }
@@ -161,8 +196,11 @@ class Reducer {
       ++outcome_.unknown_metrics;
       return;
     }
-    rows_.file_parts.push_back({book_, bounded(metric.name.substr(kFile.size())), bounded(*sha256),
-                                *part, *parts, bytes->data});
+    rows_.file_parts.push_back({book_, bounded(text_property(metric, "request").value_or("")),
+                                bounded(text_property(metric, "folder").value_or("")),
+                                count_property(metric, "files").value_or(0),
+                                bounded(metric.name.substr(kFile.size())), bounded(*sha256), *part,
+                                *parts, bytes->data});
   }
 
   const Message& message_;
@@ -171,6 +209,7 @@ class Reducer {
   ReduceOutcome outcome_;
   std::vector<AlarmRow> states_;
   std::map<std::string, std::optional<double>> severities_;
+  std::map<std::string, std::int64_t> since_ms_;
   nlohmann::json explanation_ = nlohmann::json::object();
   std::int64_t explanation_time_ms_ = 0;
 };

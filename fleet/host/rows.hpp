@@ -44,6 +44,9 @@ struct ExplanationRow {
 
 struct FilePartRow {
   BookPointer book;
+  std::string request;  // what it answers; empty: the edge node does not say
+  std::string folder;   // empty: as above
+  int files = 0;        // of the folder, that come; 0: as above
   std::string name;
   std::string sha256;  // of the whole file, hexadecimal
   int part = 0;
@@ -51,11 +54,19 @@ struct FilePartRow {
   std::string bytes;
 };
 
+// The box will not send what it was asked for.
+struct RefusalRow {
+  BookPointer book;
+  std::string request;
+  std::string why;
+};
+
 struct Rows {
   std::vector<ValueRow> values;
   std::vector<AlarmRow> alarms;
   std::vector<ExplanationRow> explanations;
   std::vector<FilePartRow> file_parts;
+  std::vector<RefusalRow> refusals;
 };
 
 struct ReduceOutcome {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -40,7 +41,8 @@ UPDATE metric m SET alias = NULL WHERE device_id = ANY($1::integer[]) AND alias 
   (SELECT FROM unnest($2::integer[], $3::text[]) AS born(device_id, name)
      WHERE born.device_id = m.device_id AND born.name = m.name))";
 
-// A value of a birth counts only where it is not the newest anyway. The newest is the last of those that came live, or
+// A value of a birth counts only where it is not the newest anyway; of one that has another live value before it in its
+// batch that is known without the table. The newest is the last of those that came live, or
 // else the one with the newest time.
 constexpr const char* kInsertValues = R"(
 WITH sent AS MATERIALIZED (
@@ -64,21 +66,29 @@ newest AS (
       WHERE NOT excluded.historical OR l.time < excluded.time)
 SELECT (SELECT count(*) FROM stored), (SELECT count(*) FROM changed WHERE NOT transient))";
 
-// Only what changes the state, as it was at that time; alarms begin as normal.
+// Only what changes the state: compared with the newest before it, whether that is in the table or came with it. Alarms
+// begin as normal.
 constexpr const char* kInsertAlarms = R"(
-WITH changes AS (
+WITH sent AS (
+  SELECT DISTINCT ON (device_id, name, seconds) device_id, name, to_timestamp(seconds) AS time, state, severity
+    FROM unnest($1::integer[], $2::text[], $3::float8[], $4::text[], $5::float8[])
+      WITH ORDINALITY AS s(device_id, name, seconds, state, severity, n)
+    ORDER BY device_id, name, seconds, n DESC),
+ordered AS (
+  SELECT *, lag(state) OVER each AS before, lag(time) OVER each AS before_time
+    FROM sent WINDOW each AS (PARTITION BY device_id, name ORDER BY time)),
+changes AS (
   INSERT INTO alarm(device_id, name, time, state, severity)
-    SELECT DISTINCT ON (s.device_id, s.name, s.seconds) s.device_id, s.name, to_timestamp(s.seconds), s.state, s.severity
-      FROM unnest($1::integer[], $2::text[], $3::float8[], $4::text[], $5::float8[])
-        WITH ORDINALITY AS s(device_id, name, seconds, state, severity, n)
-      WHERE s.state IS DISTINCT FROM coalesce(
-        (SELECT a.state FROM alarm a
-           WHERE a.device_id = s.device_id AND a.name = s.name AND a.time <= to_timestamp(s.seconds)
-           ORDER BY a.time DESC LIMIT 1), 'normal')
-      ORDER BY s.device_id, s.name, s.seconds, s.n DESC
+    SELECT s.device_id, s.name, s.time, s.state, s.severity
+      FROM ordered s LEFT JOIN LATERAL (
+        SELECT a.state, a.time FROM alarm a
+          WHERE a.device_id = s.device_id AND a.name = s.name AND a.time <= s.time
+          ORDER BY a.time DESC LIMIT 1) stored ON true
+      WHERE s.state <> CASE WHEN stored.time >= s.before_time OR s.before_time IS NULL
+                            THEN coalesce(stored.state, 'normal') ELSE s.before END
     ON CONFLICT DO NOTHING RETURNING device_id, name, state)
 INSERT INTO request(device_id, metric, value, due)
-  SELECT device_id, 'request/evidence', name, now() + $6::integer * interval '1 second'
+  SELECT DISTINCT device_id, 'request/evidence', name, now() + $6::integer * interval '1 second'
     FROM changes WHERE $7::boolean AND state = 'unacknowledged' AND name <> ALL($8::text[]))";
 
 // Alarms that leave none on their box, as an array of text.
@@ -100,8 +110,8 @@ INSERT INTO explanation(device_id, time, parts)
   ON CONFLICT (device_id, time) DO UPDATE SET parts = explanation.parts || excluded.parts)";
 
 constexpr const char* kInsertEvidence = R"(
-INSERT INTO evidence(device_id, name, sha256, parts) VALUES($1, $2, $3, $4)
-  ON CONFLICT (device_id, name, sha256) DO UPDATE SET parts = excluded.parts RETURNING id)";
+INSERT INTO evidence(device_id, name, sha256, parts, folder) VALUES($1, $2, $3, $4, nullif($5, ''))
+  ON CONFLICT (device_id, name, sha256) DO UPDATE SET parts = excluded.parts, folder = excluded.folder RETURNING id)";
 
 constexpr const char* kInsertPart = R"(
 INSERT INTO evidence_part(evidence_id, part, bytes) SELECT $1, $2, decode($3, 'hex')
@@ -113,6 +123,18 @@ UPDATE evidence e SET complete = CASE WHEN p.sha256 = e.sha256 THEN now() END, d
   FROM (SELECT count(*) AS count, encode(sha256(string_agg(bytes, ''::bytea ORDER BY part)), 'hex') AS sha256
           FROM evidence_part WHERE evidence_id = $1) p
   WHERE e.id = $1 AND p.count = e.parts AND e.complete IS NULL)";
+
+// Once all files of the folder are here; of an edge node that does not say how many there are, with the first.
+constexpr const char* kAnswerRequest = R"(
+UPDATE request SET done = now(), answer = 'here'
+  WHERE device_id = $1 AND metric = 'request/evidence' AND $2 IN ('', value) AND done IS NULL AND sent IS NOT NULL
+    AND EXISTS (SELECT FROM evidence WHERE id = $3 AND (complete IS NOT NULL OR damaged))
+    AND $4::integer <= (SELECT count(*) FROM evidence
+      WHERE device_id = $1 AND folder = $5 AND (complete IS NOT NULL OR damaged)))";
+
+constexpr const char* kRefuseRequest = R"(
+UPDATE request SET done = now(), answer = $3
+  WHERE device_id = $1 AND metric = 'request/evidence' AND value = $2 AND done IS NULL AND sent IS NOT NULL)";
 
 constexpr const char* kUpdateEdge = R"(
 UPDATE edge SET since = CASE WHEN online = $2 THEN since ELSE to_timestamp($3) END, online = $2,
@@ -301,12 +323,23 @@ class Writer::Transaction {
     ArrayText births;
     ArrayText historical;
     ArrayText transient;
+    std::unordered_map<int, const ValueRow*> live;  // by metric: the newest of this batch
     for (const ValueRow& row : batch_.rows.values) {
-      metrics.add(row.book->metrics[row.metric].id);
+      const int metric = row.book->metrics[row.metric].id;
+      bool of_birth = row.of_birth;
+      if (!row.historical) {
+        const ValueRow*& before = live[metric];
+        if (of_birth && before != nullptr) {
+          if (before->number == row.number && before->text == row.text) continue;
+          of_birth = false;
+        }
+        before = &row;
+      }
+      metrics.add(metric);
       times.add_time(row.time_ms);
       numbers.add(row.number);
       texts.add(row.text);
-      births.add(row.of_birth);
+      births.add(of_birth);
       historical.add(row.historical);
       transient.add(row.transient);
       if (row.number) waiting_.emplace(row.book->edge_id, row.time_ms / kBucketMs * kBucketMs);
@@ -360,11 +393,16 @@ class Writer::Transaction {
     for (const FilePartRow& row : batch_.rows.file_parts) {
       const int id = work_
                          .exec_params1(kInsertEvidence, row.book->device_id, row.name, row.sha256,
-                                       row.parts)[0]
+                                       row.parts, row.folder)[0]
                          .as<int>();
       work_.exec_params(kInsertPart, id, row.part, hex_of(row.bytes),
                         settings_.most_evidence_bytes);
       work_.exec_params(kCompleteEvidence, id);
+      work_.exec_params(kAnswerRequest, row.book->device_id, row.request, id, row.files,
+                        row.folder);
+    }
+    for (const RefusalRow& row : batch_.rows.refusals) {
+      work_.exec_params(kRefuseRequest, row.book->device_id, row.request, row.why);
     }
   }
 

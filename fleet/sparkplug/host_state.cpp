@@ -4,6 +4,12 @@
 #include <nlohmann/json.hpp>
 
 namespace loopwarden::sparkplug {
+namespace {
+
+// 2100. Whoever says a time after it would have the last word for ever: nobody can say a later one.
+constexpr std::uint64_t kLastTime = 4'102'444'800'000;
+
+}  // namespace
 
 std::string to_text(const HostState& state) {
   return nlohmann::json{{"online", state.online}, {"timestamp", state.time_ms}}.dump();
@@ -16,7 +22,8 @@ std::optional<HostState> parse_host_state(std::string_view text) {
   const auto time = json.find("timestamp");
   if (online == json.end() || !online->is_boolean()) return std::nullopt;
   if (time == json.end() || !time->is_number_unsigned()) return std::nullopt;
-  return HostState{online->get<bool>(), time->get<std::uint64_t>()};
+  const HostState state{online->get<bool>(), time->get<std::uint64_t>()};
+  return state.time_ms < kLastTime ? std::optional(state) : std::nullopt;
 }
 
 bool HostWatch::hear(const HostState& state) {

@@ -96,9 +96,13 @@ std::string LocalClient::request(std::string_view line, std::chrono::millisecond
   const Moment until = Clock::now() + timeout;
   send(std::string(line) + '\n', until);
   ++owed_;
-  for (;;) {
-    std::string answer = next_line(until);
-    if (--owed_ == 0) return answer;
+  try {
+    for (;;) {
+      std::string answer = next_line(until);
+      if (--owed_ == 0) return answer;
+    }
+  } catch (const std::exception& e) {
+    throw NoAnswer(e.what());
   }
 }
 

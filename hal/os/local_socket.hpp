@@ -5,10 +5,17 @@
 
 #include <chrono>
 #include <cstddef>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
 namespace loopwarden::hal::os {
+
+// The line went out, and no answer came: whatever it asks for may have been done.
+class NoAnswer : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 // One connection to a socket of lines. No call waits longer than it is told to, neither for a daemon that is stopped, whose queue of
 // connections or whose socket is full, nor for one that sends without end. Throws std::runtime_error when the daemon can't be reached
@@ -22,8 +29,8 @@ class LocalClient {
   LocalClient& operator=(const LocalClient&) = delete;
   ~LocalClient();
 
-  // Sends a line and waits for the line that answers it; the timeout is of both together. The late answer to an earlier line is left
-  // out.
+  // Sends a line and waits for the line that answers it; the timeout is of both together. NoAnswer where none comes. The
+  // late answer to an earlier line is left out.
   std::string request(std::string_view line, std::chrono::milliseconds timeout);
 
  private:

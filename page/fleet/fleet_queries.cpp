@@ -24,7 +24,7 @@ silent AS (SELECT group_name, count(*) AS silent FROM silent_box GROUP BY 1),
 loops AS (
   SELECT group_name, count(*) AS loops, count(*) FILTER (WHERE online) AS loops_online FROM loop GROUP BY 1),
 sick AS (
-  SELECT l.group_name, count(DISTINCT device_id) FILTER (WHERE n.name <> ALL($1::text[])) AS sick,
+  SELECT l.group_name, count(DISTINCT device_id) FILTER (WHERE is_of_valve(n.name)) AS sick,
          count(DISTINCT device_id) FILTER (WHERE n.name = ANY($1::text[])) AS faulty,
          count(*) FILTER (WHERE n.state = 'unacknowledged') AS waiting
     FROM alarm_now n JOIN loop l USING (device_id) WHERE n.active GROUP BY 1)

@@ -157,9 +157,9 @@ const en = {
   fleet: {
     title: 'Fleet', search: 'Search', searchHint: 'valve, box or alarm', group: 'Group', allGroups: 'All groups', asOf: 'As of {time}',
     old: 'The plant’s database does not answer ({why}). What is shown is of {time}, {long} old.', down: 'The plant’s database does not answer ({why}). It is asked again by itself.',
-    boxesOnline: 'Boxes online', loopsOnline: 'Loops online', sick: 'Sick valves', faulty: 'Loops at fault', waiting: 'Alarms to acknowledge', rateToday: 'Alarms in 10 min, last day', nOf: '{n} of {all}',
-    worst: 'Worst valves', worstCaption: 'Valves with an alarm that is on, in the chosen order', valve: 'Valve', alarm: 'Alarm', size: 'Size', since: 'Since', weeks: 'Eight weeks', for: 'for {long}', ago: '{long} ago',
-    curve: 'now {now}, at most {most} in eight weeks', noCurve: 'no history', noSick: 'No valve has an alarm that is on.', shown: '{n} shown of {all} alarms that are on, the greatest first; sizes in % of the CO span.', nothing: 'No row is like that.',
+    boxesOnline: 'Boxes online', loopsOnline: 'Loops online', sick: 'Loops with a valve alarm', faulty: 'Loops at fault', waiting: 'Alarms to acknowledge', rateToday: 'Alarms in 10 min, last day', nOf: '{n} of {all}',
+    worst: 'Worst loops', worstCaption: 'Loops with an alarm that is on, in the chosen order', valve: 'Loop', alarm: 'Alarm', size: 'Size', since: 'Since', weeks: 'Eight weeks', for: 'for {long}', ago: '{long} ago',
+    curve: 'now {now}, at most {most} in eight weeks', noCurve: 'no history', noSick: 'No loop has an alarm that is on.', shown: '{n} shown of {all} alarms that are on, the greatest first; sizes in % of the CO span.', nothing: 'No row is like that.',
     faults: 'Loops at fault', faultsCaption: 'Loops whose PV, output or mode is not as it should be, the newest first', loop: 'Loop', noFault: 'PV, output and mode of every loop are as they should be.',
     silent: 'Silent boxes', silentCaption: 'Boxes that are away, or have said nothing for two minutes', box: 'Box', state: 'State', heard: 'Last heard', note: 'Note', saysNothing: 'connected, says nothing', away: 'away', noSilent: 'Every box has been heard within two minutes.',
     conflict: 'its name was used twice, {time}', clockAhead: 'its clock is ahead by {long}', clockBehind: 'its clock is behind by {long}',

@@ -20,29 +20,41 @@ Database::Database(const std::filesystem::path& file, Access access,
   sqlite3_busy_timeout(opened, static_cast<int>(patience.count()));
 }
 
-void Database::keep_log(Sync sync) {
+std::int64_t Database::number(const char* pragma) {
+  Statement read(*this, pragma);
+  return read.step() ? read.integer(0) : 0;
+}
+
+void Database::demand_schema(const Schema& schema) {
+  const std::int64_t version = number("PRAGMA user_version");
+  if (number("PRAGMA application_id") != schema.application_id) {
+    throw Error(Error::Kind::damaged,
+                fmt::format("it is no {} of version {}", schema.what, schema.version));
+  }
+  if (version == schema.version) return;
+  // Not even its log is put in order: that is for the version that wrote it.
+  sqlite3_db_config(handle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+  throw Error(
+      Error::Kind::other_version,
+      fmt::format("{} is a {} of version {}, this program knows version {}: the file stays "
+                  "as it is; install the version of Loopwarden that wrote it, or move the "
+                  "file away and a new one begins",
+                  sqlite3_db_filename(handle(), "main"), schema.what, version, schema.version));
+}
+
+void Database::adopt(const Schema& schema, Sync sync) {
+  const bool fresh =
+      number("PRAGMA user_version") == 0 && number("PRAGMA application_id") == 0 && empty();
+  if (!fresh) demand_schema(schema);
   execute("PRAGMA journal_mode=WAL");
   execute(sync == Sync::full ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL");
   execute("PRAGMA journal_size_limit=1048576");
-}
-
-void Database::adopt(const Schema& schema) {
-  const auto number = [this](const char* pragma) {
-    Statement read(*this, pragma);
-    return read.step() ? read.integer(0) : 0;
-  };
-  const std::int64_t version = number("PRAGMA user_version");
-  const std::int64_t application = number("PRAGMA application_id");
-  if (version == 0 && application == 0 && empty()) {
+  if (fresh) {
     Transaction transaction(*this);
     execute(schema.tables);
     execute(fmt::format("PRAGMA application_id={}", schema.application_id));
     execute(fmt::format("PRAGMA user_version={}", schema.version));
     return transaction.commit();
-  }
-  if (application != schema.application_id || version != schema.version) {
-    throw Error(Error::Kind::damaged,
-                fmt::format("it is no {} of version {}", schema.what, schema.version));
   }
   Statement quick(*this, "PRAGMA quick_check(1)");
   if (!quick.step() || quick.text(0) != "ok") throw Error(Error::Kind::damaged, quick.text(0));

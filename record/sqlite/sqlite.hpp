@@ -20,11 +20,13 @@ namespace loopwarden::sqlite {
 class Error : public std::runtime_error {
  public:
   enum class Kind : std::uint8_t {
-    damaged,     // it is no sound database of ours
+    damaged,  // it is no sound database of ours
+    other_version,  // ours and sound, yet only another version of the program can read it: it stays where it is
     unavailable  // disk full, no rights, I/O error, locked: may work later
   };
   Error(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
   bool damaged() const noexcept { return kind_ == Kind::damaged; }
+  bool other_version() const noexcept { return kind_ == Kind::other_version; }
   Kind kind() const noexcept { return kind_; }
 
  private:
@@ -49,10 +51,11 @@ class Database {
   // holds it.
   Database(const std::filesystem::path& file, Access access, std::chrono::milliseconds patience);
 
-  // Writes go to a write-ahead log: readers never make the writer wait.
-  void keep_log(Sync sync);
-  // Makes the tables of a new file. One that is another's, of another version or damaged is an error.
-  void adopt(const Schema& schema);
+  // Makes the tables of a new file. One that is another's, of another version or damaged is an error, and is not
+  // touched. Writes go to a write-ahead log: readers never make the writer wait.
+  void adopt(const Schema& schema, Sync sync);
+  // For who only reads: a file that is another's or of another version is an error.
+  void demand_schema(const Schema& schema);
   void execute(const std::string& sql);
   std::int64_t last_row() const noexcept;  // that was inserted
   [[noreturn]] void fail(const char* step) const;
@@ -63,6 +66,7 @@ class Database {
     void operator()(sqlite3* handle) const noexcept;
   };
   bool empty();
+  std::int64_t number(const char* pragma);
   std::unique_ptr<sqlite3, Closer> handle_;
 };
 

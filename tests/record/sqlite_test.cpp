@@ -27,8 +27,7 @@ constexpr sqlite::Schema kSchema{"test", 0x4C575431, 1,
 
 Database opened(const std::filesystem::path& file, const sqlite::Schema& schema = kSchema) {
   Database database(file, Access::write, 100ms);
-  database.keep_log(sqlite::Sync::full);
-  database.adopt(schema);
+  database.adopt(schema, sqlite::Sync::full);
   return database;
 }
 
@@ -85,13 +84,11 @@ TEST_CASE("a transaction that is not committed leaves nothing") {
   CHECK(rows(database) == 1);
 }
 
-TEST_CASE(
-    "another's file, another version and rubbish are damaged; no folder and a full disk pass") {
+TEST_CASE("another's file and rubbish are damaged; no folder and a full disk pass") {
   const tests::TemporaryFolder folder;
   opened(folder / "f");
   CHECK_NOTHROW(opened(folder / "f"));
   CHECK(is_damaged(folder / "f", {"other", 0x4C575432, 1, kSchema.tables}));
-  CHECK(is_damaged(folder / "f", {"test", kSchema.application_id, 2, kSchema.tables}));
   Database(folder / "g", Access::write, 100ms).execute("CREATE TABLE x(n)");
   CHECK(is_damaged(folder / "g"));
   tests::write_file(folder / "h", std::string(10'000, 'x'));
@@ -99,6 +96,44 @@ TEST_CASE(
   CHECK_FALSE(is_damaged(folder / "none/f"));
   const tests::FileSizeLimit full(0);
   CHECK_FALSE(is_damaged(folder / "i"));
+}
+
+TEST_CASE(
+    "a file of another version is refused with what it is and what to do, and is not touched") {
+  const tests::TemporaryFolder folder;
+  const int version = GENERATE(2, 9);
+  const sqlite::Schema other{"test", kSchema.application_id, version, kSchema.tables};
+  // Killed while it wrote: the log holds what the file does not.
+  const std::filesystem::path file = folder / "f";
+  {
+    const Database writer = opened(folder / "written", other);
+    Statement(writer, "INSERT INTO t(n) VALUES(1)").run();
+    for (const std::string end : {"", "-wal"}) {
+      std::filesystem::copy_file((folder / "written").string() + end, file.string() + end);
+    }
+  }
+  const std::string before = tests::read_file(file);
+  const std::string log = tests::read_file(file.string() + "-wal");
+  REQUIRE_FALSE(log.empty());
+  const auto refused = [&](auto open) {
+    try {
+      open();
+    } catch (const Error& e) {
+      CHECK(e.other_version());
+      CHECK_FALSE(e.damaged());
+      CHECK_THAT(e.what(),
+                 Catch::Contains(file.string() + " is a test of version " +
+                                 std::to_string(version) + ", this program knows version 1") &&
+                     Catch::Contains("move the file away"));
+      return;
+    }
+    FAIL("no error");
+  };
+  refused([&] { opened(file); });
+  refused([&] { Database(file, Access::read, 100ms).demand_schema(kSchema); });
+  CHECK(tests::read_file(file) == before);
+  CHECK(tests::read_file(file.string() + "-wal") == log);
+  CHECK(rows(opened(file, other)) == 1);
 }
 
 TEST_CASE("a reader reads what another connection has written, and can't write") {

@@ -30,6 +30,9 @@ struct TopOptions {
 void print_once(const nlohmann::json& status, const std::string& loop) {
   const std::size_t selected = loop.empty() ? status.at("loops").size() : loop_index(status, loop);
   fmt::print("{}\n", daemon_line(status));
+  for (const std::string& line : disk_troubles(status)) {
+    fmt::print("{}\n", coloured(line, Colour::red));
+  }
   for (const std::string& line : loop_table(status, selected)) fmt::print("{}\n", line);
   if (loop.empty()) return;
   for (const std::string& line : loop_details(status.at("loops")[selected])) {
@@ -44,7 +47,10 @@ std::string page(const nlohmann::json& status, std::size_t selected, const Trend
   std::string text = trouble.empty()
                          ? coloured(daemon_line(status), Colour::bold)
                          : coloured(trouble + "; as it was last; trying again", Colour::red);
-  text += "\n\n";
+  text += "\n";
+  const std::vector<std::string> troubles = disk_troubles(status);
+  for (const std::string& line : troubles) text += coloured(line, Colour::red) + "\n";
+  text += "\n";
   const std::vector<std::string> table = loop_table(status, selected);
   // The table scrolls so that the selected loop stays visible in at most a third of the screen.
   const std::size_t most = std::max<std::size_t>(static_cast<std::size_t>(size.rows) / 3, 2);
@@ -56,7 +62,7 @@ std::string page(const nlohmann::json& status, std::size_t selected, const Trend
   }
   text += "\n";
   const auto& loop = status.at("loops").at(selected);
-  const int used = static_cast<int>(shown) + 9;
+  const int used = static_cast<int>(shown + troubles.size()) + 9;
   for (const std::string& line :
        trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
     text += line + "\n";

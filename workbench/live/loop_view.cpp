@@ -149,6 +149,19 @@ std::string daemon_line(const nlohmann::json& status) {
   return line;
 }
 
+std::vector<std::string> disk_troubles(const nlohmann::json& status) {
+  std::vector<std::string> lines;
+  for (const char* what : {"journal", "evidence"}) {
+    const auto& disk = status.at("daemon").at(what);
+    const auto why = disk.at("error").get<std::string>();
+    if (why.empty()) continue;
+    lines.push_back(fmt::format("{} not written ({} waiting in memory, {} lost): {}", what,
+                                disk.at("waiting").get<std::uint64_t>(),
+                                disk.at("lost").get<std::uint64_t>(), why));
+  }
+  return lines;
+}
+
 std::string alarm_summary(const nlohmann::json& loop) {
   std::string text;
   for (const auto& alarm : loop.value("alarms", nlohmann::json::object())) {

@@ -30,6 +30,8 @@ class TrendBuffer {
 };
 
 std::string daemon_line(const nlohmann::json& status);
+// What does not reach the disk, and why; none: all does.
+std::vector<std::string> disk_troubles(const nlohmann::json& status);
 // The loop's alarms that are on, wait, or lie on the shelf, in words; empty: none.
 std::string alarm_summary(const nlohmann::json& loop);
 // Of the daemon's answer to `alarms`: what it means that some of those that are off can't come at present; empty where all can.

@@ -71,7 +71,7 @@ Notifier::Notifier(NotifyConfig config)
 }
 
 void Notifier::open_lines() {
-  const Sender sender{config_.box, config_.zone};
+  const Sender sender{config_.box, config_.zone, config_.page_url};
   std::vector<std::string> names;
   for (const ChannelRule& rule : config_.rules.channels) names.push_back(rule.name);
   outbox_->give_up_others(names);

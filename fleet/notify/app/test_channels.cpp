@@ -61,7 +61,7 @@ int test_channels(const NotifyConfig& config, const std::string& only) {
                config::suggestion(only, names));
     return kExitUsage;
   }
-  const Sender sender{config.box, config.zone};
+  const Sender sender{config.box, config.zone, config.page_url};
   std::vector<std::pair<std::string, std::future<Delivery>>> tries;
   for (const ChannelSettings& channel : config.channels) {
     if (!only.empty() && channel.name != only) continue;

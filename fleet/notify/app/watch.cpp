@@ -44,7 +44,7 @@ int watch(NotifyConfig config) {
     notifier = std::make_unique<Notifier>(std::move(config));
   } catch (const sqlite::Error& e) {
     spdlog::error("{}", e.what());
-    return kExitIo;
+    return e.other_version() ? kExitConfiguration : kExitIo;
   } catch (const std::runtime_error& e) {
     spdlog::error("{}", e.what());
     return kExitConfiguration;

@@ -34,7 +34,7 @@ std::vector<std::string> journal_fields(const Event& event, const Message& messa
   const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) fields.push_back(fmt::format("{}={}", name, value));
   };
-  add("MESSAGE", message.test ? headline(message, sender.box) : sentence(event));
+  add("MESSAGE", message.test ? headline(message, sender) : sentence(event, sender));
   add("MESSAGE_ID", kMessageIds.at(static_cast<std::size_t>(event.change)));
   add("PRIORITY", fmt::format("{}", message.test ? 6 : priority_of(event)));
   add("SYSLOG_IDENTIFIER", "loopwarden-notify");

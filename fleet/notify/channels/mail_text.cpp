@@ -118,7 +118,7 @@ bool is_address(std::string_view text) {
 
 std::string mail_text(const Message& message, const Sender& sender, const EmailSettings& settings) {
   return fmt::format("Date: {}\nFrom: {}\n", mail_date(message.made_ms), settings.from) +
-         recipients(settings.to) + header_field("Subject", headline(message, sender.box)) +
+         recipients(settings.to) + header_field("Subject", headline(message, sender)) +
          message_id(message, sender, settings.from) +
          "Auto-Submitted: auto-generated\n"
          "MIME-Version: 1.0\n"

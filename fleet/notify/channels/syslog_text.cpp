@@ -62,7 +62,7 @@ std::string syslog_line(const Event& event, const Message& message, const Sender
       fmt::format("<{}>1 {} {} loopwarden-notify - {} {} {}", settings.facility * 8 + severity,
                   rfc3339(event.utc_ms), header_word(sender.box), to_text(event.change),
                   structured_data(event, message, sender, settings.enterprise), kByteOrderMark);
-  const std::string text = message.test ? headline(message, sender.box) : sentence(event);
+  const std::string text = message.test ? headline(message, sender) : sentence(event, sender);
   return start + std::string(head(text, most_bytes - std::min(most_bytes, start.size())));
 }
 

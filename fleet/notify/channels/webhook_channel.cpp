@@ -57,6 +57,9 @@ std::string webhook_body(const Message& message, const Sender& sender) {
   for (const Event& event : message.events) {
     json one = to_json(event);
     one["time"] = rfc3339(event.utc_ms);
+    one["alarm_text"] = alarm_words(event.alarm);
+    const std::string page = page_of(event, sender);
+    one["page"] = page.empty() ? json(nullptr) : json(page);
     events.push_back(std::move(one));
   }
   json counts = json::object();
@@ -67,7 +70,7 @@ std::string webhook_body(const Message& message, const Sender& sender) {
                {"id", message.id},
                {"box", sender.box},
                {"made", rfc3339(message.made_ms)},
-               {"text", headline(message, sender.box)},
+               {"text", headline(message, sender)},
                {"count", message.count()},
                {"counts", std::move(counts)},
                {"events", std::move(events)},

@@ -53,6 +53,22 @@ void read_channels(MapReader& in, const std::string& file, NotifyConfig& notify)
   }
 }
 
+std::string read_page_url(MapReader& in) {
+  std::string url =
+      in.text("page_url", "of the box's page, https://HOST[:PORT], for links; none where not given",
+              "")
+          .value;
+  if (url.empty()) return url;
+  const bool plain = std::all_of(url.begin(), url.end(), [](char c) {
+    return c > ' ' && c <= '~' && c != '"' && c != '<' && c != '>';
+  });
+  if (!plain || !(url.starts_with("https://") || url.starts_with("http://"))) {
+    in.error("page_url", "must be https://HOST[:PORT] or http://HOST[:PORT]");
+  }
+  while (url.ends_with('/')) url.pop_back();
+  return url;
+}
+
 std::vector<std::string> names_of(const NotifyConfig& notify) {
   std::vector<std::string> names;
   for (const ChannelRule& channel : notify.rules.channels) names.push_back(channel.name);
@@ -104,6 +120,7 @@ NotifyConfig read_notify(MapReader& in, const std::string& file) {
       in.word_of("log_level", {"info", "debug", "warn", "error"}, "least level that is logged");
   const Value<std::string> zone = in.text("time_zone", "of times in texts for people", "UTC");
   notify.zone = read_zone(in, "time_zone", zone);
+  notify.page_url = read_page_url(in);
   read_channels(in, file, notify);
   read_rules(in, notify);
   return notify;

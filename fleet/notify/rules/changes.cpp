@@ -58,20 +58,29 @@ std::vector<Event> take_changes(AlarmPicture& picture, const AlarmReading& readi
     picture.worst_percent = worse(picture.worst_percent, reading.severity_percent);
   }
 
+  // Nothing happens after it was read: a clock was set back.
+  const auto at = [now_ms](std::int64_t ms) { return ms > 0 && ms <= now_ms ? ms : now_ms; };
+  // What comes back from a shelf or a suppression came before, and comes back now.
+  const bool back = !again && (before == "shelved" || before == "suppressed");
   std::vector<Event> events;
-  const auto add = [&](Change change) {
-    events.push_back({.utc_ms = now_ms,
+  const auto add = [&](Change change, std::int64_t utc_ms) {
+    events.push_back({.utc_ms = utc_ms,
                       .loop = reading.key.first,
                       .alarm = reading.key.second,
                       .change = change,
                       .state = now,
                       .severity_percent = reading.severity_percent,
-                      .worst_percent = picture.worst_percent});
+                      .worst_percent = picture.worst_percent,
+                      .description = reading.description,
+                      .noticed_ms = now_ms});
   };
-  if (came) add(Change::came);
-  if ((waits(before) || came) && is_acknowledgement(before, now)) add(Change::acknowledged);
-  if (went) add(Change::went);
-  if (now == "shelved" && before != "shelved") add(Change::shelved);
+  const std::int64_t changed_ms = at(reading.changed_ms);
+  if (came) add(Change::came, back ? now_ms : at(reading.raised_ms));
+  if ((waits(before) || came) && is_acknowledgement(before, now)) {
+    add(Change::acknowledged, changed_ms);
+  }
+  if (went) add(Change::went, now == "suppressed" ? now_ms : changed_ms);
+  if (now == "shelved" && before != "shelved") add(Change::shelved, changed_ms);
   return events;
 }
 

@@ -19,6 +19,9 @@ struct AlarmReading {
   bool unacknowledged = false;  // waits for the operator
   std::int64_t times_raised = 0;
   std::optional<double> severity_percent{};
+  std::int64_t raised_ms = 0;   // when its condition came last; 0: not known
+  std::int64_t changed_ms = 0;  // when its state or shelf changed last; 0: not known
+  std::string description{};    // of the loop
 };
 
 // An alarm as it was told last. Survives a restart.
@@ -39,7 +42,7 @@ bool is_told(const std::string& state) noexcept;
 // Of an alarm that was never seen before: what is there is news, what has gone is not.
 AlarmPicture first_picture(const AlarmReading& reading);
 
-// Changes in the order in which they happened; `picture` becomes what was read.
+// Changes in the order in which they happened, each with the daemon's time of it; `picture` becomes what was read.
 std::vector<Event> take_changes(AlarmPicture& picture, const AlarmReading& reading,
                                 std::int64_t now_ms);
 

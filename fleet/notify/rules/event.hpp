@@ -32,7 +32,7 @@ constexpr const char* to_text(Change change) noexcept {
 using AlarmKey = std::pair<std::string, std::string>;
 
 struct Event {
-  std::int64_t utc_ms = 0;
+  std::int64_t utc_ms = 0;  // when it happened
   std::string loop{};
   std::string alarm{};
   Change change = Change::came;
@@ -43,6 +43,8 @@ struct Event {
   std::int64_t waits_min = 0;             // of a reminder: since when nobody has acknowledged it
   std::string peer{};                     // who acknowledged or shelved it
   std::string reason{};
+  std::string description{};    // of the loop
+  std::int64_t noticed_ms = 0;  // when it was read of the daemon; 0: at once
 
   friend bool operator==(const Event&, const Event&) = default;
 };

@@ -15,7 +15,9 @@ Event event_of(const AlarmReading& reading, const AlarmPicture& picture, Change 
           .change = change,
           .state = reading.state,
           .severity_percent = reading.severity_percent,
-          .worst_percent = picture.worst_percent};
+          .worst_percent = picture.worst_percent,
+          .description = reading.description,
+          .noticed_ms = now_ms};
 }
 
 // Is this line what made that change?
@@ -24,7 +26,10 @@ bool tells_of(const JournalLine& line, const Event& event) {
   if (event.change == Change::acknowledged)
     return line.what == "acknowledge" || line.what == "reset";
   if (event.change == Change::shelved) return line.what == "shelve";
-  return line.kind == "alarm" && line.to == event.state;
+  // Between two looks it may have come and gone: each has its own line.
+  const bool comes = !is_told(line.from) && is_told(line.to);
+  const bool goes = is_told(line.from) && !is_told(line.to);
+  return line.kind == "alarm" && (event.change == Change::came ? comes : goes);
 }
 
 void add_reason(Event& event, std::span<const JournalLine> lines) {

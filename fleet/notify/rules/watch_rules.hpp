@@ -24,7 +24,8 @@ struct JournalLine {
   std::int64_t id = 0;
   std::string kind;  // alarm, operator, ...
   AlarmKey key;
-  std::string to;  // the alarm's new state
+  std::string from{};  // the alarm's state before
+  std::string to;      // and after
   std::string peer;
   std::string what;  // the operator's action
   std::string reason;

@@ -51,10 +51,11 @@ constexpr sqlite::Schema kSchema{"file of notifications", 0x4C574E31 /* "LWN1" *
 sqlite::Database opened(const std::filesystem::path& file, sqlite::Access access) {
   try {
     sqlite::Database database(file, access, std::chrono::seconds(5));
-    if (access == sqlite::Access::write) database.keep_log(sqlite::Sync::full);
-    database.adopt(kSchema);
+    access == sqlite::Access::write ? database.adopt(kSchema, sqlite::Sync::full)
+                                    : database.demand_schema(kSchema);
     return database;
   } catch (const sqlite::Error& e) {
+    if (e.other_version()) throw;  // it names the file
     throw sqlite::Error(e.kind(), fmt::format("{}: {}", file.string(), e.what()));
   }
 }
@@ -112,14 +113,39 @@ Pictures Outbox::pictures() {
 }
 
 std::vector<Waiting> Outbox::waiting(const std::string& channel) {
-  const std::lock_guard lock(mutex_);
+  Transaction transaction(*this);
   std::vector<Waiting> all;
-  Statement read(database_, "SELECT id, since_ms, event FROM waiting WHERE channel = ? ORDER BY id",
-                 channel);
-  while (read.step()) {
-    all.push_back({read.integer(0), read.integer(1), event_from(json::parse(read.text(2)))});
+  std::vector<std::int64_t> unreadable;
+  {
+    Statement read(database_,
+                   "SELECT id, since_ms, event FROM waiting WHERE channel = ? ORDER BY id",
+                   channel);
+    while (read.step()) {
+      try {
+        all.push_back({read.integer(0), read.integer(1), event_from(json::parse(read.text(2)))});
+      } catch (const json::exception&) {
+        unreadable.push_back(read.integer(0));
+      }
+    }
   }
+  drop_unreadable(channel, unreadable);
+  transaction.commit();
   return all;
+}
+
+void Outbox::drop_unreadable(const std::string& channel, const std::vector<std::int64_t>& ids) {
+  for (const std::int64_t id : ids) {
+    Statement(database_, "DELETE FROM waiting WHERE id = ?", id).run();
+  }
+  if (!ids.empty()) add_lost(channel, static_cast<std::int64_t>(ids.size()));
+}
+
+void Outbox::add_lost(const std::string& channel, std::int64_t events) {
+  Statement(database_,
+            "INSERT INTO lost VALUES(?,?) ON CONFLICT DO UPDATE SET events = events + "
+            "excluded.events",
+            channel, events)
+      .run();
 }
 
 std::vector<std::int64_t> Outbox::made_ms(const std::string& channel, std::size_t most) {
@@ -170,11 +196,7 @@ void Outbox::bound_waiting(const std::string& channel) {
             "(SELECT id FROM waiting WHERE channel = ? ORDER BY id LIMIT ?)",
             channel, excess)
       .run();
-  Statement(database_,
-            "INSERT INTO lost VALUES(?,?) ON CONFLICT DO UPDATE SET events = events + "
-            "excluded.events",
-            channel, excess)
-      .run();
+  add_lost(channel, excess);
 }
 
 std::int64_t Outbox::take_lost(const std::string& channel) {
@@ -233,16 +255,21 @@ std::optional<Message> Outbox::next(const std::string& channel, std::int64_t now
     // In the order in which they were made: what is told of an alarm must not change places.
     Statement read(database_,
                    "SELECT id, made_ms, content, attempts, perhaps_twice, again_ms FROM message "
-                   "WHERE channel = ? AND state = 0 ORDER BY id LIMIT 1",
+                   "WHERE channel = ? AND state = 0 ORDER BY id",
                    channel);
-    if (read.step() && is_due(read.integer(5), now_ms)) {
+    while (!message && read.step() && is_due(read.integer(5), now_ms)) {
       message.emplace();
       message->id = read.integer(0);
       message->channel = channel;
       message->made_ms = read.integer(1);
-      read_content(read.text(2), *message);
       message->attempts = read.integer(3) + 1;
       message->perhaps_twice = read.integer(4) != 0;
+      try {
+        read_content(read.text(2), *message);
+      } catch (const json::exception& e) {
+        fail_unreadable(message->id, e.what());
+        message.reset();
+      }
     }
   }
   if (message) {
@@ -252,6 +279,12 @@ std::optional<Message> Outbox::next(const std::string& channel, std::int64_t now
   }
   transaction.commit();
   return message;
+}
+
+void Outbox::fail_unreadable(std::int64_t id, const std::string& why) {
+  Statement(database_, "UPDATE message SET state = 3, result = ? WHERE id = ?",
+            fmt::format("it can't be read: {}", why), id)
+      .run();
 }
 
 void Outbox::settle(const Attempt& last) {
@@ -299,7 +332,12 @@ std::vector<MessageRow> Outbox::newest(std::size_t most) {
     row.message.id = read.integer(0);
     row.message.channel = read.text(1);
     row.message.made_ms = read.integer(2);
-    read_content(read.text(3), row.message);
+    try {
+      read_content(read.text(3), row.message);
+    } catch (const json::exception&) {
+      row.message.events.clear();
+      row.message.counts = {};
+    }
     row.state = static_cast<MessageState>(read.integer(4));
     row.message.attempts = read.integer(5);
     row.message.perhaps_twice = read.integer(6) != 0;

@@ -6,6 +6,8 @@
 // it is sent and again after: one that was marked only once when the program was killed is sent again under its old
 // number, and says so; nobody can know whether it had gone out. Any other is sent exactly once.
 //
+// A message or waiting event that can't be read fails alone: it says so, and is not sent.
+//
 // Bounded: at most kMostWaiting events a channel (the oldest go first, and are counted), kMostQueued messages a channel
 // (the caller makes no more), kMostKept messages that are done.
 //
@@ -91,6 +93,9 @@ class Outbox {
   void bound_waiting(const std::string& channel);
   std::int64_t take_lost(const std::string& channel);
   void keep(const Attempt& attempt);
+  void fail_unreadable(std::int64_t id, const std::string& why);
+  void add_lost(const std::string& channel, std::int64_t events);
+  void drop_unreadable(const std::string& channel, const std::vector<std::int64_t>& ids);
   void add_message(const Message& message, std::int64_t lost);
 
   std::mutex mutex_;

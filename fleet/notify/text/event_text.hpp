@@ -18,16 +18,21 @@ namespace loopwarden::notify {
 struct Sender {
   std::string box;
   const date::time_zone* zone = nullptr;  // of times in texts for people
+  std::string page_url{};  // of the box's page, without a slash behind it; empty: there is none
 };
 
 std::string rfc3339(std::int64_t utc_ms);  // 2026-11-24T07:00:00.123Z
 // "2026-11-24 08:00:00 +0100"
 std::string local_time(std::int64_t utc_ms, const date::time_zone& zone);
 
-// "FIC-101: stiction came, 6.1 %": without the time.
-std::string sentence(const Event& event);
+// "Low air supply": an alarm as people call it, as on the page.
+std::string alarm_words(const std::string& alarm);
+// "FIC-101 (cooling water): Stiction came, 6.1 %": without the time, unless it is told long after it came.
+std::string sentence(const Event& event, const Sender& sender);
 // One line for the whole message: of one event its sentence, of several their numbers.
-std::string headline(const Message& message, const std::string& box);
+std::string headline(const Message& message, const Sender& sender);
+// Where the page shows the loop; empty: no page is configured, or it is no loop's.
+std::string page_of(const Event& event, const Sender& sender);
 // Text of several lines, each ending with \n: all events that are listed and, of few, what to do.
 std::string letter(const Message& message, const Sender& sender);
 

@@ -36,7 +36,9 @@ AlarmReading reading_from(const json& alarm) {
           .unacknowledged = alarm.at("unacknowledged").get<bool>(),
           .times_raised = alarm.at("times_raised").get<std::int64_t>(),
           .severity_percent =
-              severity.is_number() ? std::optional(severity.get<double>()) : std::nullopt};
+              severity.is_number() ? std::optional(severity.get<double>()) : std::nullopt,
+          .raised_ms = alarm.value("raised_ms", std::int64_t{0}),
+          .changed_ms = alarm.value("changed_ms", std::int64_t{0})};
 }
 
 // nlohmann's own errors become the one that the header names.
@@ -68,12 +70,22 @@ std::vector<JournalLine> journal_from(std::string_view answer) {
       lines.push_back({.id = line.at("id").get<std::int64_t>(),
                        .kind = text(line, "kind"),
                        .key = {text(line, "loop"), text(line, "alarm")},
+                       .from = text(line, "from"),
                        .to = text(line, "to"),
                        .peer = text(line, "peer"),
                        .what = text(line, "what"),
                        .reason = text(line, "reason")});
     }
     return lines;
+  });
+}
+
+std::map<std::string, std::string> descriptions_from(std::string_view answer) {
+  return reading("the loops", [&] {
+    const json parsed = checked(answer);
+    std::map<std::string, std::string> all;
+    for (const json& loop : parsed.at("loops")) all[text(loop, "tag")] = text(loop, "description");
+    return all;
   });
 }
 

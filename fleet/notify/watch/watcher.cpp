@@ -66,6 +66,7 @@ void Watcher::ask() {
   Snapshot snapshot;
   snapshot.alarms = alarms_from(client_->request(kAlarmsRequest, kPatience));
   if (changed(snapshot.alarms)) {
+    describe();
     try {
       snapshot.journal = journal_from(client_->request(kJournalRequest, kPatience));
     } catch (const std::exception& e) {
@@ -74,11 +75,26 @@ void Watcher::ask() {
       client_.reset();
     }
   }
+  for (AlarmReading& alarm : snapshot.alarms) {
+    const auto known = descriptions_.find(alarm.key.first);
+    if (known != descriptions_.end()) alarm.description = known->second;
+  }
   before_ = snapshot.alarms;
   const std::lock_guard lock(mutex_);
   if (snapshot_) keep_reasons(snapshot, std::move(*snapshot_));
   snapshot_ = std::move(snapshot);
   answered_ = Clock::now();
+}
+
+// Only where something may be told. A reload may have changed them.
+void Watcher::describe() {
+  try {
+    descriptions_ = descriptions_from(client_->request(kDescribeRequest, kPatience));
+  } catch (const hal::os::NoAnswer&) {
+    throw;
+  } catch (const std::exception& e) {
+    spdlog::warn("no descriptions: {}", e.what());
+  }
 }
 
 bool Watcher::changed(const std::vector<AlarmReading>& alarms) {

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -47,12 +48,14 @@ class Watcher {
  private:
   void run();
   void ask();
+  void describe();
   bool changed(const std::vector<AlarmReading>& alarms);
 
   std::string socket_;
   // Of the thread alone.
   std::unique_ptr<hal::os::LocalClient> client_;
   std::vector<AlarmReading> before_;
+  std::map<std::string, std::string> descriptions_;  // by loop
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -255,6 +255,38 @@ TEST_CASE("a damaged file is moved aside, and the alarms remember all the same",
   CHECK(again.status().damaged == 0);
 }
 
+TEST_CASE("a journal of a later version stays as it is; lines wait in memory, and it is said why",
+          "[journal]") {
+  const tests::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "journal.sqlite";
+  {
+    Journal journal(settings_in(folder));
+    journal.open();
+    journal.start();
+    journal.post(transition("FIC-101", AlarmState::acknowledged));
+  }
+  sql(file, "PRAGMA user_version=7");
+  const std::string before = tests::read_file(file);
+  Journal journal(settings_in(folder));
+  CHECK(journal.open().memories.at({"FIC-101", "stiction"}).raised == AlarmState::acknowledged);
+  journal.start();
+  CHECK_FALSE(journal.wait_written(journal.post(transition("FIC-102", AlarmState::unacknowledged)),
+                                   kPatience));
+  CHECK_THAT(journal.status().error,
+             Catch::Contains("journal of version 7, this program knows version 1"));
+  CHECK(journal.status().damaged == 0);
+  CHECK(journal.newest(10).empty());
+  CHECK(tests::read_file(file) == before);
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    CHECK(entry.path().string().find(".damaged-") == std::string::npos);
+  }
+  // Moved away by hand: a new one begins, with what waited.
+  std::filesystem::rename(file, folder / "kept");
+  REQUIRE(test::eventually([&] { return journal.status().waiting == 0; }));
+  CHECK(journal.newest(10).size() == 1);
+  CHECK(journal.status().error.empty());
+}
+
 TEST_CASE("the copy alone is damaged: the journal is enough", "[journal]") {
   const tests::TemporaryFolder folder;
   {

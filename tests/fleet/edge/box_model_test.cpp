@@ -225,12 +225,18 @@ TEST_CASE("a file goes in parts that say which they are, with a check sum of the
   write_file(folder / "e1/report.html", std::string(101, 'x'));
   write_file(folder / "e1/other", "not offered");
   FileParts parts(100, 4);
-  CHECK(parts.add("d", folder / "e1") == "report.html is larger than 100 bytes");
+  CHECK(parts.add("d", "stiction", folder / "e1") ==
+        "left out: report.html is larger than 100 bytes");
   const auto first = parts.next();
   REQUIRE(first);
   CHECK(first->metric.name == "file/evidence.json");
   CHECK(first->metric.value == Value(Bytes{"{}"}));
   CHECK(first->metric.property("parts")->value == Value(std::uint64_t{1}));
+  CHECK(first->metric.property("files")->value == Value(std::uint64_t{2}));
+  CHECK(first->metric.property("request")->value == Value(std::string("stiction")));
+  // What did not go out comes again.
+  CHECK(parts.next()->metric == first->metric);
+  parts.gone();
   std::string whole;
   for (std::uint64_t i = 0; i < 3; ++i) {
     const auto part = parts.next();
@@ -248,10 +254,11 @@ TEST_CASE("a file goes in parts that say which they are, with a check sum of the
     CHECK(part->metric.metadata->part == i);
     CHECK(part->metric.metadata->file_name == "record.csv");
     whole += std::get<Bytes>(part->metric.value).data;
+    parts.gone();
   }
   CHECK(whole == "0123456789");
   CHECK_FALSE(parts.next());
-  CHECK_FALSE(parts.add("d", folder / "none").empty());
+  CHECK_THAT(parts.add("d", "e2", folder / "none"), Catch::StartsWith("refused: no file is there"));
 }
 
 Metric wanted(std::string name, Value value) {

@@ -12,12 +12,13 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "fleet/edge/store.hpp"
 #include "fleet/host/ingest.hpp"
 #include "fleet/mqtt/client.hpp"
 #include "fleet/sparkplug/host_state.hpp"
+#include "tests/support/device/foreign_process.hpp"
 #include "tests/support/fake_daemon.hpp"
 #include "tests/support/mqtt_broker.hpp"
 #include "tests/support/program.hpp"
@@ -28,6 +29,7 @@ namespace edge_process_test {
 
 using namespace std::chrono_literals;
 using namespace loopwarden;
+using loopwarden::test::eventually;
 using sparkplug::DataType;
 using sparkplug::MessageType;
 using sparkplug::Metric;
@@ -40,7 +42,10 @@ using tests::MqttBroker;
 // Follows all of spBv1.0 by the rules of loopwarden-fleet.
 class Host {
  public:
-  explicit Host(mqtt::ClientSettings settings) : client_(std::move(settings)) { connect(); }
+  explicit Host(mqtt::ClientSettings settings) : client_(std::move(settings)) {
+    client_.connect(std::nullopt);
+    listen();
+  }
   explicit Host(int port) : Host(settings(port)) {}
 
   static mqtt::ClientSettings settings(int port) {
@@ -71,20 +76,41 @@ class Host {
     return node_online() ? ingest_.edges().at(kBox).books.size() - 1 : 0;
   }
 
-  // The first message from `from` on that is as wanted; what comes before stays in `heard`. Null: it does not come.
-  const Heard* await(const std::function<bool(const Heard&)>& wanted,
-                     std::chrono::seconds patience = 30s) {
-    const auto end = std::chrono::steady_clock::now() + patience;
-    for (;;) {
-      for (; next_ < heard.size(); ++next_) {
-        if (wanted(heard[next_])) return &heard[next_++];
+  // Until the broker passes on to it whatever is published from now on.
+  void listen() {
+    ++probe_;
+    std::chrono::steady_clock::time_point again{};
+    REQUIRE(until([&] {
+      // One that went out on a connection that was about to break never comes back.
+      if (client_.connected() && std::chrono::steady_clock::now() >= again) {
+        client_.publish({kProbe, std::to_string(probe_), mqtt::Qos::at_least_once, false});
+        again = std::chrono::steady_clock::now() + 1s;
       }
-      if (std::chrono::steady_clock::now() > end) return nullptr;
+      return probe_heard_ == probe_;
+    }));
+  }
+  // Fetches until that is so; false: it does not come.
+  bool until(const std::function<bool()>& condition, std::chrono::seconds patience = 60s) {
+    const auto end = std::chrono::steady_clock::now() + patience;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > end) return false;
       fetch(100ms);
     }
+    return true;
   }
-  const Heard* await(MessageType type, std::chrono::seconds patience = 30s) {
-    return await([type](const Heard& h) { return h.topic.type == type; }, patience);
+  // The first message from `from` on that is as wanted; what comes before stays in `heard`. Null: it does not come.
+  const Heard* await(const std::function<bool(const Heard&)>& wanted) {
+    const Heard* found = nullptr;
+    until([&] {
+      for (; found == nullptr && next_ < heard.size(); ++next_) {
+        if (wanted(heard[next_])) found = &heard[next_];
+      }
+      return found != nullptr;
+    });
+    return found;
+  }
+  const Heard* await(MessageType type) {
+    return await([type](const Heard& h) { return h.topic.type == type; });
   }
   // Data in which the metric has this value.
   const Heard* await_value(const std::string& metric, const Value& value) {
@@ -108,16 +134,14 @@ class Host {
     say(sparkplug::state_topic("scada"), sparkplug::to_text(sparkplug::HostState{online, time_ms}),
         true);
   }
-  bool connected() const { return client_.connected(); }
 
  private:
-  void connect() {
-    client_.connect(std::nullopt);
-    for (int i = 0; i < 300 && !client_.connected(); ++i) fetch(100ms);
-  }
+  static constexpr const char* kProbe = "spBv1.0/probe";  // no topic of Sparkplug
+
   void take(mqtt::Event& event) {
     if (event.kind == mqtt::Event::Kind::disconnected) client_.connect(std::nullopt);
     if (event.kind != mqtt::Event::Kind::message) return;
+    if (event.message.topic == kProbe) probe_heard_ = std::stoi(event.message.payload);
     const auto topic = sparkplug::parse_topic(event.message.topic);
     if (!topic || topic->type == MessageType::ncmd || topic->type == MessageType::dcmd) return;
     Payload payload = sparkplug::decode(event.message.payload);
@@ -163,6 +187,8 @@ class Host {
   std::map<std::uint64_t, std::string> aliases_;  // and whose they are
   std::int64_t now_ms_ = 0;
   std::size_t next_ = 0;
+  int probe_ = 0;
+  int probe_heard_ = 0;
 };
 
 class Edge {
@@ -175,7 +201,7 @@ class Edge {
         "broker: {url: '" + url + "', keep_alive: 5, reconnect_min: 0.1, reconnect_max: 0.3" +
             broker + "}\nsparkplug: {group: plant, edge: box" + names +
             "}\nruntime_directory: " + folder.string() + "\nstore: {directory: " + folder.string() +
-            ", resend_window: 10}\ndata: {interval: 0.2}\n" + more);
+            ", resend_window: 30}\ndata: {interval: 0.2}\n" + more);
     program_.emplace(std::vector<std::string>{LOOPWARDEN_BIN_DIR "/loopwarden-edge", "--config",
                                               (folder / "edge.yaml").string()},
                      folder / "edge.log");
@@ -187,6 +213,8 @@ class Edge {
 
   void start() { program_->start(); }
   int end(int number) { return program_->end(number); }
+  void freeze() const { program_->signal(SIGSTOP); }
+  void thaw() const { program_->signal(SIGCONT); }
   std::string log() const { return program_->log(); }
 
  private:
@@ -198,6 +226,19 @@ struct Plant {
   FakeDaemon daemon{folder.path(), {"FIC-101", "FIC-102"}};
   MqttBroker broker;
   Host host{broker.port()};
+
+  // Until the edge has asked the daemon so many times from now on.
+  void look(std::size_t times) {
+    const std::size_t end = daemon.looks() + times;
+    REQUIRE(eventually([&] { return daemon.looks() >= end; }, 60s));
+  }
+  // `back` brings the broker back; the edge, without a primary host, finds it only once the host listens.
+  void bring_back(const Edge& edge, const std::function<void()>& back) {
+    edge.freeze();
+    back();
+    host.listen();
+    edge.thaw();
+  }
 };
 
 Metric wanted(std::string name, DataType type, Value value) {
@@ -333,15 +374,13 @@ TEST_CASE(
   int step = 0;
   const auto next_value = [&] {
     plant.daemon.set("FIC-101", "pv", 1.0 + 0.25 * ++step);
-    for (const std::size_t looks = plant.daemon.looks(); plant.daemon.looks() < looks + 2;) {
-      std::this_thread::sleep_for(10ms);
-    }
+    plant.look(2);
   };
   for (int i = 0; i < 3; ++i) next_value();
   plant.broker.kill();
   for (int i = 0; i < 10; ++i) next_value();
-  plant.broker.start();
-  REQUIRE(plant.host.await(MessageType::nbirth, 60s) != nullptr);
+  plant.bring_back(edge, [&] { plant.broker.start(); });
+  REQUIRE(plant.host.await(MessageType::nbirth) != nullptr);
   for (int i = 0; i < 3; ++i) next_value();
   REQUIRE(plant.host.await_value("pv", 1.0 + 0.25 * 13) != nullptr);
   REQUIRE(plant.host.await_value("pv", 1.0 + 0.25 * step) != nullptr);
@@ -362,16 +401,15 @@ TEST_CASE("the store outlives the program", "[edge]") {
   Edge edge(plant.folder.path(), plant.broker);
   for (const double pv : {6.0, 7.0, 8.0}) {
     plant.daemon.set("FIC-101", "pv", pv);
-    for (const std::size_t looks = plant.daemon.looks(); plant.daemon.looks() < looks + 4;) {
-      std::this_thread::sleep_for(10ms);
-    }
+    plant.look(4);
   }
   CHECK(edge.end(SIGTERM) == 0);
-  edge.start();
+  // Without a primary host the edge says its history to whoever listens as it comes.
   plant.broker.start();
+  plant.host.listen();
+  edge.start();
   REQUIRE(plant.host.await_value("pv", 8.0) != nullptr);
-  for (int i = 0; i < 100 && received(plant.host).historical.size() < 3; ++i)
-    plant.host.fetch(100ms);
+  CHECK(plant.host.until([&] { return received(plant.host).historical.size() >= 3; }));
   const Received all = received(plant.host);
   CHECK(all.times_by_value.count(6.0) == 1);
   CHECK(all.times_by_value.count(7.0) == 1);
@@ -410,19 +448,18 @@ TEST_CASE("a broker that accepts and hangs delays nothing but its own messages",
   Edge edge(folder.path(), "mqtt://127.0.0.1:" + std::to_string(silent.port()));
   // It goes on looking at the daemon, all the time that it takes to give up the broker, and then again.
   const auto gives_up = [&](int times) {
-    for (int i = 0; i < 3000; ++i) {
+    const auto seen = [&] {
       const std::string log = edge.log();
-      int seen = 0;
+      int count = 0;
       for (std::size_t at = log.find("warning broker:"); at != std::string::npos;
            at = log.find("warning broker:", at + 1)) {
-        ++seen;
+        ++count;
       }
-      if (seen >= times) return true;
-      std::this_thread::sleep_for(20ms);
-    }
-    return false;
+      return count >= times;
+    };
+    return eventually(seen, 90s);
   };
-  for (int i = 0; i < 600 && daemon.looks() < 3; ++i) std::this_thread::sleep_for(20ms);
+  REQUIRE(eventually([&] { return daemon.looks() >= 3; }, 60s));
   const std::size_t before = daemon.looks();
   REQUIRE(gives_up(1));
   CHECK(daemon.looks() > before + 5);
@@ -440,18 +477,13 @@ TEST_CASE("a broker that hangs while it is connected: nothing that was measured 
   // Until it was given up, and longer.
   while (edge.log().find("warning broker:") == std::string::npos && step < 400) {
     plant.daemon.set("FIC-101", "pv", 0.1 + 0.0625 * (++step % 150));
-    for (const std::size_t looks = plant.daemon.looks(); plant.daemon.looks() < looks + 2;) {
-      std::this_thread::sleep_for(10ms);
-    }
+    plant.look(2);
   }
   REQUIRE(step < 150);
-  plant.broker.go_on();
+  plant.bring_back(edge, [&] { plant.broker.go_on(); });
   // And the value of the first birth.
-  for (int i = 0;
-       i < 600 && received(plant.host).times_by_value.size() <= static_cast<std::size_t>(step);
-       ++i) {
-    plant.host.fetch(100ms);
-  }
+  CHECK(plant.host.until(
+      [&] { return received(plant.host).times_by_value.size() > static_cast<std::size_t>(step); }));
   const Received all = received(plant.host);
   for (int i = 1; i <= step; ++i) {
     INFO("value " << i << " of " << step);
@@ -464,12 +496,10 @@ TEST_CASE(
     "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker, "", ", primary_host: scada");
-  for (int i = 0; i < 200 && edge.log().find("connected") == std::string::npos; ++i)
-    std::this_thread::sleep_for(20ms);
+  REQUIRE(
+      eventually([&] { return edge.log().find("broker: connected") != std::string::npos; }, 60s));
   plant.daemon.set("FIC-101", "pv", 2.0);
-  for (const std::size_t looks = plant.daemon.looks(); plant.daemon.looks() < looks + 4;) {
-    std::this_thread::sleep_for(10ms);
-  }
+  plant.look(4);
   plant.host.fetch(100ms);
   CHECK(plant.host.heard.empty());
   plant.host.be_online(true, 1000);
@@ -614,7 +644,8 @@ TEST_CASE("evidence comes in parts on request", "[edge]") {
   plant.host.command(MessageType::dcmd, "FIC-101",
                      {wanted("request/evidence", DataType::string, std::string("../x"))});
   CHECK(plant.host.await_value("order/result",
-                               std::string("request/evidence ../x: there is none")) != nullptr);
+                               std::string("request/evidence ../x: refused: there is none")) !=
+        nullptr);
 }
 
 TEST_CASE("TLS with a certificate of its own", "[edge]") {
@@ -633,7 +664,6 @@ TEST_CASE("TLS with a certificate of its own", "[edge]") {
   settings.key.file = certificates.file("client.key");
   Host host(settings);
   // It may have been born before the host came.
-  REQUIRE(host.connected());
   host.command(MessageType::ncmd, "", {wanted("Node Control/Rebirth", DataType::boolean, true)});
   CHECK(host.await(MessageType::dbirth) != nullptr);
 }
@@ -650,6 +680,16 @@ TEST_CASE("--check names what is wrong; a bad configuration is 78, a bad line 64
   CHECK(tests::run(program + " 2>&1").exit_code == 64);
   CHECK(tests::run(program + " --config /none 2>&1").exit_code == 78);
   CHECK(tests::run(program + " --version").exit_code == 0);
+}
+
+TEST_CASE("a store that a later version wrote ends it with 78 and a sentence", "[edge]") {
+  const tests::TemporaryFolder folder;
+  { const edge::Store store(folder / "store.sqlite", 1'000'000); }
+  sqlite::Database(folder / "store.sqlite", sqlite::Access::write, 1s)
+      .execute("PRAGMA user_version=2");
+  Edge edge(folder.path(), "mqtt://127.0.0.1:1");
+  CHECK(edge.end(0) == 78);
+  CHECK_THAT(edge.log(), Catch::Contains("store.sqlite is a store of version 2"));
 }
 
 }  // namespace edge_process_test

@@ -92,6 +92,47 @@ TEST_CASE("a file that is damaged or another's is moved aside", "[edge]") {
   CHECK(aside == 1);
 }
 
+TEST_CASE("a row that can't be decoded is set aside and counted, and keeps no other", "[edge]") {
+  const TemporaryFolder folder;
+  {
+    Store store(folder / "s", kPlenty);
+    store.append({report("a", 1), report("a", 2), report("a", 3)});
+  }
+  loopwarden::sqlite::Database(folder / "s", loopwarden::sqlite::Access::write, 1s)
+      .execute("UPDATE report SET payload = x'FFFF' WHERE id = 2");
+  Store store(folder / "s", kPlenty);
+  Outbox outbox(store, 60s);
+  std::vector<double> sent;
+  const auto replay = [&] {
+    outbox.replay(10, {}, [&](const Report& r) {
+      sent.push_back(value_of(r));
+      return true;
+    });
+  };
+  replay();
+  replay();
+  CHECK(sent == std::vector<double>{1, 3});
+  CHECK(store.dropped() == 1);
+  CHECK(store.waiting() == 2);
+  loopwarden::sqlite::Database reader(folder / "s", loopwarden::sqlite::Access::read, 1s);
+  loopwarden::sqlite::Statement aside(reader, "SELECT id, device, payload FROM unreadable");
+  REQUIRE(aside.step());
+  CHECK(aside.integer(0) == 2);
+  CHECK(aside.text(2) == "\xFF\xFF");
+  CHECK_FALSE(aside.step());
+}
+
+TEST_CASE("a store of a later version is refused and stays", "[edge]") {
+  const TemporaryFolder folder;
+  { Store store(folder / "s", kPlenty); }
+  loopwarden::sqlite::Database(folder / "s", loopwarden::sqlite::Access::write, 1s)
+      .execute("PRAGMA user_version=2");
+  const std::string before = loopwarden::tests::read_file(folder / "s");
+  CHECK_THROWS_WITH(Store(folder / "s", kPlenty),
+                    Catch::Contains("store of version 2, this program knows version 1"));
+  CHECK(loopwarden::tests::read_file(folder / "s") == before);
+}
+
 TEST_CASE("without a folder there is no store", "[edge]") {
   const TemporaryFolder folder;
   CHECK_THROWS_AS(Store(folder / "none/s", kPlenty), loopwarden::sqlite::Error);

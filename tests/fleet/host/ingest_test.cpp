@@ -51,6 +51,64 @@ TEST_CASE("births and data become rows that name metric, time and value") {
   CHECK(batch.ask_rebirth.empty());
 }
 
+TEST_CASE("of a group as many edge nodes are taken as may be, and each counts once") {
+  Ingest ingest({}, 3);
+  std::vector<EdgeMessages> edges;
+  for (const char* name : {"1", "2", "3", "4"}) edges.emplace_back(name);
+  taken(ingest, {edges[0].nbirth(), edges[1].nbirth()});
+  // Those that are known and say something leave room for the third; there is none for a fourth.
+  const Batch batch = taken(ingest, {edges[0].nbirth(), edges[1].nbirth(), edges[2].nbirth(),
+                                     edges[2].dbirth(), edges[3].nbirth()});
+  CHECK(batch.counts.garbage == 1);
+  CHECK(ingest.edges().size() == 3);
+  CHECK(ingest.edges().contains({"A", "3"}));
+}
+
+TEST_CASE("an alarm was raised when the box says so, and not when the box was born") {
+  EdgeMessages edge;
+  Ingest ingest;
+  const std::uint64_t since = tests::kNoon - 600'000;
+  const auto alarm = [&](const char* state, sparkplug::Value raised) {
+    return std::vector<sparkplug::Metric>{
+        metric("alarm/stiction/state", DataType::string, std::string(state)),
+        metric("alarm/stiction/since", DataType::date_time, std::move(raised))};
+  };
+  const auto rows = [&](const std::vector<Arrival>& arrivals) {
+    std::vector<std::pair<std::string, std::int64_t>> all;
+    for (const fleet::AlarmRow& row : taken(ingest, arrivals).rows.alarms) {
+      all.emplace_back(row.state, row.time_ms - static_cast<std::int64_t>(tests::kNoon));
+    }
+    return all;
+  };
+  using Rows = std::vector<std::pair<std::string, std::int64_t>>;
+  CHECK(rows({edge.nbirth(), edge.birth_of(alarm("acknowledged", since))}) ==
+        Rows{{"unacknowledged", -600'000}, {"acknowledged", 1}});
+  CHECK(rows({edge.birth_of(alarm("unacknowledged", since))}) ==
+        Rows{{"unacknowledged", -600'000}, {"unacknowledged", 2}});
+  // Long gone, or of a clock that was wrong, or never raised.
+  CHECK(rows({edge.birth_of(alarm("normal", since))}) == Rows{{"normal", 3}});
+  CHECK(rows({edge.birth_of(alarm("acknowledged", tests::kNoon + 600'000))}) ==
+        Rows{{"acknowledged", 4}});
+  CHECK(rows({edge.birth_of(alarm("suppressed", {}))}) == Rows{{"suppressed", 5}});
+}
+
+TEST_CASE("a box that refuses to send evidence says of what, and why") {
+  EdgeMessages edge;
+  Ingest ingest;
+  const auto said = [&](const char* text) {
+    return edge.data({metric("order/result", DataType::string, std::string(text))});
+  };
+  taken(ingest,
+        {edge.nbirth(), edge.birth_of({metric("order/result", DataType::string, std::string())})});
+  const Batch batch =
+      taken(ingest, {said("request/evidence stiction: refused: there is none"),
+                     said("request/evidence e1: left out: a is larger than 1 bytes"),
+                     said("sp 5: refused: the loop is in manual")});
+  REQUIRE(batch.rows.refusals.size() == 1);
+  CHECK(batch.rows.refusals[0].request == "stiction");
+  CHECK(batch.rows.refusals[0].why == "there is none");
+}
+
 TEST_CASE("a batch that is not committed leaves no trace") {
   EdgeMessages edge;
   Ingest ingest;

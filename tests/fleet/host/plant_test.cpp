@@ -22,8 +22,10 @@
 #include "fleet/host/lease.hpp"
 #include "fleet/host/maintenance.hpp"
 #include "fleet/host/migrations.hpp"
+#include "fleet/host/writer.hpp"
 #include "fleet/mqtt/client.hpp"
 #include "fleet/sparkplug/host_state.hpp"
+#include "model/monitor/alarm.hpp"
 #include "tests/fleet/host/messages.hpp"
 #include "tests/support/mqtt_broker.hpp"
 #include "tests/support/postgres.hpp"
@@ -342,6 +344,18 @@ TEST_CASE("a state of a later time at the broker makes the host connect anew wit
   CHECK(eventually([&] { return wire.host_online(); }, 30s));
 }
 
+TEST_CASE("a state of a time that can have no later one does not keep the host from its group",
+          "[plant]") {
+  if (!installed()) return;
+  Plant plant;
+  Wire wire(plant.broker.port());
+  const std::string topic = "spBv1.0/STATE/loopwarden-A";
+  wire.send_retained(topic, R"({"online":false,"timestamp":18446744073709551615})");
+  const HostProcess host(plant.database, plant.broker.port());
+  REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
+  CHECK_THAT(host.log(), !Catch::Contains("connecting again"));
+}
+
 TEST_CASE("a group has one owner; a second host takes over within 10 s of its death", "[plant]") {
   if (!installed()) return;
   Served plant;
@@ -453,7 +467,7 @@ TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
     });
   }
   for (std::thread& program : programs) program.join();
-  CHECK(applied == 5);
+  CHECK(applied == 6);
   const auto connection = fleet::open_database({database.url(), {}});
   pqxx::nontransaction(*connection).exec("INSERT INTO migration(number) VALUES(99)");
   CHECK_THROWS_WITH(fleet::migrate(*connection), Catch::Contains("newer"));
@@ -530,6 +544,151 @@ TEST_CASE("an alarm is now what its newest change says, also where an older one 
   CHECK(database.ask("SELECT count(*) FROM worst_valve WHERE severity = 5") == "1");
   change("1", "normal");
   CHECK(database.ask("SELECT count(*) FROM worst_valve") == "0");
+}
+
+// What a batch of messages makes of a database of its own.
+struct Written {
+  tests::Postgres database;
+  std::unique_ptr<pqxx::connection> connection = fleet::open_database({database.url(), {}});
+  fleet::Ingest ingest;
+  EdgeMessages edge;
+
+  Written() { fleet::migrate(*connection); }
+  void write(const std::vector<Arrival>& arrivals) {
+    fleet::Batch batch = ingest.prepare(arrivals, static_cast<std::int64_t>(now_ms()));
+    fleet::Writer(*connection, {.evidence_delay_s = 0}).write(batch);
+    ingest.commit(std::move(batch));
+  }
+  Arrival alarm(std::uint64_t state, std::uint64_t time_ms) {
+    return edge.data({metric("", DataType::unknown, state, time_ms, 3)});
+  }
+  std::string states() const {
+    return database.ask("SELECT string_agg(state, ' ' ORDER BY time) FROM alarm");
+  }
+};
+
+TEST_CASE("an alarm that comes and goes within one batch has gone", "[plant]") {
+  if (!installed()) return;
+  using monitor::AlarmState;
+  const auto code = [](AlarmState state) { return static_cast<std::uint64_t>(state); };
+  const std::uint64_t normal = code(AlarmState::normal);
+  const std::uint64_t raised = code(AlarmState::unacknowledged);
+  const std::uint64_t seen = code(AlarmState::acknowledged);
+  Written plant;
+  const std::uint64_t start = plant.edge.time_ms;
+  plant.write({plant.edge.nbirth(), plant.edge.dbirth()});
+  SECTION("in order") {
+    plant.write({plant.alarm(raised, start + 100), plant.alarm(raised, start + 200),
+                 plant.alarm(normal, start + 300)});
+    CHECK(plant.states() == "unacknowledged normal");
+    CHECK(plant.database.ask("SELECT count(*) FROM request") == "1");
+  }
+  SECTION("the newer message first: the alarm's own time decides") {
+    plant.write({plant.alarm(normal, start + 300), plant.alarm(raised, start + 100)});
+    CHECK(plant.states() == "unacknowledged normal");
+  }
+  SECTION("around a change that is there already") {
+    plant.write({plant.alarm(seen, start + 200)});
+    plant.write({plant.alarm(raised, start + 100), plant.alarm(normal, start + 300),
+                 plant.alarm(raised, start + 400), plant.alarm(normal, start + 500)});
+    CHECK(plant.states() == "unacknowledged acknowledged normal unacknowledged normal");
+  }
+  SECTION("the same batch twice") {
+    for (int times = 0; times < 2; ++times) {
+      plant.write({plant.alarm(raised, start + 100), plant.alarm(normal, start + 300)});
+    }
+    CHECK(plant.states() == "unacknowledged normal");
+  }
+  CHECK(plant.database.ask("SELECT state FROM alarm_now") == "normal");
+}
+
+TEST_CASE("a birth that takes a value back within one batch is the newest", "[plant]") {
+  if (!installed()) return;
+  Written plant;
+  plant.write({plant.edge.nbirth(), plant.edge.dbirth(5.0)});
+  plant.write({plant.edge.pv(6.0), plant.edge.dbirth(5.0), plant.edge.dbirth(5.0)});
+  CHECK(plant.database.ask(kNewestPv) == "5");
+  CHECK(plant.database.ask(kPvRows) == "3");
+}
+
+TEST_CASE("evidence is asked for until all of it is here, or the box says that there is none",
+          "[plant]") {
+  if (!installed()) return;
+  Written plant;
+  plant.write({plant.edge.nbirth(),
+               plant.edge.birth_of({metric("order/result", DataType::string, std::string())})});
+  const auto exec = [&](const std::string& sql) {
+    pqxx::nontransaction(*plant.connection).exec(sql);
+  };
+  exec(
+      "INSERT INTO request(device_id, metric, value) SELECT id, 'request/evidence', 'stiction' "
+      "FROM device WHERE name <> ''");
+  int asked = 0;
+  bool goes = true;
+  const auto ask = [&] {
+    asked = 0;
+    fleet::ask_due_requests(*plant.connection, "A", [&](const fleet::DueRequest& request) {
+      CHECK(request.value == "stiction");
+      ++asked;
+      return goes;
+    });
+    return asked;
+  };
+  const auto later = [&](const char* minutes) {
+    exec(fmt::format("UPDATE request SET sent = sent - {} * interval '1 minute'", minutes));
+  };
+  const auto file = [&](const char* name, const char* bytes, const char* sha256,
+                        std::int64_t part) {
+    sparkplug::Metric one = metric(std::string("file/") + name, DataType::file,
+                                   sparkplug::Bytes{bytes}, plant.edge.time_ms);
+    one.properties = {{"part", DataType::int32, part},
+                      {"parts", DataType::int32, std::int64_t{2}},
+                      {"files", DataType::int32, std::int64_t{2}},
+                      {"folder", DataType::string, std::string("e1")},
+                      {"request", DataType::string, std::string("stiction")},
+                      {"sha256", DataType::string, std::string(sha256)}};
+    return plant.edge.data({one});
+  };
+  const char* hello = "2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824";
+  const char* abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+  const auto open = [&] {
+    return plant.database.ask("SELECT count(*) FROM request WHERE done IS NULL");
+  };
+  // It could not go out: it is still due.
+  goes = false;
+  CHECK(ask() == 1);
+  goes = true;
+  CHECK(ask() == 1);
+  CHECK(ask() == 0);
+  SECTION("a part was lost: once more, and then it is whole") {
+    plant.write({file("record.csv", "hel", hello, 0), file("twin.yaml", "ab", abc, 0),
+                 file("twin.yaml", "c", abc, 1)});
+    CHECK(open() == "1");
+    later("11");
+    CHECK(ask() == 1);
+    later("11");
+    CHECK(ask() == 0);
+    plant.write({file("twin.yaml", "ab", abc, 0), file("record.csv", "lo", hello, 1)});
+    CHECK(open() == "0");
+    CHECK(plant.database.ask("SELECT count(*) FROM evidence WHERE complete IS NOT NULL") == "2");
+  }
+  SECTION("there is none") {
+    plant.write({plant.edge.data(
+        {metric("order/result", DataType::string,
+                std::string("request/evidence stiction: refused: there is none"))})});
+    CHECK(plant.database.ask("SELECT answer FROM request") == "there is none");
+  }
+  SECTION("no answer at all: given up some day") {
+    for (int tries = 1; tries < 6; ++tries) {
+      later("400");
+      CHECK(ask() == 1);
+    }
+    later("400");
+    CHECK(ask() == 0);
+    CHECK(plant.database.ask("SELECT answer FROM request") == "never answered");
+  }
+  later("9999");
+  CHECK(ask() == 0);
 }
 
 TEST_CASE("a box differs from what most of its group have", "[plant]") {

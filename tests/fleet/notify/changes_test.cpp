@@ -80,6 +80,32 @@ TEST_CASE("an alarm's life is told once, change by change", "[notify][changes]")
   }
 }
 
+TEST_CASE("a change has the time at which it happened, and that at which it was read",
+          "[notify][changes]") {
+  const auto event = [](AlarmPicture picture, AlarmReading now, std::int64_t raised_ms,
+                        std::int64_t changed_ms) {
+    now.raised_ms = raised_ms;
+    now.changed_ms = changed_ms;
+    const std::vector<Event> events = take_changes(picture, now, 1000);
+    CHECK(events.at(0).noticed_ms == 1000);
+    return events.at(0);
+  };
+  const AlarmReading raised = reading("unacknowledged", 2);
+  CHECK(event(at("normal"), raised, 400, 400).utc_ms == 400);
+  // There for long when the program saw it for the first time.
+  CHECK(event(first_picture(raised), raised, 7, 7).utc_ms == 7);
+  CHECK(event(at("unacknowledged"), reading("acknowledged"), 400, 600).utc_ms == 600);
+  CHECK(event(at("acknowledged"), reading("normal"), 400, 700).utc_ms == 700);
+  CHECK(event(at("normal"), reading("shelved"), 400, 800).utc_ms == 800);
+  // Hidden by another alarm, and back: nothing of the alarm itself changed then.
+  CHECK(event(at("unacknowledged"), reading("suppressed"), 400, 400).utc_ms == 1000);
+  CHECK(event(at("suppressed"), reading("unacknowledged"), 400, 400).utc_ms == 1000);
+  CHECK(event(at("shelved"), reading("unacknowledged"), 400, 900).utc_ms == 1000);
+  // Of a clock that was set back, or of a daemon that does not say.
+  CHECK(event(at("normal"), raised, 5000, 5000).utc_ms == 1000);
+  CHECK(event(at("normal"), raised, 0, 0).utc_ms == 1000);
+}
+
 TEST_CASE("of an alarm never seen before only what is there is news", "[notify][changes]") {
   CHECK(told(first_picture(reading("normal", 12)), reading("normal", 12)).empty());
   CHECK(told(first_picture(reading("unacknowledged", 12)), reading("unacknowledged", 12)) ==

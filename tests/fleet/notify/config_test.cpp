@@ -146,6 +146,17 @@ TEST_CASE("secrets are read from a credential or a file", "[notify][config]") {
   CHECK_THROWS(read_secret({{}, (folder / "key").string()}));
 }
 
+TEST_CASE("page_url is a URL of http or https, without a slash behind it", "[notify][config]") {
+  const auto good = read_notify_text("n.yaml", kWhole + "page_url: 'https://box7:8443/'\n");
+  REQUIRE(good);
+  CHECK(good->page_url == "https://box7:8443");
+  CHECK(read_notify_text("n.yaml", kWhole)->page_url.empty());
+  for (const std::string bad : {"box7", "ftp://box7", "https://box 7"}) {
+    CHECK_THAT(said(kWhole + "page_url: '" + bad + "'\n"),
+               Catch::Contains("must be https://HOST[:PORT]"));
+  }
+}
+
 TEST_CASE("docs/notify-keys.md says what the reader says", "[notify][config][reference]") {
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/notify-keys.md";
   const std::string described =

@@ -67,7 +67,7 @@ TEST_CASE("a flood is one message that counts what it does not list", "[notify][
   const Message message = message_of("mail", events, kNoon);
   CHECK(message.events.size() == kMostListed);
   CHECK(message.count() == 5000);
-  CHECK(headline(message, "box") == "box: 5000 changes of alarms: 4000 came, 1000 went");
+  CHECK(headline(message, sender()) == "box 12: 5000 changes of alarms: 4000 came, 1000 went");
   CHECK(letter(message, sender()).find("... and 4900 more") != std::string::npos);
 }
 

@@ -102,15 +102,17 @@ TEST_CASE("an alarm's way from the daemon to a webhook, and the daemon's silence
   REQUIRE(has(folder / "log", 5));
   CHECK(texts(folder / "log") ==
         std::vector<std::string>{
-            "box 12: FIC-101: stiction came, 6.1 %",
-            "box 12: FIC-101: stiction acknowledged, 6.1 %, by uid 7 (seen?Bcc: x)",
+            "box 12: FIC-101 (cooling water): Stiction came, 6.1 %",
+            "box 12: FIC-101 (cooling water): Stiction acknowledged, 6.1 %, by uid 7 (seen?Bcc: x)",
             "box 12: the daemon does not answer: no loop is watched",
-            "box 12: the daemon answers again", "box 12: FIC-101: stiction went, 6.1 %"});
+            "box 12: the daemon answers again",
+            "box 12: FIC-101 (cooling water): Stiction went, 6.1 %"});
   CHECK(eventually([&] { return program.list().front().at("state") == "sent"; }));
   CHECK(program.list().size() == 5);
   const auto listed =
       loopwarden::tests::run(kProgram + " --config " + program.config().string() + " --list");
-  CHECK_THAT(listed.text, Catch::Contains("sent    box 12: FIC-101: stiction went, 6.1 %\n"));
+  CHECK_THAT(listed.text,
+             Catch::Contains("sent    box 12: FIC-101 (cooling water): Stiction went, 6.1 %\n"));
   CHECK_THAT(listed.text, Catch::Contains("attempt 1: answered 200\n"));
   CHECK(program.end(SIGTERM) == 0);
 }
@@ -381,7 +383,7 @@ TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its o
   // What was told of it; empty: nothing yet.
   const auto told = [&](const std::string& what) {
     for (const std::string& text : texts(folder / "log")) {
-      if (text.starts_with("box 12: FIC-101: stiction " + what)) return text;
+      if (text.starts_with("box 12: FIC-101: Stiction " + what)) return text;
     }
     return std::string();
   };
@@ -425,6 +427,25 @@ TEST_CASE("a missing secret ends with 78, a damaged store is put aside", "[notif
   damaged.start();
   CHECK(has(folder / "log", 1));
   CHECK_THAT(damaged.log(), Catch::Contains("a new one begins"));
+}
+
+TEST_CASE("a queue that a later version wrote ends it with 78 and stays", "[notify][program]") {
+  Program program(
+      "channels: {hook: {kind: webhook, url: 'https://127.0.0.1/'}}\n"
+      "routes: [{channels: [hook]}]\n");
+  const std::filesystem::path file = program.file("notifications.sqlite");
+  { const Outbox outbox(file); }
+  loopwarden::sqlite::Database(file, loopwarden::sqlite::Access::write, std::chrono::seconds(1))
+      .execute("PRAGMA user_version=2");
+  const std::string before = read_file(file);
+  program.start();
+  CHECK(program.end(0) == 78);
+  CHECK_THAT(program.log(), Catch::Contains("file of notifications of version 2"));
+  const auto listed =
+      loopwarden::tests::run(kProgram + " --config " + program.config().string() + " --list 2>&1");
+  CHECK(listed.exit_code == 78);
+  CHECK_THAT(listed.text, Catch::Contains("this program knows version 1"));
+  CHECK(read_file(file) == before);
 }
 
 TEST_CASE("what an attempt means for its message", "[notify][store]") {

@@ -139,6 +139,9 @@ class FakeDaemon {
   std::string answer(std::string_view line) {
     const std::lock_guard lock(mutex_);
     ++asked_;
+    if (nlohmann::json::parse(line).at("request") == "describe") {
+      return R"({"ok": true, "loops": [{"tag": "FIC-101", "description": "cooling water"}]})";
+    }
     if (nlohmann::json::parse(line).at("request") == "journal") {
       return nlohmann::json{{"ok", true}, {"lines", journal_}}.dump();
     }

@@ -37,6 +37,37 @@ Attempt attempt(const Message& message, MessageState state, std::int64_t again_m
 
 }  // namespace
 
+TEST_CASE("what can't be read fails alone, and the channel goes on", "[notify][store]") {
+  const Store store;
+  {
+    Outbox outbox(store.file);
+    make_message(outbox, "mail");
+    make_message(outbox, "mail");
+    outbox.post(step_of("mail", 2), kNoon);
+  }
+  {
+    loopwarden::sqlite::Database damaged(store.file, loopwarden::sqlite::Access::write,
+                                         std::chrono::seconds(1));
+    damaged.execute("UPDATE message SET content = '{\"events\": 7' WHERE id = 1");
+    damaged.execute("UPDATE waiting SET event = 'x' WHERE id = (SELECT min(id) FROM waiting)");
+  }
+  Outbox outbox(store.file);
+  const auto waiting = outbox.waiting("mail");
+  REQUIRE(waiting.size() == 1);
+  CHECK(waiting[0].event.loop == "F1");
+  const auto message = outbox.next("mail", kNoon, std::nullopt);
+  REQUIRE(message);
+  CHECK(message->id == 2);
+  const std::vector<MessageRow> rows = outbox.newest(10);
+  REQUIRE(rows.size() == 2);
+  CHECK(rows[1].state == MessageState::failed);
+  CHECK_THAT(rows[1].result, Catch::Contains("can't be read"));
+  // The next message says that one event was lost.
+  const Message next = message_of("mail", std::span(&waiting[0].event, 1), kNoon);
+  outbox.queue(std::span(&next, 1), std::span(&waiting[0].id, 1));
+  CHECK(outbox.newest(1).front().message.lost == 1);
+}
+
 TEST_CASE("what was told, what waits and what was made survive", "[notify][store]") {
   const Store store;
   {

@@ -59,20 +59,21 @@ TEST_CASE("one line of valid UTF-8, whatever it was", "[notify][text]") {
 }
 
 TEST_CASE("sentences, headlines and letters", "[notify][text]") {
-  CHECK(sentence(event_of("FIC-101")) == "FIC-101: stiction came, 6.1 %");
+  const Sender box = sender();
+  CHECK(sentence(event_of("FIC-101"), box) == "FIC-101: Stiction came, 6.1 %");
   Event waits = event_of("FIC-101", Change::unacknowledged);
   waits.waits_min = 30;
-  CHECK(sentence(waits) == "FIC-101: stiction not acknowledged for 30 min, 6.1 %");
+  CHECK(sentence(waits, box) == "FIC-101: Stiction not acknowledged for 30 min, 6.1 %");
   Event seen = event_of("FIC-101", Change::acknowledged, std::nullopt);
   seen.peer = "uid 1000";
   seen.reason = "seen";
-  CHECK(sentence(seen) == "FIC-101: stiction acknowledged, by uid 1000 (seen)");
-  CHECK(headline(message_with({event_of("FIC-101")}), "box 12") ==
-        "box 12: FIC-101: stiction came, 6.1 %");
+  CHECK(sentence(seen, box) == "FIC-101: Stiction acknowledged, by uid 1000 (seen)");
+  CHECK(headline(message_with({event_of("FIC-101")}), box) ==
+        "box 12: FIC-101: Stiction came, 6.1 %");
   const std::string text = letter(message_with({event_of("FIC-101")}), sender());
-  CHECK(text.find("2026-11-24 13:00:00 +0100  FIC-101: stiction came, 6.1 %\n") !=
+  CHECK(text.find("2026-11-24 13:00:00 +0100  FIC-101: Stiction came, 6.1 %\n") !=
         std::string::npos);
-  CHECK(text.find("cause: the stem sticks") != std::string::npos);
+  CHECK(text.find("\nStiction\n  cause: the stem sticks") != std::string::npos);
   CHECK(rfc3339(kNoon + 7) == "2026-11-24T12:00:00.007Z");
 }
 
@@ -81,7 +82,7 @@ TEST_CASE("a process alarm is told with its reason and its guide, as urgently as
   Event lost = event_of("FIC-101", Change::came, std::nullopt);
   lost.alarm = "output_lost";
   lost.reason = "commands don't reach the device";
-  CHECK(sentence(lost) == "FIC-101: output_lost came (commands don't reach the device)");
+  CHECK(sentence(lost, sender()) == "FIC-101: Output lost came (commands don't reach the device)");
   CHECK(letter(message_with({lost}), sender()).find("action: look at the valve") !=
         std::string::npos);
   const int urgent = priority_of(lost);
@@ -91,6 +92,47 @@ TEST_CASE("a process alarm is told with its reason and its guide, as urgently as
   CHECK(priority_of(lost) == urgent);
 }
 
+TEST_CASE("a text says what the loop is for, what the alarm is called, and where to look",
+          "[notify][text]") {
+  CHECK(alarm_words("model_gap") == "No longer as commissioned");
+  CHECK(alarm_words("low_air_supply") == "Low air supply");
+  CHECK(alarm_words("output_lost") == "Output lost");
+  CHECK(alarm_words("").empty());
+  Event event = event_of("10/FIC 101");
+  event.alarm = "unknown";
+  event.description = "cooling water";
+  Sender with_page = sender();
+  with_page.page_url = "https://box12:8443";
+  CHECK(sentence(event, with_page) ==
+        "10/FIC 101 (cooling water): Unknown valve fault came, 6.1 %");
+  const std::string link = "\nhttps://box12:8443/#/loop/10%2FFIC%20101\n";
+  CHECK_THAT(letter(message_with({event, event}), with_page), Catch::Contains(link));
+  CHECK_THAT(letter(message_with({event}), sender()), !Catch::Contains("http"));
+  const nlohmann::json hook =
+      nlohmann::json::parse(webhook_body(message_with({event}), with_page)).at("events").at(0);
+  CHECK(hook.at("page") == "https://box12:8443/#/loop/10%2FFIC%20101");
+  CHECK(hook.at("alarm") == "unknown");
+  CHECK(hook.at("alarm_text") == "Unknown valve fault");
+  // The page itself where there are many loops, or none.
+  Event down = event_of("");
+  down.alarm = kDaemonAlarm;
+  CHECK_THAT(letter(message_with({down}), with_page),
+             Catch::Contains("\nhttps://box12:8443/\n") && !Catch::Contains("#/loop"));
+  CHECK_THAT(letter(message_with(std::vector<Event>(6, event)), with_page),
+             Catch::Contains("\nhttps://box12:8443/\n") && !Catch::Contains("#/loop"));
+}
+
+TEST_CASE("an alarm that is told late says since when it is there", "[notify][text]") {
+  Event event = event_of("FIC-101");
+  event.noticed_ms = kNoon + 59'000;
+  CHECK_THAT(sentence(event, sender()), Catch::Contains("Stiction came"));
+  event.noticed_ms = kNoon + 60'000;
+  CHECK(sentence(event, sender()) ==
+        "FIC-101: Stiction is there since 2026-11-24 13:00:00 +0100, 6.1 %");
+  event.change = Change::went;
+  CHECK_THAT(sentence(event, sender()), Catch::Contains("Stiction went"));
+}
+
 TEST_CASE("an event comes back from JSON as it was", "[notify][text]") {
   for (const Change change : {Change::came, Change::went, Change::acknowledged, Change::shelved,
                               Change::unacknowledged}) {
@@ -98,6 +140,8 @@ TEST_CASE("an event comes back from JSON as it was", "[notify][text]") {
     event.waits_min = 3;
     event.peer = "p";
     event.reason = "r";
+    event.description = "d";
+    event.noticed_ms = kNoon + 1;
     CHECK(event_from(nlohmann::json::parse(dump(to_json(event)))) == event);
   }
 }
@@ -107,7 +151,7 @@ TEST_CASE("a mail's fields hold what they are given", "[notify][mail]") {
   CHECK(
       mail.starts_with("Date: Tue, 24 Nov 2026 12:00:00 +0000\nFrom: box@plant.example\n"
                        "To: a@plant.example,\n b@plant.example\n"
-                       "Subject: box 12: FIC-101: stiction came, 6.1 %\nMessage-ID: <loopwarden."));
+                       "Subject: box 12: FIC-101: Stiction came, 6.1 %\nMessage-ID: <loopwarden."));
   CHECK(mail.find("@plant.example>\nAuto-Submitted: auto-generated\nMIME-Version: 1.0\n") !=
         std::string::npos);
   // The same message has the same id, another one another.
@@ -157,7 +201,7 @@ TEST_CASE("Python's mail reader reads back any subject and body", "[notify][mail
   REQUIRE(loopwarden::tests::run("python3 " + (folder / "read.py").string() + " " +
                                  (folder / "mail").string())
               .exit_code == 0);
-  CHECK(read_file(folder / "mail.subject") == headline(message, "box 12"));
+  CHECK(read_file(folder / "mail.subject") == headline(message, sender()));
   CHECK(read_file(folder / "mail.body") == letter(message, sender()));
 }
 
@@ -192,7 +236,7 @@ TEST_CASE("a syslog line as RFC 5424 wants it", "[notify][syslog]") {
         "[loopwarden@32473 box=\"box 12\" notification=\"7\" loop=\"FIC-101\" alarm=\"stiction\" "
         "change=\"came\" state=\"unacknowledged\" severity_percent=\"6.100\"] "
         "\xEF\xBB\xBF"
-        "FIC-101: stiction came, 6.1 %");
+        "FIC-101: Stiction came, 6.1 %");
   Event event = event_of("a\"b]c\\d");
   CHECK(syslog_line(event, message_with({event}), sender(), settings, 2048)
             .find(R"(loop="a\"b\]c\\d")") != std::string::npos);
@@ -209,7 +253,7 @@ TEST_CASE("fields of the systemd journal", "[notify][journal]") {
   event.reason = "windows";
   const std::vector<std::string> fields = journal_fields(event, message_with({event}), sender());
   for (const char* field :
-       {"MESSAGE=FIC-101: stiction came, 6.1 % (windows)", "PRIORITY=4", "LOOPWARDEN_BOX=box 12",
+       {"MESSAGE=FIC-101: Stiction came, 6.1 % (windows)", "PRIORITY=4", "LOOPWARDEN_BOX=box 12",
         "LOOPWARDEN_LOOP=FIC-101", "LOOPWARDEN_ALARM=stiction", "LOOPWARDEN_CHANGE=came",
         "LOOPWARDEN_SEVERITY_PERCENT=6.100", "LOOPWARDEN_REASON=windows",
         "LOOPWARDEN_NOTIFICATION=7", "SYSLOG_IDENTIFIER=loopwarden-notify"}) {

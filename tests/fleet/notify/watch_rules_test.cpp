@@ -94,6 +94,7 @@ TEST_CASE("who acknowledged and why comes from the daemon's journal", "[notify][
   const std::vector<JournalLine> lines{{.id = 9,
                                         .kind = "alarm",
                                         .key = {"F", "stiction"},
+                                        .from = "unacknowledged",
                                         .to = "acknowledged",
                                         .peer = {},
                                         .what = {},
@@ -116,6 +117,35 @@ TEST_CASE("who acknowledged and why comes from the daemon's journal", "[notify][
   REQUIRE(step.posts.size() == 1);
   CHECK(step.posts.front().event.peer == "uid 1000");
   CHECK(step.posts.front().event.reason == "seen");
+}
+
+TEST_CASE("what came and went between two looks has the reason of each", "[notify][routes]") {
+  Rules all;
+  all.settings.routes = {route({"log"})};
+  all.read(reading("F", "normal", 6.0, 1), kStart);
+  AlarmReading now = reading("F", "normal", 6.0, 2);
+  now.raised_ms = kStart + 200;
+  now.changed_ms = kStart + 700;
+  const auto line = [](const char* from, const char* to, const char* reason) {
+    return JournalLine{.id = 1,
+                       .kind = "alarm",
+                       .key = {"F", "stiction"},
+                       .from = from,
+                       .to = to,
+                       .peer = {},
+                       .what = {},
+                       .reason = reason};
+  };
+  const std::vector<JournalLine> lines{
+      line("returned_unacknowledged", "normal", "seen"),
+      line("unacknowledged", "returned_unacknowledged", "it moves again"),
+      line("normal", "unacknowledged", "it sticks")};
+  const Step step = all.rules.read(std::span(&now, 1), lines, kStart + 1000);
+  REQUIRE(told(step) == "log:came log:went");
+  CHECK(step.posts[0].event.reason == "it sticks");
+  CHECK(step.posts[0].event.utc_ms == kStart + 200);
+  CHECK(step.posts[1].event.reason == "it moves again");
+  CHECK(step.posts[1].event.utc_ms == kStart + 700);
 }
 
 TEST_CASE("repeats and escalation until somebody acknowledges", "[notify][reminders]") {

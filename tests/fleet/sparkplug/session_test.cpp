@@ -87,7 +87,10 @@ TEST_CASE("a host's word is an object with online and timestamp", "[sparkplug]")
   CHECK(parse_host_state(R"({"online":false,"timestamp":7})") == HostState{false, 7});
   for (const char* text :
        {"", "ONLINE", "[]", "{}", R"({"online":1,"timestamp":7})", R"({"online":true})",
-        R"({"online":true,"timestamp":-1})", R"({"online":true,"timestamp":"7"})"}) {
+        R"({"online":true,"timestamp":-1})", R"({"online":true,"timestamp":"7"})",
+        // After them nobody could say a later one.
+        R"({"online":false,"timestamp":18446744073709551615})",
+        R"({"online":false,"timestamp":4102444800000})"}) {
     INFO(text);
     CHECK_FALSE(parse_host_state(text));
   }

@@ -183,6 +183,21 @@ TEST_CASE("the plant out of the host's tables") {
   CHECK(database.ask("SELECT count(*) FROM edge") == "4");
 }
 
+TEST_CASE("an alarm that is none of the valve is no loop with a valve alarm") {
+  if (!installed()) return;
+  const Postgres database;
+  fill(database);
+  pqxx::connection connection(database.url());
+  pqxx::nontransaction(connection).exec(
+      "INSERT INTO alarm SELECT device_id, 'model_gap', now(), 'unacknowledged', NULL FROM loop "
+      "WHERE edge = 'box4'");
+  FleetDatabase fleet({database.url(), {}}, kNoCache);
+  const json all = parsed(fleet.overview(""));
+  CHECK(all["groups"][1]["sick"] == 1);
+  CHECK(all["groups"][1]["waiting"] == 3);
+  CHECK(all["valves"]["all"] == 4);
+}
+
 TEST_CASE("a valve of the plant") {
   if (!installed()) return;
   const Postgres database;

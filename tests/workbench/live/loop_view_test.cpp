@@ -89,6 +89,16 @@ TEST_CASE("a loop whose output is not known looks like no loop that runs", "[wor
   CHECK(line.find("ok") == std::string::npos);
 }
 
+TEST_CASE("what does not reach the disk is said, with why", "[workbench][top]") {
+  const json none{{"waiting", 0}, {"lost", 0}, {"error", ""}};
+  json status{{"daemon", {{"journal", none}, {"evidence", none}}}};
+  CHECK(disk_troubles(status).empty());
+  status["daemon"]["journal"] = {{"waiting", 3}, {"lost", 1}, {"error", "another version"}};
+  CHECK(disk_troubles(status) ==
+        std::vector<std::string>{
+            "journal not written (3 waiting in memory, 1 lost): another version"});
+}
+
 TEST_CASE("a stick that was not measured is a dash", "[workbench][top]") {
   json still = loop("FIC-101");
   still["monitor"]["stick_percent"] = nullptr;
