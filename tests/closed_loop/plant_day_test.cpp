@@ -169,8 +169,7 @@ class Plant {
       standing_,
       {.write_down = [this](daemon::journal::JournalEntry line) { return journal_.post(line); },
        .why = [](const daemon::rt::OrderAnswer& answer,
-                 const Order&) { return to_text(answer.refusal); },
-       .done = {}}};
+                 const Order&) { return to_text(answer.refusal); }}};
   std::unique_ptr<Monitor> monitor_;
 };
 

@@ -293,14 +293,14 @@ TEST_CASE("limits that exclude CO come into force once CO is inside", "[reload]"
   REQUIRE(eventually([&] { return co() == 8.0; }));
   plant.daemon.write_config("loops.d/1.yaml",
                             replaced(replaced(plant.loop, "unit: V, range: [0, 10]",
-                                              "unit: V, range: [0, 10], limits: [1, 6]"),
+                                              "unit: V, range: [0, 10], limits: [0, 6]"),
                                      "kp: 0.35", "kp: 0.3"));
   const ShellOutcome dry = plant.command("reload --dry-run");
   CHECK(dry.exit_code == 75);
   const ShellOutcome told = plant.command("reload");
   CHECK(told.exit_code == 75);
   CHECK_THAT(told.text,
-             Catch::Contains("FIC-101: waits until CO, at 8 V, is inside the new limits [1, 6] V"));
+             Catch::Contains("FIC-101: waits until CO, at 8 V, is inside the new limits [0, 6] V"));
   CHECK(plant.waiting("waiting_for_output") ==
         std::set<std::string>{"controller.kp", "controller.output.limits"});
   CHECK(co() == 8.0);
