@@ -312,9 +312,10 @@ class LoopReader {
         in.need_number("set_point", {"PV units", any_number(), "to begin with"});
     start.set_point = set_point;
     require_within(in, set_point, sp_limits_, "the set point's limits");
-    start.output = read_action(in, "output", Presence::optional,
-                               "the CO to begin with where there is no read-back; `hold`: nothing is written, a "
-                               "watchdog register neither, until an operator sets an output");
+    start.output = read_action(
+        in, "output", Presence::optional,
+        "the CO to begin with where there is no read-back; `hold`: nothing is written, a "
+        "watchdog register neither, until an operator sets an output");
   }
 
   void read_safe_actions(MapReader& in) {
@@ -436,20 +437,24 @@ class LoopReader {
     if (config().start.output.kind != OutputAction::Kind::hold) return;
     if (config().start.mode == Mode::automatic) {
       in.error("mode",
-               fmt::format("automatic can't begin: output is hold{} and the io section (at {}) has no read_back, so "
-                           "nothing tells where the output stands; add a read_back, state the CO to begin with as "
+               fmt::format("automatic can't begin: output is hold{} and the io section (at {}) has "
+                           "no read_back, so "
+                           "nothing tells where the output stands; add a read_back, state the CO "
+                           "to begin with as "
                            "start.output, or start in manual",
                            in.given("output") ? "" : " (its default)", to_text(in_.place("io"))));
       return;
     }
     const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&io.io);
     const bool arms = modbus != nullptr && modbus->comm_loss.watchdog.has_value();
-    in.note("output",
-            fmt::format("hold{} without a read_back: nothing is written to the device until an operator sets an "
-                        "output{}",
-                        in.given("output") ? "" : " (the default)",
-                        arms ? "; only then is its watchdog register written, before the first command"
-                             : ""));
+    in.note(
+        "output",
+        fmt::format(
+            "hold{} without a read_back: nothing is written to the device until an operator sets "
+            "an "
+            "output{}",
+            in.given("output") ? "" : " (the default)",
+            arms ? "; only then is its watchdog register written, before the first command" : ""));
   }
 
   void check_jacket(MapReader& in, const IoSection& io) {

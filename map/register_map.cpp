@@ -139,7 +139,9 @@ constexpr std::array kRegisters{
     loop_in(Field::sp, 6, f32, "sp", "PV", "working set point"),
     loop_in(Field::pv, 8, f32, "pv", "PV",
             "process variable; the last good one while pv_quality is bad, never NaN"),
-    loop_in(Field::co, 10, f32, "co", "CO", "controller output, what really went out; 0 and co_scaled -32768 while it is not known"),
+    loop_in(
+        Field::co, 10, f32, "co", "CO",
+        "controller output, what really went out; 0 and co_scaled -32768 while it is not known"),
     loop_in(Field::stem, 12, f32, "stem", "CO",
             "read-back of the valve; 0 and bit 32 of loop_bits clear where there is none"),
     loop_in(Field::jacket_rate, 14, f32, "jacket_rate", "CO/s",

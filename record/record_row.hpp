@@ -23,9 +23,9 @@ struct RecordRow {
   std::uint64_t period_index = 0;  // periods since the daemon started; a gap shows as a jump
   double sp = 0.0;                 // PV units
   double pv = 0.0;                 // PV units; NaN if there was none
-  double co = 0.0;                 // CO units, what really went out; NaN: where it stands is not known
-  double stem = 0.0;               // CO units, read-back; NaN if there is none
-  float calculated = 0.0F;         // CO units, the controller's result before limits; NaN as CO
+  double co = 0.0;          // CO units, what really went out; NaN: where it stands is not known
+  double stem = 0.0;        // CO units, read-back; NaN if there is none
+  float calculated = 0.0F;  // CO units, the controller's result before limits; NaN as CO
   // What acted, and what was asked for whether it acted or not.
   float jacket_rate = 0.0F;         // CO units/s, on the integral
   float jacket_rate_shadow = 0.0F;  // CO units/s

@@ -22,7 +22,8 @@ EventText fault_text(const rt::Event& event, const config::LoopConfig& loop) {
   }
   if (fault == control::Fault::output_unknown) {
     return {Severity::warning,
-            "fault: output unknown; nothing is written until a read-back or an order for the output tells where it "
+            "fault: output unknown; nothing is written until a read-back or an order for the "
+            "output tells where it "
             "stands"};
   }
   const bool about_pv = fault == control::Fault::bad_pv || fault == control::Fault::starting;

@@ -304,8 +304,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
           flag(output_known_ && out.at_low, record::kAtLow) |
           flag(output_known_ && out.at_high, record::kAtHigh) |
           flag(output_known_ && out.rate_limited, record::kRateLimited) |
-          flag(missed > 0, record::kLateCycle) |
-          flag(out.jacket_rate != 0.0, record::kJacketActs) |
+          flag(missed > 0, record::kLateCycle) | flag(out.jacket_rate != 0.0, record::kJacketActs) |
           flag(out.correction != 0.0, record::kCompensatorActs) |
           flag(!inputs_.output_ok, record::kOutputLost)),
       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),

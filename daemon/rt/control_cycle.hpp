@@ -51,7 +51,7 @@ struct LoopChannels {
 // How the loop begins.
 struct StartSettings {
   control::Mode mode = control::Mode::manual;
-  double set_point = 0.0;        // PV units
+  double set_point = 0.0;  // PV units
   // Used where no read-back tells; hold: the output is not known until the operator sets one.
   control::OutputAction output;
 };

@@ -90,8 +90,7 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
            "stands; add a read_back, state the CO to begin with as start.output, or start in "
            "manual\n";
   };
-  CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5}")) ==
-        refused(" (its default)"));
+  CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5}")) == refused(" (its default)"));
   CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5, output: hold}")) == refused(""));
   CHECK(said_of_loop(with(test::kAnalogLoop, "{mode: manual, set_point: 5, output: 1}",
                           "{mode: automatic, set_point: 5}")) == refused(" (its default)"));
@@ -102,7 +101,8 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
   SECTION("a read-back does") {
     CHECK(said_of_loop(with(with_start("{mode: automatic, set_point: 5, output: hold}"),
                             "    comm_loss",
-                            "    read_back: {table: holding, address: 101, type: u16, scale: 0.001}\n    comm_loss"))
+                            "    read_back: {table: holding, address: 101, type: u16, scale: "
+                            "0.001}\n    comm_loss"))
               .empty());
     CHECK(said_of_loop(with(test::kAnalogLoop, "{mode: manual, set_point: 5, output: 1}",
                             "{mode: automatic, set_point: 5}") +
@@ -119,17 +119,17 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
   }
 }
 
-TEST_CASE("Who leaves the first output to the operator is told what that means",
-          "[config][loop]") {
+TEST_CASE("Who leaves the first output to the operator is told what that means", "[config][loop]") {
   CHECK(said_of_loop(with_start("{mode: manual, set_point: 5}")) ==
         "loop.yaml:10:8: note: start.output: hold (the default) without a read_back: nothing is "
         "written to the device until an operator sets an output\n");
-  CHECK(said_of_loop(with(with_start("{mode: manual, set_point: 5, output: hold}"),
-                          "{timeout: 2, set_by: device}",
-                          "{timeout: 3, register: {address: 9, type: u16, scale: 0.1}, value: 3}")) ==
-        "loop.yaml:10:45: note: start.output: hold without a read_back: nothing is written to the "
-        "device until an operator sets an output; only then is its watchdog register written, "
-        "before the first command\n");
+  CHECK(
+      said_of_loop(with(with_start("{mode: manual, set_point: 5, output: hold}"),
+                        "{timeout: 2, set_by: device}",
+                        "{timeout: 3, register: {address: 9, type: u16, scale: 0.1}, value: 3}")) ==
+      "loop.yaml:10:45: note: start.output: hold without a read_back: nothing is written to the "
+      "device until an operator sets an output; only then is its watchdog register written, "
+      "before the first command\n");
   CHECK(read_loop_text("loop.yaml", with_start("{mode: manual, set_point: 5}"), test::links()));
 }
 

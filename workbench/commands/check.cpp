@@ -86,13 +86,12 @@ Checked check(const std::string& path) {
 nlohmann::json as_json(const std::string& path, const Checked& result) {
   nlohmann::json diagnostics = nlohmann::json::array();
   for (const config::Diagnostic& d : result.diagnostics) {
-    diagnostics.push_back(
-        {{"file", d.file},
-         {"line", d.place.line},
-         {"column", d.place.column},
-         {"level", config::to_text(d.level)},
-         {"key", d.key},
-         {"message", d.message}});
+    diagnostics.push_back({{"file", d.file},
+                           {"line", d.place.line},
+                           {"column", d.place.column},
+                           {"level", config::to_text(d.level)},
+                           {"key", d.key},
+                           {"message", d.message}});
   }
   return {{"file", path}, {"good", result.good}, {"diagnostics", std::move(diagnostics)}};
 }

@@ -292,8 +292,9 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
   }
 }
 
-TEST_CASE("an output that is not known reads 0 and its scaled copy the mark, and any value orders it",
-          "[gateway][map]") {
+TEST_CASE(
+    "an output that is not known reads 0 and its scaled copy the mark, and any value orders it",
+    "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
   loop.row.co = kNan;

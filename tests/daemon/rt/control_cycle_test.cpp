@@ -185,7 +185,8 @@ TEST_CASE("an output that the file states has not gone out before the first comm
   CHECK(loop.io.written == Approx(40.0));
 }
 
-TEST_CASE("from beyond its limits the output comes back at the rate limit, from the first command") {
+TEST_CASE(
+    "from beyond its limits the output comes back at the rate limit, from the first command") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.controller.output.high = 60.0;
   Loop loop(settings);

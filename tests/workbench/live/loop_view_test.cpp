@@ -79,8 +79,13 @@ TEST_CASE("the details of a loop are the numbers of its status", "[workbench][to
 
 TEST_CASE("a loop whose output is not known looks like no loop that runs", "[workbench][top]") {
   json unknown = loop("FIC-101");
-  unknown.update({{"mode", "FALLBACK"}, {"fault", "output unknown"}, {"sp", 27.5}, {"pv", 31.0},
-                  {"co", nullptr}, {"pv_unit", "L/min"}, {"co_unit", "%"}});
+  unknown.update({{"mode", "FALLBACK"},
+                  {"fault", "output unknown"},
+                  {"sp", 27.5},
+                  {"pv", 31.0},
+                  {"co", nullptr},
+                  {"pv_unit", "L/min"},
+                  {"co_unit", "%"}});
   const std::string line = loop_table({{"loops", {unknown}}}, 0).at(1);
   INFO(line);
   CHECK(line.find("FALLBACK") != std::string::npos);
