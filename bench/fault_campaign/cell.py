@@ -245,8 +245,9 @@ class Cell:
         files, threads, rss, _ = self.baseline
         found = []
         opened, segments = self.daemon.files()
-        # The connection of the operator may be open or closed, and SQLite keeps a descriptor for the journal's next reader.
-        if opened - segments > files[0] - files[1] + 2 or segments > len(self.loops):
+        # The connection of the operator may be open or closed, SQLite keeps a descriptor for the journal's next reader, and
+        # the journal may be saving what alarms remember.
+        if opened - segments > files[0] - files[1] + 3 or segments > len(self.loops):
             found.append(f"{opened} descriptors, {segments} of segments; {files[0]}, {files[1]} at first")
         now = len(os.listdir(f"/proc/{self.daemon.pid}/task"))
         if now != threads:

@@ -177,15 +177,13 @@ class Daemon:
     # --- what the kernel knows -------------------------------------------------------------------
 
     def files(self):
-        """Open descriptors but of files that are being written under another name, and of them those of segments: one for
-        each loop, open from its first flush on."""
+        """Open descriptors, and of them those of segments: one for each loop, open from its first flush on."""
         opened = []
         for name in os.listdir(f"/proc/{self.pid}/fd"):
             try:
                 opened.append(os.readlink(f"/proc/{self.pid}/fd/{name}"))
             except FileNotFoundError:  # closed meanwhile
                 pass
-        opened = [path for path in opened if not path.endswith(".tmp")]
         return len(opened), sum("/segments/" in path for path in opened)
 
     def threads(self):
