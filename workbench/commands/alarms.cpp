@@ -267,7 +267,12 @@ int run_explain(const Options& options) {
 
 int run_journal(const Options& options) {
   DaemonClient daemon(options.socket);
-  if (!options.loop.empty()) loop_index(daemon.status(), options.loop);
+  const json status = daemon.status();
+  if (!options.loop.empty()) loop_index(status, options.loop);
+  // Lines that don't reach the disk are not among those that are read from it.
+  for (const std::string& trouble : disk_troubles(status)) {
+    fmt::print(stderr, "loopwarden: {}\n", trouble);
+  }
   const json lines = daemon.journal(options.lines, options.loop);
   if (options.json) {
     fmt::print("{}\n", lines.dump(2));

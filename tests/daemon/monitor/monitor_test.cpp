@@ -299,6 +299,31 @@ TEST_CASE("each loop has its own process alarms, with or without specialists", "
         "nothing tells where the output stands");
 }
 
+TEST_CASE("the journal says of an alarm why it came and, otherwise, why it went", "[monitor]") {
+  Bench bench;
+  model::AlarmConditions conditions{};
+  const auto twin = [&](bool on) {
+    conditions[model::index_of(AlarmKind::model_gap)].on = on;
+    bench.board->twin_judged(0, conditions);
+  };
+  twin(true);
+  twin(false);
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(2 * kWindow);
+  bench.judges[0]->says = {};
+  bench.run(2 * kWindow);
+  REQUIRE(bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(60)));
+  std::vector<std::string> reasons;
+  for (const journal::JournalRow& row : bench.journal.newest(10)) {
+    if (row.entry.kind == journal::JournalEntry::Kind::alarm) {
+      reasons.insert(reasons.begin(), row.entry.reason);
+    }
+  }
+  CHECK(reasons == std::vector<std::string>{
+                       "twin: what it predicts of PV no longer comes",
+                       "twin: PV comes as it predicts again", "", "windows: they no longer show it"});
+}
+
 TEST_CASE("no window across manual, bad PV or a gap; alarms that are off say they can't come",
           "[monitor]") {
   Bench bench;
