@@ -142,7 +142,8 @@ def noticed(options, quiet, loud):
     wrong = []
     if loud["overruns"] > quiet["overruns"] + options.allow:
         wrong.append(f"overruns: {quiet['overruns']} without, {loud['overruns']} with")
-    if loud["answered"] < 0.95 * loud["asked"]:
+    # Of few questions a crowded machine may hold up one or two.
+    if loud["asked"] - loud["answered"] > max(4, 0.05 * loud["asked"]):
         wrong.append(f"the client got {loud['answered']} of {loud['asked']} answers")
     return wrong
 

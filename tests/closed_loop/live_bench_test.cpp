@@ -167,7 +167,8 @@ TEST_CASE("a live step test measures the valve and puts output, mode and set poi
 }
 
 TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[live_bench]") {
-  DaemonProcess daemon(daemon_yaml(25.0),
+  // An order that comes late is late by more of the loop's time at a higher speed: a hold is 0.6 s here.
+  DaemonProcess daemon(daemon_yaml(5.0),
                        {{"healthy.yaml", model_file(false)},
                         {"sticking.yaml", model_file(true)},
                         {"loops.d/1.yaml", patient_loop("FIC-101", "../healthy.yaml",
@@ -180,7 +181,7 @@ TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[l
   const auto scan = [&](const std::string& loop, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = valve_test(
         loop, {"--low", "2", "--high", "6", "--pv-low", "-1", "--pv-high", "11", "--test",
-               "static_scan", "--hold", "2", "--out", (daemon.folder() / loop).string()});
+               "static_scan", "--hold", "3", "--out", (daemon.folder() / loop).string()});
     arguments.insert(arguments.end(), more.begin(), more.end());
     Command command(daemon, arguments);
     const int exit_code = command.wait_for_end();
@@ -253,7 +254,12 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
   SECTION("an operator keeps the loop that he took") {
     ready();
     Command command(daemon, valve_test("FIC-101", long_test));
-    REQUIRE(in_test());
+    // Its first output is on its way when it has seen that the loop is in manual.
+    REQUIRE(test::eventually([&] {
+      const json lines = daemon.client().journal(50, "FIC-101");
+      return std::any_of(lines.begin(), lines.end(),
+                         [](const json& line) { return line.at("what") == "output"; });
+    }));
     daemon.client().set("FIC-101", {{"set_point", 6.5}, {"mode", "auto"}});
     const int exit_code = command.wait_for_end();
     INFO(command.text());

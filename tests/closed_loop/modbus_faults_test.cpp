@@ -113,11 +113,14 @@ struct TcpPlant {
     const bool back = eventually(
         [&] {
           const Clock::time_point before = Clock::now();
-          const double now = co();
+          // The device's own watchdog, which may act late, is no command.
+          const std::string state = rig.device.command("state");
+          const bool by_device = test::ForeignProcess::field(state, "watchdog") == "tripped";
+          const double now = std::stod(test::ForeignProcess::field(state, "co"));
           // From before the last look to behind this one, wherever this test was held up.
           const double passed_s = std::chrono::duration<double>(Clock::now() - before_last).count();
           // What the rate limit of 5 V/s allows in that time, and a period of the loop and the bus.
-          worst = std::max(worst, std::abs(now - last) - 5.0 * (passed_s + 0.1));
+          if (!by_device) worst = std::max(worst, std::abs(now - last) - 5.0 * (passed_s + 0.1));
           last = now;
           before_last = before;
           return at_set_point();

@@ -112,7 +112,7 @@ TEST_CASE("a child that fails, dies or answers nonsense leaves a reason", "[expl
        {"kill -9 $$", 60, "ended with 137"},
        {"exit 0", 60, "not there"},
        {"echo '{\"alarm\": 3}' > \"$3/explanation.json\"", 60, "unknown alarm"},
-       {"sleep 600", 1, "not there after 1 s"}}));
+       {"exec sleep 600", 1, "not there after 1 s"}}));
   Bench bench(script);
   Explainer explainer = bench.make({.program = {}, .most_time = std::chrono::seconds(most_s)});
   explainer.start();

@@ -321,13 +321,18 @@ TEST_CASE("a restart that no request noticed is found by the lost watchdog", "[m
   SerialRig rig;
   Events events;
   mb::ModbusBus bus(events.sink());
-  mb::ModbusLoopIo io(loop_on(rig.link()), "loop", bus);
+  // A request that was not answered in time would set the watchdog as well.
+  mb::LinkSettings link = rig.link();
+  link.response_timeout_ms = 2000;
+  mb::LoopModbusSettings settings = loop_on(link);
+  settings.comm_loss.timeout_s = settings.comm_loss.watchdog->value = 6.0;
+  mb::ModbusLoopIo io(settings, "loop", bus);
   io.open();
   LoopThread loop(io, 6.0);
   REQUIRE(eventually([&] { return rig.device.state_number("co") == 6.0; }));
   rig.device.command("forget");
   CHECK(eventually([&] { return events.count(Kind::watchdog_lost) == 1; }));
-  CHECK(eventually([&] { return rig.device.state_number("watchdog_register") == 6; }));
+  CHECK(eventually([&] { return rig.device.state_number("watchdog_register") == 60; }));
 }
 
 TEST_CASE("without the watchdog it asked for, a loop sends no command", "[modbus][loop_io]") {

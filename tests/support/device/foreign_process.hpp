@@ -74,7 +74,13 @@ class ForeignProcess {
     return answer;
   }
 
-  // What stands behind `key=` in the READY line, or in the answer to `state`.
+  // What stands behind `key=` in a line; in the READY line; in the answer to `state`.
+  static std::string field(const std::string& line, const std::string& key) {
+    const std::size_t at = line.find(" " + key + "=");
+    if (at == std::string::npos) throw std::runtime_error("no " + key + " in: " + line);
+    const std::size_t from = at + key.size() + 2;
+    return line.substr(from, line.find(' ', from) - from);
+  }
   std::string ready(const std::string& key) const { return field(ready_, key); }
   std::string state(const std::string& key) { return field(command("state"), key); }
   double state_number(const std::string& key) { return std::strtod(state(key).c_str(), nullptr); }
@@ -85,13 +91,6 @@ class ForeignProcess {
 
  private:
   static constexpr std::chrono::seconds kPatience{60};
-
-  static std::string field(const std::string& line, const std::string& key) {
-    const std::size_t at = line.find(" " + key + "=");
-    if (at == std::string::npos) throw std::runtime_error("no " + key + " in: " + line);
-    const std::size_t from = at + key.size() + 2;
-    return line.substr(from, line.find(' ', from) - from);
-  }
 
   std::string read_line(std::chrono::milliseconds patience) {
     const auto give_up = std::chrono::steady_clock::now() + patience;
