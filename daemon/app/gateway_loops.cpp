@@ -43,8 +43,8 @@ std::uint64_t GatewayLoops::act(std::size_t loop, const monitor::AlarmOrder& ord
   return parts_.board.act(loop, order).ticket;
 }
 
-std::uint64_t GatewayLoops::acknowledge_all(
-    std::span<const loopwarden::monitor::AlarmKind> kinds, const std::string& peer) {
+std::uint64_t GatewayLoops::acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
+                                            const std::string& peer) {
   return parts_.board.acknowledge_all(kinds, peer, {}).ticket;
 }
 

@@ -290,7 +290,8 @@ LocalServer::Answer OperatorOrders::alarm(const json& request, const Sender& sen
 }
 
 LocalServer::Answer OperatorOrders::acknowledge_all(const json& request, const Sender& sender) {
-  const monitor::Acknowledged done = parts_.board.acknowledge_all(model::kAlarmKinds, sender.peer, reason_of(request));
+  const monitor::Acknowledged done =
+      parts_.board.acknowledge_all(model::kAlarmKinds, sender.peer, reason_of(request));
   json alarms = json::array();
   for (const auto& [loop, kind] : done.alarms) {
     alarms.push_back({{"loop", parts_.board.name(loop)}, {"alarm", model::to_text(kind)}});

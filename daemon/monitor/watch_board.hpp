@@ -136,8 +136,8 @@ class WatchBoard {
                        const std::string& reason);
   OrderResult act(std::size_t loop, const AlarmOrder& order);
   // Every alarm of these kinds that waits, of every loop.
-  Acknowledged acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds, const std::string& peer,
-                               const std::string& reason);
+  Acknowledged acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
+                               const std::string& peer, const std::string& reason);
 
   // Any thread.
   LoopWatch watch(std::size_t loop) const;

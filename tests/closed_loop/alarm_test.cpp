@@ -211,7 +211,8 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   REQUIRE(std::filesystem::remove(folder / "explanation.json"));
   daemon.start();
-  REQUIRE(test::eventually([&] { return explained().at("explanation").is_object(); }, patience));
+  REQUIRE(test::eventually([&] { return explained().at("explanation").is_object(); },
+                           std::chrono::minutes(3)));
   CHECK(explained().at("explanation").at("sentence") == e.at("sentence"));
 }
 

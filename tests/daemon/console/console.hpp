@@ -41,9 +41,8 @@ struct Console {
     auto io = std::make_unique<tests::FakeLoopIo>();
     io->set_pv(50.0);
     cycle = std::make_unique<rt::ControlCycle>(
-        0, tests::kPeriod, settings,
-        rt::StartSettings{control::Mode::automatic, 50.0, start}, rt::ValvePositionSource::none,
-        plant::EffectChain{}, *io, *loop.channels, events);
+        0, tests::kPeriod, settings, rt::StartSettings{control::Mode::automatic, 50.0, start},
+        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
     loop.io = std::move(io);
     loops.push_back(std::move(loop));
     historian.start();

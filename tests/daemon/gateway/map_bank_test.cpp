@@ -586,9 +586,8 @@ TEST_CASE("process alarms show in no register, and no master acknowledges what h
   }
   CHECK(everything() == before);
   CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
-  CHECK(bench.plant.acknowledged_kinds ==
-        std::vector(loopwarden::monitor::kValveAlarms.begin(),
-                    loopwarden::monitor::kValveAlarms.end()));
+  CHECK(bench.plant.acknowledged_kinds == std::vector(loopwarden::monitor::kValveAlarms.begin(),
+                                                      loopwarden::monitor::kValveAlarms.end()));
   REQUIRE(alarms
               .act(model_kind::bad_pv, loopwarden::monitor::AlarmAction::shelve,
                    bench.plant.box().utc_ms, bench.plant.box_reading.utc_ms + 90'000)

@@ -424,18 +424,15 @@ TEST_CASE("a slow disk under the store: the edge goes on, and all that was measu
   Edge edge(plant.folder.path(), plant.broker);
   for (const double pv : {6.0, 7.0, 8.0}) {
     plant.daemon.set("FIC-101", "pv", pv);
-    for (const std::size_t looks = plant.daemon.looks(); plant.daemon.looks() < looks + 4;) {
-      std::this_thread::sleep_for(10ms);
-    }
+    plant.look(4);
   }
   CHECK(edge.end(SIGTERM) == 0);
   CHECK(disk.calls() > 0);
   plant.broker.start();
-  for (int i = 0; i < 300 && !plant.host.connected(); ++i) plant.host.fetch(100ms);
+  plant.host.listen();
   edge.start();
   REQUIRE(plant.host.await_value("pv", 8.0) != nullptr);
-  for (int i = 0; i < 300 && received(plant.host).historical.size() < 3; ++i)
-    plant.host.fetch(100ms);
+  CHECK(plant.host.until([&] { return received(plant.host).historical.size() >= 3; }));
   const Received all = received(plant.host);
   CHECK(all.times_by_value.count(6.0) == 1);
   CHECK(all.times_by_value.count(7.0) == 1);
