@@ -16,6 +16,9 @@ export const CONDITIONS = ['control_performance', 'valve', 'actuator', 'position
 export const FLAGS = {at_low: 1, at_high: 2, rate_limited: 4, late_cycle: 8, jacket_acts: 16, output_lost: 32,
   compensator_acts: 64};
 
+// A code that a newer daemon has and this page does not is `other`, never what is normal.
+export const named = (names, code) => names[code ?? 0] ?? 'other';
+
 // hal::Quality has the numbers of the OPC quality byte.
 export function quality(code) {
   return code >= 192 ? 'good' : code >= 64 ? 'uncertain' : 'bad';

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which loop comes first, and which is shown. Pure: works on the daemon's columns.
-import {ALARM_STATES, FAULTS, MODES, NE107, quality, shown, waits} from './codes.js';
+import {ALARM_STATES, FAULTS, MODES, NE107, named, quality, shown, waits} from './codes.js';
 
 const STATE_RANK = {unacknowledged: 90, latched_unacknowledged: 80, acknowledged: 60, returned_unacknowledged: 50,
-  latched_acknowledged: 30, shelved: 8};
-const NE107_RANK = {failure: 70, out_of_specification: 20, maintenance_required: 10, function_check: 2, normal: 0};
+  latched_acknowledged: 30, other: 60, shelved: 8};
+const NE107_RANK = {failure: 70, other: 20, out_of_specification: 20, maintenance_required: 10, function_check: 2, normal: 0};
 // A loop that starts or has been told to stop is as it should be.
 const CALM_FAULTS = new Set(['none', 'starting', 'stop']);
 
-export const faulty = (o, i) => !CALM_FAULTS.has(FAULTS[o.fault[i]] ?? 'none');
-export const alarmed = (o, i) => shown(ALARM_STATES[o.alarm[i]] ?? 'normal') && ALARM_STATES[o.alarm[i]] !== 'shelved';
+export const faulty = (o, i) => !CALM_FAULTS.has(named(FAULTS, o.fault[i]));
+export const alarmed = (o, i) => shown(named(ALARM_STATES, o.alarm[i])) && ALARM_STATES[o.alarm[i]] !== 'shelved';
 export const notAutomatic = (o, i) => o.mode[i] !== null && MODES[o.mode[i]] !== 'automatic';
 export const badQuality = (o, i) => o.quality[i] !== null && quality(o.quality[i]) !== 'good';
 export const poor = (o, i) => o.condition[i] !== null && o.condition[i] < 50;
@@ -18,8 +18,8 @@ export const abnormal = (o, i) =>
 
 // The greater the sooner. Condition counts in steps of ten, so that loops don't change places with every window.
 export function urgency(o, i) {
-  const state = ALARM_STATES[o.alarm[i]] ?? 'normal';
-  let rank = Math.max(STATE_RANK[state] ?? 0, NE107_RANK[NE107[o.ne107[i]] ?? 'normal'] ?? 0, faulty(o, i) ? 70 : 0);
+  const state = named(ALARM_STATES, o.alarm[i]);
+  let rank = Math.max(STATE_RANK[state] ?? 0, NE107_RANK[named(NE107, o.ne107[i])], faulty(o, i) ? 70 : 0);
   if (waits(state)) rank += Math.min(o.alarms_unacknowledged?.[i] ?? 0, 6);
   if (badQuality(o, i)) rank += 5;
   if (notAutomatic(o, i)) rank += 3;

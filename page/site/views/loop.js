@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One loop: faceplate, trend, and what is known of its valve.
-import {ALARM_STATES, FAULTS, FLAGS, MODES, NE107, priority, quality, shown} from '../lib/codes.js';
+import {ALARM_STATES, FAULTS, FLAGS, MODES, NE107, named, priority, quality, shown} from '../lib/codes.js';
 import {Trend, loadPlotter, zoomButton} from '../lib/trend.js';
 import {bandsOf, lanes} from '../lib/bands.js';
 import {bar, drawPhase} from '../lib/charts.js';
@@ -64,7 +64,7 @@ class Faceplate {
       this.outputHand.disabled = mode === 'automatic';
       this.outputWhy.hidden = !this.outputHand.disabled;
     }
-    const words = [], fault = FAULTS[o.fault[i]];
+    const words = [], fault = named(FAULTS, o.fault[i]);
     if (fault && fault !== 'none') words.push([texts.faults[fault], fault === 'starting' || fault === 'stop' ? null : 'bad']);
     if (o.quality[i] !== null && quality(o.quality[i]) !== 'good') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
     if (live.stands(i)) words.push([texts.stale.loop, 'bad']);

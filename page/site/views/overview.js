@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // All loops, the worst first, as tiles or as a table. Every loop keeps its node; with each set of values only what
 // changed is written, of the loops that are on the screen, and pictures are drawn in the same frame.
-import {ALARM_KINDS, ALARM_STATES, FAULTS, FLAGS, MODES, NE107, priority, quality, shown, waits} from '../lib/codes.js';
+import {ALARM_KINDS, ALARM_STATES, FAULTS, FLAGS, MODES, NE107, named, priority, quality, shown, waits} from '../lib/codes.js';
 import {el, icon, setAttribute, setText, unit, unseen} from '../lib/dom.js';
 import {NONE, decimalsFor, fixed} from '../lib/format.js';
 import {live} from '../lib/live.js';
@@ -17,9 +17,9 @@ const loopHref = (tag) => `#/loop/${encodeURIComponent(tag)}`;
 
 // The alarm of a loop that is shown: what the daemon's columns name, with its size where the list has it.
 function alarmOf(o, i, tag) {
-  const state = ALARM_STATES[o.alarm[i]] ?? 'normal';
+  const state = named(ALARM_STATES, o.alarm[i]);
   if (!shown(state)) return null;
-  const kind = ALARM_KINDS[o.alarm_kind[i]];
+  const kind = named(ALARM_KINDS, o.alarm_kind[i]);
   const listed = live.alarms.find((alarm) => alarm.loop === tag && alarm.alarm === kind);
   return {state, kind, grave: priority(listed ?? {alarm: kind}, live.describe.alarms?.severe_percent ?? 5), size: listed?.severity_percent};
 }
@@ -31,7 +31,7 @@ export function signOf(state, grave) {
 
 // One line on how a loop is: [words, sign, look].
 function stateOf(o, i, tag) {
-  const fault = FAULTS[o.fault[i]] ?? 'none';
+  const fault = named(FAULTS, o.fault[i]);
   if (fault !== 'none' && fault !== 'starting' && fault !== 'stop') return [texts.faults[fault], 'bad', 'high'];
   const alarm = alarmOf(o, i, tag);
   if (alarm && alarm.state !== 'shelved') {

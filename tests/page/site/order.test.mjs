@@ -21,6 +21,13 @@ test('the worst comes first, what is equal in the order of tags with their numbe
     ['FIC-2', 'FIC-3', 'FIC-1', 'FIC-5', 'FIC-4', 'FIC-9', 'FIC-10']);
 });
 
+test('a code that only a newer daemon has is never taken for what is normal', () => {
+  const all = loops('A', 'B', 'C', 'D');
+  const o = overview(4, {1: {fault: 99}, 2: {alarm: 99}, 3: {ne107: 99}});
+  assert.deepEqual(arranged(all, o, {filter: 'abnormal'}).map((i) => all[i].tag), ['B', 'C']);
+  for (const i of [1, 2, 3]) assert.ok(urgency(o, i) > urgency(o, 0), all[i].tag);
+});
+
 test('a condition that moves a little changes no places', () => {
   assert.equal(urgency(overview(1, {0: {condition: 91}}), 0), urgency(overview(1, {0: {condition: 97}}), 0));
   assert.ok(urgency(overview(1, {0: {condition: 12}}), 0) > urgency(overview(1), 0));
