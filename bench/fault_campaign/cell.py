@@ -103,6 +103,7 @@ class Master:
             await self.ask(struct.pack(f">BHHB{self.SHELVES}H", 16, self.SHELVES_AT, self.SHELVES,
                                        2 * self.SHELVES, *[minutes] * self.SHELVES))
             minutes = 1 - minutes
+            await asyncio.sleep(0.2)
 
     def close(self):
         self.writer.close()
