@@ -225,9 +225,9 @@ TEST_CASE("the journal says of an alarm why it came and, otherwise, why it went"
       reasons.insert(reasons.begin(), row.entry.reason);
     }
   }
-  CHECK(reasons == std::vector<std::string>{
-                       "twin: what it predicts of PV no longer comes",
-                       "twin: PV comes as it predicts again", "", "windows: they no longer show it"});
+  CHECK(reasons == std::vector<std::string>{"twin: what it predicts of PV no longer comes",
+                                            "twin: PV comes as it predicts again", "",
+                                            "windows: they no longer show it"});
 }
 
 TEST_CASE("no window across manual, bad PV or a gap; alarms that are off say they can't come",

@@ -26,7 +26,8 @@ using edge::Orders;
 class EdgeSocket {
  public:
   explicit EdgeSocket(const std::filesystem::path& folder)
-      : path_((folder / "edge.sock").string()), fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+      : path_((folder / "edge.sock").string()),
+        fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     const sockaddr_un own = hal::os::local_address(path_);
     REQUIRE(::bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own) == 0);
     REQUIRE(::listen(fd_, 4) == 0);

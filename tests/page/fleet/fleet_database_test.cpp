@@ -176,9 +176,11 @@ TEST_CASE("an alarm that is none of the valve is no loop with a valve alarm") {
   const Postgres database;
   fill(database);
   pqxx::connection connection(database.url());
-  pqxx::nontransaction(connection).exec(
-      "INSERT INTO alarm SELECT device_id, 'model_gap', now(), 'unacknowledged', NULL FROM loop "
-      "WHERE edge = 'box4'");
+  pqxx::nontransaction(connection)
+      .exec(
+          "INSERT INTO alarm SELECT device_id, 'model_gap', now(), 'unacknowledged', NULL FROM "
+          "loop "
+          "WHERE edge = 'box4'");
   FleetDatabase fleet({database.url(), {}}, kNoCache);
   const json all = parsed(fleet.overview(""));
   CHECK(all["groups"][1]["sick"] == 1);
