@@ -240,17 +240,19 @@ TEST_CASE("A loop whose file goes from V to % keeps everything, and says why", "
                              "unit: '%', range: [0, 100], limits: [10, 90]");
   percent = with(with(percent, "kp: 0.35", "kp: 3.5"), "scale: 0.001", "scale: 0.01");
   percent = with(with(percent, "stop: 1", "stop: 10"), "enable_open: 1", "enable_open: 10");
+  percent = with(percent, "set_point: 5, output: 1", "set_point: 5, output: 10");
   const Configuration running = read(kDaemon, volts);
   const Plan all = plan(running, read(kDaemon, percent));
   const LoopPlan& loop = all.loops.at(0);
-  CHECK(keeps(loop, {"controller.output.unit", "controller.output.range", "io", "controller.kp",
-                     "controller.output.limits", "safe_actions.stop", "safe_actions.enable_open"}));
+  CHECK(keeps(loop,
+              {"controller.output.unit", "controller.output.range", "start", "io", "controller.kp",
+               "controller.output.limits", "safe_actions.stop", "safe_actions.enable_open"}));
   CHECK_FALSE(all.all_in_force());
   CHECK(has_line(
       all,
       "FIC-101: nothing is applied before a restart, since this changes what its numbers "
       "mean: controller.output.unit V -> %, controller.output.range [0, 10] -> [0, 100], io; "
-      "with it waits: controller.kp 0.35 -> 3.5, controller.output.limits [1, 9] -> "
+      "with it waits: start, controller.kp 0.35 -> 3.5, controller.output.limits [1, 9] -> "
       "[10, 90], safe_actions.stop 1 -> 10, safe_actions.enable_open 1 -> 10"));
   // Back to the old files nothing waits.
   CHECK(plan(running, read(kDaemon, volts)).all_in_force());
