@@ -139,7 +139,7 @@ TEST_CASE("a slow disk under the outbox: every alarm is told, once, in its order
   const std::vector<std::string> told = texts(folder / "log");
   REQUIRE(told.size() == 6);
   for (std::size_t i = 0; i < told.size(); ++i) {
-    CHECK_THAT(told[i], Catch::Contains(i % 2 == 0 ? "stiction came" : "stiction went"));
+    CHECK_THAT(told[i], Catch::Contains(i % 2 == 0 ? "Stiction came" : "Stiction went"));
   }
 }
 
