@@ -230,14 +230,14 @@ void Reloader::take(const ReadFiles& read) {
   for (const config::Diagnostic& d : read.files.diagnostics) {
     spdlog::warn("{}", config::to_text(d));
   }
-  offer(std::move(plan), wanted);
   hash_before_ = config_hash();
   files_hash_ = hash_of(wanted.text);
   refused_.clear();
+  taking_since_ = Clock::now();
+  offer(std::move(plan), wanted);
+  set_state(State::taking);
   reload::apply(wanted.daemon, running_.daemon);
   ends_.take_over(wanted.daemon);
-  taking_since_ = Clock::now();
-  set_state(State::taking);
 }
 
 // All that may fail comes first: the plan is carried out as a whole.
@@ -248,6 +248,8 @@ void Reloader::offer(reload::Plan plan, const config::Configuration& wanted) {
     if (planned.decision != Decision::apply && planned.decision != Decision::wait_for_output) {
       continue;
     }
+    // A loop of which nothing changes is left as it is, with what was ordered of its jacket.
+    if (planned.keys.applied.empty() && planned.waiting_for_output.empty()) continue;
     const auto loop = std::find_if(loops_.begin(), loops_.end(), [&](const LoopRuntime& l) {
       return l.config.name == planned.loop;
     });

@@ -47,10 +47,9 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
                           output_text(event.value, loop))};
     case rt::EventCode::settings_applied: return {Severity::info, "new settings applied"};
     case rt::EventCode::settings_wait:
-      return {
-          Severity::warning,
-          fmt::format("new settings wait until the output, at {:.4g} {}, is inside their limits",
-                      event.value, loop.co_unit)};
+      return {Severity::warning,
+              fmt::format("new settings wait until CO is inside their limits; {}",
+                          output_text(event.value, loop))};
     case rt::EventCode::order_refused:
       return {Severity::warning,
               fmt::format("order refused: {}", rt::to_text(static_cast<rt::Refusal>(event.a)))};

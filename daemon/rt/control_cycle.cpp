@@ -40,7 +40,9 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
   const double applied = io_.write(time, command);
   if (command.write) controller_.applied(applied);
   modelled_valve_ = valve_model_.step(controller_.output_applied(), 0.0);
-  if (decision.fault == Fault::stop && !out.rate_limited) {
+  ever_written_ = ever_written_ || command.write;
+  const bool goes_nowhere = decision.action.kind == control::OutputAction::Kind::hold;
+  if (decision.fault == Fault::stop && !out.rate_limited && (output_known_ || goes_nowhere)) {
     channels_.stop_reached.store(true, std::memory_order_release);
   }
 
@@ -70,16 +72,22 @@ ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettin
 
 void ControlCycle::take_settings() noexcept {
   const bool fresh = channels_.settings.fetch(offer_);
+  if (fresh) jacket_since_offer_.reset();
   offer_waits_ = (offer_waits_ || fresh) && !offer_.withdrawn;
   if (!offer_waits_) {
     if (fresh) channels_.settings_waiting.store(0, std::memory_order_release);
     return;
   }
+  // An action that began under the settings in force ends under them.
+  const Fault fault = supervisor_.fault();
+  const bool acts =
+      fault != Fault::none && fault != Fault::starting && fault != Fault::output_unknown;
+  if (!fresh && acts) return;
   if (!can_take_over(offer_.settings.controller.output, settings_.controller.output, output_known_,
                      controller_.output_commanded())) {
     if (!fresh) return;
     channels_.settings_waiting.store(offer_.number, std::memory_order_release);
-    event(EventCode::settings_wait, 0, 0, controller_.output_applied());
+    event(EventCode::settings_wait, 0, 0, known_output());
     return;
   }
   offer_waits_ = false;
@@ -87,6 +95,9 @@ void ControlCycle::take_settings() noexcept {
   controller_.configure(settings_.controller);
   supervisor_.configure(settings_.safety);
   pv_guard_.configure(settings_.pv_check);
+  if (jacket_since_offer_ && (*jacket_since_offer_ != JacketWish::on || settings_.jacket_may_act)) {
+    apply(*jacket_since_offer_);
+  }
   publish_in_force();
   channels_.settings_waiting.store(0, std::memory_order_relaxed);
   channels_.settings_taken.store(offer_.number, std::memory_order_release);
@@ -128,10 +139,14 @@ Refusal ControlCycle::take(const Order& order, const InForce& now) noexcept {
 }
 
 void ControlCycle::apply(const Order& order) noexcept {
-  if (order.jacket) apply(*order.jacket);
+  if (order.jacket) {
+    apply(*order.jacket);
+    jacket_since_offer_ = order.jacket;
+  }
   if (order.kp || order.ki || order.kd) {
     set_gains(order, settings_.controller.pid.gains);
     set_gains(order, configured_.controller.pid.gains);
+    set_gains(order, offer_.settings.controller.pid.gains);  // it may wait: the order is newer
     controller_.configure(settings_.controller);
     publish_in_force();
   }
@@ -206,23 +221,27 @@ bool ControlCycle::read_back_good() const noexcept {
 // until the first command. Without a read-back it goes on from what it last asked for. A stop action
 // does not wait for it.
 void ControlCycle::learn_output(const Conditions& found, const Decision& decision) noexcept {
-  const bool starting = decision.fault == Fault::starting;
-  const bool lost = decision.fault != Fault::stop &&
-                    (decision.fault == Fault::output_lost || decision.fault == Fault::late_cycle ||
-                     found.output_lost || found.late_cycle);
-  if (lost && (!was_lost_ || found.late_cycle)) {
+  const bool fitted = inputs_.valve_position_fitted;
+  const bool starting = decision.fault == Fault::starting && !ever_written_;
+  const bool lost = found.output_lost || found.late_cycle;
+  // A fault goes on for a while after its cause: what is told in it counts until the cause comes back.
+  const bool in_doubt =
+      lost || decision.fault == Fault::output_lost || decision.fault == Fault::late_cycle;
+  if (found.late_cycle || (lost && !was_lost_)) {
     unknown_since_ns_ = now_ns_;
     told_ = false;
   }
   was_lost_ = lost;
-  if ((lost || starting) && inputs_.valve_position_fitted && !told_) output_known_ = false;
+  if ((in_doubt || starting) && fitted && !told_) output_known_ = false;
   if (output_known_) return;
   using Kind = control::OutputAction::Kind;
+  const double unknown_s = static_cast<double>(now_ns_ - unknown_since_ns_) * 1e-9;
   if (read_back_good() && inputs_.valve_position.time_ns >= unknown_since_ns_) {
     learn(inputs_.valve_position.value);
   } else if (decision.fault == Fault::stop && decision.action.kind == Kind::value) {
-    learn(decision.action.value);  // a ramp would begin at a guess
-  } else if (!ever_known_ && !starting && start_.output.kind == Kind::value) {
+    // A ramp would begin at a guess. A read-back is given its time to tell first.
+    if (!fitted || unknown_s > settings_.pv_check.max_age_s) learn(decision.action.value);
+  } else if (!ever_known_ && supervisor_.started() && start_.output.kind == Kind::value) {
     learn(start_.output.value);
   }
 }
@@ -273,7 +292,8 @@ hal::Command ControlCycle::checked(const ControllerOutput& out, const Decision& 
 
   return {.output = was_not_finite_ ? output_before : out.output,
           .time_ns = now_ns_,
-          .write = output_known_ && decision.fault != Fault::starting,
+          // A watchdog that the first command armed is fed from then on, whatever comes.
+          .write = output_known_ && (decision.fault != Fault::starting || ever_written_),
           .alarm = decision.fault != Fault::none};
 }
 

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
 #include "daemon/rt/event.hpp"
 #include "daemon/rt/loop_settings.hpp"
@@ -101,6 +102,7 @@ class ControlCycle {
   LoopSettings configured_;  // the same, with the jacket as its file has it
   SettingsOffer offer_;
   bool offer_waits_ = false;
+  std::optional<JacketWish> jacket_since_offer_;  // the newest order for it since the offer came
   StartSettings start_;
   ValvePositionSource valve_source_;
   plant::EffectChain valve_model_;
@@ -116,7 +118,9 @@ class ControlCycle {
   bool output_known_ = false;  // where the valve stands is known
   bool ever_known_ = false;    // it has been at some time
   bool told_ = false;          // by the operator, since it was lost last
-  bool was_lost_ = false;      // commands did not reach the valve in the cycle before
+  bool was_lost_ =
+      false;  // commands did not reach the valve, or the process paused, in the cycle before
+  bool ever_written_ = false;  // a command has gone out
   std::int64_t unknown_since_ns_ = 0;
   bool was_not_finite_ = false;  // result of the cycle before
   double modelled_valve_ = 0.0;  // CO units

@@ -213,6 +213,10 @@ std::optional<std::filesystem::path> DaemonView::evidence(std::size_t loop,
   const auto& alarms = alarm_names();
   if (std::find(alarms.begin(), alarms.end(), wanted) != alarms.end()) {
     const json answer = link_.ask({{"request", "explain"}, {"loop", tag}, {"alarm", wanted}});
+    // The host asks again where nobody knows.
+    if (!answer.value("disk_answers", true)) {
+      throw std::runtime_error("the box's disk does not answer");
+    }
     const auto folder = answer.find("evidence");
     if (folder == answer.end() || !folder->is_string()) return std::nullopt;
     return folder->get<std::string>();

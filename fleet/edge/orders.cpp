@@ -14,6 +14,19 @@ constexpr std::chrono::milliseconds kOrderPatience{2000};
 constexpr std::chrono::seconds kLongestWait{60};
 constexpr std::size_t kMostOrders = 100;
 
+const char* outcome_of(const nlohmann::json& answer) {
+  return answer.value("on_disk", true) ? "done" : "done, the journal does not have it yet";
+}
+std::string outcome_of(const DaemonAway& e) {
+  return fmt::format(
+      "{}: {}",
+      e.may_be_done() ? "not known" : "refused: no socket for orders (loopwardend.yaml: edge)",
+      e.what());
+}
+std::string outcome_of(const nlohmann::json::exception& e) {
+  return fmt::format("not known: the daemon answers in another way than expected: {}", e.what());
+}
+
 }  // namespace
 
 Orders::Orders(const std::filesystem::path& runtime_directory, bool allowed)
@@ -32,44 +45,45 @@ void Orders::give(const std::string& device, const std::string& tag, const Order
   try {
     const nlohmann::json answer = link_.ask(request);
     if (!answer.contains("order")) {
-      return end(answer.value("on_disk", true) ? "done" : "done, the journal does not have it yet");
+      return end(outcome_of(answer));
     }
     waiting_.push_back({device, tag, order.what, answer.at("order").get<std::uint64_t>(),
                         std::chrono::steady_clock::now()});
   } catch (const DaemonRefused& e) {
     end(fmt::format("refused: {}", e.what()));
   } catch (const DaemonAway& e) {
-    e.may_be_done()
-        ? end(fmt::format("not known: {}", e.what()))
-        : end(fmt::format("refused: no socket for orders (loopwardend.yaml: edge): {}", e.what()));
+    end(outcome_of(e));
   } catch (const nlohmann::json::exception& e) {
-    end(fmt::format("not known: the daemon answers in another way than expected: {}", e.what()));
+    end(outcome_of(e));
   }
 }
 
 void Orders::acknowledge_all(const std::vector<Loop>& loops) {
-  const auto refused = [&](const std::string& why) {
+  const auto tell = [&](const std::string& outcome) {
     for (const Loop& loop : loops) {
-      if (loop.waits) refuse(loop.device, "acknowledge_all: refused: " + why);
+      if (loop.waits) refuse(loop.device, "acknowledge_all: " + outcome);
     }
   };
-  if (!allowed_) return refused("edge.yaml has no orders: true");
+  if (!allowed_) return tell("refused: edge.yaml has no orders: true");
   try {
     const nlohmann::json answer =
         link_.ask({{"request", "acknowledge_all"}, {"user", "sparkplug"}});
+    const char* how = outcome_of(answer);
     for (const nlohmann::json& alarm : answer.at("acknowledged")) {
       const auto tag = alarm.at("loop").get<std::string>();
       const auto loop =
           std::find_if(loops.begin(), loops.end(), [&](const Loop& l) { return l.tag == tag; });
       if (loop == loops.end()) continue;
       const auto what = "acknowledge_" + alarm.at("alarm").get<std::string>();
-      spdlog::info("{}: {}: done", tag, what);
-      done_.push_back({loop->device, what + ": done"});
+      spdlog::info("{}: {}: {}", tag, what, how);
+      done_.push_back({loop->device, fmt::format("{}: {}", what, how)});
     }
   } catch (const DaemonRefused& e) {
-    refused(e.what());
+    tell(fmt::format("refused: {}", e.what()));
   } catch (const DaemonAway& e) {
-    refused(fmt::format("no socket for orders (loopwardend.yaml: edge): {}", e.what()));
+    tell(outcome_of(e));
+  } catch (const nlohmann::json::exception& e) {
+    tell(outcome_of(e));
   }
 }
 

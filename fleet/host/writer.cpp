@@ -86,10 +86,12 @@ changes AS (
           ORDER BY a.time DESC LIMIT 1) stored ON true
       WHERE s.state <> CASE WHEN stored.time >= s.before_time OR s.before_time IS NULL
                             THEN coalesce(stored.state, 'normal') ELSE s.before END
-    ON CONFLICT DO NOTHING RETURNING device_id, name, state)
+    ON CONFLICT DO NOTHING RETURNING device_id, name, state, time)
 INSERT INTO request(device_id, metric, value, due)
   SELECT DISTINCT device_id, 'request/evidence', name, now() + $6::integer * interval '1 second'
-    FROM changes WHERE $7::boolean AND state = 'unacknowledged' AND name <> ALL($8::text[]))";
+    FROM changes c WHERE $7::boolean AND state = 'unacknowledged' AND name <> ALL($8::text[])
+      AND NOT EXISTS (SELECT FROM request r
+        WHERE r.device_id = c.device_id AND r.metric = 'request/evidence' AND r.value = c.name AND r.due > c.time))";
 
 // Alarms that leave none on their box, as an array of text.
 std::string without_evidence() {
@@ -127,14 +129,14 @@ UPDATE evidence e SET complete = CASE WHEN p.sha256 = e.sha256 THEN now() END, d
 // Once all files of the folder are here; of an edge node that does not say how many there are, with the first.
 constexpr const char* kAnswerRequest = R"(
 UPDATE request SET done = now(), answer = 'here'
-  WHERE device_id = $1 AND metric = 'request/evidence' AND $2 IN ('', value) AND done IS NULL AND sent IS NOT NULL
+  WHERE device_id = $1 AND metric = 'request/evidence' AND $2 IN ('', value) AND done IS NULL
     AND EXISTS (SELECT FROM evidence WHERE id = $3 AND (complete IS NOT NULL OR damaged))
     AND $4::integer <= (SELECT count(*) FROM evidence
       WHERE device_id = $1 AND folder = $5 AND (complete IS NOT NULL OR damaged)))";
 
 constexpr const char* kRefuseRequest = R"(
 UPDATE request SET done = now(), answer = $3
-  WHERE device_id = $1 AND metric = 'request/evidence' AND value = $2 AND done IS NULL AND sent IS NOT NULL)";
+  WHERE device_id = $1 AND metric = 'request/evidence' AND value = $2 AND done IS NULL)";
 
 constexpr const char* kUpdateEdge = R"(
 UPDATE edge SET since = CASE WHEN online = $2 THEN since ELSE to_timestamp($3) END, online = $2,

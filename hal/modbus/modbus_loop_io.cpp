@@ -96,9 +96,11 @@ void ModbusLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
   inputs.valve_position = read_back_ != nullptr ? read_back_->newest.newest() : Sample{};
   inputs.enable = Enable::not_fitted;
   const OutputState& state = positioner_.command->state.newest();
-  // A bus that is busy with something else does not tell of commands that wait.
+  // A bus that is busy with something else does not tell of commands that wait. Where the loop asks for nothing to be
+  // written there is nothing to confirm.
+  const std::int64_t since_ns = std::max(state.confirmed_ns, writes_since_ns_);
   const bool silent =
-      state.ok && time.now_ns - state.confirmed_ns > positioner_.command->longest_silence_ns;
+      state.ok && writes_ && time.now_ns - since_ns > positioner_.command->longest_silence_ns;
   inputs.output_ok = state.ok && !silent;
   inputs.output_reason = silent ? Reason::link_lost : state.reason;
 }
@@ -106,6 +108,8 @@ void ModbusLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
 double ModbusLoopIo::write(const CycleTime&, const Command& command) noexcept {
   // What is no number is never sent: the last command stands until it is too old.
   if (!std::isfinite(command.output)) return last_output_;
+  if (command.write && !std::exchange(writes_, command.write)) writes_since_ns_ = command.time_ns;
+  writes_ = command.write;
   last_output_ = output_stage(command.output);
   publish(last_output_, command.time_ns, command.write);
   return last_output_;

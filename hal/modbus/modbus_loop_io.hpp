@@ -48,6 +48,8 @@ class ModbusLoopIo final : public LoopIo {
 
   // Thread that runs the loop only.
   double last_output_ = 0.0;
+  bool writes_ = false;               // the newest command is one to be written
+  std::int64_t writes_since_ns_ = 0;  // the first of those in a row
   std::uint64_t command_id_ = 0;
 
   // ticks() moves on when both bus threads have: seen so far, and how often.

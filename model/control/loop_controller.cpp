@@ -94,9 +94,12 @@ ControllerOutput LoopController::limit(double wanted) noexcept {
 // would then leave the course that it had under the old limits. To lag behind it is no leaving.
 double LoopController::kept_on_course(double wanted) const noexcept {
   const OutputLimits& limits = law_.settings.output;
-  const double course = limit_output(before_.settings.output, wanted, commanded_, period_s_).output;
+  const Limited before = limit_output(before_.settings.output, wanted, commanded_, period_s_);
+  const double course = before.output;
   const double output = limit_output(limits, wanted, commanded_, period_s_).output;
-  const double allowed = std::isfinite(limits.rate_per_s) ? limits.rate_per_s * period_s_ : 0.0;
+  // Under way at the old rate limit the output goes on at the new one; where it stood it stands.
+  const bool moves = before.rate_limited && std::isfinite(limits.rate_per_s);
+  const double allowed = moves ? limits.rate_per_s * period_s_ : 0.0;
   const bool leaves = output < std::min(course, commanded_) - allowed ||
                       output > std::max(course, commanded_) + allowed;
   return leaves ? course : wanted;

@@ -6,7 +6,7 @@
 //   stop         the daemon is ending (SIGTERM, SIGINT)
 //   enable_open  the enable contact is open
 //   not_finite   the controller's result was not a number
-//   late_cycle   the cycle came more than `late_cycle_periods` late
+//   late_cycle   the cycle came more than `late_cycle_periods` late, once the loop has started
 //   output_lost  commands do not reach the positioner
 //   bad_pv       the process variable is bad, or uncertain where that counts as bad; the output is
 //                held for `bad_pv_hold_s` from when PV went bad before the action takes place
@@ -95,6 +95,8 @@ class Supervisor {
   // it is known where the output stands. Until it is, no action but that of stop has anything to start from.
   Decision step(const Conditions& conditions) noexcept;
   Decision settle(Decision decision, bool output_known) noexcept;
+  // A good PV and a reachable positioner have been seen together.
+  bool started() const noexcept { return started_; }
   Fault fault() const noexcept {
     return fault_ == Fault::none && !output_known_ ? Fault::output_unknown : fault_;
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Set point, output and mode: the only handler that moves a valve.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -62,7 +63,7 @@ http::Response changed_meanwhile(const json& told) {
   return response;
 }
 
-// A look at the order every kBetweenLooks until the loop's cycle has taken it and the journal's line is on the disk. A slow loop's
+// Looks at the order again and again until the loop's cycle has taken it and the journal's line is on the disk. A slow loop's
 // cycle comes in seconds or minutes: between the looks no thread is held.
 class Outcome {
  public:
@@ -80,8 +81,16 @@ class Outcome {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::chrono::milliseconds kBetweenLooks{40};
+  static constexpr std::chrono::milliseconds kFirstPause{40};
+  static constexpr std::chrono::milliseconds kLongestPause{1000};
   static constexpr std::chrono::milliseconds kForDisk{1000};
+
+  // The longer it takes the more seldom: page.sock answers so many lines a second, and acknowledgements need some of them.
+  std::chrono::milliseconds pause() const {
+    const auto waited =
+        std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begun_);
+    return std::clamp(waited / 8, kFirstPause, kLongestPause);
+  }
 
   bool is_over(const json& now) const {
     const std::string state = now.at("state").get<std::string>();
@@ -97,7 +106,7 @@ class Outcome {
 
   http::Response later() const {
     http::Response response;
-    response.delay = kBetweenLooks;
+    response.delay = pause();
     response.next = [outcome = *this] { return outcome.look(); };
     return response;
   }

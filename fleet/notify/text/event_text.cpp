@@ -121,9 +121,12 @@ std::string local_time(std::int64_t utc_ms, const date::time_zone& zone) {
 }
 
 std::string alarm_words(const std::string& alarm) {
-  static const std::map<std::string, std::string> kWords{{"unknown", "Unknown valve fault"},
-                                                         {"model_gap", "No longer as commissioned"},
-                                                         {"bad_pv", "Bad process variable"}};
+  static const std::map<std::string, std::string> kWords{
+      {"unknown", "Unknown valve fault"},
+      {"model_gap", "No longer as commissioned"},
+      {"bad_pv", "PV bad"},
+      {"output_unknown", "Output not known"},
+      {"not_normal_mode", "Not in its normal mode"}};
   const auto known = kWords.find(alarm);
   if (known != kWords.end() || alarm.empty()) return known == kWords.end() ? "" : known->second;
   std::string words = alarm;

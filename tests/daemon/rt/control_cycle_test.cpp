@@ -77,6 +77,43 @@ TEST_CASE("nothing is written before the first good PV") {
 }
 
 TEST_CASE(
+    "a late cycle or an open contact before the first good PV writes nothing that the file "
+    "states") {
+  Loop loop;
+  loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
+  loop.run(5);
+  loop.run(1, 50);
+  loop.run(5);
+  CHECK(loop.fault() == Fault::starting);
+  CHECK(loop.io.written == -1.0);
+  loop.io.inputs.enable = hal::Enable::open;
+  loop.run(5);
+  CHECK(loop.fault() == Fault::enable_open);
+  CHECK(loop.io.written == -1.0);
+  loop.io.inputs.enable = hal::Enable::closed;
+  loop.io.set_pv(50.0);
+  loop.run(10);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.io.last.write);
+}
+
+TEST_CASE("once a command has gone out commands go on, so that the device's watchdog is fed") {
+  Loop loop;
+  loop.io.set_read_back(20.0);
+  loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
+  loop.io.inputs.enable = hal::Enable::open;
+  loop.run(30);
+  REQUIRE(loop.io.last.write);
+  REQUIRE(loop.io.written == Approx(0.0));
+  loop.io.inputs.enable = hal::Enable::closed;
+  loop.io.set_read_back(0.4);  // within its error
+  loop.run(30);
+  CHECK(loop.fault() == Fault::starting);
+  CHECK(loop.io.last.write);
+  CHECK(loop.io.written == Approx(0.0));
+}
+
+TEST_CASE(
     "with an unknown output the loop waits in manual for the operator, and refuses automatic") {
   Loop loop(plain_settings(),
             {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
@@ -234,6 +271,32 @@ TEST_CASE("a loop whose read-back died with its output is freed by an order for 
   CHECK(loop.fault() == Fault::output_lost);
 }
 
+TEST_CASE(
+    "what was told of the output ends with the next loss, within the fault's recovery as well") {
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.safety.recovery_delay_s = 2.0;
+  Loop loop(settings);
+  loop.io.set_read_back(40.0);
+  loop.run(10);
+  loop.io.inputs.output_ok = false;
+  loop.io.inputs.output_reason = hal::Reason::link_lost;
+  loop.io.inputs.valve_position.quality = hal::Quality::bad;
+  loop.run(10);
+  loop.order({.mode = Mode::manual, .output = 25.0});
+  loop.run(2);
+  loop.io.inputs.output_ok = true;
+  loop.run(5);
+  REQUIRE(loop.fault() == Fault::output_lost);
+  REQUIRE(loop.io.written == 25.0);
+  // Lost once more; the device's watchdog moves the valve.
+  loop.io.inputs.output_ok = false;
+  loop.run(20);
+  loop.io.inputs.output_ok = true;
+  loop.io.set_read_back(90.0);
+  loop.run(1);
+  CHECK(loop.io.written == Approx(90.0));
+}
+
 TEST_CASE("what the fault's action was told by is no word for the next one") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.safety.on_output_lost = OutputAction::go_to(70.0);
@@ -272,6 +335,39 @@ TEST_CASE("the stop action of an output that is not known begins at no guess") {
   CHECK(loop.io.written == 80.0);
   CHECK(loop.row.co == 80.0);
   CHECK(loop.channels.stop_reached.load());
+}
+
+TEST_CASE("a stop after a pause begins where the valve stands, whichever cycle sees the two") {
+  Loop loop;  // stop value 5, 5 a cycle
+  loop.io.set_read_back(90.0);
+  loop.order({.mode = Mode::manual, .output = 90.0});
+  loop.run(10);
+  REQUIRE(loop.io.written == Approx(90.0));
+  const double old = loop.io.written;
+  SECTION("both in one") {
+    loop.io.set_read_back(0.0);
+    loop.run(1, 50, true);
+    CHECK(loop.io.written == Approx(5.0));
+  }
+  SECTION("the pause first, and the read-back after the stop") {
+    loop.io.inputs.valve_position.time_ns = 0;
+    loop.io.inputs.valve_position.quality = hal::Quality::bad;
+    loop.run(1, 50);
+    loop.run(1, 0, true);
+    CHECK_FALSE(loop.io.last.write);
+    CHECK(loop.io.written == old);
+    CHECK_FALSE(loop.channels.stop_reached.load());
+    loop.io.set_read_back(60.0);
+    loop.run(1, 0, true);
+    CHECK(loop.io.written == Approx(55.0));
+  }
+  SECTION("no read-back comes") {
+    loop.io.inputs.valve_position.quality = hal::Quality::bad;
+    loop.run(1, 50);
+    loop.run(10, 0, true);
+    CHECK(loop.io.written == Approx(5.0));
+    CHECK(loop.channels.stop_reached.load());
+  }
 }
 
 TEST_CASE("an output that is not known is no value that an order could expect") {
@@ -598,6 +694,46 @@ TEST_CASE("settings whose limits exclude the output wait until it is inside") {
   loop.order({.output = 35.0});
   loop.run(1);
   CHECK(loop.answer() == Refusal::output_out_of_limits);
+}
+
+TEST_CASE("settings that wait overrule no order that is newer than they are") {
+  LoopSettings settings = plain_settings();
+  settings.controller.jacket.form = control::JacketForm::bounded;
+  settings.controller.jacket.gain_per_s = 1.0;
+  settings.controller.jacket.max_mean_error = 10.0;
+  Loop loop(settings);
+  loop.run(5);
+  LoopSettings narrow = settings;
+  narrow.controller.output.high = 30.0;
+  loop.channels.settings.publish({narrow, 1});
+  loop.run(1);
+  REQUIRE(loop.channels.settings_waiting.load() == 1);
+  loop.order({.jacket = JacketWish::off, .kp = 0.125, .mode = Mode::manual, .output = 20.0});
+  loop.run(40);
+  REQUIRE(loop.channels.settings_taken.load() == 1);
+  LoopSettings shown;
+  REQUIRE(loop.channels.in_force.fetch(shown));
+  CHECK(shown.controller.output.high == 30.0);
+  CHECK(shown.controller.pid.gains.kp == 0.125);
+  CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
+}
+
+TEST_CASE("settings that wait come into force in no fault's action") {
+  LoopSettings settings = plain_settings();
+  settings.safety.on_stop = OutputAction::go_to(0.0);
+  Loop loop(settings);
+  loop.order({.mode = Mode::manual, .output = 90.0});
+  loop.run(40);
+  REQUIRE(loop.io.written == Approx(90.0));
+  LoopSettings narrow = settings;
+  narrow.controller.output.high = 80.0;
+  narrow.safety.on_stop = OutputAction::hold();
+  loop.channels.settings.publish({narrow, 1});
+  loop.run(2);
+  REQUIRE(loop.channels.settings_waiting.load() == 1);
+  loop.run(60, 0, true);
+  CHECK(loop.io.written == Approx(0.0));
+  CHECK(loop.channels.settings_taken.load() == 0);
 }
 
 TEST_CASE("settings that wait are dropped when they are withdrawn, or replaced by newer ones") {

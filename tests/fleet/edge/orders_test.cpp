@@ -116,6 +116,35 @@ TEST_CASE("an order that is done and not in the journal yet is told so", "[edge]
   ::close(peer);
 }
 
+TEST_CASE("of acknowledge_all is told what is known of it, and no more", "[edge]") {
+  const tests::TemporaryFolder folder;
+  Orders orders(folder.path(), true);
+  const std::vector<Orders::Loop> loops{{"d", "FIC-101", true}};
+  SECTION("nobody could take it") {
+    orders.acknowledge_all(loops);
+    CHECK_THAT(told(orders), Catch::StartsWith("acknowledge_all: refused: no socket for orders"));
+  }
+  const EdgeSocket socket(folder.path());
+  const auto answered = [&](const std::string& answer) {
+    std::thread daemon([&] { ::close(socket.take(answer)); });
+    orders.acknowledge_all(loops);
+    daemon.join();
+    return told(orders);
+  };
+  SECTION("no answer") {
+    CHECK_THAT(answered(""), Catch::StartsWith("acknowledge_all: not known: "));
+  }
+  SECTION("an answer of another kind") {
+    CHECK_THAT(answered(R"({"ok": true})"), Catch::StartsWith("acknowledge_all: not known: "));
+  }
+  SECTION("done, and not in the journal yet") {
+    CHECK(
+        answered(
+            R"({"ok": true, "on_disk": false, "acknowledged": [{"loop": "FIC-101", "alarm": "stiction"}]})") ==
+        "acknowledge_stiction: done, the journal does not have it yet");
+  }
+}
+
 TEST_CASE("the first order after a restart of the daemon reaches the new one", "[edge]") {
   const tests::TemporaryFolder folder;
   Orders orders(folder.path(), true);

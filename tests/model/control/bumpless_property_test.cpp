@@ -116,6 +116,9 @@ TEST_CASE("whatever a reload changes, CO stays on the course it had under the ol
     property::require(now.output >= std::min(course, output) - allowed - 1e-9 &&
                           now.output <= std::max(course, output) + allowed + 1e-9,
                       "CO left its course");
+    if (course == output) {
+      property::require(std::abs(now.output - output) <= kShare * kSpan, "CO stood and moves");
+    }
     if (!std::isfinite(rate) && course >= new_settings.output.low &&
         course <= new_settings.output.high && new_settings.output.deadband == 0.0) {
       property::require(std::abs(now.output - course) <= kShare * kSpan, "CO lags behind");
@@ -183,6 +186,36 @@ TEST_CASE("an order in the period of new settings moves the output as ordered",
   s.output.deadband = 0.0;
   controller.configure(s);
   CHECK(controller.step({.process_variable = 50.0}).output == 55.0);
+}
+
+TEST_CASE("an output that the old limits held does not go at the rate limit",
+          "[control][bumpless]") {
+  ControllerSettings s;
+  s.pid.gains = {.kp = 2.0, .ki = 0.0};
+  s.pid.output_high = 100.0;
+  s.set_point.high = 100.0;
+  s.output = {.low = 0.0, .high = 50.0, .rate_per_s = 1.0};
+  LoopController controller(s, kPeriod, 50.0, 20.0);
+  const ControllerInputs in{.process_variable = 50.0};
+  const auto run = [&](double high) {
+    s.output.high = high;
+    controller.configure(s);
+    double output = 0.0;
+    for (int k = 0; k < 1000; ++k) output = controller.step(in).output;
+    return output;
+  };
+  SECTION("in automatic") {
+    controller.request_mode(Mode::automatic);
+    controller.step(in);
+    controller.request_set_point(90.0);  // the law asks for 100
+    CHECK(run(50.0) == Approx(50.0));
+  }
+  SECTION("in manual") {
+    controller.request_output(75.0);
+    for (int k = 0; k < 5; ++k) controller.step(in);
+    CHECK(run(50.0) == Approx(50.0));
+  }
+  CHECK(run(100.0) == Approx(50.0));
 }
 
 }  // namespace bumpless_property_test

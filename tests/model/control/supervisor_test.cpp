@@ -176,7 +176,8 @@ TEST_CASE("nothing happens until something good was read", "[control][supervisor
     CHECK_FALSE(decision.to_manual);
   }
   SECTION("a graver fault in between leaves it a start") {
-    CHECK(supervisor.step({.late_cycle = true, .pv_good = false}).fault == Fault::late_cycle);
+    CHECK(supervisor.step({.enable_open = true, .pv_good = false}).fault == Fault::enable_open);
+    CHECK(supervisor.step({.late_cycle = true, .pv_good = false}).fault == Fault::starting);
     CHECK(supervisor.step({.pv_good = false}).fault == Fault::starting);
     CHECK(supervisor.step({.output_lost = true, .pv_good = true}).fault == Fault::starting);
     CHECK(supervisor.step(kGood).fault == Fault::none);
