@@ -158,12 +158,13 @@ TEST_CASE("specialists that can't be used are refused before anything moves", "[
 
 TEST_CASE("a loop that changes raises model_gap, and its explanation comes by itself",
           "[alarm][idle]") {
+  // The fault lasts longer than a busy machine takes to explain it: half an hour.
   const auto model = [](const std::string& faults) {
     return "sample_time: 0.1\n"
            "controller: {kp: 0.35, ki: 0.04, output: [0, 10]}\n"
            "process: {gain: 1.2264, time_constant: 1.69376, dead_time: 2.6256}\n"
            "transmitter: {range: [0, 10], resolution: 0.00244140625, noise: 0.01}\n"
-           "scenario: {duration: 4000, set_point: [[0, 5]], faults: [" +
+           "scenario: {duration: 40000, set_point: [[0, 5]], faults: [" +
            faults + "], seed: 1}\n";
   };
   DaemonProcess daemon("real_time: {priority: 0, lock_memory: false}\naccelerate: 20\n",
