@@ -133,7 +133,7 @@ TEST_CASE("completion knows the daemon's loops, the alarms, and the words of an 
   };
   CHECK(completed("set FIC") == "FIC-101 FIC-102\n");
   CHECK(completed("alarms --json shelve FIC-102") == "FIC-102\n");
-  CHECK(completed("alarms shelve FIC-101 b") == "backlash\n");
+  CHECK(completed("alarms shelve FIC-101 b") == "backlash bad_pv\n");
   CHECK(completed("register-map --format py") == "pymodbus\n");
   CHECK(completed("classify r.csv --form e") == "explaining\n");
   CHECK(completed("set FIC-101 --mode m") == "man\n");
