@@ -16,19 +16,19 @@
 namespace loopwarden::hal::os {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostAnswerBytes = 256UL * 1024UL * 1024UL;
 constexpr std::size_t kPieceBytes = 64UL * 1024UL;
 
 // A full queue of connections can't be waited for by poll().
-int connected(const std::string& path, Clock::time_point until) {
+int connected(const std::string& path, SteadyClock::time_point until) {
   constexpr std::chrono::milliseconds kBetweenTries{5};
   for (;;) {
     const int fd = try_local_connection(path);
     if (fd >= 0) return fd;
     const bool full = errno == EAGAIN || errno == EINTR;
-    if (!full || Clock::now() >= until) throw socket_failure("no daemon answers at " + path);
+    if (!full || SteadyClock::now() >= until) throw socket_failure("no daemon answers at " + path);
     std::this_thread::sleep_for(kBetweenTries);
   }
 }
@@ -36,13 +36,13 @@ int connected(const std::string& path, Clock::time_point until) {
 }  // namespace
 
 LocalClient::LocalClient(const std::string& path, std::chrono::milliseconds timeout)
-    : fd_(connected(path, Clock::now() + timeout)) {}
+    : fd_(connected(path, SteadyClock::now() + timeout)) {}
 
 LocalClient::~LocalClient() { close(fd_); }
 
 void LocalClient::wait(short events, Moment until) const {
   for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now());
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - SteadyClock::now());
     pollfd waiting{fd_, events, 0};
     const int ready = poll(&waiting, 1, static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
     if (ready > 0) return;
@@ -93,7 +93,7 @@ std::string LocalClient::next_line(Moment until) {
 }
 
 std::string LocalClient::request(std::string_view line, std::chrono::milliseconds timeout) {
-  const Moment until = Clock::now() + timeout;
+  const Moment until = SteadyClock::now() + timeout;
   send(std::string(line) + '\n', until);
   ++owed_;
   try {
