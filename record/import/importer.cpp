@@ -322,9 +322,11 @@ class FileReader {
   void settle_words() {
     constexpr std::size_t kFewCells = 3;
     constexpr std::size_t kFewInCells = 200;  // one of so many
+    constexpr std::size_t kNeverIn = 10;      // more than one of so many is never few
     for (const auto& [signal, word] : words_) {
       if (*word.target.error) continue;
-      if (word.cells > std::max(kFewCells, signal->value.size() / kFewInCells)) {
+      const std::size_t cells = signal->value.size();
+      if (word.cells > std::max(kFewCells, cells / kFewInCells) || word.cells * kNeverIn > cells) {
         *word.target.error = word.first;
         continue;
       }
