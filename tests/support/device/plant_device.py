@@ -79,6 +79,11 @@ class Positioner:
         if self.watchdog_tenths == 0:
             self.unguarded_writes += 1
 
+    def arm(self, tenths):
+        # The time runs from here, not from a command of long ago.
+        self.watchdog_tenths = tenths
+        self.last_write = time.monotonic()
+
     def restart(self):
         self.command = self.fail_safe
         self.watchdog_tenths = 0
@@ -155,7 +160,7 @@ class HoldingRegisters(BaseModbusDataBlock):
         elif address == 2 and len(values) == 1:
             self.device.write(values[0] / 100)
         elif address == 10 and len(values) == 1:
-            self.device.watchdog_tenths = values[0]
+            self.device.arm(values[0])
 
 
 class Server:
