@@ -55,7 +55,7 @@ std::vector<history::Block> newer_rows(Context& context, const Box::Now& now, co
     row.sp = number("sp");
     row.co = number("co");
     row.stem = number("stem");
-    row.mode = trend.at("mode").at(i) == "automatic" ? 1 : 0;
+    row.mode = trend.at("mode").at(i) == "AUTO" ? 1 : 0;
     const double ago = period_now - static_cast<double>(row.period_index);
     const std::int64_t at_ms = now.now_ms - std::llround(ago * ms_per_period);
     if (newest && at_ms <= newest->last_ms) continue;
