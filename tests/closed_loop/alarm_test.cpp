@@ -55,14 +55,12 @@ void leave_alarm(const std::filesystem::path& folder, const char* alarm = "stict
 void hurry_children_of(pid_t parent) {
   namespace fs = std::filesystem;
   std::error_code gone;
-  for (const auto& process : fs::directory_iterator("/proc", gone)) {
-    std::ifstream stat(process.path() / "stat");
-    std::string pid, name, state;
-    pid_t its_parent = 0;
-    if (!(stat >> pid >> name >> state >> its_parent) || its_parent != parent) continue;
-    for (const auto& task : fs::directory_iterator(process.path() / "task", gone)) {
+  for (const auto& thread :
+       fs::directory_iterator("/proc/" + std::to_string(parent) + "/task", gone)) {
+    std::ifstream children(thread.path() / "children");
+    for (pid_t child = 0; children >> child;) {
       const sched_param ordinary{};
-      ::sched_setscheduler(std::stoi(task.path().filename()), SCHED_OTHER, &ordinary);
+      ::sched_setscheduler(child, SCHED_OTHER, &ordinary);
     }
   }
 }
