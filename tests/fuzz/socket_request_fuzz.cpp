@@ -5,8 +5,10 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 
 #include "tests/daemon/console/console.hpp"
 #include "tests/fuzz/require.hpp"
@@ -25,8 +27,13 @@ struct Plant : Console {
     run(2);
   }
   std::string answer(SocketName socket, std::string_view line) {
-    return socket == SocketName::status ? readers->answer(line)
-                                        : server->answer(line, socket, 1000);
+    if (socket == SocketName::status) return readers->answer(line);
+    const hal::os::LocalServer::Answer given = server->answer(line, socket, 1000);
+    if (const auto* text = std::get_if<std::string>(&given)) return *text;
+    const auto& later = std::get<hal::os::LocalServer::Later>(given);
+    std::optional<std::string> text;
+    while (!text) text = later();  // it comes with the journal's line, or without
+    return *text;
   }
 };
 
