@@ -46,7 +46,7 @@ model::ProcessCycle process_cycle_of(const RecordRow& row) {
 
 std::string pv_text(const RecordRow& row) {
   const auto quality = static_cast<hal::Quality>(row.pv_quality);
-  const std::string text = fmt::format("PV is {}", to_text(quality));
+  std::string text = fmt::format("PV is {}", to_text(quality));
   if (quality == hal::Quality::good) return text;
   return text + fmt::format(": {}", to_text(static_cast<hal::Reason>(row.pv_reason)));
 }
