@@ -27,25 +27,6 @@ std::string points(const std::vector<std::pair<double, double>>& values) {
   return fmt::format("[{}]", text);
 }
 
-const char* to_text(control::AntiWindup anti_windup) {
-  switch (anti_windup) {
-    case control::AntiWindup::integral_clamp: return "integral_clamp";
-    case control::AntiWindup::back_calculation: return "back_calculation";
-    case control::AntiWindup::conditional: break;
-  }
-  return "conditional";
-}
-
-const char* to_text(control::JacketForm form) {
-  switch (form) {
-    case control::JacketForm::off: return "off";
-    case control::JacketForm::paper: return "paper";
-    case control::JacketForm::bounded: return "bounded";
-    case control::JacketForm::dwell: break;
-  }
-  return "dwell";
-}
-
 // `, s: 0.9, j: 0.3`, in the order of the catalogue.
 std::string parameters(const EffectSpec& spec) {
   std::string text;
@@ -279,6 +260,25 @@ class ModelWriter {
 };
 
 }  // namespace
+
+const char* to_text(control::AntiWindup anti_windup) {
+  switch (anti_windup) {
+    case control::AntiWindup::integral_clamp: return "integral_clamp";
+    case control::AntiWindup::back_calculation: return "back_calculation";
+    case control::AntiWindup::conditional: break;
+  }
+  return "conditional";
+}
+
+const char* to_text(control::JacketForm form) {
+  switch (form) {
+    case control::JacketForm::off: return "off";
+    case control::JacketForm::paper: return "paper";
+    case control::JacketForm::bounded: return "bounded";
+    case control::JacketForm::dwell: break;
+  }
+  return "dwell";
+}
 
 std::string write_model(const plant::LoopModel& model, const std::string& heading) {
   std::string text;

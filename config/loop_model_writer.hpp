@@ -12,4 +12,8 @@ namespace loopwarden::config {
 // not written. Each line of `heading`, if any, comes first as a comment.
 std::string write_model(const plant::LoopModel& model, const std::string& heading = "");
 
+// As files have them.
+const char* to_text(control::AntiWindup anti_windup);
+const char* to_text(control::JacketForm form);
+
 }  // namespace loopwarden::config

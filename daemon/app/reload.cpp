@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "config/loop_model_writer.hpp"
 #include "daemon/rt/loop_settings.hpp"
 
 namespace loopwarden::daemon::reload {
@@ -37,23 +38,8 @@ struct Range {
 const char* name_of(control::Action action) {
   return action == control::Action::direct ? "direct" : "reverse";
 }
-const char* name_of(control::AntiWindup kind) {
-  switch (kind) {
-    case control::AntiWindup::integral_clamp: return "integral_clamp";
-    case control::AntiWindup::back_calculation: return "back_calculation";
-    case control::AntiWindup::conditional: break;
-  }
-  return "conditional";
-}
-const char* name_of(control::JacketForm form) {
-  switch (form) {
-    case control::JacketForm::off: return "off";
-    case control::JacketForm::paper: return "paper";
-    case control::JacketForm::bounded: return "bounded";
-    case control::JacketForm::dwell: break;
-  }
-  return "dwell";
-}
+const char* name_of(control::AntiWindup kind) { return config::to_text(kind); }
+const char* name_of(control::JacketForm form) { return config::to_text(form); }
 const char* name_of(control::Recovery recovery) {
   return recovery == control::Recovery::manual ? "manual" : "previous_mode";
 }
