@@ -58,7 +58,8 @@ void see_alarms(const model::LoopAlarms& alarms, Glance& glance) {
         alarm.state() == AlarmState::normal || alarm.state() == AlarmState::suppressed;
     glance.alarm_kind = quiet ? kUnknown : static_cast<double>(model::index_of(kind));
   }
-  glance.alarm = static_cast<double>(kByUrgency[worst / 2]);
+  const std::size_t state = worst / 2;
+  glance.alarm = static_cast<double>(kByUrgency[state]);
 }
 
 double lowest_known(const analysis::ConditionIndices& c) {

@@ -241,9 +241,12 @@ std::optional<TimePoint> parse_date(std::string_view text, TimeForm form) {
   return point;
 }
 
-TimePoint from_seconds(double whole_units, double units_per_s, bool zone_known) {
+// nullopt if no int64 holds it.
+std::optional<TimePoint> from_seconds(double whole_units, double units_per_s, bool zone_known) {
+  constexpr double kFurthest_s = 4e18;  // the difference of two is an int64 too
   TimePoint point;
   const double whole = std::floor(whole_units / units_per_s);
+  if (!(std::abs(whole) <= kFurthest_s)) return std::nullopt;
   point.whole_s = static_cast<std::int64_t>(whole);
   point.rest_s = (whole_units - whole * units_per_s) / units_per_s;
   point.zone_known = zone_known;
@@ -284,8 +287,7 @@ std::optional<TimePoint> parse_time(std::string_view text, TimeForm form, char d
     return from_seconds(of_day, 1.0, false);
   }
   const std::optional<double> number = parse_number(text, decimal);
-  constexpr double kFurthest = 9e18;
-  if (!number || std::abs(*number) > kFurthest) return std::nullopt;
+  if (!number) return std::nullopt;
   switch (form) {
     case TimeForm::minutes: return from_seconds(*number * 60.0, 1.0, false);
     case TimeForm::hours: return from_seconds(*number * 3600.0, 1.0, false);

@@ -62,6 +62,10 @@ TEST_CASE("what is no time", "[import]") {
   CHECK_FALSE(parse_time("13/13/2026", TimeForm::dmy));
   CHECK(parse_time("2024-02-29", TimeForm::ymd));
   CHECK_FALSE(parse_time("2023-02-29", TimeForm::ymd));
+  for (const TimeForm form : {TimeForm::minutes, TimeForm::hours, TimeForm::excel}) {
+    CHECK_FALSE(parse_time("9e17", form));
+    CHECK_FALSE(parse_time("-9e17", form));
+  }
 }
 
 TEST_CASE("day and month: which orders a date can have, and text that reads back", "[import]") {
