@@ -9,7 +9,7 @@
 namespace loopwarden::bench {
 
 struct BenchLoop {
-  BenchLoop(const plant::LoopModel& model, hal::os::SpscRing<daemon::rt::Event>& events)
+  BenchLoop(const plant::LoopModel& model, base::SpscRing<daemon::rt::Event>& events)
       : io({.model = model, .output_resolution = 10.0 / 4096.0, .io_faults = {}}),
         channels(64),
         cycle(0, model.sample_time_s, settings(model),

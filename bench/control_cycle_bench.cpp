@@ -21,7 +21,7 @@ struct Loop {
     benchmark::DoNotOptimize(row);
   }
 
-  hal::os::SpscRing<daemon::rt::Event> events{256};
+  base::SpscRing<daemon::rt::Event> events{256};
   BenchLoop loop;
 };
 

@@ -16,14 +16,14 @@
 #include "bench/bench_loop.hpp"
 #include "bench/plant1.hpp"
 #include "daemon/rt/cyclic_runner.hpp"
-#include "hal/os/real_time.hpp"
-#include "hal/os/thread.hpp"
+#include "base/real_time.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::bench {
 namespace {
 
 // Ends the run after so many wake-ups and notes the first reading of the clock after each.
-class NotingClock final : public hal::os::Clock {
+class NotingClock final : public base::Clock {
  public:
   NotingClock(std::size_t wake_ups, std::atomic<bool>& quit) : quit_(quit) {
     late_us_.reserve(wake_ups);
@@ -45,7 +45,7 @@ class NotingClock final : public hal::os::Clock {
   std::vector<std::int64_t>& late_us() { return late_us_; }
 
  private:
-  hal::os::MonotonicClock clock_;
+  base::MonotonicClock clock_;
   std::atomic<bool>& quit_;
   std::vector<std::int64_t> late_us_;
   std::int64_t deadline_ns_ = 0;
@@ -53,21 +53,21 @@ class NotingClock final : public hal::os::Clock {
 };
 
 int run(std::int64_t period_us, int priority, std::size_t wake_ups, int loops) {
-  const std::string refused = hal::os::lock_memory();
+  const std::string refused = base::lock_memory();
   std::atomic<bool> stop{false};
   std::atomic<bool> quit{false};
   NotingClock clock(wake_ups, quit);
   daemon::rt::CyclicRunner runner(clock, period_us * 1000);
-  hal::os::SpscRing<daemon::rt::Event> events(256);
+  base::SpscRing<daemon::rt::Event> events(256);
   std::vector<std::unique_ptr<BenchLoop>> all;
   for (int i = 0; i < loops; ++i) {
     all.push_back(std::make_unique<BenchLoop>(plant1(), events));
     runner.add(all.back()->cycle, 1);
   }
-  hal::os::Thread thread;
+  base::Thread thread;
   const std::string no_priority =
       thread.start({.name = "lw-loops", .fifo_priority = priority}, [&] {
-        hal::os::prefault_stack();
+        base::prefault_stack();
         runner.run(stop, quit);
       });
   thread.join();

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "hal/os/edit_distance.hpp"
+#include "base/edit_distance.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -94,7 +94,7 @@ std::string suggestion(std::string_view word, std::span<const std::string> known
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   std::string_view best;
   for (const std::string& candidate : known) {
-    const std::size_t distance = hal::os::edit_distance(lower, lower_case(candidate));
+    const std::size_t distance = base::edit_distance(lower, lower_case(candidate));
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;

@@ -15,7 +15,7 @@
 #include "hal/modbus/modbus_settings.hpp"
 #include "hal/replay/replay_settings.hpp"
 #include "hal/sim/sim_settings.hpp"
-#include "hal/os/peer_list.hpp"
+#include "base/peer_list.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
 #include "model/monitor/alarm.hpp"
@@ -105,7 +105,7 @@ struct ModbusServer {
   double idle_timeout_s = 60.0;
   double requests_per_second = 200.0;  // of each client
   bool writes = false;
-  std::vector<hal::os::PeerRule> clients;
+  std::vector<base::PeerRule> clients;
   double master_timeout_s = 0.0;  // s; 0: the master's heartbeat is not watched
   LossAction on_master_loss = LossAction::report;
   // The same map on a serial line, as an RTU slave.

@@ -25,7 +25,7 @@ void read_client(MapReader& in, ModbusServer& server) {
   const bool may_write =
       in.flag("writes", "may write, where modbus_server.writes is true as well", false);
   if (!peer.given || !peer.valid) return;
-  const std::optional<hal::os::Network> network = hal::os::parse_network(peer.value);
+  const std::optional<base::Network> network = base::parse_network(peer.value);
   if (!network) {
     in.error("peer", fmt::format("must be a numeric address, or a network without bits behind its "
                                  "length (got '{}')",
@@ -64,7 +64,7 @@ ModbusServer read_modbus_server(MapReader& in) {
   const Value<std::string> address = in.text(
       "address", "numeric address to listen at; 0.0.0.0: every IPv4 network", server.address);
   server.address = address;
-  if (address.given && address.valid && !hal::os::parse_network(address.value)) {
+  if (address.given && address.valid && !base::parse_network(address.value)) {
     in.error("address",
              fmt::format("must be a numeric address (got '{}')", quotable(address.value)));
   }
@@ -94,8 +94,8 @@ ModbusServer read_modbus_server(MapReader& in) {
     read_client(client, server);
   }
   if (!listed) {
-    server.clients = {{*hal::os::parse_network("127.0.0.1"), false},
-                      {*hal::os::parse_network("::1"), false}};
+    server.clients = {{*base::parse_network("127.0.0.1"), false},
+                      {*base::parse_network("::1"), false}};
   }
   if (std::optional<MapReader> heartbeat = in.maybe_section(
           "master_heartbeat", "what to do when the master that leads the loops falls silent")) {

@@ -12,9 +12,9 @@
 #include <cmath>
 #include <utility>
 
-#include "hal/os/edit_distance.hpp"
-#include "record/file.hpp"
-#include "record/text.hpp"
+#include "base/edit_distance.hpp"
+#include "base/file.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -83,14 +83,14 @@ class Parser {
       std::size_t end = text_.find(',', at);
       if (start < text_.size() && text_[start] == '"') {
         const std::size_t close = closing_quote(start);
-        cells_.push_back({trimmed(text_.substr(start + 1, close - start - 1)), start + 1});
+        cells_.push_back({base::trimmed(text_.substr(start + 1, close - start - 1)), start + 1});
         end = text_.find(',', close);
-        if (!trimmed(text_.substr(close + 1, end - close - 1)).empty()) {
+        if (!base::trimmed(text_.substr(close + 1, end - close - 1)).empty()) {
           fail(close + 2, "text behind the closing quote");
         }
       } else {
         const std::string_view cell = text_.substr(at, end - at);
-        cells_.push_back({trimmed(cell), std::min(start, at + cell.size()) + 1});
+        cells_.push_back({base::trimmed(cell), std::min(start, at + cell.size()) + 1});
       }
       if (end == std::string_view::npos) return;
       at = end + 1;
@@ -142,18 +142,18 @@ class Parser {
     std::size_t best = wanted.size() / 2 + 1;
     for (const Cell& cell : cells_) {
       constexpr std::size_t kLongestName = 40;
-      const std::string name = lower_case(cell.text.substr(0, kLongestName));
+      const std::string name = base::lower_case(cell.text.substr(0, kLongestName));
       const bool contains = name.find(wanted) != std::string::npos;
       const std::size_t distance = name == wanted ? 0
                                    : contains     ? 1
-                                                  : hal::os::edit_distance(name, wanted);
+                                                  : base::edit_distance(name, wanted);
       if (distance < best) {
         best = distance;
         nearest = &cell;
       }
     }
     if (nearest == nullptr) fail(1, what);
-    fail(nearest->column, fmt::format("{}; is it {}?", what, in_quotes(nearest->text)));
+    fail(nearest->column, fmt::format("{}; is it {}?", what, base::in_quotes(nearest->text)));
   }
 
   void reserve() {
@@ -167,7 +167,7 @@ class Parser {
   }
 
   void read_row() {
-    if (trimmed(text_).empty()) {
+    if (base::trimmed(text_).empty()) {
       // Only the end of the file may be blank.
       if (rest_.find_first_not_of(" \t\r\n") != std::string_view::npos) fail(1, "an empty line");
       rest_ = {};
@@ -193,7 +193,7 @@ class Parser {
 
   double value(const Column& column, const Cell& cell) const {
     // Written by many programs where there is no value.
-    const bool nan = cell.text.size() == 3 && lower_case(cell.text) == "nan";
+    const bool nan = cell.text.size() == 3 && base::lower_case(cell.text) == "nan";
     if (cell.text.empty() || nan) {
       if (column.missing == nullptr) fail(cell.column, fmt::format("{}: no value", column.name));
       ++*column.missing;
@@ -205,13 +205,15 @@ class Parser {
     const bool plus = cell.text.size() > 1 && cell.text[0] == '+' && cell.text[1] != '-';
     const auto [stop, error] = std::from_chars(cell.text.data() + (plus ? 1 : 0), end, number);
     if (error == std::errc::result_out_of_range) {
-      fail(cell.column, fmt::format("{}: {} is out of range", column.name, in_quotes(cell.text)));
+      fail(cell.column,
+           fmt::format("{}: {} is out of range", column.name, base::in_quotes(cell.text)));
     }
     if (error != std::errc{} || stop != end || !std::isfinite(number)) {
-      fail(cell.column, fmt::format("{}: {} is not a number{}", column.name, in_quotes(cell.text),
-                                    column.missing != nullptr && error == std::errc{} && stop == end
-                                        ? "; leave the cell of a missing sample empty"
-                                        : ""));
+      fail(cell.column,
+           fmt::format("{}: {} is not a number{}", column.name, base::in_quotes(cell.text),
+                       column.missing != nullptr && error == std::errc{} && stop == end
+                           ? "; leave the cell of a missing sample empty"
+                           : ""));
     }
     return number;
   }
@@ -265,7 +267,7 @@ class Parser {
 }
 
 [[noreturn]] void fail_errno(const std::filesystem::path& path, std::string_view what, int error) {
-  fail_io(path, fmt::format("{}: {}", what, error_text(error)));
+  fail_io(path, fmt::format("{}: {}", what, base::error_text(error)));
 }
 
 // 0.3 and not 0.30000000000000004, as three times a period of 0.1 s gives: 15 digits, unless that
@@ -294,7 +296,7 @@ double tidy_period_s(double mean_s) noexcept {
 Record read_record(const std::filesystem::path& path, std::size_t largest_bytes) {
   const bool from_stdin = path == "-";
   const std::filesystem::path name = from_stdin ? "standard input" : path;
-  const File file(from_stdin ? "/dev/stdin" : path, O_RDONLY);
+  const base::File file(from_stdin ? "/dev/stdin" : path, O_RDONLY);
   if (!file.is_open()) fail_errno(name, "can't be opened", errno);
   std::string text;
   std::size_t size = 0;
@@ -326,14 +328,15 @@ RecordCsvWriter::RecordCsvWriter(std::filesystem::path path, RecordColumns colum
     constexpr std::array<std::string_view, 5> kKnown{"time", "pv", "sp", "co", "stem"};
     const bool known = std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end();
     if (name.empty() || known || name.find_first_of(",\"\r\n") != std::string::npos) {
-      throw RecordError(RecordError::Kind::data, 0, 0,
-                        path_.string() + ": " + in_quotes(name) + " can't name a further column");
+      throw RecordError(
+          RecordError::Kind::data, 0, 0,
+          path_.string() + ": " + base::in_quotes(name) + " can't name a further column");
     }
     buffer_ += ',';
     buffer_ += name;
   }
   buffer_ += '\n';
-  File file(temporary_path_, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  base::File file(temporary_path_, O_WRONLY | O_CREAT | O_TRUNC, 0644);
   if (!file.is_open()) fail_errno(temporary_path_, "can't be created", errno);
   file_ = std::move(file);
 }
@@ -378,7 +381,7 @@ void RecordCsvWriter::finish() {
   if (::rename(temporary_path_.c_str(), path_.c_str()) != 0) {
     fail_errno(path_, "can't be created", errno);
   }
-  sync_folder(path_.parent_path());
+  base::sync_folder(path_.parent_path());
 }
 
 void write_record(const Record& record, const std::filesystem::path& path) {
@@ -392,6 +395,28 @@ void write_record(const Record& record, const std::filesystem::path& path) {
                 .stem = record.has_stem ? record.stem[i] : RecordSample::kNone});
   }
   writer.finish();
+}
+
+double parse_mode(std::string_view text) {
+  constexpr std::array kBySystem{"1",       "auto", "automatic", "aut",    "a",    "cas",
+                                 "cascade", "rcas", "rsp",       "remote", "true", "on"};
+  constexpr std::array kByHand{"0",  "2",        "man",   "manual", "m",   "rout",  "iman",
+                               "lo", "fallback", "false", "off",    "oos", "track", "trk"};
+  const std::string word = base::lower_case(text);
+  const auto is = [&](const char* known) { return word == known; };
+  if (std::any_of(kBySystem.begin(), kBySystem.end(), is)) return 1.0;
+  if (std::any_of(kByHand.begin(), kByHand.end(), is)) return 0.0;
+  // As programs write whole numbers of a column that has gaps: 1.0.
+  double number = 0.0;
+  const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (problem == std::errc() && end == word.data() + word.size()) {
+    if (number == 1.0) return 1.0;
+    if (number == 0.0 || number == 2.0) return 0.0;
+  }
+  // B-AUTO, Man (forced)
+  if (word.find("auto") != std::string::npos || word.starts_with("cas")) return 1.0;
+  if (word.find("man") != std::string::npos) return 0.0;
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace loopwarden::record

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "record/file.hpp"
+#include "base/file.hpp"
 
 namespace loopwarden::record {
 
@@ -66,6 +66,9 @@ Record read_record(const std::filesystem::path& path,
 // `name` stands for the file in error messages.
 Record parse_record(std::string_view text, std::string_view name);
 
+// What control systems call a loop that they move themselves: 1; moved by hand: 0; not known: NaN.
+double parse_mode(std::string_view text);
+
 // A mean of steps as its writer meant it: 0.1 and not 0.09999999999999999.
 double tidy_period_s(double mean_s) noexcept;
 
@@ -118,7 +121,7 @@ class RecordCsvWriter {
   std::string buffer_;
   std::size_t rows_ = 0;
   int error_ = 0;  // errno of the first failure: a file with a hole is never finished
-  File file_;
+  base::File file_;
 };
 
 // The whole record with the columns it has. Throws RecordError.

@@ -141,7 +141,7 @@ bool SegmentWriter::create_segment(const RecordRow& first) {
                                                     .period_s = settings_.period_s,
                                                     .start_utc_ns = utc_of(first),
                                                     .start_monotonic_ns = first.time_ns});
-  File file(path_, O_WRONLY | O_CREAT | O_EXCL);
+  base::File file(path_, O_WRONLY | O_CREAT | O_EXCL);
   if (!file.is_open()) return false;
   if (!file.write(header.bytes.data(), header.bytes.size())) {
     const int error = errno;
@@ -150,7 +150,7 @@ bool SegmentWriter::create_segment(const RecordRow& first) {
     errno = error;
     return false;
   }
-  sync_folder(settings_.folder);
+  base::sync_folder(settings_.folder);
   file_ = std::move(file);
   header_crc_ = header.crc;
   rows_in_segment_ = 0;
@@ -225,7 +225,7 @@ SegmentStatus SegmentWriter::status() const {
   status.bytes = bytes_of_all();
   if (failed_step_ != nullptr) {
     status.last_error =
-        settings_.folder.string() + ": " + failed_step_ + ": " + error_text(failed_errno_);
+        settings_.folder.string() + ": " + failed_step_ + ": " + base::error_text(failed_errno_);
   }
   return status;
 }

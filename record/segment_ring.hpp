@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "record/file.hpp"
+#include "base/file.hpp"
 #include "record/record_row.hpp"
 #include "record/segment_reader.hpp"
 
@@ -73,7 +73,7 @@ class SegmentWriter {
   std::uint64_t next_sequence_ = 1;
   std::uint64_t run_ = 0;  // sequence of this run's first segment; 0: none yet
 
-  File file_;
+  base::File file_;
   std::filesystem::path path_;  // of the open segment, as the three below
   std::uint64_t sequence_ = 0;
   std::uint32_t header_crc_ = 0;

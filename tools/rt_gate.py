@@ -16,7 +16,7 @@ import sys
 
 ROOTS = [
     r"loopwarden::daemon::rt::CyclicRunner::run\(",
-    r"loopwarden::hal::os::MonotonicClock::(now_ns|sleep_until_ns)\(",
+    r"loopwarden::base::MonotonicClock::(now_ns|sleep_until_ns)\(",
     r"loopwarden::hal::\w+::\w+LoopIo::(read|write)\(",
     r"loopwarden::plant::Effect::Held<.*>::(reset|step|set_severity)\(",
 ]

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 
-#include "hal/os/exit_code.hpp"
-#include "hal/os/standard_streams.hpp"
+#include "base/exit_code.hpp"
+#include "base/standard_streams.hpp"
 #include "workbench/command_line/program.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/installed_files.hpp"
@@ -52,6 +52,6 @@ int run(int argc, char** argv) {
 }  // namespace loopwarden::workbench
 
 int main(int argc, char** argv) {
-  loopwarden::hal::os::StandardStreams streams;
+  loopwarden::base::StandardStreams streams;
   return streams.finish(loopwarden::workbench::run(argc, argv));
 }

@@ -6,8 +6,8 @@
 #include <chrono>
 #include <utility>
 
-#include "fleet/sparkplug/host_state.hpp"
-#include "fleet/sparkplug/topic.hpp"
+#include "net/sparkplug/host_state.hpp"
+#include "net/sparkplug/topic.hpp"
 
 namespace loopwarden::bench {
 namespace {

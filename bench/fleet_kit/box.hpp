@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "fleet/mqtt/client.hpp"
-#include "fleet/sparkplug/edge_session.hpp"
-#include "fleet/sparkplug/payload.hpp"
-#include "fleet/sparkplug/topic.hpp"
+#include "net/mqtt/client.hpp"
+#include "net/sparkplug/edge_session.hpp"
+#include "net/sparkplug/payload.hpp"
+#include "net/sparkplug/topic.hpp"
 
 namespace loopwarden::bench {
 

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "config/command_line/unknown_word.hpp"
-#include "hal/os/exit_code.hpp"
+#include "base/exit_code.hpp"
 
 namespace loopwarden::config {
 

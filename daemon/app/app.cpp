@@ -21,9 +21,9 @@
 #include "daemon/loops/event_text.hpp"
 #include "daemon/loops/loop_health.hpp"
 #include "daemon/loops/loop_orders.hpp"
-#include "hal/os/exit_code.hpp"
-#include "hal/os/real_time.hpp"
-#include "hal/os/signals.hpp"
+#include "base/exit_code.hpp"
+#include "base/real_time.hpp"
+#include "base/signals.hpp"
 #include "model/commission/explain.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "model/effects/catalogue.hpp"
@@ -177,7 +177,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
                rights_of(configuration_.daemon)),
       readers_(configuration_.daemon.runtime_directory, console_parts()),
       log_lines_lost_(std::move(log_lines_lost)),
-      rights_missing_(configuration_.daemon.real_time.lock_memory ? hal::os::lock_memory() : "") {
+      rights_missing_(configuration_.daemon.real_time.lock_memory ? base::lock_memory() : "") {
   const double accelerate = configuration_.daemon.accelerate;
   std::int64_t tick_ns = 0;
   for (const config::LoopConfig& loop : configuration_.loops) {
@@ -430,7 +430,7 @@ void App::start() {
   const config::RealTime& rights = configuration_.daemon.real_time;
   const std::string refused = real_time_thread_.start(
       {.name = "lw-loops", .fifo_priority = rights.priority, .cpu = rights.cpu}, [this] {
-        hal::os::prefault_stack();
+        base::prefault_stack();
         runner_->run(stop_, quit_);
       });
   if (!refused.empty()) {
@@ -484,8 +484,8 @@ void App::watch_threads() {
 
 void App::supervise() {
   for (;;) {
-    const int signal = hal::os::wait_for_signal({SIGTERM, SIGINT, SIGHUP},
-                                                std::chrono::nanoseconds(kSupervisePeriod));
+    const int signal = base::wait_for_signal({SIGTERM, SIGINT, SIGHUP},
+                                             std::chrono::nanoseconds(kSupervisePeriod));
     if (signal == SIGTERM || signal == SIGINT) {
       spdlog::info("{}: outputs go to their stop actions",
                    signal == SIGTERM ? "SIGTERM" : "SIGINT");

@@ -33,8 +33,8 @@
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/rt/cyclic_runner.hpp"
 #include "daemon/app/specialist_files.hpp"
-#include "hal/os/clock.hpp"
-#include "hal/os/thread.hpp"
+#include "base/clock.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon {
 
@@ -91,8 +91,8 @@ class App {
   std::filesystem::path config_path_;
   BackendFactory backends_;
   std::vector<LoopRuntime> loops_;
-  hal::os::SpscRing<rt::Event> events_{4096};
-  hal::os::MonotonicClock clock_;
+  base::SpscRing<rt::Event> events_{4096};
+  base::MonotonicClock clock_;
   std::int64_t started_ns_;
   std::int64_t started_ms_;  // UTC
   std::unique_ptr<rt::CyclicRunner> runner_;
@@ -116,7 +116,7 @@ class App {
   health::ServiceManager service_;
   std::atomic<bool> stop_{false};  // outputs go to their stop action
   std::atomic<bool> quit_{false};  // the real-time thread ends
-  hal::os::Thread real_time_thread_;
+  base::Thread real_time_thread_;
   bool stuck_reported_ = false;
   bool ended_ = false;
   std::function<std::uint64_t()> log_lines_lost_;

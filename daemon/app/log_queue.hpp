@@ -15,7 +15,7 @@
 #include <mutex>
 #include <string>
 
-#include "hal/os/thread.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon {
 
@@ -46,7 +46,7 @@ class LogQueue final : public spdlog::sinks::base_sink<std::mutex> {
   std::deque<std::string> lines_;
   bool quit_ = false;
   std::atomic<std::uint64_t> lost_{0};
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon

@@ -15,9 +15,9 @@
 #include "daemon/app/app.hpp"
 #include "daemon/app/log_queue.hpp"
 #include "daemon/app/specialist_files.hpp"
-#include "hal/os/exit_code.hpp"
-#include "hal/os/signals.hpp"
-#include "hal/os/standard_streams.hpp"
+#include "base/exit_code.hpp"
+#include "base/signals.hpp"
+#include "base/standard_streams.hpp"
 
 namespace {
 
@@ -57,7 +57,7 @@ int run_loops(loopwarden::config::Configuration configuration, const std::string
 int run(const std::string& directory, bool check, bool safe) {
   namespace config = loopwarden::config;
   // Taken by the main thread alone, at a place of its choosing.
-  loopwarden::hal::os::block_signals({SIGTERM, SIGINT, SIGHUP});
+  loopwarden::base::block_signals({SIGTERM, SIGINT, SIGHUP});
   auto configuration = config::read_configuration(directory);
   fmt::print(stderr, "{}", config::to_text(configuration.diagnostics));
   if (!configuration) return kExitConfiguration;
@@ -95,6 +95,6 @@ int run_command_line(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  loopwarden::hal::os::StandardStreams streams;
+  loopwarden::base::StandardStreams streams;
   return streams.finish(run_command_line(argc, argv));
 }

@@ -9,13 +9,13 @@
 
 #include "daemon/console/metrics.hpp"
 #include "daemon/console/request.hpp"
-#include "hal/os/group_access.hpp"
+#include "base/group_access.hpp"
 
 namespace loopwarden::daemon {
 
+using base::LocalServer;
 using console::Rights;
 using console::SocketName;
-using hal::os::LocalServer;
 
 namespace {
 
@@ -31,8 +31,8 @@ ControlServer::ControlServer(std::filesystem::path folder, console::Parts parts,
     : folder_(std::move(folder)),
       parts_(std::move(parts)),
       rights_(rights),
-      page_group_(hal::os::group_id("loopwarden-page")),
-      edge_group_(hal::os::group_id("loopwarden-edge")) {
+      page_group_(base::group_id("loopwarden-page")),
+      edge_group_(base::group_id("loopwarden-edge")) {
   listen(SocketName::control);
   if (rights.page.any()) listen(SocketName::page);
   if (rights.edge.any()) listen(SocketName::edge);
@@ -44,7 +44,7 @@ std::filesystem::path ControlServer::path_of(SocketName socket) const {
 }
 
 void ControlServer::listen(SocketName socket) {
-  hal::os::LocalSocketSettings settings{.path = path_of(socket).string()};
+  base::LocalSocketSettings settings{.path = path_of(socket).string()};
   if (socket != SocketName::control) {
     settings.group = socket == SocketName::page ? page_group_ : edge_group_;
     settings.lines_a_round = kLimitedLinesARound;

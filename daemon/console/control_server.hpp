@@ -17,8 +17,8 @@
 #include "daemon/console/parts.hpp"
 #include "daemon/console/readings.hpp"
 #include "daemon/recorder/disk_errand.hpp"
-#include "hal/os/local_server.hpp"
-#include "hal/os/thread.hpp"
+#include "base/local_server.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon {
 
@@ -43,8 +43,8 @@ class ControlServer {
   console::Rights rights() const;
 
   // The answer to one request line; public for tests.
-  hal::os::LocalServer::Answer answer(std::string_view line, console::SocketName socket,
-                                      unsigned peer_uid);
+  base::LocalServer::Answer answer(std::string_view line, console::SocketName socket,
+                                   unsigned peer_uid);
 
  private:
   std::filesystem::path path_of(console::SocketName socket) const;
@@ -64,7 +64,7 @@ class ControlServer {
   console::Rights followed_;  // the sockets are as these say
   std::optional<unsigned> page_group_;
   std::optional<unsigned> edge_group_;
-  hal::os::LocalServer server_;
+  base::LocalServer server_;
   std::uint64_t not_allowed_ = 0;  // requests since the log had the last one
   std::chrono::steady_clock::time_point log_again_{};
 
@@ -73,7 +73,7 @@ class ControlServer {
   DiskErrand metrics_{"lw-metrics"};
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon

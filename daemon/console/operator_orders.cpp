@@ -19,7 +19,7 @@
 
 namespace loopwarden::daemon::console {
 
-using hal::os::LocalServer;
+using base::LocalServer;
 using nlohmann::json;
 namespace model = loopwarden::monitor;
 

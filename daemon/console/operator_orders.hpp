@@ -15,7 +15,7 @@
 #include "daemon/console/parts.hpp"
 #include "daemon/console/sender.hpp"
 #include "daemon/orders/order_desk.hpp"
-#include "hal/os/local_server.hpp"
+#include "base/local_server.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -27,8 +27,8 @@ class OperatorOrders {
 
   // The answer to `set`, `order`, `record`, `alarm`, `acknowledge_all`, `veto`, `reload` or `reload_state`; of what
   // operators do with alarms it comes when the journal has it on the disk, or says that it has not. Throws RequestError.
-  hal::os::LocalServer::Answer answer(std::string_view what, const nlohmann::json& request,
-                                      const Sender& sender);
+  base::LocalServer::Answer answer(std::string_view what, const nlohmann::json& request,
+                                   const Sender& sender);
 
   // Takes the loops' answers that are there.
   void collect();
@@ -39,12 +39,12 @@ class OperatorOrders {
   nlohmann::json set(const nlohmann::json& request, const Sender& sender);
   nlohmann::json order(const nlohmann::json& request);
   nlohmann::json record(const nlohmann::json& request, const Sender& sender);
-  hal::os::LocalServer::Answer alarm(const nlohmann::json& request, const Sender& sender);
-  hal::os::LocalServer::Answer acknowledge_all(const nlohmann::json& request, const Sender& sender);
-  hal::os::LocalServer::Answer veto(const nlohmann::json& request, const Sender& sender);
+  base::LocalServer::Answer alarm(const nlohmann::json& request, const Sender& sender);
+  base::LocalServer::Answer acknowledge_all(const nlohmann::json& request, const Sender& sender);
+  base::LocalServer::Answer veto(const nlohmann::json& request, const Sender& sender);
   // `reply`, with "on_disk".
-  hal::os::LocalServer::Answer when_written(nlohmann::json reply, std::uint64_t ticket,
-                                            const Sender& sender) const;
+  base::LocalServer::Answer when_written(nlohmann::json reply, std::uint64_t ticket,
+                                         const Sender& sender) const;
   nlohmann::json reload(const nlohmann::json& request, const Sender& sender);
   nlohmann::json reload_state(const nlohmann::json& request);
   orders::OrderDesk& desk(std::size_t loop);

@@ -8,7 +8,7 @@
 
 #include "daemon/console/offers.hpp"
 #include "daemon/console/request.hpp"
-#include "hal/os/group_access.hpp"
+#include "base/group_access.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kLinesPerSecond = 200.0;
 StatusServer::StatusServer(const std::filesystem::path& folder, console::Parts parts)
     : parts_(std::move(parts)) {
   server_.listen({.path = (folder / "status.sock").string(),
-                  .group = hal::os::group_id("loopwarden-status"),
+                  .group = base::group_id("loopwarden-status"),
                   .most_peers = kMostReaders,
                   .lines_per_second = kLinesPerSecond},
                  [this](std::string_view line, unsigned) { return answer(line); });

@@ -11,8 +11,8 @@
 
 #include "daemon/console/parts.hpp"
 #include "daemon/console/readings.hpp"
-#include "hal/os/local_server.hpp"
-#include "hal/os/thread.hpp"
+#include "base/local_server.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon {
 
@@ -38,10 +38,10 @@ class StatusServer {
 
   console::Parts parts_;
   console::Readings readings_{parts_, "lw-reader-2"};
-  hal::os::LocalServer server_;
+  base::LocalServer server_;
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon

@@ -137,7 +137,7 @@ void EvidenceStore::write_first() {
   std::string why;
   std::string removal;
   try {
-    const hal::os::DiskWait::Section waiting(wait_);
+    const base::DiskWait::Section waiting(wait_);
     const auto specialists = specialists_.find(first->specialists_folder);
     if (first->by_specialists() && specialists == specialists_.end())
       throw evidence::EvidenceError("its specialists are not there");

@@ -20,8 +20,8 @@
 #include <string>
 
 #include "record/evidence/evidence_file.hpp"
-#include "hal/os/disk_wait.hpp"
-#include "hal/os/thread.hpp"
+#include "base/disk_wait.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon {
 
@@ -85,8 +85,8 @@ class EvidenceStore {
   std::list<evidence::Evidence> queue_;  // its items stay where they are
   EvidenceStatus status_;
   bool quit_ = false;
-  hal::os::DiskWait wait_;
-  hal::os::Thread thread_;
+  base::DiskWait wait_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon

@@ -11,7 +11,7 @@
 
 #include "daemon/explain/explanation_file.hpp"
 #include "daemon/explain/pending_explanation.hpp"
-#include "hal/os/child_process.hpp"
+#include "base/child_process.hpp"
 #include "record/record_csv.hpp"
 
 namespace loopwarden::daemon {
@@ -202,8 +202,8 @@ bool Explainer::explain(const ExplainJob& job) {
 }
 
 std::string Explainer::run_child(const ExplainJob& job) {
-  hal::os::ChildProcess child(settings_.program.string(),
-                              {"explain", "--background", job.folder.string()});
+  base::ChildProcess child(settings_.program.string(),
+                           {"explain", "--background", job.folder.string()});
   const auto deadline = std::chrono::steady_clock::now() + settings_.most_time;
   std::unique_lock lock(mutex_);
   for (;;) {

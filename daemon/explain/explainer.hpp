@@ -24,7 +24,7 @@
 
 #include "daemon/monitor/explanation.hpp"
 #include "daemon/monitor/history.hpp"
-#include "hal/os/thread.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon {
 
@@ -102,7 +102,7 @@ class Explainer {
   std::list<Waiting> queue_;
   ExplainerStatus status_;
   bool quit_ = false;
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 // Where `loopwarden` is beside this program, or in ../bin; empty: nowhere.

@@ -14,15 +14,15 @@ constexpr std::chrono::milliseconds kRoundWithOrders{10};  // while a loop has o
 // Who acts on alarms gets his answer when the journal has it on the disk, or after this time.
 constexpr std::int64_t kDiskPatienceNs = 250'000'000;
 
-hal::os::PeerList peers_of(const GatewaySettings& settings) {
-  std::vector<hal::os::PeerRule> rules = settings.peers;
-  for (hal::os::PeerRule& rule : rules) rule.may_write = rule.may_write && settings.writes;
-  return hal::os::PeerList(std::move(rules));
+base::PeerList peers_of(const GatewaySettings& settings) {
+  std::vector<base::PeerRule> rules = settings.peers;
+  for (base::PeerRule& rule : rules) rule.may_write = rule.may_write && settings.writes;
+  return base::PeerList(std::move(rules));
 }
 
 }  // namespace
 
-Gateway::Gateway(const GatewaySettings& settings, LoopsView& loops, hal::os::Clock& clock)
+Gateway::Gateway(const GatewaySettings& settings, LoopsView& loops, base::Clock& clock)
     : loops_(loops),
       clock_(clock),
       master_(settings.master_heartbeat),

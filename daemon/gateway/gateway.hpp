@@ -16,14 +16,14 @@
 #include "daemon/gateway/loops_view.hpp"
 #include "daemon/gateway/serial_server.hpp"
 #include "daemon/gateway/tcp_server.hpp"
-#include "hal/os/clock.hpp"
-#include "hal/os/thread.hpp"
+#include "base/clock.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon::gateway {
 
 struct GatewaySettings {
   TcpServerSettings tcp;
-  std::vector<hal::os::PeerRule> peers;
+  std::vector<base::PeerRule> peers;
   bool writes = false;  // false: nobody may write, whatever his rule says
   hal::modbus::ByteOrder word_order = hal::modbus::ByteOrder::abcd;
   MasterHeartbeatSettings master_heartbeat;
@@ -33,7 +33,7 @@ struct GatewaySettings {
 class Gateway {
  public:
   // Listens from now on; serves from start() on. Throws std::runtime_error.
-  Gateway(const GatewaySettings& settings, LoopsView& loops, hal::os::Clock& clock);
+  Gateway(const GatewaySettings& settings, LoopsView& loops, base::Clock& clock);
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;
   ~Gateway() { stop(); }
@@ -56,7 +56,7 @@ class Gateway {
   void write_down_loss(const char* what);
 
   LoopsView& loops_;
-  hal::os::Clock& clock_;
+  base::Clock& clock_;
   MasterHeartbeatSettings master_;
   MasterWatch master_watch_;
   ServerState state_;
@@ -70,7 +70,7 @@ class Gateway {
   ServerState shown_state_;
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon::gateway

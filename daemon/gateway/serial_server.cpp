@@ -69,7 +69,7 @@ std::uint16_t serial_checksum(std::span<const std::uint8_t> bytes) noexcept {
   return static_cast<std::uint16_t>(crc);
 }
 
-SerialServer::SerialServer(SerialServerSettings settings, hal::os::Clock& clock, Answer answer)
+SerialServer::SerialServer(SerialServerSettings settings, base::Clock& clock, Answer answer)
     : settings_(std::move(settings)),
       clock_(clock),
       answer_(std::move(answer)),

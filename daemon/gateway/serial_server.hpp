@@ -27,7 +27,7 @@
 
 #include "daemon/gateway/modbus_answer.hpp"
 #include "hal/modbus/modbus_settings.hpp"
-#include "hal/os/clock.hpp"
+#include "base/clock.hpp"
 
 namespace loopwarden::daemon::gateway {
 
@@ -53,7 +53,7 @@ class SerialServer {
   using Answer = std::function<Reply(std::span<const std::uint8_t> request, const Peer& peer)>;
 
   // Does not throw for a line that is not there: it may come.
-  SerialServer(SerialServerSettings settings, hal::os::Clock& clock, Answer answer);
+  SerialServer(SerialServerSettings settings, base::Clock& clock, Answer answer);
   SerialServer(const SerialServer&) = delete;
   SerialServer& operator=(const SerialServer&) = delete;
   ~SerialServer();
@@ -78,7 +78,7 @@ class SerialServer {
 
   static constexpr std::size_t kMostFrame = 256;
   SerialServerSettings settings_;
-  hal::os::Clock& clock_;
+  base::Clock& clock_;
   Answer answer_;
   Peer peer_;
   std::unique_ptr<Line> line_;

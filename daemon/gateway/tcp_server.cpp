@@ -67,7 +67,7 @@ socklen_t parse(const std::string& address, std::uint16_t port, sockaddr_storage
 
 }  // namespace
 
-TcpServer::TcpServer(TcpServerSettings settings, hal::os::PeerList peers, hal::os::Clock& clock,
+TcpServer::TcpServer(TcpServerSettings settings, base::PeerList peers, base::Clock& clock,
                      Answer answer)
     : settings_(std::move(settings)),
       peers_(std::move(peers)),
@@ -173,7 +173,7 @@ void TcpServer::accept_clients(std::int64_t now_ns) {
       }
       return;
     }
-    const auto from = hal::os::address_of(reinterpret_cast<const sockaddr*>(&address));
+    const auto from = base::address_of(reinterpret_cast<const sockaddr*>(&address));
     if (!from || !peers_.may_connect(*from)) {
       ++counters_.refused;
       close(fd);

@@ -19,8 +19,8 @@
 #include <vector>
 
 #include "daemon/gateway/modbus_answer.hpp"
-#include "hal/os/peer_list.hpp"
-#include "hal/os/clock.hpp"
+#include "base/peer_list.hpp"
+#include "base/clock.hpp"
 
 namespace loopwarden::daemon::gateway {
 
@@ -48,8 +48,7 @@ class TcpServer {
   using Answer = std::function<Reply(std::span<const std::uint8_t> request, const Peer& peer)>;
 
   // Listens. Throws std::runtime_error.
-  TcpServer(TcpServerSettings settings, hal::os::PeerList peers, hal::os::Clock& clock,
-            Answer answer);
+  TcpServer(TcpServerSettings settings, base::PeerList peers, base::Clock& clock, Answer answer);
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
   ~TcpServer();
@@ -94,8 +93,8 @@ class TcpServer {
   static int frame_size(const Client& client);
 
   TcpServerSettings settings_;
-  hal::os::PeerList peers_;
-  hal::os::Clock& clock_;
+  base::PeerList peers_;
+  base::Clock& clock_;
   Answer answer_;
   int listener_ = -1;
   std::int64_t accept_again_ns_ = 0;

@@ -11,7 +11,7 @@
 #include <span>
 #include <system_error>
 
-#include "record/file.hpp"
+#include "base/file.hpp"
 #include "record/segment_format.hpp"
 
 namespace loopwarden::daemon::journal {
@@ -58,9 +58,9 @@ bool AlarmStateFile::save(const AlarmStates& states, std::string& why) const {
                            "\n";
   const std::string text = checksum_line(body) + body;
   const std::filesystem::path temporary = path_.string() + ".tmp";
-  record::File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+  base::File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file.is_open() || !file.write(text.data(), text.size()) || !file.sync() || !file.close()) {
-    why = fmt::format("{}: {}", temporary.string(), record::error_text(errno));
+    why = fmt::format("{}: {}", temporary.string(), base::error_text(errno));
     return false;
   }
   std::error_code error;
@@ -69,7 +69,7 @@ bool AlarmStateFile::save(const AlarmStates& states, std::string& why) const {
     why = fmt::format("{}: {}", path_.string(), error.message());
     return false;
   }
-  return record::sync_folder(path_.parent_path());
+  return base::sync_folder(path_.parent_path());
 }
 
 std::optional<AlarmStates> AlarmStateFile::load(std::string& why) const {

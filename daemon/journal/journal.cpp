@@ -147,7 +147,7 @@ void Journal::run() {
     try {
       last_round = take_waiting();
       if (!waiting_.empty() && (last_round || std::chrono::steady_clock::now() >= retry_at_)) {
-        const hal::os::DiskWait::Section waiting(wait_);
+        const base::DiskWait::Section waiting(wait_);
         // A second time if the file had to be replaced.
         if (!write_waiting()) write_waiting();
       }

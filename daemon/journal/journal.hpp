@@ -22,8 +22,8 @@
 #include "daemon/journal/alarm_state_file.hpp"
 #include "daemon/journal/journal_entry.hpp"
 #include "daemon/journal/journal_file.hpp"
-#include "hal/os/disk_wait.hpp"
-#include "hal/os/thread.hpp"
+#include "base/disk_wait.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon::journal {
 
@@ -114,9 +114,9 @@ class Journal {
   AlarmStates changed_states_;  // of the lines that wait
   std::chrono::steady_clock::time_point retry_at_{};
   std::string reported_;
-  hal::os::DiskWait wait_;
+  base::DiskWait wait_;
 
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon::journal

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "daemon/journal/journal_entry.hpp"
-#include "record/sqlite/sqlite.hpp"
+#include "base/sqlite/sqlite.hpp"
 
 namespace loopwarden::daemon::journal {
 

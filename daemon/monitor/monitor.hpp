@@ -17,8 +17,8 @@
 #include "daemon/monitor/history.hpp"
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/orders/order_desk.hpp"
-#include "hal/os/spsc_ring.hpp"
-#include "hal/os/thread.hpp"
+#include "base/spsc_ring.hpp"
+#include "base/thread.hpp"
 #include "record/record_row.hpp"
 #include "model/monitor/condition_watch.hpp"
 #include "model/monitor/corrective_action.hpp"
@@ -29,7 +29,7 @@
 namespace loopwarden::daemon::monitor {
 
 struct WatchedLoop {
-  hal::os::SpscRing<record::RecordRow>* cycles = nullptr;
+  base::SpscRing<record::RecordRow>* cycles = nullptr;
   loopwarden::monitor::WindowSettings window;
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
   const loopwarden::plant::LoopModel* twin =
@@ -96,7 +96,7 @@ class Monitor {
           process(watched.window.sample_time_s, watched.normal_mode),
           normal_mode(watched.normal_mode),
           times(watched.window.sample_time_s) {}
-    hal::os::SpscRing<record::RecordRow>* cycles;
+    base::SpscRing<record::RecordRow>* cycles;
     orders::OrderDesk* orders;
     const std::atomic<std::uint32_t>* settings_taken;
     std::uint32_t settings_seen;
@@ -132,7 +132,7 @@ class Monitor {
   std::atomic<std::size_t> backlog_{0};
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon::monitor

@@ -52,7 +52,7 @@ void DiskErrand::run() {
       errand = std::move(errand_);
     }
     try {
-      const hal::os::DiskWait::Section waiting(wait_);
+      const base::DiskWait::Section waiting(wait_);
       errand();
     } catch (const std::exception& e) {
       spdlog::error("{}: {}", thread_name_, e.what());

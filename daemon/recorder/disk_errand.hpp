@@ -13,8 +13,8 @@
 #include <string>
 #include <utility>
 
-#include "hal/os/disk_wait.hpp"
-#include "hal/os/thread.hpp"
+#include "base/disk_wait.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::daemon {
 
@@ -50,13 +50,13 @@ class DiskErrand {
   void run();
 
   std::string thread_name_;
-  hal::os::DiskWait wait_;
+  base::DiskWait wait_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::function<void()> errand_;
   bool busy_ = false;
   bool quit_ = false;
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 template <class Result>

@@ -14,7 +14,7 @@
 
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/recorder/recorder.hpp"
-#include "hal/os/thread.hpp"
+#include "base/thread.hpp"
 #include "record/record_row.hpp"
 
 namespace loopwarden::daemon {
@@ -77,7 +77,7 @@ class Historian {
 
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon

@@ -159,14 +159,14 @@ void Recorder::run() {
     }
     for (std::size_t i = 0; i < loops_.size(); ++i) {
       try {
-        const hal::os::DiskWait::Section waiting(wait_);
+        const base::DiskWait::Section waiting(wait_);
         write_loop(i);
       } catch (const std::exception& e) {
         spdlog::error("loop {}: recording: {}", loops_[i].config.name, e.what());
       }
     }
   }
-  const hal::os::DiskWait::Section waiting(wait_);
+  const base::DiskWait::Section waiting(wait_);
   disks_.clear();  // ends the segments
 }
 
@@ -174,7 +174,7 @@ void Recorder::open_segments(std::size_t loop) {
   const config::LoopConfig& config = loops_[loop].config;
   if (!config.recording.enabled) return;
   try {
-    const hal::os::DiskWait::Section waiting(wait_);
+    const base::DiskWait::Section waiting(wait_);
     disks_[loop].segments = std::make_unique<record::SegmentWriter>(
         record::SegmentSettings{.folder = segments_folder(config.name),
                                 .loop = config.name,

@@ -20,8 +20,8 @@
 #include <vector>
 
 #include "daemon/loops/loop_runtime.hpp"
-#include "hal/os/disk_wait.hpp"
-#include "hal/os/thread.hpp"
+#include "base/disk_wait.hpp"
+#include "base/thread.hpp"
 #include "record/record_csv.hpp"
 #include "record/record_row.hpp"
 #include "record/segment_ring.hpp"
@@ -119,7 +119,7 @@ class Recorder {
 
   std::vector<LoopRuntime>& loops_;
   RecorderSettings settings_;
-  hal::os::DiskWait wait_;
+  base::DiskWait wait_;
 
   mutable std::mutex mutex_;  // held for copies in memory only
   std::condition_variable changed_;
@@ -129,7 +129,7 @@ class Recorder {
 
   std::vector<Disk> disks_;
   std::vector<record::RecordRow> batch_;  // of the loop being served
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::daemon

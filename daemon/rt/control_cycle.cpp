@@ -53,7 +53,7 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
 ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettings& settings,
                            const StartSettings& start, ValvePositionSource valve_source,
                            plant::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
-                           hal::os::SpscRing<Event>& events)
+                           base::SpscRing<Event>& events)
     : loop_(loop),
       settings_(settings),
       configured_(settings),

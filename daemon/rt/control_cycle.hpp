@@ -11,8 +11,8 @@
 #include "daemon/rt/order.hpp"
 #include "daemon/rt/pv_guard.hpp"
 #include "hal/contract/loop_io.hpp"
-#include "hal/os/newest_value.hpp"
-#include "hal/os/spsc_ring.hpp"
+#include "base/newest_value.hpp"
+#include "base/spsc_ring.hpp"
 #include "record/record_row.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
@@ -26,15 +26,15 @@ struct LoopChannels {
   explicit LoopChannels(std::size_t record_capacity)
       : records(record_capacity), watched(record_capacity) {}
 
-  hal::os::NewestValue<SettingsOffer> settings;  // reload -> cycle
+  base::NewestValue<SettingsOffer> settings;  // reload -> cycle
   // As the files and a Modbus master's gains have them, without what was ordered of the jacket;
   // cycle -> CurrentSettings
-  hal::os::NewestValue<LoopSettings> in_force;
-  OrderBox operator_orders;                      // operator <-> cycle
-  OrderBox master_orders;                        // Modbus master <-> cycle
-  OrderBox monitor_orders;                       // monitor <-> cycle
-  hal::os::SpscRing<record::RecordRow> records;  // cycle -> historian
-  hal::os::SpscRing<record::RecordRow> watched;  // cycle -> monitor
+  base::NewestValue<LoopSettings> in_force;
+  OrderBox operator_orders;                   // operator <-> cycle
+  OrderBox master_orders;                     // Modbus master <-> cycle
+  OrderBox monitor_orders;                    // monitor <-> cycle
+  base::SpscRing<record::RecordRow> records;  // cycle -> historian
+  base::SpscRing<record::RecordRow> watched;  // cycle -> monitor
   // What the next order will find: packed(Standing); cycle -> operator, Modbus server
   std::atomic<std::uint8_t> standing{0};
   // Orders that had been let in and could not act any more when they were taken; cycle -> status
@@ -66,7 +66,7 @@ class ControlCycle {
   ControlCycle(std::uint32_t loop, double period_s, const LoopSettings& settings,
                const StartSettings& start, ValvePositionSource valve_source,
                plant::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
-               hal::os::SpscRing<Event>& events);
+               base::SpscRing<Event>& events);
 
   // Real-time thread. `missed`: periods skipped since the last call; `stop`: the daemon is ending.
   void run(const hal::CycleTime& time, std::uint64_t missed, bool stop) noexcept;
@@ -108,7 +108,7 @@ class ControlCycle {
   plant::EffectChain valve_model_;
   hal::LoopIo& io_;
   LoopChannels& channels_;
-  hal::os::SpscRing<Event>& events_;
+  base::SpscRing<Event>& events_;
 
   PvGuard pv_guard_;
   control::Supervisor supervisor_;

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "daemon/rt/control_cycle.hpp"
-#include "hal/os/clock.hpp"
-#include "hal/os/newest_value.hpp"
+#include "base/clock.hpp"
+#include "base/newest_value.hpp"
 
 namespace loopwarden::daemon::rt {
 
@@ -42,7 +42,7 @@ struct RunnerStatus {
 class CyclicRunner {
  public:
   // `tick_ns` > 0.
-  CyclicRunner(hal::os::Clock& clock, std::int64_t tick_ns) : clock_(clock), tick_ns_(tick_ns) {}
+  CyclicRunner(base::Clock& clock, std::int64_t tick_ns) : clock_(clock), tick_ns_(tick_ns) {}
 
   // Before the start only. `every`: period of the loop in ticks, >= 1.
   void add(ControlCycle& cycle, std::uint64_t every);
@@ -64,11 +64,11 @@ class CyclicRunner {
   };
   void run_tick(std::uint64_t tick, std::int64_t now_ns, bool stop) noexcept;
 
-  hal::os::Clock& clock_;
+  base::Clock& clock_;
   std::int64_t tick_ns_;
   std::vector<Entry> entries_;
   RunnerStatus status_;
-  hal::os::NewestValue<RunnerStatus> published_;
+  base::NewestValue<RunnerStatus> published_;
   std::atomic<std::uint64_t> progress_{0};
 };
 

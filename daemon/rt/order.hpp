@@ -16,7 +16,7 @@
 #include <type_traits>
 
 #include "daemon/rt/loop_settings.hpp"
-#include "hal/os/spsc_ring.hpp"
+#include "base/spsc_ring.hpp"
 
 namespace loopwarden::daemon::rt {
 
@@ -151,8 +151,8 @@ struct OrderAnswer {
 // answered yet.
 struct OrderBox {
   static constexpr std::size_t kRoom = 32;
-  hal::os::SpscRing<Order> orders{kRoom};         // sender -> cycle
-  hal::os::SpscRing<OrderAnswer> answers{kRoom};  // cycle -> sender
+  base::SpscRing<Order> orders{kRoom};         // sender -> cycle
+  base::SpscRing<OrderAnswer> answers{kRoom};  // cycle -> sender
 };
 
 }  // namespace loopwarden::daemon::rt

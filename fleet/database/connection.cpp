@@ -57,9 +57,9 @@ std::string without(std::string text, const std::string& secret) {
 }
 
 // Not by the environment (PGPASSWORD): other threads may read that meanwhile.
-std::unique_ptr<pqxx::connection> connected(std::string url, const Secret& password) {
+std::unique_ptr<pqxx::connection> connected(std::string url, const base::Secret& password) {
   if (!password.given()) return std::make_unique<pqxx::connection>(url);
-  const std::string encoded = percent_encoded(read_secret(password));
+  const std::string encoded = percent_encoded(base::read_secret(password));
   add(url, "password", encoded);
   try {
     return std::make_unique<pqxx::connection>(url);

@@ -6,13 +6,13 @@
 #include <string>
 
 #include "config/map_reader.hpp"
-#include "fleet/secret/secret.hpp"
+#include "base/secret/secret.hpp"
 
 namespace loopwarden::fleet {
 
 struct DatabaseSettings {
   std::string url;  // postgresql://...
-  Secret password;
+  base::Secret password;
 };
 
 // Why `url` can't be one; nothing: it can. `password_key` is the key that a password belongs to.

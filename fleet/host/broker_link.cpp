@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "fleet/host/utc.hpp"
-#include "fleet/sparkplug/host_state.hpp"
-#include "fleet/sparkplug/topic.hpp"
+#include "net/sparkplug/host_state.hpp"
+#include "net/sparkplug/topic.hpp"
 
 namespace loopwarden::fleet {
 namespace {

@@ -15,8 +15,8 @@
 #include <string>
 
 #include "fleet/host/spool.hpp"
-#include "fleet/mqtt/client.hpp"
-#include "hal/os/thread.hpp"
+#include "net/mqtt/client.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::fleet {
 
@@ -86,7 +86,7 @@ class BrokerLink {
 
   std::mutex mutex_;
   std::deque<mqtt::Message> waiting_;
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::fleet

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "fleet/sparkplug/payload.hpp"
+#include "net/sparkplug/payload.hpp"
 
 namespace loopwarden::fleet {
 

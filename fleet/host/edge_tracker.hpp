@@ -16,8 +16,8 @@
 #include <optional>
 #include <vector>
 
-#include "fleet/sparkplug/payload.hpp"
-#include "fleet/sparkplug/topic.hpp"
+#include "net/sparkplug/payload.hpp"
+#include "net/sparkplug/topic.hpp"
 
 namespace loopwarden::fleet {
 

@@ -20,8 +20,8 @@
 #include "fleet/host/maintenance.hpp"
 #include "fleet/host/metrics_server.hpp"
 #include "fleet/host/migrations.hpp"
-#include "hal/os/exit_code.hpp"
-#include "hal/os/signals.hpp"
+#include "base/exit_code.hpp"
+#include "base/signals.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -102,7 +102,7 @@ int FleetHost::run() {
   do {
     hold_leases();
     sd_notify(0, "WATCHDOG=1");
-  } while (hal::os::wait_for_signal({SIGTERM, SIGINT}, seconds(kRenewSeconds)) == 0);
+  } while (base::wait_for_signal({SIGTERM, SIGINT}, seconds(kRenewSeconds)) == 0);
   sd_notify(0, "STOPPING=1");
   quit_ = true;
   for (const auto& group : groups_) group->stop();

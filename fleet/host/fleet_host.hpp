@@ -12,7 +12,7 @@
 
 #include "fleet/host/group_host.hpp"
 #include "fleet/host/host_config.hpp"
-#include "hal/os/thread.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::fleet {
 
@@ -45,7 +45,7 @@ class FleetHost {
   std::unique_ptr<pqxx::connection> leases_;  // of the main thread
   std::atomic<bool> schema_ready_{false};
   std::atomic<bool> quit_{false};
-  hal::os::Thread maintenance_;
+  base::Thread maintenance_;
 };
 
 }  // namespace loopwarden::fleet

@@ -21,7 +21,7 @@
 #include "fleet/host/spool.hpp"
 #include "fleet/host/status.hpp"
 #include "fleet/host/writer.hpp"
-#include "hal/os/thread.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::fleet {
 
@@ -92,7 +92,7 @@ class GroupHost {
   GroupStatus status_;
   std::mutex pause_mutex_;
   std::condition_variable wake_;
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::fleet

@@ -13,9 +13,9 @@
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
-#include "fleet/secret/secret_section.hpp"
-#include "fleet/sparkplug/topic.hpp"
-#include "hal/os/peer_list.hpp"
+#include "config/secret_section.hpp"
+#include "net/sparkplug/topic.hpp"
+#include "base/peer_list.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -62,7 +62,7 @@ void read_broker(MapReader& in, HostConfig& config, const std::string& file) {
     if (const auto error = broker_error(url.value, config.broker)) in.error("broker", *error);
   }
   config.user = in.text("user", "at the broker; without: anonymous", "");
-  config.password = read_secret_section(in, "password", "of that user", file);
+  config.password = config::read_secret_section(in, "password", "of that user", file);
   if (std::optional<MapReader> tls = in.maybe_section("tls", "of mqtts://")) {
     const auto path = [&](const char* key, const char* meaning) {
       const Value<std::string> name = tls->text(key, meaning, "");
@@ -70,7 +70,7 @@ void read_broker(MapReader& in, HostConfig& config, const std::string& file) {
     };
     config.ca_file = path("ca", "certificates to trust (PEM); without: those of the system");
     config.certificate_file = path("certificate", "the host's own (PEM)");
-    config.key = read_secret_section(*tls, "key", "of that certificate (PEM)", file);
+    config.key = config::read_secret_section(*tls, "key", "of that certificate (PEM)", file);
   }
 }
 
@@ -124,7 +124,7 @@ void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
   if (std::optional<MapReader> metrics = in.maybe_section("metrics", "HTTP for Prometheus")) {
     const Value<std::string> address =
         metrics->text("address", "to listen at, numeric", config.metrics.address);
-    if (address.given && address.valid && !hal::os::parse_network(address)) {
+    if (address.given && address.valid && !base::parse_network(address)) {
       metrics->error("address", fmt::format("must be a numeric address (got '{}')",
                                             config::quotable(address.value)));
     }

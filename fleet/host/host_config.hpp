@@ -13,7 +13,7 @@
 #include "fleet/host/edge_tracker.hpp"
 #include "fleet/host/maintenance.hpp"
 #include "fleet/host/writer.hpp"
-#include "fleet/mqtt/client.hpp"
+#include "net/mqtt/client.hpp"
 
 namespace loopwarden::fleet {
 
@@ -25,10 +25,10 @@ struct MetricsServer {
 struct HostConfig {
   std::optional<mqtt::BrokerUrl> broker;
   std::string user;
-  Secret password;
+  base::Secret password;
   std::string ca_file;
   std::string certificate_file;
-  Secret key;
+  base::Secret key;
   DatabaseSettings database;
   std::vector<std::string> groups;  // empty: all, as one
   std::string host_id = "loopwarden";

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "fleet/sparkplug/payload.hpp"
+#include "net/sparkplug/payload.hpp"
 
 namespace loopwarden::fleet {
 

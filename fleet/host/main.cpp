@@ -9,9 +9,9 @@
 #include "config/diagnostic.hpp"
 #include "fleet/host/fleet_host.hpp"
 #include "fleet/host/host_config.hpp"
-#include "hal/os/exit_code.hpp"
-#include "hal/os/signals.hpp"
-#include "hal/os/standard_streams.hpp"
+#include "base/exit_code.hpp"
+#include "base/signals.hpp"
+#include "base/standard_streams.hpp"
 
 namespace {
 
@@ -32,7 +32,7 @@ int run(const fleet::CommandLine& command_line, bool check) {
         loaded->groups.empty() ? "all groups" : fmt::format("{} groups", loaded->groups.size()));
     return kExitOk;
   }
-  hal::os::block_signals({SIGTERM, SIGINT});
+  base::block_signals({SIGTERM, SIGINT});
   config::log_to_stderr("loopwarden-fleet", loaded->log_level);
   return fleet::FleetHost(std::move(*loaded)).run();
 }
@@ -57,6 +57,6 @@ int run_command_line(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  hal::os::StandardStreams streams;
+  base::StandardStreams streams;
   return streams.finish(run_command_line(argc, argv));
 }

@@ -5,12 +5,12 @@
 
 #include <utility>
 
-#include "hal/os/thread.hpp"
-#include "page/http/server.hpp"
+#include "base/thread.hpp"
+#include "net/http/server.hpp"
 
 namespace loopwarden::fleet {
 
-namespace http = page::http;
+namespace http = http;
 
 namespace {
 
@@ -56,7 +56,7 @@ struct MetricsEndpoint::Server : http::Handler {
 
   Text text;
   http::Server server{without_lanes(), *this};
-  hal::os::Thread thread;
+  base::Thread thread;
 };
 
 MetricsEndpoint::MetricsEndpoint(const std::string& address, std::uint16_t port, Text text) {

@@ -11,8 +11,8 @@
 #include "hal/iio/analog_task.hpp"
 #include "hal/iio/event_sink.hpp"
 #include "hal/iio/gpio_lines.hpp"
-#include "hal/os/clock.hpp"
-#include "hal/os/thread.hpp"
+#include "base/clock.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::hal::iio {
 
@@ -44,10 +44,10 @@ class AnalogLoopIo final : public LoopIo {
   const EventSink sink_;
   const std::unique_ptr<GpioChips> chips_;
   AnalogTask task_;
-  os::MonotonicClock clock_;
+  base::MonotonicClock clock_;
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
-  os::Thread thread_;
+  base::Thread thread_;
 
   // Thread that runs the loop only.
   AnalogCommand command_;

@@ -12,7 +12,7 @@
 #include "hal/iio/analog_settings.hpp"
 #include "hal/iio/digital_io.hpp"
 #include "hal/iio/output_stage.hpp"
-#include "hal/os/newest_value.hpp"
+#include "base/newest_value.hpp"
 
 namespace loopwarden::hal::iio {
 
@@ -45,8 +45,8 @@ class AnalogTask {
   AnalogTask(const AnalogSettings& settings, const std::string& name, GpioChips& chips,
              const EventSink& sink);
 
-  os::NewestValue<AnalogCommand> commands;
-  os::NewestValue<AnalogState> state;
+  base::NewestValue<AnalogCommand> commands;
+  base::NewestValue<AnalogState> state;
 
   void open(std::int64_t now_ns);
   void close() noexcept { digital_.close(); }

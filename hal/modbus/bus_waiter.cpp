@@ -11,12 +11,12 @@
 #include <ctime>
 #include <system_error>
 
-#include "hal/os/clock.hpp"
+#include "base/clock.hpp"
 
 namespace loopwarden::hal::modbus {
 namespace {
 
-using os::kNanosecondsPerSecond;
+using base::kNanosecondsPerSecond;
 constexpr std::int64_t kSliceNs = 200'000'000;
 }  // namespace
 

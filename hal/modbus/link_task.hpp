@@ -14,7 +14,7 @@
 #include "hal/modbus/modbus_settings.hpp"
 #include "hal/modbus/pdu.hpp"
 #include "hal/modbus/register_codec.hpp"
-#include "hal/os/newest_value.hpp"
+#include "base/newest_value.hpp"
 
 namespace loopwarden::hal::modbus {
 
@@ -33,7 +33,7 @@ struct ReadPoint {
   explicit ReadPoint(const PointSettings& point);
 
   const PointSettings settings;
-  os::NewestValue<Sample> newest;  // bus thread to loop
+  base::NewestValue<Sample> newest;  // bus thread to loop
 
   // Bus thread only.
   ReadShape value_read;
@@ -61,8 +61,8 @@ struct CommandPoint {
                const CommLossSettings& comm_loss);
 
   // Boxes first: they are aligned to cache lines.
-  os::NewestValue<BusCommand> newest;  // loop to bus thread
-  os::NewestValue<OutputState> state;  // bus thread to loop
+  base::NewestValue<BusCommand> newest;  // loop to bus thread
+  base::NewestValue<OutputState> state;  // bus thread to loop
   const PointSettings settings;
   const std::int64_t max_age_ns;
   const std::int64_t longest_silence_ns;

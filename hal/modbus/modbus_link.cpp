@@ -6,12 +6,12 @@
 #include <exception>
 #include <utility>
 
-#include "hal/os/clock.hpp"
+#include "base/clock.hpp"
 
 namespace loopwarden::hal::modbus {
 namespace {
 
-using os::kNanosecondsPerSecond;
+using base::kNanosecondsPerSecond;
 
 constexpr std::int64_t kIdleNs = kNanosecondsPerSecond;
 constexpr std::uint16_t kMostExtraRegisters = 8;
@@ -46,7 +46,7 @@ ModbusLink::ModbusLink(LinkSettings settings, EventSink sink)
       transport_(settings_, waiter_),
       jitter_(std::random_device{}()) {
   // A bus thread that is refused nothing but ordinary scheduling has nothing to say.
-  os::ThreadOptions options;
+  base::ThreadOptions options;
   options.name = "mb " + settings_.name;
   (void)thread_.start(options, [this] { run(); });
 }

@@ -16,7 +16,7 @@
 #include "hal/modbus/link_task.hpp"
 #include "hal/modbus/modbus_settings.hpp"
 #include "hal/modbus/modbus_transport.hpp"
-#include "hal/os/thread.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::hal::modbus {
 
@@ -142,7 +142,7 @@ class ModbusLink {
   std::uint64_t epochs_ = 0;
   std::minstd_rand jitter_;
 
-  os::Thread thread_;  // last: everything above is there when it starts
+  base::Thread thread_;  // last: everything above is there when it starts
 };
 
 }  // namespace loopwarden::hal::modbus

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hal/contract/loop_io.hpp"
-#include "hal/os/newest_value.hpp"
+#include "base/newest_value.hpp"
 #include "hal/sim/sim_settings.hpp"
 #include "model/plant/plant.hpp"
 
@@ -51,7 +51,7 @@ class SimLoopIo final : public LoopIo {
   std::uint64_t last_period_ = 0;
   Sample pv_;
   Sample stem_;
-  os::NewestValue<GroundTruth> truth_;
+  base::NewestValue<GroundTruth> truth_;
   std::atomic<std::uint64_t> writes_{0};
 };
 

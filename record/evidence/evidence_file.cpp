@@ -17,7 +17,7 @@
 #include <system_error>
 #include <vector>
 
-#include "record/file.hpp"
+#include "base/file.hpp"
 #include "record/record_csv.hpp"
 #include "record/segment_format.hpp"
 
@@ -254,18 +254,18 @@ void write_record(const Evidence& e, const fs::path& path) {
 }
 
 void write_text(const std::string& text, const fs::path& path) {
-  record::File file(path, O_WRONLY | O_CREAT | O_EXCL);
+  base::File file(path, O_WRONLY | O_CREAT | O_EXCL);
   if (!file.is_open() || !file.write(text.data(), text.size()) || !file.sync() || !file.close()) {
-    throw EvidenceError(fmt::format("{}: {}", path.string(), record::error_text(errno)));
+    throw EvidenceError(fmt::format("{}: {}", path.string(), base::error_text(errno)));
   }
 }
 
 // What another library wrote is on the disk as well.
 void sync_files(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
-    record::File file(entry.path(), O_RDONLY);
+    base::File file(entry.path(), O_RDONLY);
     if (!file.is_open() || !file.sync()) {
-      throw EvidenceError(fmt::format("{}: {}", entry.path().string(), record::error_text(errno)));
+      throw EvidenceError(fmt::format("{}: {}", entry.path().string(), base::error_text(errno)));
     }
   }
 }
@@ -288,8 +288,8 @@ void put_specialists(const config::SpecialistFolder& specialists, const fs::path
   const std::string wrong = config::write_specialists(specialists, folder);
   if (!wrong.empty()) throw EvidenceError(wrong);
   sync_files(folder);
-  if (!record::sync_folder(folder)) {
-    throw EvidenceError(fmt::format("{}: {}", folder.string(), record::error_text(errno)));
+  if (!base::sync_folder(folder)) {
+    throw EvidenceError(fmt::format("{}: {}", folder.string(), base::error_text(errno)));
   }
 }
 
@@ -303,8 +303,8 @@ void write_into(const Evidence& evidence, const config::SpecialistFolder* specia
   for (const char* file : files_of(evidence)) about["files"][file] = crc_of(folder / file);
   write_text(about.dump(2, ' ', false, json::error_handler_t::replace) + "\n",
              folder / "evidence.json");
-  if (!record::sync_folder(folder)) {
-    throw EvidenceError(fmt::format("{}: {}", folder.string(), record::error_text(errno)));
+  if (!base::sync_folder(folder)) {
+    throw EvidenceError(fmt::format("{}: {}", folder.string(), base::error_text(errno)));
   }
 }
 
@@ -320,7 +320,7 @@ void write_evidence(const Evidence& evidence, const config::SpecialistFolder* sp
   try {
     write_into(evidence, specialists, temporary);
     fs::rename(temporary, folder);
-    record::sync_folder(folder.parent_path());
+    base::sync_folder(folder.parent_path());
   } catch (const std::exception& e) {
     fs::remove_all(temporary, ignored);
     throw EvidenceError(e.what());

@@ -10,9 +10,9 @@
 #include <unordered_map>
 #include <utility>
 
-#include "hal/os/edit_distance.hpp"
+#include "base/edit_distance.hpp"
 #include "record/import/number_text.hpp"
-#include "record/text.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::record {
 
@@ -228,14 +228,14 @@ class FileReader {
                           order.dmy ? "dmy" : "mdy");
         }
       }
-      fail_at(text, fmt::format("{} is no time of the form {}{}", in_quotes(text),
+      fail_at(text, fmt::format("{} is no time of the form {}{}", base::in_quotes(text),
                                 to_text(layout_.form), help));
     }
     if (layout_.clock != kNoColumn) {
       const std::string_view clock =
           layout_.clock < cells_.cells.size() ? cells_.cells[layout_.clock] : std::string_view();
       const auto of_day = parse_time(clock, TimeForm::clock);
-      if (!of_day) fail_at(clock, fmt::format("{} is no time of day", in_quotes(clock)));
+      if (!of_day) fail_at(clock, fmt::format("{} is no time of day", base::in_quotes(clock)));
       point->whole_s += of_day->whole_s;
       point->rest_s += of_day->rest_s;
     }
@@ -299,7 +299,7 @@ class FileReader {
   RecordError not_a_number(std::string_view text) const {
     return error_at(
         text, fmt::format("{} is not a number; where it stands for a bad value: --bad-value {}",
-                          in_quotes(text), in_quotes(text)));
+                          base::in_quotes(text), base::in_quotes(text)));
   }
 
   // False where it is no word, or a second one.
@@ -467,7 +467,7 @@ std::shared_ptr<std::FILE> spooled(TextSource& source) {
     throw RecordError(RecordError::Kind::io, 0, 0,
                       fmt::format("{}: a row a value is read twice, and its copy in the folder for "
                                   "temporary files can't be written: {}",
-                                  source.name(), error_text(errno)));
+                                  source.name(), base::error_text(errno)));
   }
   return file;
 }
@@ -481,8 +481,8 @@ std::string file_tag(const fs::path& path) {
 
 bool looks_like_export(const fs::path& path) {
   fs::path name = path.filename();
-  if (lower_case(name.extension().string()) == ".gz") name = name.stem();
-  const std::string extension = lower_case(name.extension().string());
+  if (base::lower_case(name.extension().string()) == ".gz") name = name.stem();
+  const std::string extension = base::lower_case(name.extension().string());
   return extension == ".csv" || extension == ".txt" || extension == ".tsv" || extension == ".dat";
 }
 
@@ -552,7 +552,7 @@ std::vector<fs::path> exports_in(const fs::path& folder, Endings& passed_over) {
     if (looks_like_export(name)) {
       found.push_back(it->path());
     } else {
-      ++others[lower_case(name.extension().string())];
+      ++others[base::lower_case(name.extension().string())];
     }
   }
   if (problem) {
@@ -576,8 +576,8 @@ std::string nearest(const std::vector<std::string>& names, const std::string& wa
   std::string near;
   std::size_t best = wanted.size() / 2 + 1;
   for (const std::string& name : names) {
-    const std::size_t distance = hal::os::edit_distance(lower_case(name.substr(0, kMost)),
-                                                        lower_case(wanted.substr(0, kMost)));
+    const std::size_t distance = base::edit_distance(base::lower_case(name.substr(0, kMost)),
+                                                     base::lower_case(wanted.substr(0, kMost)));
     if (!name.empty() && distance < best) {
       best = distance;
       near = name;
@@ -590,11 +590,12 @@ std::string nearest(const std::vector<std::string>& names, const std::string& wa
 std::string name_meant(const std::vector<std::string>& names, const std::string& wanted,
                        const std::string& file) {
   for (const std::string& name : names) {
-    if (name == wanted || lower_case(name) == lower_case(wanted)) return name;
+    if (name == wanted || base::lower_case(name) == base::lower_case(wanted)) return name;
   }
   for (const std::string& name : names) {
     const std::size_t bracket = name.find_last_of("([");
-    if (bracket != std::string::npos && trimmed(name.substr(0, bracket)) == wanted) return name;
+    if (bracket != std::string::npos && base::trimmed(name.substr(0, bracket)) == wanted)
+      return name;
   }
   if (const auto number = parse_number(wanted, '.');
       number && *number >= 1.0 && *number <= static_cast<double>(names.size())) {
@@ -602,8 +603,8 @@ std::string name_meant(const std::vector<std::string>& names, const std::string&
   }
   const std::string near = nearest(names, wanted);
   throw RecordError(RecordError::Kind::data, 0, 0,
-                    fmt::format("{}: no column or tag {}{}", file, in_quotes(wanted),
-                                near.empty() ? near : "; is it " + in_quotes(near) + "?"));
+                    fmt::format("{}: no column or tag {}{}", file, base::in_quotes(wanted),
+                                near.empty() ? near : "; is it " + base::in_quotes(near) + "?"));
 }
 
 }  // namespace
@@ -786,7 +787,7 @@ std::string Importer::no_pv() const {
   constexpr std::size_t kMost = 6;
   std::string names;
   for (std::size_t k = 0; k < std::min(kMost, other_names_.size()); ++k)
-    names += (k > 0 ? ", " : " among ") + in_quotes(other_names_[k]);
+    names += (k > 0 ? ", " : " among ") + base::in_quotes(other_names_[k]);
   return "no column or tag that is a PV by its name" + names +
          "; --map pv=NAME,co=NAME,sp=NAME tells";
 }
@@ -816,9 +817,10 @@ Imported Importer::finished(std::size_t loop, std::vector<ImportPart>& pieces) c
     for (std::size_t role = 0; role < kRoles; ++role) {
       const Signal& signal = part.signals[role];
       if (signal.word_cells == 0) continue;
-      notes.remarks.push_back(fmt::format(
-          "{}: {} in {} {}: taken as a bad value", of.signals.names[role], in_quotes(signal.word),
-          signal.word_cells, signal.word_cells == 1 ? "cell" : "cells"));
+      notes.remarks.push_back(fmt::format("{}: {} in {} {}: taken as a bad value",
+                                          of.signals.names[role], base::in_quotes(signal.word),
+                                          signal.word_cells,
+                                          signal.word_cells == 1 ? "cell" : "cells"));
     }
   }
   Signals signals = joined(pieces);  // sorts
@@ -934,9 +936,9 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
     };
     if (!loop.empty()) {
       for (const std::size_t k : usable) {
-        if (lower_case(importer.loops()[k].tag) == lower_case(loop)) return read(k);
+        if (base::lower_case(importer.loops()[k].tag) == base::lower_case(loop)) return read(k);
       }
-      fail(fmt::format("no loop {}; it has {}", in_quotes(loop), list_of(importer.loops())));
+      fail(fmt::format("no loop {}; it has {}", base::in_quotes(loop), list_of(importer.loops())));
     }
     if (usable.empty()) fail(importer.no_pv());
     // Of several the one that can be judged, where it is one.

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "record/import/number_text.hpp"
-#include "record/text.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -39,7 +39,7 @@ class Finder {
       if (line.ends_with('\r')) line.remove_suffix(1);
       lines_.push_back(line);
     }
-    while (!lines_.empty() && trimmed(lines_.back()).empty()) lines_.pop_back();
+    while (!lines_.empty() && base::trimmed(lines_.back()).empty()) lines_.pop_back();
   }
 
   Layout find() {
@@ -117,7 +117,7 @@ class Finder {
     if (columns_ < 2) {
       fail(1, 1,
            fmt::format("one column: nothing is set apart by {} (--delimiter)",
-                       in_quotes(std::string(1, layout_.delimiter))));
+                       base::in_quotes(std::string(1, layout_.delimiter))));
     }
   }
 
@@ -170,7 +170,7 @@ class Finder {
   std::optional<std::size_t> row_naming_time(std::size_t column) const {
     for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
       if (parse_number(cell(k, column), layout_.decimal)) return std::nullopt;
-      const std::string word = lower_case(cell(k, column));
+      const std::string word = base::lower_case(cell(k, column));
       for (const char* part :
            {"time", "date", "zeit", "datum", "stamp", "heure", "fecha", "hora", "epoch"}) {
         if (word.find(part) != std::string::npos) return k;
@@ -298,13 +298,14 @@ class Finder {
     if (row == kNoColumn) fail(rows_.size(), 0, "a header, and no row of data below it");
     const std::string_view text = cell(row, column);
     fail(row + 1, lines_[row].find(text) + 1,
-         fmt::format("{} is no time {}", in_quotes(text), of_what));
+         fmt::format("{} is no time {}", base::in_quotes(text), of_what));
   }
 
   std::size_t column_named(const std::string& wanted) const {
     for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
       for (std::size_t c = 0; c < rows_[k].size(); ++c) {
-        if (rows_[k][c] == wanted || lower_case(rows_[k][c]) == lower_case(wanted)) return c;
+        if (rows_[k][c] == wanted || base::lower_case(rows_[k][c]) == base::lower_case(wanted))
+          return c;
       }
     }
     std::size_t number = 0;
@@ -316,8 +317,8 @@ class Finder {
     }
     std::string names;
     for (const std::string& name : rows_.front())
-      names += (names.empty() ? "" : ", ") + in_quotes(name);
-    fail(1, 0, fmt::format("no column {}; the first line has {}", in_quotes(wanted), names));
+      names += (names.empty() ? "" : ", ") + base::in_quotes(name);
+    fail(1, 0, fmt::format("no column {}; the first line has {}", base::in_quotes(wanted), names));
   }
 
   // Day or month first. A date with dots has the day first everywhere; else numbers above 12 tell, or the change of
@@ -367,7 +368,7 @@ class Finder {
       } else {
         fail(row + 1, lines_[row].find(shown) + 1,
              fmt::format("{} can be day-month-year and month-day-year: --time dmy or --time mdy",
-                         in_quotes(shown)));
+                         base::in_quotes(shown)));
       }
     }
     layout_.form = dmy ? TimeForm::dmy : TimeForm::mdy;
@@ -472,7 +473,7 @@ class Finder {
     }
     for (std::size_t c = 0; c < columns_; ++c) {
       if (c == layout_.time) continue;
-      const std::string word = lower_case(layout_.names[c]);
+      const std::string word = base::lower_case(layout_.names[c]);
       if (one_of(word, {"tag",       "tagname",    "tag name",  "tag_name", "name",      "point",
                         "pointname", "point name", "item",      "itemid",   "item id",   "node",
                         "nodeid",    "node id",    "signal",    "variable", "parameter", "series",
@@ -576,7 +577,8 @@ class Finder {
       for (const char* ending :
            {".quality", "_quality", " quality", ".status", "_status", " status", ".q", "_q"}) {
         const std::string_view end(ending);
-        if (name.size() <= end.size() || lower_case(name.substr(name.size() - end.size())) != end)
+        if (name.size() <= end.size() ||
+            base::lower_case(name.substr(name.size() - end.size())) != end)
           continue;
         const std::string base = name.substr(0, name.size() - end.size());
         for (std::size_t of = 0; of < columns_; ++of) {
@@ -586,7 +588,7 @@ class Finder {
         }
       }
       // As many programs write it: the status right behind its value.
-      if (one_of(lower_case(name), {"quality", "status"}) && c > 0 && c - 1 != layout_.time &&
+      if (one_of(base::lower_case(name), {"quality", "status"}) && c > 0 && c - 1 != layout_.time &&
           read_tag(layout_.names[c - 1]).role) {
         layout_.quality_of[c - 1] = c;
         all.push_back(c);
@@ -625,8 +627,9 @@ class Finder {
                      steps.end());
     const double step = steps[steps.size() / 2];
     const double at = times.front();
-    std::string name = lower_case(layout_.names[layout_.time]);
-    if (layout_.time < layout_.units.size()) name += " " + lower_case(layout_.units[layout_.time]);
+    std::string name = base::lower_case(layout_.names[layout_.time]);
+    if (layout_.time < layout_.units.size())
+      name += " " + base::lower_case(layout_.units[layout_.time]);
     const auto says = [&name](const char* part) { return name.find(part) != std::string::npos; };
     if (at > 1e8 && at < 1e10) {
       layout_.form = TimeForm::epoch_s;
@@ -691,7 +694,7 @@ std::string delimiter_text(char c) {
     case ';': return "semicolon";
     case '\t': return "tab";
     case '|': return "bar";
-    default: return in_quotes(std::string(1, c));
+    default: return base::in_quotes(std::string(1, c));
   }
 }
 
@@ -748,9 +751,9 @@ std::string describe(const Layout& layout, const TextSource& source) {
   std::string text = fmt::format(
       "{}{}, decimal {}, {}; times {} in column {}", source.compressed() ? "gzip, " : "",
       delimiter_text(layout.delimiter), layout.decimal == ',' ? "comma" : "point",
-      to_text(source.encoding()), to_text(layout.form), in_quotes(layout.names[layout.time]));
+      to_text(source.encoding()), to_text(layout.form), base::in_quotes(layout.names[layout.time]));
   if (layout.clock != kNoColumn)
-    text += fmt::format(" and {}", in_quotes(layout.names[layout.clock]));
+    text += fmt::format(" and {}", base::in_quotes(layout.names[layout.clock]));
   if (layout.annotated) text += "; as InfluxDB writes it";
   text += layout.is_long ? "; a row a value" : "; a column a signal";
   if (layout.header_rows != 1)

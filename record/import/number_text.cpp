@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "record/text.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -127,7 +127,7 @@ CellValue parse_value(std::string_view text, char decimal,
   if (begins_with(text, "inf") || begins_with(text, "-inf")) return {Cell::bad, 0.0};
   if (std::any_of(kDoubtWords.begin(), kDoubtWords.end(), begins)) return {Cell::questionable, 0.0};
   // As historians mark a number that they doubt: 12.3?
-  if (text.back() == '?' && parse_number(trimmed(text.substr(0, text.size() - 1)), decimal)) {
+  if (text.back() == '?' && parse_number(base::trimmed(text.substr(0, text.size() - 1)), decimal)) {
     return {Cell::questionable, 0.0};
   }
   const auto is = [&](const std::string& word) {
@@ -156,7 +156,7 @@ SampleQuality parse_quality(std::string_view text, bool zero_is_good) {
   }
   constexpr std::array<std::string_view, 8> kGood{"good",   "ok", "true", "valid",
                                                   "normal", "g",  "a",    "y"};
-  const std::string word = lower_case(text);
+  const std::string word = base::lower_case(text);
   for (const std::string_view good : kGood) {
     if (word == good || (good.size() > 3 && word.starts_with(good))) return SampleQuality::good;
   }
@@ -176,7 +176,7 @@ bool LineCells::split(std::string_view line, char delimiter, std::size_t* open) 
     while (start < line.size() && line[start] == ' ') ++start;
     if (start >= line.size() || line[start] != '"') {
       const std::size_t end = std::min(line.find(delimiter, at), line.size());
-      cells.push_back(trimmed(line.substr(at, end - at)));
+      cells.push_back(base::trimmed(line.substr(at, end - at)));
       if (end == line.size()) return true;
       at = end + 1;
       continue;
@@ -203,9 +203,9 @@ bool LineCells::split(std::string_view line, char delimiter, std::size_t* open) 
       }
       if (undone.capacity() == 0) undone.reserve(line.size() / 2 + 1);
       undone.push_back(std::move(text));
-      cells.push_back(trimmed(undone.back()));
+      cells.push_back(base::trimmed(undone.back()));
     } else {
-      cells.push_back(trimmed(inside));
+      cells.push_back(base::trimmed(inside));
     }
     const std::size_t end = line.find(delimiter, close + 1);
     if (end == std::string_view::npos) return true;

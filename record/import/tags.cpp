@@ -5,7 +5,7 @@
 #include <unordered_map>
 
 #include "record/import/number_text.hpp"
-#include "record/text.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -65,7 +65,7 @@ constexpr std::string_view kSeparators = "./\\_:|- ";
 
 std::string packed(std::string_view text) {
   std::string word;
-  for (const char c : lower_case(text)) {
+  for (const char c : base::lower_case(text)) {
     if (c != ' ' && c != '_' && c != '-') word += c;
   }
   return word;
@@ -170,7 +170,7 @@ bool is_unit(std::string_view text) {
                                                     "c",
                                                     "\xC2\xB0"
                                                     "f"};
-  const std::string word = lower_case(trimmed(text));
+  const std::string word = base::lower_case(base::trimmed(text));
   if (std::find(kUnits.begin(), kUnits.end(), word) != kUnits.end()) return true;
   // A quotient of them: m3/h, kg/s, l/min, Nm3/h, %/s.
   const std::size_t slash = word.find('/');
@@ -182,12 +182,12 @@ bool is_unit(std::string_view text) {
 
 TagName read_tag(std::string_view name) {
   TagName tag;
-  name = trimmed(name);
+  name = base::trimmed(name);
   if (!name.empty() && (name.back() == ')' || name.back() == ']')) {
     const std::size_t open = name.rfind(name.back() == ')' ? '(' : '[');
     if (open != std::string_view::npos && open > 0) {
-      tag.unit = std::string(trimmed(name.substr(open + 1, name.size() - open - 2)));
-      name = trimmed(name.substr(0, open));
+      tag.unit = std::string(base::trimmed(name.substr(open + 1, name.size() - open - 2)));
+      name = base::trimmed(name.substr(0, open));
     }
   }
   name = without_field(without_address(name));

@@ -14,7 +14,7 @@
 #include <cstring>
 #include <utility>
 
-#include "record/file.hpp"
+#include "base/file.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -114,7 +114,7 @@ struct TextSource::State {
     if (got < 0) {
       int code = 0;
       const char* what = gzerror(file, &code);
-      if (code == Z_ERRNO) fail(RecordError::Kind::io, "can't be read: " + error_text(errno));
+      if (code == Z_ERRNO) fail(RecordError::Kind::io, "can't be read: " + base::error_text(errno));
       fail(RecordError::Kind::data, fmt::format("is a damaged gzip file ({})", what));
     }
     to.resize(before + static_cast<std::size_t>(got));
@@ -221,7 +221,7 @@ TextSource::TextSource(const std::filesystem::path& path, Encoding encoding, std
   State& s = *state_;
   s.name = !name.empty() ? std::move(name) : from_stdin ? "standard input" : path.string();
   const int fd = from_stdin ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) s.fail(RecordError::Kind::io, "can't be opened: " + error_text(errno));
+  if (fd < 0) s.fail(RecordError::Kind::io, "can't be opened: " + base::error_text(errno));
   struct stat about {};
   if (::fstat(fd, &about) == 0) {
     if (S_ISDIR(about.st_mode)) {

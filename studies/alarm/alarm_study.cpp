@@ -22,7 +22,7 @@
 #include "model/training/team_training.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "workbench/files/model_file.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "record/record_csv.hpp"
 #include "studies/alarm/routine_replay.hpp"
 #include "studies/program/studies.hpp"
@@ -164,7 +164,7 @@ class AlarmStudy {
     const std::size_t parts = kDayParts * options_.days;
     const auto samples = static_cast<std::size_t>(86400.0 / kDayParts / model_.sample_time_s);
     std::vector<Run> runs(parts);
-    hal::os::parallel_for(parts, threads_, [&](std::size_t k) {
+    base::parallel_for(parts, threads_, [&](std::size_t k) {
       runs[k] =
           watch(specialist::simulate_run(model_, {.condition = Condition::no_fault},
                                          specialist::stream_seed(options_.seed + 1000, k), samples),
@@ -219,7 +219,7 @@ class AlarmStudy {
     const std::size_t samples =
         specialist::kWindowSamples * (options_.windows + 2) / 2;  // half of each is the next one's
     std::vector<Run> runs(options_.runs);
-    hal::os::parallel_for(options_.runs, threads_, [&](std::size_t k) {
+    base::parallel_for(options_.runs, threads_, [&](std::size_t k) {
       runs[k] =
           watch(specialist::simulate_run(
                     model_, {.condition = wanted.condition, .severity_percent = wanted.severity},

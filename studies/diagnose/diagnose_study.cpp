@@ -28,7 +28,7 @@
 #include "studies/program/labels.hpp"
 #include "studies/program/share.hpp"
 #include "workbench/files/output_files.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "studies/program/studies.hpp"
 
@@ -71,7 +71,7 @@ diagnosis::RoutineRecord view_of(const DiagnosisCase& c) {
 std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed, const char* what) {
   std::vector<Judged> judged(options.cases);
   workbench::Progress progress(what, options.cases);
-  hal::os::parallel_for(
+  base::parallel_for(
       options.cases, options.threads,
       [&](std::size_t i) {
         const DiagnosisCase c = diagnosis_case(seed, i);
@@ -246,7 +246,7 @@ int train_table(const StudyOptions& options) {
   std::vector<LabelledFeatures> drawn(options.cases);
   std::vector<char> usable(options.cases, 0);
   workbench::Progress progress("simulate", options.cases);
-  hal::os::parallel_for(
+  base::parallel_for(
       options.cases, options.threads,
       [&](std::size_t i) {
         const DiagnosisCase c = diagnosis_case(options.seed, i);
@@ -262,7 +262,7 @@ int train_table(const StudyOptions& options) {
   }
   const TrainedTable table = train(
       cases, TrainingSettings{}, [&](std::size_t count, const std::function<void(std::size_t)>& f) {
-        hal::os::parallel_for(count, options.threads, f);
+        base::parallel_for(count, options.threads, f);
       });
   workbench::write_output(
       options.train,

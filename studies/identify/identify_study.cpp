@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "model/analysis/identification.hpp"
 #include "studies/identify/identification_cases.hpp"
 #include "studies/program/studies.hpp"
@@ -171,7 +171,7 @@ int run_identify_study(const IdentifyStudyOptions& options) {
   for (std::size_t i = 0; i < kCaseKinds.size(); ++i) {
     if (options.kind && *options.kind != i) continue;
     std::vector<IdentifyCase> results(options.cases);
-    hal::os::parallel_for(options.cases, jobs, [&](std::size_t k) {
+    base::parallel_for(options.cases, jobs, [&](std::size_t k) {
       results[k] = identify_case(kCaseKinds[i], options.seed + k);
     });
     if (options.each) {

@@ -9,7 +9,7 @@
 #include "model/numeric/draw.hpp"
 #include "model/numeric/random.hpp"
 #include "model/numeric/statistics.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 
 namespace loopwarden::studies {
 namespace {
@@ -258,7 +258,7 @@ std::vector<Plant1Row> study_plant1(std::uint64_t seed, const StudyWork& work) {
     row.result =
         run_with(plant1_trial(row.law.c_str(), row.s, row.j, seed), row.form, row.gain_per_s);
   };
-  hal::os::parallel_for(rows.size(), work.threads, run, progress_of(work, rows.size()));
+  base::parallel_for(rows.size(), work.threads, run, progress_of(work, rows.size()));
   return rows;
 }
 
@@ -349,7 +349,7 @@ Spread spread_of(const std::vector<double>& values) {
 StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
                                const StudyWork& work) {
   std::vector<StickyCase> tried(cases);
-  hal::os::parallel_for(
+  base::parallel_for(
       cases, work.threads,
       [&](std::size_t i) { tried[i] = try_case(random_sticky_loop(seed, i, load)); },
       progress_of(work, cases));
@@ -390,7 +390,7 @@ std::vector<HealthyRow> study_healthy_loops(std::size_t cases, std::uint64_t see
                      .whole_factor = ratio(on.whole_rms_error, off.whole_rms_error)};
     }
   };
-  hal::os::parallel_for(tried.size(), work.threads, run, progress_of(work, tried.size()));
+  base::parallel_for(tried.size(), work.threads, run, progress_of(work, tried.size()));
 
   std::vector<HealthyRow> rows;
   if (cases == 0) return rows;

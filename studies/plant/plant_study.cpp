@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "record/import/time_text.hpp"
 #include "studies/plant/simulated_plant.hpp"
 #include "studies/program/studies.hpp"
@@ -64,7 +64,7 @@ int write_plant(const PlantOptions& options) {
       (options.plant.loops + options.plant.loops_a_unit - 1) / options.plant.loops_a_unit;
   std::vector<std::string> truth(units);
   workbench::Progress progress("plant", units);
-  hal::os::parallel_for(
+  base::parallel_for(
       units, options.threads,
       [&](std::size_t unit) {
         const std::vector<SimulatedTag> tags = simulate_unit(options.plant, unit);

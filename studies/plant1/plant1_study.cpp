@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "studies/plant1/shared_fit.hpp"
 
 namespace loopwarden::studies {
@@ -149,7 +149,7 @@ Plant1Study study_plant1_records(const std::vector<Plant1Record>& records, const
   study.shared = joint.shared;
   const std::vector<double> held = work.from_healthy ? joint.own[0] : std::vector<double>{};
   for (Plant1Outcome& row : study.rows) row.trials.resize(candidates.size());
-  hal::os::parallel_for(
+  base::parallel_for(
       trials, work.threads,
       [&](std::size_t i) {
         Plant1Outcome& row = study.rows[i / candidates.size()];

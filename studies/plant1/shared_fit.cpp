@@ -5,7 +5,7 @@
 #include <mutex>
 
 #include "model/numeric/random.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 
 namespace loopwarden::studies {
 namespace {
@@ -155,7 +155,7 @@ SharedFit fit_shared(const SharedFitProblem& problem, const SharedFitWork& work,
     work.progress(++done);
   };
   std::vector<SharedFit> winners(std::max<std::size_t>(work.islands, 1));
-  hal::os::parallel_for(winners.size(), work.threads, [&](std::size_t island) {
+  base::parallel_for(winners.size(), work.threads, [&](std::size_t island) {
     Random random(work.seed * 0x9e3779b97f4a7c15ULL + island);
     winners[island] = evolve(problem, work, start, random, report);
   });

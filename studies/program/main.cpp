@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 
-#include "hal/os/exit_code.hpp"
-#include "hal/os/standard_streams.hpp"
+#include "base/exit_code.hpp"
+#include "base/standard_streams.hpp"
 #include "studies/program/studies.hpp"
 #include "workbench/command_line/program.hpp"
 
@@ -35,6 +35,6 @@ int run(int argc, char** argv) {
 }  // namespace loopwarden::studies
 
 int main(int argc, char** argv) {
-  loopwarden::hal::os::StandardStreams streams;
+  loopwarden::base::StandardStreams streams;
   return streams.finish(loopwarden::studies::run(argc, argv));
 }

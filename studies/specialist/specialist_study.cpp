@@ -21,7 +21,7 @@
 #include "workbench/command_line/command_line.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/training/specialist_training.hpp"
 #include "studies/program/studies.hpp"
@@ -167,7 +167,7 @@ Tally Study::judge_windows(const specialist::Team& team, const plant::LoopModel&
   Tally total{};
   std::mutex mutex;  // guards total
   const std::size_t chunks = 2UL * threads_;
-  hal::os::parallel_for(chunks, threads_, [&](std::size_t chunk) {
+  base::parallel_for(chunks, threads_, [&](std::size_t chunk) {
     specialist::TeamJudge judge(team);
     Tally own{};
     for (std::size_t k = chunk; k < number; k += chunks) {
@@ -361,7 +361,7 @@ void Study::windows_anywhere() {
     std::size_t right = 0;
     for (const Condition condition : kKnown) {
       std::vector<Tally> tallies(records);
-      hal::os::parallel_for(records, threads_, [&](std::size_t r) {
+      base::parallel_for(records, threads_, [&](std::size_t r) {
         const std::uint64_t own = seed(4, 1000 * static_cast<std::uint64_t>(condition) + r);
         const auto run = specialist::simulate_run(p.model,
                                                   {.condition = condition,
@@ -417,7 +417,7 @@ void Study::loop_year() {
   std::vector<std::size_t> alarms(days);  // of a valve fault
   std::vector<std::size_t> unknowns(days);
   std::vector<Tally> tallies(days);
-  hal::os::parallel_for(days, threads_, [&](std::size_t day) {
+  base::parallel_for(days, threads_, [&](std::size_t day) {
     const auto run = specialist::simulate_run(p.model, {.condition = Condition::no_fault},
                                               seed(6, day), samples);
     specialist::TeamJudge judge(*p.specialists.team);

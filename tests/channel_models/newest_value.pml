@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * hal/os/newest_value.hpp step by step: three slots, one shared byte that both sides exchange.
+ * base/newest_value.hpp step by step: three slots, one shared byte that both sides exchange.
  * See spsc_ring.pml for what such a model can show.
  */
 #define FRESH 128

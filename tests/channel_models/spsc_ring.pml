@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * hal/os/spsc_ring.hpp step by step: every read or write of an atomic, and the copy of an item, is a
+ * base/spsc_ring.hpp step by step: every read or write of an atomic, and the copy of an item, is a
  * step of its own. The counters run modulo a small number, so that they wrap.
  * spin explores all interleavings of sequentially consistent steps; that release and acquire order
  * the copy before its counter is the argument of the header, and ThreadSanitizer's business.

@@ -32,7 +32,7 @@ analysis::ConditionIndices indices_of(const Trial& trial) {
   TemporaryFolder folder;
   daemon::journal::Journal journal({.folder = folder.path()});
   daemon::monitor::WatchBoard board({{"FIC-101", 0.1}}, {}, journal, [] { return 0; });
-  hal::os::SpscRing<RecordRow> cycles(256);
+  base::SpscRing<RecordRow> cycles(256);
   daemon::monitor::Monitor monitor(
       {{.cycles = &cycles,
         .window = {.sample_time_s = model.sample_time_s, .pv_high = 10.0, .co_high = 10.0},

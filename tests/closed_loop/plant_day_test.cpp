@@ -156,7 +156,7 @@ class Plant {
   plant::LoopModel model_;
   plant::SimulatedLoop loop_;
   std::uint64_t period_ = 0;
-  hal::os::SpscRing<RecordRow> cycles_{1024};
+  base::SpscRing<RecordRow> cycles_{1024};
   daemon::rt::OrderBox orders_;
   std::atomic<std::uint8_t> standing_{0};
   daemon::journal::Journal journal_{{.folder = folder_.path()}};

@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "hal/os/local_socket.hpp"
+#include "base/local_socket.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/loop_file.hpp"
@@ -319,7 +319,7 @@ TEST_CASE("limits that exclude CO come into force once CO is inside", "[reload]"
 TEST_CASE("reload is an order: the sockets of readers and of the page don't offer it", "[reload]") {
   Plant plant;
   for (const char* request : {"reload", "reload_state"}) {
-    hal::os::LocalClient status(plant.daemon.folder().string() + "/status.sock");
+    base::LocalClient status(plant.daemon.folder().string() + "/status.sock");
     const json answer = json::parse(status.request(
         json{{"request", request}, {"dry_run", true}}.dump(), std::chrono::seconds(30)));
     CHECK(answer.at("ok") == false);
@@ -329,7 +329,7 @@ TEST_CASE("reload is an order: the sockets of readers and of the page don't offe
   REQUIRE(plant.command("reload").exit_code == 0);
   const std::string socket = plant.daemon.folder().string() + "/page.sock";
   REQUIRE(eventually([&] { return std::filesystem::exists(socket); }));
-  hal::os::LocalClient page(socket);
+  base::LocalClient page(socket);
   const json answer =
       json::parse(page.request(R"({"request":"reload"})", std::chrono::seconds(30)));
   CHECK(answer.at("ok") == false);
@@ -341,7 +341,7 @@ TEST_CASE("a reload gives the page its rights and takes them, and nothing waits 
   const std::string socket = plant.daemon.folder().string() + "/page.sock";
   const std::string order =
       R"({"request":"set","loop":"FIC-101","set_point":6,"user":"anna","address":"10.0.0.5"})";
-  const auto told = [&](hal::os::LocalClient& page) {
+  const auto told = [&](base::LocalClient& page) {
     return json::parse(page.request(order, std::chrono::seconds(30)));
   };
   CHECK_FALSE(std::filesystem::exists(socket));
@@ -349,7 +349,7 @@ TEST_CASE("a reload gives the page its rights and takes them, and nothing waits 
   plant.reload();
   CHECK(plant.waiting().empty());
   REQUIRE(eventually([&] { return std::filesystem::exists(socket); }));
-  hal::os::LocalClient page(socket);
+  base::LocalClient page(socket);
   CHECK_THAT(told(page).at("error").get<std::string>(), Catch::Contains("page: {control: true}"));
   plant.write_daemon("page: {alarms: true, control: true}\n");
   plant.reload();

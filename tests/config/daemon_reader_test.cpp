@@ -186,7 +186,7 @@ TEST_CASE("Without a section there is no Modbus server; an empty one reads only,
   CHECK(server.port == 1502);
   CHECK_FALSE(server.writes);
   REQUIRE(server.clients.size() == 2);
-  for (const hal::os::PeerRule& rule : server.clients) {
+  for (const base::PeerRule& rule : server.clients) {
     CHECK(rule.network.bits == 128);
     CHECK_FALSE(rule.may_write);
   }

@@ -15,15 +15,15 @@
 
 #include <nlohmann/json.hpp>
 
-#include "page/http/request_head.hpp"
-#include "page/http/response_head.hpp"
-#include "tests/page/support/api_rig.hpp"
+#include "net/http/request_head.hpp"
+#include "net/http/response_head.hpp"
+#include "tests/services/page/support/api_rig.hpp"
 
 namespace {
 
 using namespace loopwarden;
+using http::RequestHead;
 using nlohmann::json;
-using page::http::RequestHead;
 
 void require(bool holds, const char* what) {
   if (holds) return;
@@ -73,11 +73,11 @@ tests::ApiRig& rig() {
   return one;
 }
 
-void check(const page::http::Request& request, page::http::Response& response) {
+void check(const http::Request& request, http::Response& response) {
   static const std::set<int> kKnown{200, 302, 304, 400, 401, 403, 404,
                                     405, 409, 413, 415, 429, 500, 503};
   require(kKnown.contains(response.status), "a known status");
-  const std::string head = page::http::head_text(response, {});
+  const std::string head = http::head_text(response, {});
   require(head.ends_with("\r\n\r\n") && head.find("\r\n\r\n") == head.size() - 4, "one head");
   require(head.find("Content-Security-Policy: ") != std::string::npos, "a policy");
   if (response.content_type == "application/json" && !response.text().empty()) {
@@ -91,8 +91,7 @@ void check(const page::http::Request& request, page::http::Response& response) {
     }
   }
   if (response.may_stay) response.may_stay();
-  require(request.method == page::http::Method::post || rig().orders.asked.empty(),
-          "only POST orders");
+  require(request.method == http::Method::post || rig().orders.asked.empty(), "only POST orders");
 }
 
 }  // namespace
@@ -104,13 +103,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string user = take(words, " ");
   const bool knows_token = words == "token";
   const RequestHead head = head_from(input);
-  if (page::http::refusal_of(head)) return 0;
+  if (http::refusal_of(head)) return 0;
   tests::ApiRig& all = rig();
-  page::http::Request request = page::http::request_of(head);
+  http::Request request = http::request_of(head);
   request.peer = "10.0.0.1";
   request.body = take(input, "\n----\n");
-  if (request.body.size() > page::http::kMostBodyBytes) return 0;
-  const page::http::Request known = all.post_as(user, {}, {});
+  if (request.body.size() > http::kMostBodyBytes) return 0;
+  const http::Request known = all.post_as(user, {}, {});
   if (!user.empty()) request.cookies = known.cookies;
   if (knows_token) {
     request.csrf = known.csrf;
@@ -122,7 +121,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   all.daemon.asked.clear();
   all.orders.asked.clear();
   all.fleet.asked.clear();
-  page::http::Response response = all.answer(request);
+  http::Response response = all.answer(request);
   check(request, response);
   const bool may_order = knows_token && (user == "otto" || user == "ella");
   require(may_order || all.orders.asked.empty(), "who may not does not order");

@@ -28,9 +28,9 @@ struct Plant : Console {
   }
   std::string answer(SocketName socket, std::string_view line) {
     if (socket == SocketName::status) return readers->answer(line);
-    const hal::os::LocalServer::Answer given = server->answer(line, socket, 1000);
+    const base::LocalServer::Answer given = server->answer(line, socket, 1000);
     if (const auto* text = std::get_if<std::string>(&given)) return *text;
-    const auto& later = std::get<hal::os::LocalServer::Later>(given);
+    const auto& later = std::get<base::LocalServer::Later>(given);
     std::optional<std::string> text;
     while (!text) text = later();  // it comes with the journal's line, or without
     return *text;

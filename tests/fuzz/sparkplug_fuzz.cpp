@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "fleet/edge/command.hpp"
+#include "services/edge/command.hpp"
 #include "fleet/host/ingest.hpp"
-#include "fleet/sparkplug/host_state.hpp"
-#include "fleet/sparkplug/payload.hpp"
-#include "fleet/sparkplug/topic.hpp"
+#include "net/sparkplug/host_state.hpp"
+#include "net/sparkplug/payload.hpp"
+#include "net/sparkplug/topic.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace {

@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <functional>
 
-#include "hal/os/clock.hpp"
+#include "base/clock.hpp"
 
 namespace loopwarden::tests {
 
 // A clock that stands still until somebody sleeps on it. `late_ns` says how much later than asked a
 // sleep ends; `on_sleep` may stop the thread under test.
-class FakeClock final : public hal::os::Clock {
+class FakeClock final : public base::Clock {
  public:
   std::int64_t now_ns() noexcept override { return now_ns_; }
   void sleep_until_ns(std::int64_t deadline_ns) noexcept override {

@@ -18,8 +18,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "hal/os/local_server.hpp"
-#include "hal/os/thread.hpp"
+#include "base/local_server.hpp"
+#include "base/thread.hpp"
 
 namespace loopwarden::tests {
 
@@ -132,7 +132,7 @@ class FakeDaemon {
   }
 
   void run() {
-    hal::os::LocalServer server;
+    base::LocalServer server;
     const auto listen = [&](const char* name, bool orders) {
       server.listen(
           {.path = (folder_ / name).string()},
@@ -249,7 +249,7 @@ class FakeDaemon {
   std::atomic<std::size_t> looks_{0};
   std::atomic<bool> quit_{false};
   std::atomic<bool> there_{false};
-  hal::os::Thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace loopwarden::tests

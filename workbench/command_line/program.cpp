@@ -10,7 +10,7 @@
 
 #include "config/command_line/service.hpp"
 #include "config/command_line/unknown_word.hpp"
-#include "hal/os/exit_code.hpp"
+#include "base/exit_code.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "workbench/files/command_error.hpp"
 #include "workbench/live/daemon_client.hpp"

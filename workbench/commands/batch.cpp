@@ -17,8 +17,8 @@
 #include <thread>
 #include <vector>
 
-#include "hal/os/child_process.hpp"
-#include "record/file.hpp"
+#include "base/child_process.hpp"
+#include "base/file.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/command_line/share.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -89,7 +89,7 @@ std::vector<Job> read_jobs(const std::string& path, const fs::path& out) {
   std::ifstream in(path);
   if (!in) {
     throw CommandError(kExitIo,
-                       fmt::format("{}: can't be opened: {}", path, record::error_text(errno)));
+                       fmt::format("{}: can't be opened: {}", path, base::error_text(errno)));
   }
   std::vector<Job> jobs;
   std::string text;
@@ -132,16 +132,16 @@ std::optional<Ended> ended_before(const Job& job) {
 
 struct Running {
   const Job* job;
-  std::unique_ptr<hal::os::ChildProcess> child;
+  std::unique_ptr<base::ChildProcess> child;
   std::chrono::steady_clock::time_point since;
 };
 
 // Nothing where another batch still has this one running.
 std::optional<Running> start(const Job& job) {
-  const record::File log(job.log, O_WRONLY | O_CREAT, 0644);
+  const base::File log(job.log, O_WRONLY | O_CREAT, 0644);
   if (!log.is_open()) {
     throw CommandError(kExitIo, fmt::format("{}: can't be written: {}", job.log.string(),
-                                            record::error_text(errno)));
+                                            base::error_text(errno)));
   }
   // The child keeps the lock with its output, also when this batch is killed.
   if (::flock(log.fd(), LOCK_EX | LOCK_NB) != 0) return std::nullopt;
@@ -150,8 +150,8 @@ std::optional<Running> start(const Job& job) {
   }
   return Running{
       &job,
-      std::make_unique<hal::os::ChildProcess>(
-          "/proc/self/exe", job.words, hal::os::ChildSettings{.output = log.fd(), .idle = false}),
+      std::make_unique<base::ChildProcess>("/proc/self/exe", job.words,
+                                           base::ChildSettings{.output = log.fd(), .idle = false}),
       std::chrono::steady_clock::now()};
 }
 

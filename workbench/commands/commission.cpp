@@ -17,7 +17,7 @@
 
 #include "config/loop_model_writer.hpp"
 #include "config/specialists/specialist_folder.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "model/commission/changes.hpp"
 #include "model/commission/sight.hpp"
 #include "record/record_csv.hpp"
@@ -157,7 +157,7 @@ int run_commission(const CommissionOptions& options) {
   const unsigned jobs =
       options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
   const auto parallel = [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
-    hal::os::parallel_for(count, jobs, body);
+    base::parallel_for(count, jobs, body);
   };
   try {
     for (const std::string& path : options.records) {

@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/os/child_process.hpp"
+#include "base/child_process.hpp"
 #include "model/analysis/loop_metrics.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "workbench/live/daemon_client.hpp"
@@ -203,7 +203,7 @@ class Demo {
         ::open("/dev/null", O_WRONLY | O_CLOEXEC);  // its words would tear the screen
     try {
       browser_.emplace("/usr/bin/xdg-open", std::vector<std::string>{page_},
-                       hal::os::ChildSettings{.output = nowhere, .idle = false});
+                       base::ChildSettings{.output = nowhere, .idle = false});
     } catch (const std::system_error&) {
       open_page_ = false;  // no such program
     }
@@ -306,7 +306,7 @@ class Demo {
   bool json_;
   bool open_page_;
   std::string page_;  // the loop's view; empty: there is no page
-  std::optional<hal::os::ChildProcess> browser_;
+  std::optional<base::ChildProcess> browser_;
   std::string record_;
   std::vector<Measured> measured_;
   std::set<std::string> active_;     // alarms

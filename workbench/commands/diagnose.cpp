@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "record/record_csv.hpp"
 #include "model/analysis/stretch.hpp"
 #include "model/diagnosis/archive_rule.hpp"
@@ -110,7 +110,7 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
   Progress progress("diagnose", stretches.size());
   const std::size_t first = loop.windows.size();
   loop.windows.resize(first + stretches.size());
-  hal::os::parallel_for(
+  base::parallel_for(
       stretches.size(), std::max(1U, std::thread::hardware_concurrency()),
       [&](std::size_t w) {
         const auto [from, size] = stretches[w];

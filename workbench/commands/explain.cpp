@@ -16,8 +16,8 @@
 #include <thread>
 
 #include "config/loop_model_writer.hpp"
-#include "hal/os/child_process.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/child_process.hpp"
+#include "base/parallel.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
@@ -82,7 +82,7 @@ void print_result(const json& e, const std::string& folder) {
 }
 
 int run_explain(const ExplainOptions& options) {
-  if (options.background) hal::os::work_in_background(kMostMemory, kMostProcessorTime);
+  if (options.background) base::work_in_background(kMostMemory, kMostProcessorTime);
   const auto begin = std::chrono::steady_clock::now();
   const fs::path folder(options.folder);
   const fs::path minutes = folder / "minutes.csv";
@@ -114,7 +114,7 @@ int run_explain(const ExplainOptions& options) {
     const commission::Explanation explanation = commission::explain(
         {record.period_s, record.pv, record.has_sp ? record.sp : std::vector<double>(), record.co},
         *twin, alarm, [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
-          hal::os::parallel_for(count, jobs, body);
+          base::parallel_for(count, jobs, body);
         });
     const std::optional<AlarmKind> name = commission::final_name(explanation, raised.alarm);
     const double first_s = record.time_s.front() - record.time_s[alarm];

@@ -28,7 +28,7 @@
 #include "workbench/text/import_json.hpp"
 #include "workbench/report/gap_report.hpp"
 #include "workbench/files/output_files.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
 
@@ -299,7 +299,7 @@ int run_gap(GapOptions options) {
     const unsigned jobs =
         options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
     const auto parallel = [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
-      hal::os::parallel_for(count, jobs, body);
+      base::parallel_for(count, jobs, body);
     };
     const auto told = [&progress](double share) {
       progress.update(static_cast<std::uint64_t>(100.0 * share));

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "record/import/importer.hpp"
-#include "record/text.hpp"
+#include "base/text.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/output_files.hpp"
@@ -209,7 +209,7 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
   const std::vector<std::size_t> usable = usable_loops(importer, options.input);
   if (usable.empty() && !options.input.loop().empty()) {
     fmt::print(stderr, "no loop {} with a PV; --list shows those that were found\n",
-               record::in_quotes(options.input.loop()));
+               base::in_quotes(options.input.loop()));
     return kExitData;
   }
   ImportedLoops loops(importer, options, files);

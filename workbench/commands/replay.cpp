@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "model/commission/explain.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/records/record_input.hpp"
@@ -106,7 +106,7 @@ class Explainer {
       newest_ = commission::explain(
           record_, twin_, sample,
           [this](std::size_t count, const std::function<void(std::size_t)>& body) {
-            hal::os::parallel_for(count, jobs_, body);
+            base::parallel_for(count, jobs_, body);
           });
     }
     return *newest_;

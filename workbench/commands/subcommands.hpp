@@ -5,7 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "hal/os/exit_code.hpp"
+#include "base/exit_code.hpp"
 
 namespace loopwarden::workbench {
 

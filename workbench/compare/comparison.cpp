@@ -16,7 +16,7 @@
 #include "workbench/report/chart.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
 
 namespace loopwarden::workbench {
@@ -37,7 +37,7 @@ std::vector<Outcome> run_all(const plant::LoopModel& model, ComparedPlants plant
   for (CompareCase& one : compare_cases(model, plants))
     outcomes.push_back({std::move(one), {}, {}});
   Progress progress("compare", outcomes.size());
-  hal::os::parallel_for(
+  base::parallel_for(
       outcomes.size(), std::max(1U, std::thread::hardware_concurrency()),
       [&](std::size_t i) {
         Outcome& outcome = outcomes[i];

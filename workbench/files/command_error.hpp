@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "hal/os/exit_code.hpp"
+#include "base/exit_code.hpp"
 
 namespace loopwarden::workbench {
 

@@ -9,8 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "hal/os/exit_code.hpp"
-#include "hal/os/local_socket.hpp"
+#include "base/exit_code.hpp"
+#include "base/local_socket.hpp"
 
 namespace loopwarden::workbench {
 
@@ -69,7 +69,7 @@ class DaemonClient {
 
  private:
   nlohmann::json ask(const nlohmann::json& request);
-  hal::os::LocalClient client_;
+  base::LocalClient client_;
 };
 
 }  // namespace loopwarden::workbench

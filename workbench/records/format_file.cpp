@@ -9,7 +9,7 @@
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
 #include "record/import/time_text.hpp"
-#include "record/text.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -60,7 +60,7 @@ record::ImportOptions read_format(MapReader in) {
     options.time = record::time_form(form).value_or(TimeForm::automatic);
     const auto zone = time->text("zone", "of local times, such as +01:00 or UTC", "");
     if (zone.given && zone.valid) {
-      options.zone_s = record::zone_offset_s(record::lower_case(zone.value));
+      options.zone_s = record::zone_offset_s(base::lower_case(zone.value));
       if (!options.zone_s && !in.describing())
         time->error("zone", "must be an offset such as +01:00, or UTC");
     }
@@ -68,7 +68,7 @@ record::ImportOptions read_format(MapReader in) {
   for (const std::string& word :
        in.maybe_texts("bad_values", "words that stand for a bad value, besides the known ones")
            .value) {
-    options.bad_words.push_back(record::lower_case(word));
+    options.bad_words.push_back(base::lower_case(word));
   }
   const auto period = in.maybe_number("period", {.unit = "s",
                                                  .range = config::above(0.0),

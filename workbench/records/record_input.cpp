@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "model/analysis/stretch.hpp"
-#include "record/text.hpp"
+#include "base/text.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/records/format_file.hpp"
 
@@ -39,17 +39,17 @@ record::LoopSignals signals_from(const std::string& map) {
     const std::size_t equals = part.find('=');
     const auto role = equals == std::string::npos
                           ? std::nullopt
-                          : record::role_from_text(record::trimmed(part.substr(0, equals)));
+                          : record::role_from_text(base::trimmed(part.substr(0, equals)));
     if (!role) {
       if (!last) {
         throw RecordInputError(
             kExitUsage, fmt::format("--map: {} is not ROLE=NAME with one of pv, co, sp, stem, mode",
-                                    record::in_quotes(part)));
+                                    base::in_quotes(part)));
       }
       signals.names[index_of(*last)] += "," + part;
       continue;
     }
-    signals.names[index_of(*role)] = std::string(record::trimmed(part.substr(equals + 1)));
+    signals.names[index_of(*role)] = std::string(base::trimmed(part.substr(equals + 1)));
     last = role;
   }
   if (!signals.has(Role::pv)) throw RecordInputError(kExitUsage, "--map: pv=NAME is missing");
@@ -126,10 +126,10 @@ record::ImportOptions RecordInput::options() const {
   if (!time_.empty()) out.time = *record::time_form(time_);
   if (!time_column_.empty()) out.time_column = time_column_;
   if (!zone_.empty()) {
-    out.zone_s = record::zone_offset_s(record::lower_case(zone_));
+    out.zone_s = record::zone_offset_s(base::lower_case(zone_));
     if (!out.zone_s) {
       throw RecordInputError(kExitUsage, fmt::format("--zone: {} is no offset such as +01:00",
-                                                     record::in_quotes(zone_)));
+                                                     base::in_quotes(zone_)));
     }
   }
   if (!delimiter_.empty()) {
@@ -150,7 +150,7 @@ record::ImportOptions RecordInput::options() const {
     if (encoding_ == record::to_text(known)) out.encoding = known;
   }
   if (header_rows_ >= 0) out.header_rows = static_cast<std::size_t>(header_rows_);
-  for (const std::string& word : bad_values_) out.bad_words.push_back(record::lower_case(word));
+  for (const std::string& word : bad_values_) out.bad_words.push_back(base::lower_case(word));
   if (period_s_ > 0.0) out.period_s = period_s_;
   if (fill_ == "held") out.filling = record::Filling::held;
   if (fill_ == "linear") out.filling = record::Filling::linear;
@@ -169,7 +169,7 @@ record::Imported RecordInput::read(const std::filesystem::path& path) const {
 }
 
 bool RecordInput::takes(const std::string& tag) const {
-  return loop_.empty() || record::lower_case(loop_) == record::lower_case(tag);
+  return loop_.empty() || base::lower_case(loop_) == base::lower_case(tag);
 }
 
 void draw_for_judging(record::Imported& imported) {

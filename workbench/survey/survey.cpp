@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/survey/join.hpp"
@@ -172,7 +172,7 @@ SurveyCount judge_all(const SurveyRun& run) {
           progress.update(kOne * from +
                           static_cast<std::uint64_t>(share * static_cast<double>(reading)));
         });
-    hal::os::parallel_for(
+    base::parallel_for(
         batch.size(), run.jobs,
         [&](std::size_t k) {
           const record::FoundLoop& loop = importer.loops()[batch[k].loop];

@@ -9,7 +9,7 @@
 
 #include "config/loop_model_writer.hpp"
 #include "config/specialists/checksum.hpp"
-#include "hal/os/parallel.hpp"
+#include "base/parallel.hpp"
 #include "workbench/training/training_checkpoint.hpp"
 
 namespace loopwarden::workbench {
@@ -89,7 +89,7 @@ class Trainer {
 
   specialist::ParallelFor parallel() const {
     return [threads = job_.threads](std::size_t count, const auto& body) {
-      hal::os::parallel_for(count, threads, body);
+      base::parallel_for(count, threads, body);
     };
   }
 
@@ -162,7 +162,7 @@ class Trainer {
     say(fmt::format("signature form: {} signatures of {} conditions", signatures.size(),
                     conditions.size()));
     std::vector<specialist::Grown> grown(conditions.size());
-    hal::os::parallel_for(conditions.size(), job_.threads, [&](std::size_t i) {
+    base::parallel_for(conditions.size(), job_.threads, [&](std::size_t i) {
       grown[i] = specialist::grow(signatures, conditions[i], scaling, job_.growing,
                                   hooks_for(conditions[i]));
     });
@@ -241,7 +241,7 @@ config::SpecialistFigures measure_team(const specialist::Team& team, const plant
   constexpr std::size_t kBins = 10;
   const std::size_t all = specialist::kConditions * count;
   std::vector<Seen> seen(all);
-  hal::os::parallel_for(specialist::kConditions, threads, [&](std::size_t c) {
+  base::parallel_for(specialist::kConditions, threads, [&](std::size_t c) {
     specialist::TeamJudge judge(team);
     for (std::size_t k = c * count; k < (c + 1) * count; ++k) {
       const specialist::SimulatedWindow window = specialist::simulate_window(

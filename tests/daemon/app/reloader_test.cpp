@@ -99,7 +99,7 @@ struct Bench {
   std::vector<LoopRuntime> loops;
   Historian historian;
   journal::Journal journal{{.folder = state.path()}};
-  hal::os::SpscRing<rt::Event> events{256};
+  base::SpscRing<rt::Event> events{256};
   std::string log_level;
   int reloading = 0;
   int ready = 0;

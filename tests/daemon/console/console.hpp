@@ -56,8 +56,8 @@ struct Console {
     return tests::parts_of(*this, [] { return json{{"version", "test"}}; });
   }
   json ask(const std::string& line, console::SocketName socket = console::SocketName::control) {
-    const hal::os::LocalServer::Answer answer = server->answer(line, socket, 1000);
-    const auto* const later = std::get_if<hal::os::LocalServer::Later>(&answer);
+    const base::LocalServer::Answer answer = server->answer(line, socket, 1000);
+    const auto* const later = std::get_if<base::LocalServer::Later>(&answer);
     if (later == nullptr) return json::parse(std::get<std::string>(answer));
     std::optional<std::string> told;
     while (!(told = (*later)())) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -95,7 +95,7 @@ struct Console {
   EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
-  hal::os::SpscRing<rt::Event> events{64};
+  base::SpscRing<rt::Event> events{64};
   std::unique_ptr<rt::ControlCycle> cycle;
   std::uint64_t cycles_run = 0;
   std::unique_ptr<ControlServer> server;

@@ -11,8 +11,8 @@
 #include <memory>
 #include <thread>
 
-#include "hal/os/local_server.hpp"
-#include "hal/os/local_socket.hpp"
+#include "base/local_server.hpp"
+#include "base/local_socket.hpp"
 #include "tests/daemon/console/console_bench.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -316,7 +316,7 @@ TEST_CASE("who acts on an alarm waits for the disk, and the thread of the socket
        {R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})",
         R"({"request": "acknowledge_all"})"}) {
     const auto answer = bench.server->answer(request, console::SocketName::control, 1000);
-    CHECK(std::holds_alternative<hal::os::LocalServer::Later>(answer));
+    CHECK(std::holds_alternative<base::LocalServer::Later>(answer));
   }
 }
 
@@ -395,12 +395,12 @@ TEST_CASE(
     "over the socket: requests are answered line by line, and garbage does not end the server") {
   Bench bench;
   bench.server->start();
-  hal::os::LocalClient client((bench.folder / "control.sock").string());
+  base::LocalClient client((bench.folder / "control.sock").string());
   const auto patience = std::chrono::milliseconds(5000);
   CHECK(json::parse(client.request("garbage", patience)).at("ok") == false);
   CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
   {
-    hal::os::LocalClient other((bench.folder / "control.sock").string());
+    base::LocalClient other((bench.folder / "control.sock").string());
     CHECK(json::parse(other.request(R"({"request": "status"})", patience)).at("ok") == true);
   }
   CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
@@ -423,9 +423,9 @@ TEST_CASE(
     "without descriptors the control socket rests, and serves who waited when there are some") {
   tests::TemporaryFolder folder;
   const std::string path = (folder / "socket").string();
-  hal::os::LocalServer server;
+  base::LocalServer server;
   server.listen({.path = path}, [](std::string_view, unsigned) { return std::string("{}"); });
-  hal::os::LocalClient client(path);
+  base::LocalClient client(path);
   std::atomic<bool> asking{false};
   std::atomic<bool> has_answer{false};
   std::thread asks([&] {

@@ -14,18 +14,18 @@
 
 #include <catch2/catch.hpp>
 
-#include "hal/os/local_socket.hpp"
+#include "base/local_socket.hpp"
 #include "tests/daemon/console/console_bench.hpp"
 
 namespace loopwarden::daemon::sockets_test {
 namespace {
 
+using base::LocalClient;
 using console::Rights;
 using console::SocketName;
 using console_bench::Bench;
 using console_bench::json;
 using console_bench::stiction_on;
-using hal::os::LocalClient;
 
 constexpr std::chrono::seconds kPatience{30};
 
@@ -273,7 +273,7 @@ TEST_CASE("a request that is all brackets is refused, and takes no thread's stac
   const std::string open = GENERATE("[", "{\"a\":");
   const std::string close = open == "[" ? "]" : "}";
   std::string deep = R"({"request": "set", "loop": "FIC-101", "set_point": 42, "x": )";
-  const std::size_t levels = (hal::os::LocalServer::kLongestLine - 100) / (open.size() + 1);
+  const std::size_t levels = (base::LocalServer::kLongestLine - 100) / (open.size() + 1);
   for (std::size_t i = 0; i < levels; ++i) deep += open;
   deep += '1';
   for (std::size_t i = 0; i < levels; ++i) deep += close;

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/os/peer_list.hpp"
+#include "base/peer_list.hpp"
 #include "tests/daemon/gateway/fake_loops.hpp"
 #include "tests/support/fake_clock.hpp"
 
@@ -56,7 +56,7 @@ struct Bench {
   static GatewaySettings settings() {
     GatewaySettings settings;
     settings.tcp.port = 0;
-    settings.peers.push_back({*hal::os::parse_network("127.0.0.0/8"), true});
+    settings.peers.push_back({*base::parse_network("127.0.0.0/8"), true});
     settings.writes = true;
     settings.master_heartbeat = {.timeout_s = 3.0, .action = MasterLossAction::manual};
     return settings;

@@ -84,9 +84,9 @@ const Bytes kAsk{3, 0, 0, 0, 1};
 struct Bench {
   explicit Bench(TcpServerSettings settings = {}, const char* network = "127.0.0.0/8") {
     settings.port = 0;
-    const hal::os::PeerRule rule{*hal::os::parse_network(network), true};
+    const base::PeerRule rule{*base::parse_network(network), true};
     server = std::make_unique<TcpServer>(
-        settings, hal::os::PeerList({rule}), clock,
+        settings, base::PeerList({rule}), clock,
         [this](std::span<const std::uint8_t> request, const Peer& peer) {
           last_peer = peer;
           Pdu pdu;
@@ -393,11 +393,11 @@ TEST_CASE("a port that is taken is said to be", "[gateway][tcp]") {
   Bench bench;
   TcpServerSettings settings;
   settings.port = bench.server->port();
-  CHECK_THROWS_WITH(TcpServer(settings, hal::os::PeerList({}), bench.clock,
+  CHECK_THROWS_WITH(TcpServer(settings, base::PeerList({}), bench.clock,
                               [](std::span<const std::uint8_t>, const Peer&) { return Pdu{}; }),
                     Catch::Contains("in use"));
   settings.address = "plc";
-  CHECK_THROWS_WITH(TcpServer(settings, hal::os::PeerList({}), bench.clock,
+  CHECK_THROWS_WITH(TcpServer(settings, base::PeerList({}), bench.clock,
                               [](std::span<const std::uint8_t>, const Peer&) { return Pdu{}; }),
                     Catch::Contains("address"));
 }

@@ -52,7 +52,7 @@ struct Bench {
   explicit Bench(std::size_t loops = 1, std::size_t ring = 1U << 15U) {
     std::vector<WatchBoard::Loop> names;
     for (std::size_t i = 0; i < loops; ++i) {
-      rings.push_back(std::make_unique<hal::os::SpscRing<RecordRow>>(ring));
+      rings.push_back(std::make_unique<base::SpscRing<RecordRow>>(ring));
       judges.push_back(std::make_unique<ScriptedJudge>());
       names.push_back({"FIC-" + std::to_string(101 + i), 0.1});
       next.push_back(1);
@@ -137,7 +137,7 @@ struct Bench {
   tests::TemporaryFolder folder;
   std::int64_t now_ms = 1'800'000'000'000;
   journal::Journal journal{{.folder = folder.path()}};
-  std::vector<std::unique_ptr<hal::os::SpscRing<RecordRow>>> rings;
+  std::vector<std::unique_ptr<base::SpscRing<RecordRow>>> rings;
   std::vector<std::unique_ptr<ScriptedJudge>> judges;
   std::vector<std::uint64_t> next;
   // Of the first loop.

@@ -20,7 +20,7 @@
 #include "daemon/console/control_server.hpp"
 #include "daemon/recorder/disk_errand.hpp"
 #include "daemon/app/log_queue.hpp"
-#include "hal/os/local_socket.hpp"
+#include "base/local_socket.hpp"
 #include "record/record_csv.hpp"
 #include "tests/daemon/console/parts_of.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
@@ -81,7 +81,7 @@ struct Bench {
   }
   // Over the socket, as an operator does.
   json ask(const json& request) {
-    hal::os::LocalClient client((folder / "control.sock").string());
+    base::LocalClient client((folder / "control.sock").string());
     return json::parse(client.request(request.dump(), std::chrono::seconds(60)));
   }
   json recording() { return ask({{"request", "status"}}).at("loops").at(0).at("recording"); }
@@ -281,7 +281,7 @@ TEST_CASE("an errand: nobody waits behind one that hangs, and its result may com
   };
   CHECK_FALSE(errand.ask<int>(slow, milliseconds(20)).has_value());
   CHECK_FALSE(errand.begin([] {}));
-  REQUIRE(eventually([&] { return errand.seconds() > hal::os::DiskWait::kHung; }));
+  REQUIRE(eventually([&] { return errand.seconds() > base::DiskWait::kHung; }));
   // Would last for ever if it waited.
   CHECK_FALSE(errand.ask<int>([] { return 2; }, std::chrono::hours(1)).has_value());
   hangs = false;

@@ -79,7 +79,7 @@ class Loop {
 
   FakeLoopIo io;
   daemon::rt::LoopChannels channels;
-  hal::os::SpscRing<daemon::rt::Event> events{1024};
+  base::SpscRing<daemon::rt::Event> events{1024};
   daemon::rt::ControlCycle cycle;
   record::RecordRow row;
   std::uint64_t period = 0;

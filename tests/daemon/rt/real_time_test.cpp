@@ -16,7 +16,7 @@
 #include "hal/iio/analog_loop_io.hpp"
 #include "hal/modbus/modbus_bus.hpp"
 #include "hal/modbus/modbus_loop_io.hpp"
-#include "hal/os/clock.hpp"
+#include "base/clock.hpp"
 #include "hal/replay/replay_loop_io.hpp"
 #include "hal/sim/sim_loop_io.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
@@ -115,7 +115,7 @@ class GuardedLoop {
 
  private:
   daemon::rt::LoopSettings settings_;
-  hal::os::SpscRing<daemon::rt::Event> events_{64};
+  base::SpscRing<daemon::rt::Event> events_{64};
   daemon::rt::ControlCycle cycle_;
   std::uint64_t period_ = 0;
   record::RecordRow row_;
@@ -207,7 +207,7 @@ TEST_CASE("cycles on a Modbus device, there and silent, neither allocate nor loc
   io.open();
   GuardedLoop loop(busy_settings(), 5.0, io);
   record::RecordRow row;
-  const auto step = [&] { row = loop.step(hal::os::MonotonicClock().now_ns()); };
+  const auto step = [&] { row = loop.step(base::MonotonicClock().now_ns()); };
   REQUIRE(test::eventually([&] {
     step();
     return std::isfinite(row.pv) && std::isfinite(row.stem) && io.counters().writes > 2;
@@ -244,7 +244,7 @@ TEST_CASE("cycles on 4-20 mA converters, with a current and without, neither all
   GuardedLoop loop(settings, 5.0, io);
   loop.channels.operator_orders.orders.try_push({.mode = control::Mode::manual, .output = 5.0});
   record::RecordRow row;
-  const auto step = [&] { row = loop.step(hal::os::MonotonicClock().now_ns()); };
+  const auto step = [&] { row = loop.step(base::MonotonicClock().now_ns()); };
   REQUIRE(test::eventually([&] {
     step();
     return std::isfinite(row.pv) && io.counters().writes > 2;

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "fleet/sparkplug/edge_session.hpp"
+#include "net/sparkplug/edge_session.hpp"
 #include "tests/support/property.hpp"
 
 namespace loopwarden::edge_tracker_test {

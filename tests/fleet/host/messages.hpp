@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "fleet/host/spool.hpp"
-#include "fleet/sparkplug/payload.hpp"
-#include "fleet/sparkplug/topic.hpp"
+#include "net/sparkplug/payload.hpp"
+#include "net/sparkplug/topic.hpp"
 
 namespace loopwarden::tests {
 

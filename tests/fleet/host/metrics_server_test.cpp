@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tests/page/support/raw_client.hpp"
+#include "tests/services/page/support/raw_client.hpp"
 
 namespace loopwarden::metrics_server_test {
 namespace {

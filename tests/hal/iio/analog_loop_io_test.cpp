@@ -24,7 +24,7 @@ struct Bench {
   FakeIio iio;
   std::shared_ptr<FakeGpio::Lines> lines = std::make_shared<FakeGpio::Lines>();
   AnalogSettings settings;
-  os::MonotonicClock clock;
+  loopwarden::base::MonotonicClock clock;
 
   Bench() {
     settings.iio_root = iio.root();

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/un.h>
+
+#include <stdexcept>
+#include <string>
+
+namespace loopwarden::base {
+
+// Throws std::runtime_error for a path that is too long for one.
+sockaddr_un local_address(const std::string& path);
+
+// `what`, and errno in words.
+std::runtime_error socket_failure(const std::string& what);
+
+// A connection that never blocks, or -1 and errno: EAGAIN where somebody listens whose queue is full. Throws as local_address(), and where there is no descriptor.
+int try_local_connection(const std::string& path);
+
+}  // namespace loopwarden::base

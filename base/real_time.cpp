@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/real_time.hpp"
+
+#include <malloc.h>
+#include <sys/mman.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+
+namespace loopwarden::base {
+
+std::string lock_memory() {
+  // Freed memory stays with the process, so that a later use causes no page fault.
+  mallopt(M_TRIM_THRESHOLD, -1);
+  mallopt(M_MMAP_MAX, 0);
+  // One arena: every thread's own would be locked as well, some 64 MB of address space each.
+  mallopt(M_ARENA_MAX, 1);
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
+  const int error = errno;
+  munlockall();
+  return std::string("memory could not be locked (") + std::strerror(error) +
+         "): a cycle may be late after memory was swapped out; raise LimitMEMLOCK";
+}
+
+void prefault_stack() noexcept {
+  constexpr std::size_t kBytes = 64UL * 1024UL;
+  constexpr std::size_t kPage = 4096;
+  [[maybe_unused]] volatile std::byte stack[kBytes];
+  for (std::size_t i = 0; i < kBytes; i += kPage) stack[i] = std::byte{0};
+}
+
+}  // namespace loopwarden::base

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <pthread.h>
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace loopwarden::base {
+
+struct ThreadOptions {
+  std::string name;                          // at most 15 characters, as ps and top show it
+  int fifo_priority = 0;                     // SCHED_FIFO priority 1..99; 0: ordinary scheduling
+  std::optional<int> cpu = std::nullopt;     // pin to this CPU
+  std::size_t stack_bytes = 256UL * 1024UL;  // locked in memory with the rest, so kept small
+};
+
+// A joined-on-destruction thread with a name, a priority and a stack of stated size.
+class Thread {
+ public:
+  Thread() = default;
+  Thread(const Thread&) = delete;
+  Thread& operator=(const Thread&) = delete;
+  ~Thread() { join(); }
+
+  // Starts `body`. If the priority or the CPU is refused the thread runs without it and the return
+  // value says so in words; it is empty if everything was granted. Throws std::system_error if no
+  // thread can be had at all.
+  std::string start(const ThreadOptions& options, std::function<void()> body);
+  void join() noexcept;
+  // As join(), but for at most `patience`. False if the thread still runs.
+  bool join_for(std::chrono::milliseconds patience) noexcept;
+  bool running() const noexcept { return started_; }
+
+ private:
+  pthread_t handle_{};
+  bool started_ = false;
+};
+
+}  // namespace loopwarden::base

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/edge/box_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "net/sparkplug/topic.hpp"
+
+namespace loopwarden::edge {
+namespace {
+
+using nlohmann::json;
+using sparkplug::DataType;
+using sparkplug::Value;
+
+// They change in every cycle or every second; what they say is in the time of each message too.
+const std::set<std::string> kSlow{
+    "heartbeat",     "uptime",      "utc_seconds",     "utc_milliseconds", "sequence_head",
+    "sequence_tail", "pv_age",      "hours_automatic", "hours_manual",     "hours_at_limit",
+    "wake_up_worst", "wake_up_p99", "windows_judged",  "window_number",    "explanation_age"};
+
+// Ranges of the loop's own, whatever the register could hold.
+const std::set<std::string> kOfPv{"pv", "sp"};
+const std::set<std::string> kOfCo{"co", "stem", "output"};
+
+struct RegisterKind {
+  DataType type;
+  double low;
+  double high;
+};
+
+RegisterKind kind_of(const std::string& name) {
+  if (name == "bool") return {DataType::boolean, 0.0, 1.0};
+  if (name == "u16") return {DataType::uint16, 0.0, 65535.0};
+  if (name == "i16") return {DataType::int16, -32768.0, 32767.0};
+  // Not UInt32: by the specification it is an int_value, and clients in use look for a long_value.
+  if (name == "u32") return {DataType::uint64, 0.0, 4294967295.0};
+  if (name == "i32") return {DataType::int32, -2147483648.0, 2147483647.0};
+  return {DataType::float32, 0.0, 0.0};
+}
+
+double dead_band_of(const std::string& name, const DeadBands& bands) {
+  const auto own = bands.by_metric.find(name);
+  return own == bands.by_metric.end() ? bands.percent : own->second;
+}
+
+// One field of the map. A register with a scale holds no integer any more.
+MetricSpec spec_of(const json& field, const DeadBands& bands) {
+  MetricSpec spec;
+  spec.name = field.at("name").get<std::string>();
+  spec.unit = field.at("unit").get<std::string>();
+  spec.slow = kSlow.contains(spec.name);
+  const RegisterKind kind = kind_of(field.at("type").get<std::string>());
+  spec.type = kind.type;
+  const json& high = field.at("high");
+  if (spec.type == DataType::boolean || !high.is_number()) {
+    if (spec.type == DataType::float32) spec.dead_band_percent = dead_band_of(spec.name, bands);
+    return spec;
+  }
+  if (high.get<double>() != kind.high) {
+    spec.type = DataType::float32;
+    // Of what is in percent, 100 is the whole.
+    spec.low = 0.0;
+    spec.high = spec.unit.starts_with('%') ? 100.0 : high.get<double>();
+    spec.dead_band_percent = dead_band_of(spec.name, bands);
+  }
+  return spec;
+}
+
+Value value_of(const json& value, DataType type) {
+  if (value.is_null()) return {};
+  if (type == DataType::boolean)
+    return value.is_boolean() ? value.get<bool>() : value.get<double>() != 0.0;
+  if (sparkplug::is_unsigned(type)) return value.get<std::uint64_t>();
+  if (sparkplug::is_signed(type)) return value.get<std::int64_t>();
+  return static_cast<double>(value.get<float>());
+}
+
+// "CO/(PV s)" with the loop's own units; what is a share of a span stays.
+std::string unit_of_loop(const std::string& unit, const std::string& pv, const std::string& co) {
+  if (unit.starts_with('%')) return unit;
+  std::string text;
+  for (std::size_t i = 0; i < unit.size();) {
+    const std::string_view two = std::string_view(unit).substr(i, 2);
+    if (two == "PV" || two == "CO") {
+      text += two == "PV" ? pv : co;
+      i += 2;
+    } else {
+      text += unit[i++];
+    }
+  }
+  return text;
+}
+
+MetricSpec plain(std::string name, DataType type, std::string unit = "") {
+  MetricSpec spec;
+  spec.name = std::move(name);
+  spec.type = type;
+  spec.unit = std::move(unit);
+  return spec;
+}
+
+constexpr const char* kOfSpan = "% of CO span";
+
+const std::vector<std::string>& valve_alarms() {
+  static const std::vector<std::string> kAlarms{"stiction",       "backlash", "hysteresis",
+                                                "low_air_supply", "unknown",  "model_gap"};
+  return kAlarms;
+}
+
+void add_explanation(std::vector<MetricSpec>& specs) {
+  for (const char* name : {"alarm", "verdict", "effect", "sentence", "remedy"}) {
+    specs.push_back(plain(std::string("explanation/") + name, DataType::string));
+  }
+  for (const char* name : {"size", "low", "high"}) {
+    specs.push_back(plain(std::string("explanation/") + name, DataType::float64, kOfSpan));
+  }
+  specs.push_back(plain("explanation/confidence", DataType::float64));
+  specs.push_back(plain("explanation/gap_closed", DataType::float64));
+  specs.push_back(plain("explanation/agrees", DataType::boolean));
+  specs.push_back(plain("explanation/raised", DataType::date_time));
+}
+
+// What is not in the registers.
+void add_extras(std::vector<MetricSpec>& specs) {
+  specs.push_back(plain("tag", DataType::string));
+  for (const std::string& alarm : alarm_names()) {
+    specs.push_back(plain("alarm/" + alarm + "/state", DataType::string));
+    specs.push_back(plain("alarm/" + alarm + "/since", DataType::date_time));
+  }
+  // A process alarm has no size.
+  for (const std::string& alarm : valve_alarms()) {
+    specs.push_back(plain("alarm/" + alarm + "/severity", DataType::float64, kOfSpan));
+  }
+  add_explanation(specs);
+  specs.push_back(plain("order/result", DataType::string));
+  specs.push_back(plain("request/evidence", DataType::string));
+  for (const std::string& file : evidence_files()) {
+    specs.push_back(plain("file/" + file, DataType::file));
+  }
+}
+
+// What the edge node says of itself.
+std::vector<MetricSpec> own_specs() {
+  MetricSpec rebirth = plain("Node Control/Rebirth", DataType::boolean);
+  rebirth.aliased = false;
+  MetricSpec waiting = plain("store/waiting", DataType::uint64);
+  waiting.slow = true;
+  return {
+      plain("bdSeq", DataType::int64),           rebirth, plain("version", DataType::string),
+      plain("daemon/online", DataType::boolean), waiting, plain("store/dropped", DataType::uint64)};
+}
+
+void put(const std::vector<MetricSpec>& specs, const Extras& extras, Reading& reading) {
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    if (const auto own = extras.find(specs[i].name); own != extras.end())
+      reading.items[i].value = own->second;
+  }
+}
+
+// condition_valve once more as condition/valve.
+void add_conditions(std::vector<MetricSpec>& specs,
+                    std::vector<std::pair<std::size_t, std::size_t>>& pairs) {
+  constexpr std::string_view kPrefix = "condition_";
+  const std::size_t fields = specs.size();
+  for (std::size_t i = 0; i < fields; ++i) {
+    if (!specs[i].name.starts_with(kPrefix)) continue;
+    MetricSpec one = specs[i];
+    one.name = "condition/" + one.name.substr(kPrefix.size());
+    pairs.emplace_back(i, specs.size());
+    specs.push_back(std::move(one));
+  }
+}
+
+// Names that differ only in what a topic can't hold get a number behind.
+std::string unique_device(const std::string& tag, std::set<std::string>& taken) {
+  const std::string name = sparkplug::identifier_of(tag);
+  std::string device = name;
+  for (int n = 2; !taken.insert(device).second; ++n) device = fmt::format("{}_{}", name, n);
+  return device;
+}
+
+void set_range(MetricSpec& spec, const json& range) {
+  spec.low = range.at(0).get<double>();
+  spec.high = range.at(1).get<double>();
+}
+
+// The specs that all loops have, with what is this loop's own.
+std::vector<MetricSpec> specs_of_loop(std::vector<MetricSpec> specs, const json& loop) {
+  const auto pv = loop.at("pv_unit").get<std::string>();
+  const auto co = loop.at("co_unit").get<std::string>();
+  for (MetricSpec& spec : specs) {
+    spec.unit = unit_of_loop(spec.unit, pv, co);
+    if (kOfPv.contains(spec.name)) set_range(spec, loop.at("pv_range"));
+    if (kOfCo.contains(spec.name)) set_range(spec, loop.at("co_range"));
+  }
+  return specs;
+}
+
+}  // namespace
+
+const std::vector<std::string>& evidence_files() {
+  static const std::vector<std::string> kFiles{"evidence.json", "record.csv",       "minutes.csv",
+                                               "twin.yaml",     "explanation.json", "report.html"};
+  return kFiles;
+}
+
+const std::vector<std::string>& alarm_names() {
+  static const std::vector<std::string> kAlarms = [] {
+    std::vector<std::string> all = valve_alarms();
+    for (const char* name : {"bad_pv", "output_lost", "output_unknown", "not_normal_mode"}) {
+      all.emplace_back(name);
+    }
+    return all;
+  }();
+  return kAlarms;
+}
+
+BoxModel::Area BoxModel::take_names(const json& names, const char* area,
+                                    const DeadBands& bands) const {
+  Area taken;
+  std::map<std::string, std::size_t> known;
+  std::size_t column = 0;
+  for (const json& field : names) {
+    if (field.at("area") != area) continue;
+    MetricSpec spec = spec_of(field, bands);
+    const bool scaled = field.at("type") == "i16" && spec.type == DataType::float32;
+    if (known.emplace(spec.name, taken.specs.size()).second) {
+      taken.columns.push_back({column, taken.specs.size(), scaled});
+      taken.specs.push_back(std::move(spec));
+    }
+    ++column;
+  }
+  return taken;
+}
+
+BoxModel::BoxModel() : node_specs_(own_specs()) {}
+
+BoxModel::BoxModel(const json& registers, const json& describe, const DeadBands& dead_bands,
+                   const Detectable& detectable)
+    : box_(take_names(registers.at("names"), "box", dead_bands)),
+      loop_(take_names(registers.at("names"), "loop", dead_bands)),
+      node_specs_(own_specs()) {
+  node_specs_.insert(node_specs_.end(), box_.specs.begin(), box_.specs.end());
+  std::vector<MetricSpec> common = loop_.specs;
+  add_conditions(common, conditions_);
+  add_extras(common);
+  std::set<std::string> taken;
+  for (const json& loop : describe.at("loops")) {
+    LoopModel model;
+    model.tag = loop.at("tag").get<std::string>();
+    model.device = unique_device(model.tag, taken);
+    model.specs = specs_of_loop(common, loop);
+    model.fixed = {
+        {"tag", model.tag}, {"request/evidence", std::string()}, {"order/result", std::string()}};
+    if (const auto sees = detectable.find(model.tag); sees != detectable.end()) {
+      for (const auto& [name, percent] : sees->second) {
+        model.specs.push_back(plain("detectable/" + name, DataType::float64, kOfSpan));
+        model.fixed.emplace("detectable/" + name, percent);
+      }
+    }
+    loops_.push_back(std::move(model));
+  }
+}
+
+const LoopModel* BoxModel::find(const std::string& device) const noexcept {
+  const auto found = std::find_if(loops_.begin(), loops_.end(),
+                                  [&](const LoopModel& loop) { return loop.device == device; });
+  return found == loops_.end() ? nullptr : &*found;
+}
+
+void BoxModel::take_values(const Area& area, const json& values, Reading::Item* first) {
+  constexpr double kNotThere = -327.68;  // the lowest of a scaled i16
+  for (const Column& column : area.columns) {
+    const json& value = values.at(column.column);
+    const bool there = !column.scaled || !value.is_number() || value.get<double>() != kNotThere;
+    if (there) first[column.metric].value = value_of(value, area.specs[column.metric].type);
+  }
+}
+
+Reading BoxModel::node_reading(const json& registers, const Extras& extras) const {
+  Reading now;
+  now.items.resize(node_specs_.size());
+  if (!registers.is_null()) {
+    take_values(box_, registers.at("box"),
+                now.items.data() + (node_specs_.size() - box_.specs.size()));
+  }
+  put(node_specs_, extras, now);
+  return now;
+}
+
+Reading BoxModel::loop_reading(std::size_t loop, const json& registers,
+                               const Extras& extras) const {
+  const LoopModel& model = loops_.at(loop);
+  Reading now;
+  now.items.resize(model.specs.size());
+  const json& values = registers.at("loops").at(loop).at("values");
+  take_values(loop_, values, now.items.data());
+  const std::optional<std::size_t> quality = column("pv_quality");
+  const bool good = !quality || values.at(*quality) != 0;
+  for (std::size_t i = 0; i < loop_.specs.size(); ++i) {
+    const std::string& name = loop_.specs[i].name;
+    if (name == "pv" || name == "pv_scaled") now.items[i].good = good;
+  }
+  for (const auto& [from, to] : conditions_) now.items[to] = now.items[from];
+  put(model.specs, model.fixed, now);
+  put(model.specs, extras, now);
+  return now;
+}
+
+json BoxModel::config_hash(const json& registers) const {
+  for (const Column& column : box_.columns) {
+    if (box_.specs[column.metric].name == "config_hash")
+      return registers.at("box").at(column.column);
+  }
+  return nullptr;
+}
+
+std::optional<std::size_t> BoxModel::column(const std::string& field) const noexcept {
+  for (const Column& column : loop_.columns) {
+    if (loop_.specs[column.metric].name == field) return column.column;
+  }
+  return std::nullopt;
+}
+
+}  // namespace loopwarden::edge

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a host wants by NCMD or DCMD, in the daemon's words. Pure.
+//
+// | metric | value | order |
+// |---|---|---|
+// | mode | 0 manual, 1 automatic | set |
+// | sp, output | number | set; with mode in one message they take effect in one cycle |
+// | acknowledge_NAME, reset_NAME, unshelve_NAME | true | alarm |
+// | shelve_NAME | minutes, 0 ends it | alarm |
+// | veto_corrective_action | true, false | veto |
+// | acknowledge_all (of the node) | true | acknowledge_all |
+// | Node Control/Rebirth (of the node) | true | births again |
+// | request/evidence | an alarm's name or an evidence folder's | its files |
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "net/sparkplug/payload.hpp"
+
+namespace loopwarden::edge {
+
+struct Order {
+  std::string what;        // "sp 5, mode 1"
+  nlohmann::json request;  // for the daemon, without loop and user
+};
+
+struct Command {
+  bool rebirth = false;
+  bool acknowledge_all = false;
+  std::vector<Order> orders;
+  std::vector<std::string> evidence;  // asked for
+  std::vector<std::string> refused;   // why, of metrics that are no orders
+};
+
+// `metrics` have the names and types of the birth. `of_device`: a DCMD.
+Command read_command(const std::vector<sparkplug::Metric>& metrics, bool of_device);
+
+}  // namespace loopwarden::edge

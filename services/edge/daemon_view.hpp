@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon as seen through status.sock: its model, and the newest reading of everything.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "services/edge/box_model.hpp"
+#include "services/edge/daemon_link.hpp"
+
+namespace loopwarden::edge {
+
+class DaemonView {
+ public:
+  // `commissions`: holds TAG/commission.json; empty: none.
+  DaemonView(const std::filesystem::path& runtime_directory, DeadBands dead_bands,
+             std::filesystem::path commissions);
+
+  // Asks for everything anew; true where the model is another one than before. Throws DaemonAway or, where it answers
+  // in a way that can't be understood, DaemonRefused.
+  bool look();
+
+  const BoxModel& model() const noexcept { return model_; }
+  Reading node_reading(const Extras& own) const;
+  Reading loop_reading(std::size_t loop) const;
+  // Alarms of a loop that wait for the operator.
+  std::vector<std::string> unacknowledged(std::size_t loop) const;
+  // The folder of an alarm's newest evidence, or the evidence folder of that name; nothing: none. Throws as look().
+  std::optional<std::filesystem::path> evidence(std::size_t loop, const std::string& wanted);
+
+ private:
+  bool describe();
+  BoxModel::Detectable detectable(const nlohmann::json& describe) const;
+  void note_columns();
+  void look_at_alarms();
+  void look_at_explanations();
+  nlohmann::json values(std::size_t loop, const std::vector<std::size_t>& columns) const;
+
+  DaemonLink link_;
+  DeadBands dead_bands_;
+  std::filesystem::path commissions_;
+
+  BoxModel model_;
+  bool described_ = false;
+  nlohmann::json config_hash_;
+  std::filesystem::path state_directory_;
+  std::string version_;
+  nlohmann::json registers_;
+  std::vector<Extras> extras_;  // of each loop
+
+  // What changes when alarms or explanations do, by column, and how it was when they were asked for.
+  std::vector<std::size_t> alarm_columns_;
+  std::vector<std::size_t> explanation_columns_;
+  nlohmann::json alarms_seen_;
+  std::vector<nlohmann::json> explanations_seen_;
+};
+
+}  // namespace loopwarden::edge

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/edge/edge_config.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "config/map_reader.hpp"
+#include "config/source_file.hpp"
+#include "config/yaml_document.hpp"
+#include "net/sparkplug/topic.hpp"
+
+namespace loopwarden::edge {
+namespace {
+
+using config::between;
+using config::MapReader;
+
+constexpr std::array kLogLevels{
+    config::Choice<const char*>{"debug", "debug"}, config::Choice<const char*>{"info", "info"},
+    config::Choice<const char*>{"warn", "warn"}, config::Choice<const char*>{"error", "error"}};
+
+std::chrono::milliseconds milliseconds(double seconds) {
+  return std::chrono::milliseconds(std::llround(seconds * 1000.0));
+}
+
+std::string resolved(const std::string& file, const std::string& path) {
+  return path.empty() ? path : config::resolve(file, path).string();
+}
+
+base::Secret read_secret_place(MapReader& in, const std::string& file, const char* key,
+                               const char* meaning) {
+  base::Secret secret;
+  std::optional<MapReader> section = in.maybe_section(key, meaning);
+  if (!section) return secret;
+  const config::Value<std::string> credential =
+      section->text("credential", "name of a systemd credential (LoadCredential= of the unit)", "");
+  const config::Value<std::string> path =
+      section->text("file", "path of a file that only the service may read", "");
+  if (!section->describing() && credential.value.empty() == path.value.empty()) {
+    section->error("either credential or file is needed");
+  }
+  if (credential.value.find('/') != std::string::npos) {
+    section->error("credential", "is a name, not a path");
+  }
+  secret.credential = credential;
+  secret.file = resolved(file, path);
+  return secret;
+}
+
+void read_url(MapReader& in, mqtt::ClientSettings& mqtt) {
+  const config::Value<std::string> url =
+      in.need_text("url", "mqtt://HOST[:PORT] or, with TLS, mqtts://HOST[:PORT]");
+  if (!url.given || !url.valid) return;
+  try {
+    mqtt.broker = mqtt::parse_broker_url(url.value);
+  } catch (const std::invalid_argument& e) {
+    in.error("url", fmt::format("{} (got '{}')", e.what(), config::quotable(url.value)));
+  }
+}
+
+void read_tls(MapReader& in, const std::string& file, mqtt::ClientSettings& mqtt) {
+  mqtt.ca_file = resolved(
+      file,
+      in.text("ca_file",
+              "authorities that may sign the broker's certificate, PEM; empty: the system's", ""));
+  mqtt.certificate_file =
+      resolved(file, in.text("certificate_file", "the box's own certificate, PEM; needs key", ""));
+  mqtt.key = read_secret_place(in, file, "key",
+                               "private key of certificate_file, PEM, without a pass phrase");
+  const bool own = !mqtt.certificate_file.empty();
+  if (in.describing()) return;
+  if (own != mqtt.key.given()) in.error("certificate_file and key are given both or none");
+  const bool any = own || !mqtt.ca_file.empty();
+  if (any && !mqtt.broker.tls) in.error("url", "certificates need TLS: mqtts://");
+}
+
+void read_waits(MapReader& in, mqtt::ClientSettings& mqtt) {
+  mqtt.keep_alive = std::chrono::seconds(
+      in.integer("keep_alive",
+                 {5, 600, "s", "a broker that says nothing is given up after one to two of these"},
+                 mqtt.keep_alive.count()));
+  const config::Value<double> shortest =
+      in.number("reconnect_min",
+                {"s", between(0.1, 600.0), "first wait before a new attempt; it doubles"}, 1.0);
+  const config::Value<double> longest = in.number(
+      "reconnect_max", {"s", between(0.1, 3600.0), "longest wait before a new attempt"}, 60.0);
+  mqtt.reconnect_min = milliseconds(shortest);
+  mqtt.reconnect_max = milliseconds(longest);
+  if (shortest.valid && longest.valid && shortest > longest) {
+    in.error("reconnect_max", "must be at least reconnect_min");
+  }
+}
+
+void read_broker(MapReader in, const std::string& file, EdgeConfig& config) {
+  mqtt::ClientSettings& mqtt = config.mqtt;
+  read_url(in, mqtt);
+  mqtt.client_id =
+      in.text("client_id",
+              "MQTT client identifier, unique at the broker; empty: loopwarden-GROUP-EDGE", "");
+  mqtt.user = in.text("user", "name at the broker; empty: none", "");
+  mqtt.password = read_secret_place(in, file, "password", "of user");
+  if (mqtt.password.given() && mqtt.user.empty()) in.error("password", "needs user");
+  read_tls(in, file, mqtt);
+  read_waits(in, mqtt);
+}
+
+void check_identifier(MapReader& in, const char* key, const config::Value<std::string>& name) {
+  if (!name.given || !name.valid || sparkplug::is_identifier(name.value)) return;
+  in.error(key, fmt::format("must be a name without / + # of at most {} bytes (got '{}')",
+                            sparkplug::kMostIdentifierBytes, config::quotable(name.value)));
+}
+
+void read_names(MapReader in, EdgeConfig& config) {
+  const config::Value<std::string> group =
+      in.need_text("group", "Sparkplug group, such as the plant");
+  const config::Value<std::string> edge =
+      in.need_text("edge",
+                   "name of this box, unique in the group: two boxes "
+                   "of one name throw each other off the broker");
+  const config::Value<std::string> host =
+      in.text("primary_host",
+              "host application without which data is stored instead of sent; empty: none", "");
+  check_identifier(in, "group", group);
+  check_identifier(in, "edge", edge);
+  check_identifier(in, "primary_host", host);
+  if (group.valid && group.value == "STATE") in.error("group", "STATE is the topic of hosts");
+  config.group = group;
+  config.edge = edge;
+  config.primary_host = host;
+}
+
+void read_data(MapReader in, EdgeConfig& config) {
+  config.interval = milliseconds(
+      in.number("interval",
+                {"s", between(0.2, 60.0),
+                 "between two looks at the daemon: a loop sends at most one message in it"},
+                1.0));
+  config.slow_interval = milliseconds(in.number(
+      "slow_interval",
+      {"s", between(1.0, 86'400.0), "of counters and clocks, which change all the time"}, 60.0));
+  config.dead_bands.percent = in.number(
+      "dead_band",
+      {"%", between(0.0, 50.0),
+       "of a metric's range, or of its last value where it has none; smaller changes are not sent"},
+      config.dead_bands.percent);
+  for (MapReader& one : in.maybe_list("dead_bands", "of single metrics")) {
+    const config::Value<std::string> metric = one.need_text("metric", "its name, such as pv");
+    const config::Value<double> percent =
+        one.need_number("percent", {"%", between(0.0, 50.0), "as dead_band"});
+    if (!metric.valid || !percent.valid || one.describing()) continue;
+    if (!config.dead_bands.by_metric.emplace(metric.value, percent.value).second) {
+      one.error("metric", fmt::format("'{}' stands here twice", config::quotable(metric.value)));
+    }
+  }
+}
+
+void read_store(MapReader in, const std::string& file, EdgeConfig& config) {
+  config.state_directory =
+      resolved(file, in.text("directory", "of store.sqlite: what waits for broker or host",
+                             config.state_directory.string()));
+  config.most_stored_bytes =
+      1024UL * 1024UL *
+      static_cast<std::uint64_t>(in.integer(
+          "most_megabytes",
+          {1, 1'000'000, "MiB", "kept; beyond that the oldest goes, counted in store/dropped"},
+          256));
+  const config::Value<double> window =
+      in.number("resend_window",
+                {"s", between(5.0, 3600.0),
+                 "what was sent this short before broker or host were "
+                 "lost is sent again, since it may not have arrived; at "
+                 "least twice keep_alive"},
+                60.0);
+  config.resend_window = milliseconds(window);
+  if (window.valid && config.resend_window < 2 * config.mqtt.keep_alive) {
+    in.error("resend_window", fmt::format("must be at least twice keep_alive, {} s",
+                                          2 * config.mqtt.keep_alive.count()));
+  }
+  config.replay_per_second = static_cast<std::size_t>(
+      in.integer("replay_per_second",
+                 {1, 10'000, "1/s", "stored messages that are sent when broker and host are back"},
+                 static_cast<std::int64_t>(config.replay_per_second)));
+}
+
+void read_files(MapReader in, EdgeConfig& config) {
+  config.most_file_bytes =
+      1024UL * 1024UL *
+      static_cast<std::uint64_t>(in.integer(
+          "most_megabytes", {1, 1024, "MiB", "largest file that is sent on request"}, 16));
+  config.file_part_bytes = 1024UL * static_cast<std::size_t>(in.integer(
+                                        "part_kilobytes", {1, 1024, "KiB", "of each message"}, 64));
+}
+
+EdgeConfig read_edge(MapReader& in, const std::string& file) {
+  EdgeConfig config;
+  if (auto broker = in.need_section("broker", "MQTT broker")) read_broker(*broker, file, config);
+  if (auto names = in.need_section("sparkplug", "names by which hosts know this box"))
+    read_names(*names, config);
+  config.runtime_directory =
+      resolved(file, in.text("runtime_directory", "of loopwardend, where its sockets are",
+                             config.runtime_directory.string()));
+  if (auto data = in.maybe_section("data", "what is sent when")) read_data(*data, config);
+  if (auto store = in.maybe_section("store", "store and forward")) read_store(*store, file, config);
+  if (auto files = in.maybe_section("files", "evidence and reports on request"))
+    read_files(*files, config);
+  config.orders = in.flag(
+      "orders", "hosts may give orders, as far as loopwardend.yaml allows in its section edge",
+      config.orders);
+  config.commissions = resolved(
+      file, in.text("commissions",
+                    "folder with TAG/commission.json, for detectable/NAME; empty: none", ""));
+  config.log_level =
+      in.one_of("log_level", kLogLevels, "least grave message that is logged", kLogLevels[1].value);
+  if (config.mqtt.client_id.empty()) {
+    config.mqtt.client_id = fmt::format("loopwarden-{}-{}", config.group, config.edge);
+  }
+  return config;
+}
+
+}  // namespace
+
+config::Loaded<EdgeConfig> read_edge_text(const std::string& file, std::string_view text) {
+  config::Report report(file);
+  EdgeConfig config;
+  if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
+    MapReader in(*root, "", report);
+    config = read_edge(in, file);
+    config::report_unknown_keys(*root, report);
+  }
+  return config::loaded(std::move(config), report);
+}
+
+config::Loaded<EdgeConfig> read_edge_file(const std::filesystem::path& path) {
+  config::Report report(path.string());
+  const std::optional<std::string> text = config::read_source_file(path, report);
+  if (!text) return {std::nullopt, report.take()};
+  return read_edge_text(path.string(), *text);
+}
+
+config::KeyReference describe_edge() {
+  config::KeyReference reference;
+  config::Report report("edge.yaml");
+  MapReader in(reference, "", report);
+  read_edge(in, "edge.yaml");
+  return reference;
+}
+
+}  // namespace loopwarden::edge

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// The box as a Sparkplug edge node: looks at the daemon once an interval, tells the broker what has changed, takes
+// commands. One thread; the broker's connection has its own and never makes this one wait.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/edge/command.hpp"
+#include "services/edge/daemon_view.hpp"
+#include "services/edge/device.hpp"
+#include "services/edge/edge_config.hpp"
+#include "services/edge/file_parts.hpp"
+#include "services/edge/orders.hpp"
+#include "services/edge/outbox.hpp"
+#include "services/edge/store.hpp"
+#include "net/mqtt/client.hpp"
+#include "net/sparkplug/edge_session.hpp"
+#include "net/sparkplug/topic.hpp"
+
+namespace loopwarden::edge {
+
+class EdgeNode {
+ public:
+  // Throws sqlite::Error where there is no store to be had.
+  explicit EdgeNode(EdgeConfig config);
+
+  void start();
+  // Waits for what happens at the broker, at most until the next look at the daemon is due, and does what must follow.
+  void round();
+  // Says goodbye with an NDEATH of its own; what may not have arrived goes to the store.
+  void end();
+
+  std::string status() const;  // one line
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  // --- the daemon ---
+  void look();
+  void daemon_came(bool changed);
+  void daemon_went(const std::string& why);
+  void keep_births();
+  void make_devices();
+  void tell_changes();
+
+  // --- the broker ---
+  void connect();
+  void take(const mqtt::Event& event);
+  void take_message(const mqtt::Message& message);
+  void follow(sparkplug::EdgeSession::Next next);
+  void births();
+  void device_births();
+  void device_deaths();
+  void leave();
+
+  // --- commands ---
+  void node_command(const sparkplug::Payload& payload);
+  void device_command(const std::string& device, const sparkplug::Payload& payload);
+  void acknowledge_all();
+  void want_evidence(std::size_t loop, const std::string& wanted);
+  void tell_outcomes();
+
+  // --- out ---
+  bool publish(sparkplug::MessageType type, const std::string& device,
+               std::vector<sparkplug::Metric> metrics);
+  bool send(const Report& report, bool historical);
+  void report(Report report);
+  void send_files();
+  mqtt::Message death() const;
+  Reading node_reading() const;
+  Device* find(const std::string& device);
+  std::uint64_t now_ms();
+
+  EdgeConfig config_;
+  Store store_;
+  Outbox outbox_;
+  sparkplug::EdgeSession session_;
+  DaemonView view_;
+  Orders orders_;
+  FileParts files_;
+  Device node_;
+  std::vector<Device> devices_;  // one a loop, in the daemon's order
+  std::map<std::string, std::size_t> by_name_;
+  bool daemon_there_ = false;
+  bool starting_ = false;
+  std::string daemon_trouble_;
+  std::uint64_t last_ms_ = 0;
+  Clock::time_point next_look_;
+  mqtt::Client client_;  // last: its thread ends first
+};
+
+}  // namespace loopwarden::edge

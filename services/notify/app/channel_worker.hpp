@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sends the messages of one channel, one after the other, on a thread of its own.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <string>
+
+#include "services/notify/channels/channel.hpp"
+#include "services/notify/rules/back_off.hpp"
+#include "services/notify/store/outbox.hpp"
+#include "base/thread.hpp"
+
+namespace loopwarden::notify {
+
+// What an attempt means for the message.
+Attempt judge(const Delivery& delivery, const Message& message, const BackOff& back_off,
+              std::int64_t now_ms, double chance);
+
+class ChannelWorker {
+ public:
+  ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox,
+                BackOff back_off = {});
+  ChannelWorker(const ChannelWorker&) = delete;
+  ChannelWorker& operator=(const ChannelWorker&) = delete;
+  ~ChannelWorker() { stop_for(std::chrono::milliseconds(0)); }
+
+  void start();
+  // There is a new message.
+  void wake();
+  void ask_to_end();
+  // Ends an attempt under way; its message is sent again after the next start. False if the thread still hangs.
+  bool stop_for(std::chrono::milliseconds patience);
+
+  const std::string& name() const noexcept { return name_; }
+  // Why the newest attempt failed; empty if it did not.
+  std::string trouble() const;
+
+ private:
+  void run();
+  std::optional<Message> next();
+  void wait();
+  void send(const Message& message);
+  void tell(const Message& message) const;
+  Delivery attempt(const Message& message);
+
+  std::string name_;
+  std::unique_ptr<Channel> channel_;
+  Outbox& outbox_;
+  BackOff back_off_;
+  std::mt19937_64 random_{std::random_device{}()};
+  std::optional<Attempt> last_;  // not on the disk yet
+  bool shut_out_ = false;        // until the next start, which reads user and password anew
+
+  std::atomic<bool> quit_{false};
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  bool woken_ = true;
+  std::string trouble_;
+  base::Thread thread_;
+};
+
+}  // namespace loopwarden::notify

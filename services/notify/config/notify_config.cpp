@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/notify/config/notify_config.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "config/map_reader.hpp"
+#include "config/source_file.hpp"
+#include "config/yaml_document.hpp"
+#include "services/notify/config/channel_reader.hpp"
+#include "services/notify/config/route_reader.hpp"
+#include "services/notify/text/one_line.hpp"
+
+namespace loopwarden::notify {
+namespace {
+
+using config::MapReader;
+using config::Value;
+
+constexpr std::size_t kMostChannels = 32;  // each has a thread
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return one_line(name.data());
+}
+
+bool is_name(const std::string& name) {
+  return !name.empty() && name.size() <= 40 &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) {
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                  c == '-' || c == '_';
+         });
+}
+
+void read_channels(MapReader& in, const std::string& file, NotifyConfig& notify) {
+  for (auto& [name, section] : in.maybe_named_sections("channels", "name", "ways out of the box")) {
+    if (!section.describing() && !is_name(name)) {
+      section.error("a channel's name has 1 to 40 letters, digits, - or _");
+    }
+    ReadChannel channel = read_channel(section, name, file);
+    notify.channels.push_back(std::move(channel.settings));
+    notify.rules.channels.push_back(std::move(channel.rule));
+  }
+  const std::size_t count = notify.channels.size();
+  if (!in.describing() && (count == 0 || count > kMostChannels)) {
+    in.error("channels", fmt::format("must be 1 to {} channels", kMostChannels));
+  }
+}
+
+std::string read_page_url(MapReader& in) {
+  std::string url =
+      in.text("page_url", "of the box's page, https://HOST[:PORT], for links; none where not given",
+              "")
+          .value;
+  if (url.empty()) return url;
+  const bool plain = std::all_of(url.begin(), url.end(), [](char c) {
+    return c > ' ' && c <= '~' && c != '"' && c != '<' && c != '>';
+  });
+  if (!plain || !(url.starts_with("https://") || url.starts_with("http://"))) {
+    in.error("page_url", "must be https://HOST[:PORT] or http://HOST[:PORT]");
+  }
+  while (url.ends_with('/')) url.pop_back();
+  return url;
+}
+
+std::vector<std::string> names_of(const NotifyConfig& notify) {
+  std::vector<std::string> names;
+  for (const ChannelRule& channel : notify.rules.channels) names.push_back(channel.name);
+  return names;
+}
+
+// A channel that nobody is told through is a slip of the pen.
+void report_unused(MapReader& in, const RuleSettings& rules) {
+  for (const ChannelRule& channel : rules.channels) {
+    const auto has = [&](const std::vector<std::string>& names) {
+      return std::find(names.begin(), names.end(), channel.name) != names.end();
+    };
+    const bool used = std::any_of(rules.routes.begin(), rules.routes.end(), [&](const Route& r) {
+      return has(r.channels) || std::any_of(r.reminders.begin(), r.reminders.end(),
+                                            [&](const Escalation& s) { return has(s.channels); });
+    });
+    if (!used) in.warning("channels", fmt::format("no route goes to '{}'", channel.name));
+  }
+}
+
+void read_rules(MapReader& in, NotifyConfig& notify) {
+  const std::vector<std::string> names = names_of(notify);
+  RuleSettings& rules = notify.rules;
+  rules.daemon_down_after_ms =
+      std::llround(1000.0 * in.number("daemon_down_after",
+                                      {"s", config::between(5.0, 3600.0),
+                                       "silence of the daemon that is told, as alarm `daemon`"},
+                                      15.0));
+  for (MapReader& route : in.maybe_list("routes", "who is told what; each that fits applies")) {
+    rules.routes.push_back(read_route(route, names));
+  }
+  for (MapReader& hours : in.maybe_list("quiet_hours", "what comes then waits for their end")) {
+    rules.quiet_hours.push_back(read_quiet_hours(hours, names));
+  }
+  if (in.describing()) return;
+  if (rules.routes.empty()) in.error("routes", "must hold a route, or nobody is told anything");
+  report_unused(in, rules);
+}
+
+NotifyConfig read_notify(MapReader& in, const std::string& file) {
+  NotifyConfig notify;
+  notify.box =
+      one_line(in.text("box", "name of this box in messages; host name where not given", "").value);
+  if (notify.box.empty()) notify.box = host_name();
+  notify.socket = in.text("socket", "the daemon's status socket", "/run/loopwardend/status.sock");
+  notify.state_directory =
+      in.text("state_directory", "holds the queue and the journal", "/var/lib/loopwarden-notify");
+  notify.log_level =
+      in.word_of("log_level", {"info", "debug", "warn", "error"}, "least level that is logged");
+  const Value<std::string> zone = in.text("time_zone", "of times in texts for people", "UTC");
+  notify.zone = read_zone(in, "time_zone", zone);
+  notify.page_url = read_page_url(in);
+  read_channels(in, file, notify);
+  read_rules(in, notify);
+  return notify;
+}
+
+}  // namespace
+
+config::Loaded<NotifyConfig> read_notify_text(const std::string& file, std::string_view text) {
+  config::Report report(file);
+  NotifyConfig notify;
+  if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
+    MapReader in(*root, "", report);
+    notify = read_notify(in, file);
+    config::report_unknown_keys(*root, report);
+  }
+  return config::loaded(std::move(notify), report);
+}
+
+config::Loaded<NotifyConfig> read_notify_file(const std::filesystem::path& path) {
+  config::Report report(path.string());
+  const std::optional<std::string> text = config::read_source_file(path, report);
+  if (!text) return config::loaded(NotifyConfig{}, report);
+  return read_notify_text(path.string(), *text);
+}
+
+config::KeyReference describe_notify() {
+  config::Report unused("");
+  config::KeyReference reference;
+  MapReader in(reference, "", unused);
+  read_notify(in, "");
+  return reference;
+}
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// notify.yaml: what loopwarden-notify watches, its channels, who is told what. docs/notify.md lists every key.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/diagnostic.hpp"
+#include "config/key_reference.hpp"
+#include "services/notify/channels/channel_settings.hpp"
+#include "services/notify/rules/rule_settings.hpp"
+
+namespace loopwarden::notify {
+
+struct NotifyConfig {
+  std::string box;
+  std::string socket;
+  std::string state_directory;
+  std::string log_level;
+  const date::time_zone* zone = nullptr;  // of times in texts
+  std::string page_url;                   // without a slash behind it; empty: none
+  RuleSettings rules;
+  std::vector<ChannelSettings> channels;  // in the order of rules.channels
+};
+
+config::Loaded<NotifyConfig> read_notify_file(const std::filesystem::path& path);
+// `file` is the name that diagnostics carry, and where relative paths start.
+config::Loaded<NotifyConfig> read_notify_text(const std::string& file, std::string_view text);
+
+config::KeyReference describe_notify();
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/map_reader.hpp"
+#include "services/notify/rules/rule_settings.hpp"
+
+namespace loopwarden::notify {
+
+// `channels`: the names that may be referred to.
+Route read_route(config::MapReader& in, const std::vector<std::string>& channels);
+QuietHours read_quiet_hours(config::MapReader& in, const std::vector<std::string>& channels);
+
+// The zone named at the key; reported where there is none of that name.
+const date::time_zone* read_zone(config::MapReader& in, std::string_view key,
+                                 const config::Value<std::string>& name);
+
+}  // namespace loopwarden::notify

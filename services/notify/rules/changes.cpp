@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/notify/rules/changes.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace loopwarden::notify {
+namespace {
+
+bool waits(std::string_view state) noexcept {
+  return state == "unacknowledged" || state == "returned_unacknowledged" ||
+         state == "latched_unacknowledged";
+}
+
+bool is_off(std::string_view state) noexcept {
+  return state == "normal" || state == "returned_unacknowledged" || state.starts_with("latched_");
+}
+
+// Seen by the operator: an alarm that is there, or one that had gone and waited for it.
+bool is_acknowledgement(std::string_view before, std::string_view now) noexcept {
+  const bool seen = now == "acknowledged" || now == "latched_acknowledged";
+  const bool waited_off = before == "returned_unacknowledged" || before == "latched_unacknowledged";
+  return seen || (waited_off && now == "normal");
+}
+
+std::optional<double> worse(std::optional<double> a, std::optional<double> b) noexcept {
+  return a && b ? std::max(*a, *b) : a ? a : b;
+}
+
+}  // namespace
+
+bool is_told(const std::string& state) noexcept {
+  return state == "unacknowledged" || state == "acknowledged";
+}
+
+AlarmPicture first_picture(const AlarmReading& reading) {
+  AlarmPicture picture;
+  picture.times_raised = reading.times_raised;
+  return picture;
+}
+
+std::vector<Event> take_changes(AlarmPicture& picture, const AlarmReading& reading,
+                                std::int64_t now_ms) {
+  const std::string before = picture.state;
+  const std::string& now = reading.state;
+  const bool again = reading.times_raised > picture.times_raised;
+  const bool came = is_told(now) ? !is_told(before) || again : again && is_off(now);
+  const bool went = (is_told(before) || came) && (is_off(now) || now == "suppressed");
+
+  picture.state = now;
+  picture.unacknowledged = reading.unacknowledged;
+  picture.times_raised = reading.times_raised;
+  if (came) {
+    picture.worst_percent = reading.severity_percent;
+    picture.since_ms = now_ms;
+    picture.reminded_ms = now_ms;
+  } else {
+    picture.worst_percent = worse(picture.worst_percent, reading.severity_percent);
+  }
+
+  // Nothing happens after it was read: a clock was set back.
+  const auto at = [now_ms](std::int64_t ms) { return ms > 0 && ms <= now_ms ? ms : now_ms; };
+  // What comes back from a shelf or a suppression came before, and comes back now.
+  const bool back = !again && (before == "shelved" || before == "suppressed");
+  std::vector<Event> events;
+  const auto add = [&](Change change, std::int64_t utc_ms) {
+    events.push_back({.utc_ms = utc_ms,
+                      .loop = reading.key.first,
+                      .alarm = reading.key.second,
+                      .change = change,
+                      .state = now,
+                      .severity_percent = reading.severity_percent,
+                      .worst_percent = picture.worst_percent,
+                      .description = reading.description,
+                      .noticed_ms = now_ms});
+  };
+  const std::int64_t changed_ms = at(reading.changed_ms);
+  if (came) add(Change::came, back ? now_ms : at(reading.raised_ms));
+  if ((waits(before) || came) && is_acknowledgement(before, now)) {
+    add(Change::acknowledged, changed_ms);
+  }
+  if (went) add(Change::went, now == "suppressed" ? now_ms : changed_ms);
+  if (now == "shelved" && before != "shelved") add(Change::shelved, changed_ms);
+  return events;
+}
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// When events that wait for a channel become a message: after the grouping time, outside quiet hours, and within the
+// channel's rate. What may not go yet waits and joins the next message, so a flood of alarms makes few messages.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "services/notify/rules/message.hpp"
+#include "services/notify/rules/rule_settings.hpp"
+
+namespace loopwarden::notify {
+
+struct Waiting {
+  std::int64_t id = 0;
+  std::int64_t since_ms = 0;
+  Event event;
+};
+
+// Of those, the positions of the ones that go now, in their order. `made_ms`: when the channel's last messages were made.
+std::vector<std::size_t> ready(const ChannelRule& channel, const std::vector<QuietHours>& quiet,
+                               std::span<const Waiting> waiting,
+                               std::span<const std::int64_t> made_ms, std::int64_t now_ms);
+
+// The message of these events.
+Message message_of(const std::string& channel, std::span<const Event> events, std::int64_t now_ms);
+
+}  // namespace loopwarden::notify

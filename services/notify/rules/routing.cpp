@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/notify/rules/routing.hpp"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+
+namespace loopwarden::notify {
+namespace {
+
+bool is_severe_enough(const Route& route, std::optional<double> worst_percent) {
+  return !worst_percent || *worst_percent >= route.min_severity_percent;
+}
+
+// Loop and alarm are the route's. The daemon is everybody's: without it no loop is watched.
+bool concerns(const Route& route, const Event& event) {
+  const bool alarm = route.alarms.empty() || std::find(route.alarms.begin(), route.alarms.end(),
+                                                       event.alarm) != route.alarms.end();
+  const bool loop = route.loops.empty() || event.loop.empty() ||
+                    std::any_of(route.loops.begin(), route.loops.end(), [&](const auto& pattern) {
+                      return fnmatch(pattern.c_str(), event.loop.c_str(), FNM_NOESCAPE) == 0;
+                    });
+  return alarm && loop;
+}
+
+bool tells(const Route& route, Change change) {
+  return route.changes.at(static_cast<std::size_t>(change));
+}
+
+// How often the step has fallen due by then.
+std::int64_t times_due(const Escalation& step, std::int64_t since_ms, std::int64_t at_ms) {
+  const std::int64_t late_ms = at_ms - since_ms - step.after_min * kMinute;
+  if (late_ms < 0) return 0;
+  if (step.every_min == 0) return 1;
+  return 1 + std::min(step.most, late_ms / (step.every_min * kMinute));
+}
+
+}  // namespace
+
+ChannelNames channels_of(const std::vector<Route>& routes, const Event& event) {
+  ChannelNames names;
+  for (const Route& route : routes) {
+    if (!tells(route, event.change) || !concerns(route, event) ||
+        !is_severe_enough(route, event.worst_percent)) {
+      continue;
+    }
+    names.insert(route.channels.begin(), route.channels.end());
+  }
+  return names;
+}
+
+ChannelNames newly_told(const std::vector<Route>& routes, const Event& event,
+                        std::optional<double> worst_before) {
+  ChannelNames names;
+  for (const Route& route : routes) {
+    if (tells(route, Change::came) && concerns(route, event) &&
+        !is_severe_enough(route, worst_before) && is_severe_enough(route, event.worst_percent)) {
+      names.insert(route.channels.begin(), route.channels.end());
+    }
+  }
+  return names;
+}
+
+ChannelNames reminded(const std::vector<Route>& routes, const Event& event, std::int64_t since_ms,
+                      std::int64_t from_ms, std::int64_t to_ms) {
+  ChannelNames names;
+  for (const Route& route : routes) {
+    if (!tells(route, Change::came) || !concerns(route, event) ||
+        !is_severe_enough(route, event.worst_percent)) {
+      continue;
+    }
+    for (const Escalation& step : route.reminders) {
+      if (times_due(step, since_ms, to_ms) > times_due(step, since_ms, from_ms)) {
+        names.insert(step.channels.begin(), step.channels.end());
+      }
+    }
+  }
+  return names;
+}
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who is told what, and when. Times of the rules are whole minutes or milliseconds as the names say.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "services/notify/rules/event.hpp"
+#include "services/notify/rules/quiet_hours.hpp"
+
+namespace loopwarden::notify {
+
+// One more step while nobody acknowledges: other channels are told, once or again and again.
+struct Escalation {
+  std::int64_t after_min = 0;  // since the alarm came
+  std::int64_t every_min = 0;  // 0: once
+  std::int64_t most = 0;       // repeats
+  std::vector<std::string> channels;
+};
+
+struct Route {
+  std::vector<std::string> loops;   // patterns with * and ?; empty: all
+  std::vector<std::string> alarms;  // names; empty: all
+  std::array<bool, kRoutedChanges> changes{};
+  double min_severity_percent = 0.0;  // alarms without a size pass
+  std::vector<std::string> channels;
+  std::vector<Escalation> reminders;  // the route's own repeats, and its steps
+};
+
+struct ChannelRule {
+  std::string name;
+  std::int64_t group_ms = 0;       // events of so long go into one message
+  std::int64_t most_per_hour = 0;  // messages; 0: any number
+  bool one_each = false;           // a message for each event: logs
+};
+
+struct RuleSettings {
+  std::vector<ChannelRule> channels;
+  std::vector<Route> routes;
+  std::vector<QuietHours> quiet_hours;
+  std::int64_t daemon_down_after_ms = 15'000;
+};
+
+}  // namespace loopwarden::notify

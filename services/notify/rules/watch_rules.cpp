@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/notify/rules/watch_rules.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace loopwarden::notify {
+namespace {
+
+Event event_of(const AlarmReading& reading, const AlarmPicture& picture, Change change,
+               std::int64_t now_ms) {
+  return {.utc_ms = now_ms,
+          .loop = reading.key.first,
+          .alarm = reading.key.second,
+          .change = change,
+          .state = reading.state,
+          .severity_percent = reading.severity_percent,
+          .worst_percent = picture.worst_percent,
+          .description = reading.description,
+          .noticed_ms = now_ms};
+}
+
+// Is this line what made that change?
+bool tells_of(const JournalLine& line, const Event& event) {
+  if (line.key != AlarmKey{event.loop, event.alarm}) return false;
+  if (event.change == Change::acknowledged)
+    return line.what == "acknowledge" || line.what == "reset";
+  if (event.change == Change::shelved) return line.what == "shelve";
+  // Between two looks it may have come and gone: each has its own line.
+  const bool comes = !is_told(line.from) && is_told(line.to);
+  const bool goes = is_told(line.from) && !is_told(line.to);
+  return line.kind == "alarm" && (event.change == Change::came ? comes : goes);
+}
+
+void add_reason(Event& event, std::span<const JournalLine> lines) {
+  const auto line = std::find_if(lines.begin(), lines.end(),
+                                 [&](const JournalLine& one) { return tells_of(one, event); });
+  if (line == lines.end()) return;
+  event.peer = line->peer;
+  event.reason = line->reason;
+}
+
+void post(Step& step, const ChannelNames& channels, const Event& event) {
+  for (const std::string& channel : channels) step.posts.push_back({channel, event});
+}
+
+}  // namespace
+
+Step WatchRules::read(std::span<const AlarmReading> readings, std::span<const JournalLine> lines,
+                      std::int64_t now_ms) const {
+  Step step;
+  std::set<AlarmKey> there{{"", kDaemonAlarm}};
+  for (const AlarmReading& reading : readings) {
+    there.insert(reading.key);
+    look(reading, lines, now_ms, step);
+  }
+  forget_absent(there, now_ms, step);
+  return step;
+}
+
+void WatchRules::look(const AlarmReading& reading, std::span<const JournalLine> lines,
+                      std::int64_t now_ms, Step& step) const {
+  const auto known = pictures_.find(reading.key);
+  AlarmPicture picture = known == pictures_.end() ? first_picture(reading) : known->second;
+  const AlarmPicture before = picture;
+  bool came = false;
+  for (Event& event : take_changes(picture, reading, now_ms)) {
+    came = came || event.change == Change::came;
+    add_reason(event, lines);
+    post(step, channels_of(settings_.routes, event), event);
+  }
+  if (!came && is_told(picture.state) && picture.worst_percent != before.worst_percent) {
+    Event worse = event_of(reading, picture, Change::came, now_ms);
+    worse.reason = "more severe than when it came";
+    const ChannelNames channels = newly_told(settings_.routes, worse, before.worst_percent);
+    post(step, channels, worse);
+    // Who is told only now has all the time to acknowledge.
+    if (!channels.empty()) picture.since_ms = picture.reminded_ms = now_ms;
+  }
+  remind(reading, picture, now_ms, step);
+  if (known == pictures_.end() || picture != before) step.changed[reading.key] = picture;
+}
+
+void WatchRules::remind(const AlarmReading& reading, AlarmPicture& picture, std::int64_t now_ms,
+                        Step& step) const {
+  if (!picture.unacknowledged) return;
+  // A clock that was set back counts from where it is now.
+  if (picture.reminded_ms > now_ms) picture.since_ms = picture.reminded_ms = now_ms;
+  Event event = event_of(reading, picture, Change::unacknowledged, now_ms);
+  event.waits_min = (now_ms - picture.since_ms) / kMinute;
+  const ChannelNames channels =
+      reminded(settings_.routes, event, picture.since_ms, picture.reminded_ms, now_ms);
+  if (channels.empty()) return;
+  post(step, channels, event);
+  picture.reminded_ms = now_ms;
+}
+
+void WatchRules::forget_absent(const std::set<AlarmKey>& there, std::int64_t now_ms,
+                               Step& step) const {
+  for (const auto& [key, picture] : pictures_) {
+    if (there.contains(key)) continue;
+    step.forgotten.push_back(key);
+    if (!is_told(picture.state)) continue;
+    const AlarmReading gone{.key = key, .state = "normal", .severity_percent = std::nullopt};
+    Event event = event_of(gone, picture, Change::went, now_ms);
+    event.reason = "the daemon no longer has this loop";
+    post(step, channels_of(settings_.routes, event), event);
+  }
+}
+
+Step WatchRules::silence(std::int64_t silent_ms, std::int64_t now_ms) const {
+  const bool down = silent_ms >= settings_.daemon_down_after_ms;
+  const AlarmKey key{"", kDaemonAlarm};
+  const auto known = pictures_.find(key);
+  AlarmReading reading{.key = key, .state = "normal", .severity_percent = std::nullopt};
+  // Between the first failure and the time it takes to count, it stays what it was.
+  const bool was_down = known != pictures_.end() && is_told(known->second.state);
+  if (down || (was_down && silent_ms > 0)) {
+    reading.state = "unacknowledged";
+    reading.unacknowledged = true;
+  }
+  Step step;
+  look(reading, {}, now_ms, step);
+  return step;
+}
+
+void WatchRules::accept(const Step& step) {
+  for (const auto& [key, picture] : step.changed) pictures_[key] = picture;
+  for (const AlarmKey& key : step.forgotten) pictures_.erase(key);
+}
+
+}  // namespace loopwarden::notify

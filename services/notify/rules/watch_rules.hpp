@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Turns what is read of the daemon into events for channels. Without a clock and without memory beyond the pictures it is
+// given: what comes out is stored first, in one transaction, and only then becomes the new state. So a kill between the
+// two repeats the step instead of losing or doubling it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "services/notify/rules/changes.hpp"
+#include "services/notify/rules/routing.hpp"
+#include "services/notify/rules/rule_settings.hpp"
+
+namespace loopwarden::notify {
+
+using Pictures = std::map<AlarmKey, AlarmPicture>;
+
+// A line of the daemon's journal: who did it and why.
+struct JournalLine {
+  std::int64_t id = 0;
+  std::string kind;  // alarm, operator, ...
+  AlarmKey key;
+  std::string from{};  // the alarm's state before
+  std::string to;      // and after
+  std::string peer;
+  std::string what;  // the operator's action
+  std::string reason;
+};
+
+struct Post {
+  std::string channel;
+  Event event;
+};
+
+struct Step {
+  Pictures changed;
+  std::vector<AlarmKey> forgotten;
+  std::vector<Post> posts;
+
+  bool empty() const noexcept { return changed.empty() && forgotten.empty() && posts.empty(); }
+};
+
+class WatchRules {
+ public:
+  WatchRules(const RuleSettings& settings, Pictures pictures)
+      : settings_(settings), pictures_(std::move(pictures)) {}
+
+  // All alarms of the daemon, and the newest lines of its journal, newest first.
+  Step read(std::span<const AlarmReading> readings, std::span<const JournalLine> lines,
+            std::int64_t now_ms) const;
+  // The daemon has not answered for `silent_ms`; 0: it answers.
+  Step silence(std::int64_t silent_ms, std::int64_t now_ms) const;
+  // The step is on the disk.
+  void accept(const Step& step);
+
+  const Pictures& pictures() const noexcept { return pictures_; }
+
+ private:
+  void look(const AlarmReading& reading, std::span<const JournalLine> lines, std::int64_t now_ms,
+            Step& step) const;
+  void remind(const AlarmReading& reading, AlarmPicture& picture, std::int64_t now_ms,
+              Step& step) const;
+  void forget_absent(const std::set<AlarmKey>& there, std::int64_t now_ms, Step& step) const;
+
+  const RuleSettings& settings_;
+  Pictures pictures_;
+};
+
+}  // namespace loopwarden::notify

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// What was told and what is to be told, in one SQLite database: the alarms as they were told last, events that wait for
+// their message, messages with what came of them.
+//
+// Each call is one transaction that is on the disk when it returns (WAL, synchronous=FULL). A message is marked before
+// it is sent and again after: one that was marked only once when the program was killed is sent again under its old
+// number, and says so; nobody can know whether it had gone out. Any other is sent exactly once.
+//
+// A message or waiting event that can't be read fails alone: it says so, and is not sent.
+//
+// Bounded: at most kMostWaiting events a channel (the oldest go first, and are counted), kMostQueued messages a channel
+// (the caller makes no more), kMostKept messages that are done.
+//
+// Any thread; calls wait for each other, and for the disk.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "services/notify/rules/dispatch.hpp"
+#include "services/notify/rules/watch_rules.hpp"
+#include "base/sqlite/sqlite.hpp"
+
+namespace loopwarden::notify {
+
+enum class MessageState : std::uint8_t { queued, sending, sent, failed };
+const char* to_text(MessageState state) noexcept;
+
+// What came of one attempt.
+struct Attempt {
+  std::int64_t id = 0;
+  MessageState state = MessageState::sent;  // queued: to be tried again
+  std::int64_t at_ms = 0;
+  std::int64_t again_ms = 0;  // where it is to be tried again: when
+  std::string result;         // in words
+};
+
+struct MessageRow {
+  Message message;
+  MessageState state = MessageState::queued;
+  std::int64_t at_ms = 0;  // of the last attempt
+  std::string result;
+};
+
+class Outbox {
+ public:
+  static constexpr std::size_t kMostWaiting = 10'000;
+  static constexpr std::size_t kMostQueued = 100;
+  static constexpr std::int64_t kMostKept = 20'000;
+
+  // Opens or makes the file; with `read`, one that another process writes. Throws sqlite::Error, as all of these.
+  explicit Outbox(const std::filesystem::path& file, sqlite::Access access = sqlite::Access::write);
+  Outbox(const Outbox&) = delete;
+  Outbox& operator=(const Outbox&) = delete;
+
+  Pictures pictures();
+  // Of the channel, oldest first.
+  std::vector<Waiting> waiting(const std::string& channel);
+  // When its newest messages were made.
+  std::vector<std::int64_t> made_ms(const std::string& channel, std::size_t most);
+
+  // Stores a step; returns what now waits in addition, by channel. Where that makes too many, the oldest are gone.
+  std::map<std::string, std::vector<Waiting>> post(const Step& step, std::int64_t now_ms);
+  // Turns these waiting events into those messages of one channel. The first has how many events were lost before.
+  void queue(std::span<const Message> messages, std::span<const std::int64_t> waiting_ids);
+  std::size_t queued(const std::string& channel);
+
+  // Takes down what came of the last attempt and hands out the next message that is due. Its attempts include the one
+  // that now begins.
+  std::optional<Message> next(const std::string& channel, std::int64_t now_ms,
+                              const std::optional<Attempt>& last);
+  // Takes down what came of the last attempt before the end.
+  void settle(const Attempt& last);
+  // When the channel's next message is due; nothing if none is queued.
+  std::optional<std::int64_t> due_ms(const std::string& channel);
+
+  // What waits for channels that there are no longer will never go.
+  void give_up_others(const std::vector<std::string>& channels);
+
+  // The newest, newest first.
+  std::vector<MessageRow> newest(std::size_t most);
+
+ private:
+  class Transaction;
+  std::int64_t add_waiting(const Post& post, std::int64_t now_ms);
+  void bound_waiting(const std::string& channel);
+  std::int64_t take_lost(const std::string& channel);
+  void keep(const Attempt& attempt);
+  void fail_unreadable(std::int64_t id, const std::string& why);
+  void add_lost(const std::string& channel, std::int64_t events);
+  void drop_unreadable(const std::string& channel, const std::vector<std::int64_t>& ids);
+  void add_message(const Message& message, std::int64_t lost);
+
+  std::mutex mutex_;
+  sqlite::Database database_;
+};
+
+}  // namespace loopwarden::notify

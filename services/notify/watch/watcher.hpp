@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Asks the daemon once a second, on a thread of its own: a daemon that hangs delays nothing but this. Connects again by
+// itself.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/notify/rules/watch_rules.hpp"
+#include "base/local_socket.hpp"
+#include "base/thread.hpp"
+
+namespace loopwarden::notify {
+
+struct Snapshot {
+  std::vector<AlarmReading> alarms;
+  std::vector<JournalLine> journal;  // only where an alarm has changed since the last one
+};
+
+// `newer` takes the place of `older`, which nobody has looked at; the reasons of its changes stay, the newest thousand.
+void keep_reasons(Snapshot& newer, Snapshot older);
+
+class Watcher {
+ public:
+  explicit Watcher(std::string socket) : socket_(std::move(socket)) {}
+  Watcher(const Watcher&) = delete;
+  Watcher& operator=(const Watcher&) = delete;
+  ~Watcher() { stop_for(std::chrono::milliseconds(0)); }
+
+  void start();
+  // False if the thread still hangs in a call.
+  bool stop_for(std::chrono::milliseconds patience);
+
+  // The newest answer, once.
+  std::optional<Snapshot> take();
+  // How long the daemon has not answered; 0 from an answer until the next question fails.
+  std::chrono::milliseconds silent() const;
+  // Why it does not answer; empty if it does.
+  std::string error() const;
+
+ private:
+  void run();
+  void ask();
+  void describe();
+  bool changed(const std::vector<AlarmReading>& alarms);
+
+  std::string socket_;
+  // Of the thread alone.
+  std::unique_ptr<base::LocalClient> client_;
+  std::vector<AlarmReading> before_;
+  std::map<std::string, std::string> descriptions_;  // by loop
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  bool quit_ = false;
+  std::optional<Snapshot> snapshot_;
+  std::chrono::steady_clock::time_point answered_ = std::chrono::steady_clock::now();
+  std::string error_ = "not asked yet";
+  base::Thread thread_;
+};
+
+}  // namespace loopwarden::notify

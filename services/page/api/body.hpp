@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies and queries, strictly: each key is asked for, what nobody asks for is an error with its name.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "net/http/message.hpp"
+
+namespace loopwarden::page::api {
+
+// The body as an object with no other keys than these. Throws ApiError 400.
+nlohmann::json object_of(const http::Request& request,
+                         std::initializer_list<std::string_view> keys);
+// The same of an object within it.
+void check_keys(const nlohmann::json& object, std::string_view name,
+                std::initializer_list<std::string_view> keys);
+
+// Throw ApiError 400 where it is missing or something else.
+std::string text_at(const nlohmann::json& object, const char* key, std::size_t longest);
+std::string text_or(const nlohmann::json& object, const char* key, std::size_t longest,
+                    std::string fallback);
+std::int64_t whole_at(const nlohmann::json& object, const char* key, std::int64_t low,
+                      std::int64_t high);
+
+// Of the query; nothing where the key is absent or empty. Throws ApiError 400.
+std::optional<std::int64_t> whole_in(const http::Request& request, const char* key,
+                                     std::int64_t low, std::int64_t high);
+std::string text_in(const http::Request& request, const char* key, std::size_t longest);
+void check_query(const http::Request& request, std::initializer_list<std::string_view> keys);
+
+inline constexpr std::int64_t kLastMoment_ms = 4'102'444'800'000;  // 2100
+
+// As JSON, whatever bytes its texts have.
+std::string dump(const nlohmann::json& value);
+http::Response json_response(const nlohmann::json& value);
+
+}  // namespace loopwarden::page::api

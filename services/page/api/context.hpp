@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the handlers work with. Each is used by several threads.
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+#include "services/page/api/host_names.hpp"
+#include "services/page/box/box.hpp"
+#include "services/page/box/daemon_door.hpp"
+#include "services/page/files/report_shelf.hpp"
+#include "services/page/history/history.hpp"
+#include "fleet/queries/fleet.hpp"
+#include "net/http/assets.hpp"
+#include "net/http/message.hpp"
+#include "net/http/server.hpp"
+#include "services/page/settings/page_settings.hpp"
+#include "services/page/users/log_in_guard.hpp"
+#include "services/page/users/sessions.hpp"
+#include "services/page/users/user_file.hpp"
+
+namespace loopwarden::page::api {
+
+struct Context {
+  const PageSettings& settings;
+  const HostNames& hosts;
+  std::function<Box::Now()> now;
+  std::function<std::string()> sparklines;
+  Daemon& daemon;  // status.sock
+  Daemon& orders;  // page.sock
+  UserDirectory& users;
+  Sessions& sessions;
+  LogInGuard& guard;
+  history::History& history;
+  files::ReportShelf& reports;
+  fleet::Fleet* fleet;  // null: page.yaml has none
+  std::function<http::Response(const http::Request&)> site;
+  std::function<http::Counters()> counters;
+};
+
+// A request on its way to a handler, and who asks.
+struct Call {
+  const http::Request& request;
+  Identity who;
+};
+
+// Ends a handler; becomes {"error": what, "field": field}.
+class ApiError : public std::runtime_error {
+ public:
+  ApiError(int status, const std::string& what, std::string field = {})
+      : std::runtime_error(what), status_(status), field_(std::move(field)) {}
+  int status() const noexcept { return status_; }
+  const std::string& field() const noexcept { return field_; }
+
+ private:
+  int status_;
+  std::string field_;
+};
+
+}  // namespace loopwarden::page::api

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/statvfs.h>
+
+#include "services/page/api/body.hpp"
+#include "services/page/api/gate.hpp"
+#include "services/page/api/handlers.hpp"
+
+namespace loopwarden::page::api {
+namespace {
+
+using nlohmann::json;
+
+json counters_json(const http::Counters& c) {
+  return {
+      {"connections", c.connections}, {"streams", c.streams},         {"accepted", c.accepted},
+      {"displaced", c.displaced},     {"turned_away", c.turned_away}, {"timed_out", c.timed_out},
+      {"refused", c.refused},         {"requests", c.requests},       {"bytes_sent", c.bytes_sent}};
+}
+
+json disk_json(const std::filesystem::path& folder) {
+  struct statvfs status {};
+  if (::statvfs(folder.c_str(), &status) != 0) return nullptr;
+  const auto block = static_cast<std::uint64_t>(status.f_frsize);
+  return {{"path", folder.string()},
+          {"bytes", status.f_blocks * block},
+          {"free_bytes", status.f_bavail * block}};
+}
+
+json state_json(const Box::Now& now) {
+  return {{"up", now.up}, {"since_ms", now.since_ms}, {"why", now.why}};
+}
+
+}  // namespace
+
+http::Response describe(Context& context, const Call& call) {
+  check_query(call.request, {});
+  const Box::Now now = context.now();
+  http::Response response;
+  if (!now.plant) {
+    response.body = dump({{"up", false}, {"loops", json::array()}});
+    return response;
+  }
+  // The daemon's text is an object: this goes in at its front.
+  response.body = (now.up ? R"({"up":true,)" : R"({"up":false,)") + now.plant->text.substr(1);
+  return response;
+}
+
+http::Response events(Context& context, const Call& call) {
+  check_query(call.request, {});
+  http::Response response;
+  response.content_type = "text/event-stream";
+  // Before the first event: how soon a browser comes back.
+  response.body = "retry: 1000\n\n";
+  response.may_stay = [&context, request = call.request] {
+    return identity_of(context, request, Renews::never).role >= Role::viewer;
+  };
+  return response;
+}
+
+http::Response sparklines(Context& context, const Call& call) {
+  check_query(call.request, {});
+  http::Response response;
+  response.body = context.sparklines();
+  return response;
+}
+
+http::Response alarms(Context& context, const Call& call) {
+  check_query(call.request, {});
+  const Box::Now now = context.now();
+  http::Response response;
+  if (!now.alarms) throw DaemonDown(now.why.empty() ? "the daemon was not asked yet" : now.why);
+  response.shared = now.alarms;
+  return response;
+}
+
+http::Response system(Context& context, const Call& call) {
+  check_query(call.request, {});
+  const Box::Now now = context.now();
+  json answer = {{"up", now.up},
+                 {"daemon_state", state_json(now)},
+                 {"daemon", nullptr},
+                 {"page", counters_json(context.counters())},
+                 {"disk", disk_json(context.settings.state_directory)}};
+  answer["page"]["version"] = LOOPWARDEN_VERSION;
+  answer["page"]["history_bytes"] = context.history.bytes();
+  answer["page"]["sessions"] = context.sessions.size();
+  if (!now.up) return json_response(answer);
+  json status = context.daemon.ask({{"request", "status"}});
+  answer["daemon"] = status.at("daemon");
+  json buses = json::array();
+  for (const json& one : status.at("loops")) {
+    buses.push_back({{"loop", one.at("name")},
+                     {"io", one.at("io")},
+                     {"recording", one.at("recording")},
+                     {"pv_age_ms", one.value("pv_age_ms", json())}});
+  }
+  answer["loops"] = std::move(buses);
+  return json_response(answer);
+}
+
+}  // namespace loopwarden::page::api

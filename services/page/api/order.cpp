@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Set point, output and mode: the only handler that moves a valve.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "services/page/api/body.hpp"
+#include "services/page/api/handlers.hpp"
+#include "services/page/api/tags.hpp"
+
+namespace loopwarden::page::api {
+namespace {
+
+using nlohmann::json;
+
+struct Wish {
+  std::string what;  // set_point, output or mode
+  json value;
+  std::optional<json> old;  // what the page showed, null: not known
+};
+
+void check_value(const std::string& what, const json& value, const char* name) {
+  const bool sound = what == "mode" ? value == "automatic" || value == "manual"
+                                    : value.is_number() && std::isfinite(value.get<double>());
+  if (!sound) {
+    throw ApiError(
+        400, what == "mode" ? "expected \"automatic\" or \"manual\"" : "expected a number", name);
+  }
+}
+
+bool same(const json& a, const json& b) {
+  if (!a.is_number() || !b.is_number()) return a == b;
+  return a.get<double>() == b.get<double>();
+}
+
+Wish wish_of(const http::Request& request, const std::string& tag) {
+  const json body = object_of(request, {"set", "confirm"});
+  if (!body.contains("set") || !body.contains("confirm")) {
+    throw ApiError(400, "a body has set and confirm");
+  }
+  check_keys(body["set"], "set", {"set_point", "output", "mode"});
+  check_keys(body["confirm"], "confirm", {"tag", "old", "new"});
+  if (body["set"].size() != 1) throw ApiError(400, "one value is set at a time", "set");
+  const auto wanted = body["set"].begin();
+  Wish wish{wanted.key(), wanted.value(), {}};
+  if (body["confirm"].contains("old")) wish.old = body["confirm"]["old"];
+  check_value(wish.what, wish.value, "set");
+  if (wish.old && !wish.old->is_null()) check_value(wish.what, *wish.old, "confirm.old");
+  if (body["confirm"].value("tag", json()) != tag) {
+    throw ApiError(400, "the confirmation is for another loop", "confirm.tag");
+  }
+  if (!same(body["confirm"].value("new", json()), wish.value)) {
+    throw ApiError(400, "the confirmation is for another value", "confirm.new");
+  }
+  return wish;
+}
+
+http::Response changed_meanwhile(const json& told) {
+  http::Response response =
+      json_response({{"error", told.at("why")}, {"now", *told.at("now").begin()}});
+  response.status = 409;
+  return response;
+}
+
+// Looks at the order again and again until the loop's cycle has taken it and the journal's line is on the disk. A slow loop's
+// cycle comes in seconds or minutes: between the looks no thread is held.
+class Outcome {
+ public:
+  Outcome(Context& context, std::string tag, const json& sent)
+      : context_(&context),
+        tag_(std::move(tag)),
+        order_(sent.at("order")),
+        patience_(5.0 + 3.0 * sent.value("sample_time_s", 0.1)) {}
+
+  http::Response look() const {
+    const json now =
+        context_->orders.ask({{"request", "order"}, {"loop", tag_}, {"order", order_}});
+    return is_over(now) ? answer_of(now) : later();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kFirstPause{40};
+  static constexpr std::chrono::milliseconds kLongestPause{1000};
+  static constexpr std::chrono::milliseconds kForDisk{1000};
+
+  // The longer it takes the more seldom: page.sock answers so many lines a second, and acknowledgements need some of them.
+  std::chrono::milliseconds pause() const {
+    const auto waited =
+        std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begun_);
+    return std::clamp(waited / 8, kFirstPause, kLongestPause);
+  }
+
+  bool is_over(const json& now) const {
+    const std::string state = now.at("state").get<std::string>();
+    const auto waited = Clock::now() - begun_;
+    if (state == "done") return now.value("on_disk", false) || waited > kForDisk;
+    return state == "refused" || waited > patience_;
+  }
+
+  static http::Response answer_of(const json& told) {
+    const bool changed = told.contains("now") && told["now"].is_object() && !told["now"].empty();
+    return changed ? changed_meanwhile(told) : json_response(told);
+  }
+
+  http::Response later() const {
+    http::Response response;
+    response.delay = pause();
+    response.next = [outcome = *this] { return outcome.look(); };
+    return response;
+  }
+
+  Context* context_;
+  std::string tag_;
+  json order_;
+  std::chrono::duration<double> patience_;
+  Clock::time_point begun_ = Clock::now();
+};
+
+}  // namespace
+
+http::Response order(Context& context, const Call& call) {
+  const auto plant = context.now().plant;
+  const PlantLoop& loop = loop_at(plant, call.request.part(2));
+  if (!context.settings.control) throw ApiError(403, "page.yaml has no control: true");
+  if (!plant->control) {
+    throw ApiError(403,
+                   "loopwardend.yaml has no page: {control: true}, so nothing is set from here");
+  }
+  const Wish wish = wish_of(call.request, loop.tag);
+  json request = {{"request", "set"},
+                  {"loop", loop.tag},
+                  {wish.what, wish.value},
+                  {"user", call.who.user},
+                  {"address", call.request.peer}};
+  // Nothing known is no value to hold the order to, a loop that has not run yet: but where the output stands may be
+  // not known to the loop either, until somebody orders it.
+  if (wish.old && (!wish.old->is_null() || wish.what == "output")) {
+    request["expect"] = {{wish.what, *wish.old}};
+  }
+  return Outcome(context, loop.tag, context.orders.ask(request)).look();
+}
+
+}  // namespace loopwarden::page::api

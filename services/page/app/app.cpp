@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/page/app/app.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <csignal>
+#include <cstdlib>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "base/exit_code.hpp"
+#include "services/page/api/router.hpp"
+#include "fleet/queries/fleet_database.hpp"
+#include "net/http/server.hpp"
+#include "net/http/tls.hpp"
+#include "services/page/site/assets.hpp"
+
+namespace loopwarden::page {
+namespace {
+
+constexpr std::chrono::milliseconds kPatience{1000};
+// An order waits for the daemon's disk.
+constexpr std::chrono::milliseconds kOrderPatience{3000};
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  });
+  return text;
+}
+
+// The box's own name counts beyond this host only, where TLS proves it.
+std::set<std::string> hosts_of(const PageSettings& settings) {
+  std::set<std::string> hosts;
+  for (const std::string& host : settings.hosts) hosts.insert(lower(host));
+  if (settings.has_tls()) {
+    for (std::string& name : http::names_in_certificate(settings.certificate)) {
+      hosts.insert(std::move(name));
+    }
+  }
+  return hosts;
+}
+
+http::Assets built_in_site() {
+  http::Assets site;
+  for (const Asset& asset : assets()) {
+    site.add(std::string(asset.path.substr(1)), std::string(asset.body));
+  }
+  return site;
+}
+
+http::ServerSettings server_settings(const PageSettings& settings) {
+  http::ServerSettings server;
+  server.door = {.clients = settings.clients,
+                 .per_address = std::max<std::size_t>(1, settings.clients / 4),
+                 .loopback = std::max<std::size_t>(1, settings.clients / 2),
+                 .requests_per_s = settings.requests_per_s};
+  if (settings.has_tls()) server.tls = http::TlsFiles{settings.certificate, settings.key};
+  return server;
+}
+
+std::chrono::milliseconds per_second(double times) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(1000.0 / times));
+}
+
+SessionLimits session_limits(const PageSettings& settings) {
+  using Minutes = std::chrono::duration<double, std::ratio<60>>;
+  const auto whole = [](Minutes minutes) {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(minutes);
+  };
+  return {.longest = whole(Minutes(60.0 * settings.session_hours)),
+          .idle = whole(Minutes(settings.session_idle_minutes))};
+}
+
+// All parts of the running page, in the order in which they need each other.
+class App {
+ public:
+  App(const PageSettings& settings, const std::filesystem::path& site)
+      : settings_(settings),
+        site_folder_(site),
+        site_(site.empty() ? built_in_site() : http::Assets()),
+        box_({.status_socket = settings.box ? settings.status_socket.string() : std::string(),
+              .live = per_second(settings.updates_per_s)}),
+        daemon_(settings.status_socket, kPatience),
+        orders_(settings.page_socket, kOrderPatience, DaemonDoor::Connections::fresh),
+        users_(settings.users),
+        sessions_(session_limits(settings)),
+        reports_(settings.state_directory),
+        fleet_(settings.fleet ? std::make_unique<fleet::FleetDatabase>(*settings.fleet) : nullptr),
+        hosts_(hosts_of(settings)),
+        router_(api::Context{.settings = settings_,
+                             .hosts = hosts_,
+                             .now = [this] { return box_.now(); },
+                             .sparklines = [this] { return box_.sparklines(); },
+                             .daemon = daemon_,
+                             .orders = orders_,
+                             .users = users_,
+                             .sessions = sessions_,
+                             .guard = guard_,
+                             .history = history_,
+                             .reports = reports_,
+                             .fleet = fleet_.get(),
+                             .site = [this](const http::Request& r) { return answer_of_site(r); },
+                             .counters = [this] { return server_.counters(); }}),
+        server_(server_settings(settings), router_) {}
+
+  int run() {
+    open();
+    look_at_users();
+    sessions_.on_end([this] { server_.look_at_streams(); });
+    server_.on_streams([this](std::size_t count) { box_.listeners(count); });
+    for (const int number : {SIGTERM, SIGINT}) {
+      server_.on_signal(number, [this] { server_.stop(); });
+    }
+    server_.on_signal(SIGHUP, [this] { reload(); });
+    keep_alive();
+    box_.start(
+        [this](http::EventKind kind, std::string data) { server_.publish(kind, std::move(data)); },
+        [this] { look_at_users(); });
+    sd_notify(0, "READY=1");
+    server_.run();
+    sd_notify(0, "STOPPING=1");
+    box_.stop();
+    return kExitOk;
+  }
+
+ private:
+  // Sockets of the service manager's, else those of page.yaml.
+  void open() {
+    const int inherited = sd_listen_fds(1);
+    for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + inherited; ++fd) {
+      if (sd_is_socket(fd, AF_UNSPEC, SOCK_STREAM, 1) <= 0) continue;
+      announce(server_.adopt(fd));
+    }
+    if (inherited > 0) return;
+    for (const Endpoint& at : settings_.listen) server_.listen(at.address, at.port);
+    for (const Endpoint& at : settings_.listen) {
+      const bool v6 = at.address.find(':') != std::string::npos;
+      spdlog::info("{}://{}{}{}:{}/", settings_.has_tls() ? "https" : "http", v6 ? "[" : "",
+                   at.address, v6 ? "]" : "", at.port);
+    }
+  }
+
+  static void announce(std::uint16_t port) { spdlog::info("port {} of the service manager", port); }
+
+  void reload() {
+    try {
+      // Both or neither: a browser is answered under the names that the certificate in force has.
+      std::set<std::string> names = hosts_of(settings_);
+      server_.reload_certificate();
+      hosts_.replace(std::move(names));
+      spdlog::info("certificate and key read again");
+    } catch (const std::exception& e) {
+      spdlog::error("the old certificate stays: {}", e.what());
+    }
+  }
+
+  void look_at_users() {
+    const auto before = users_.users();
+    const std::string trouble = users_.refresh();
+    if (!trouble.empty()) spdlog::error("users: {}", trouble);
+    if (users_.users() != before) server_.look_at_streams();
+  }
+
+  // By the event loop: a loop that stands is not fed.
+  void keep_alive() {
+    std::uint64_t watchdog_us = 0;
+    if (sd_watchdog_enabled(0, &watchdog_us) <= 0) return;
+    server_.every(std::chrono::milliseconds(watchdog_us / 3000),
+                  [] { sd_notify(0, "WATCHDOG=1"); });
+  }
+
+  http::Response answer_of_site(const http::Request& request) const {
+    return site_folder_.empty() ? site_.answer(request)
+                                : http::Assets(site_folder_).answer(request);
+  }
+
+  PageSettings settings_;
+  std::filesystem::path site_folder_;
+  http::Assets site_;
+  Box box_;
+  DaemonDoor daemon_;
+  DaemonDoor orders_;
+  UserDirectory users_;
+  Sessions sessions_;
+  LogInGuard guard_;
+  history::History history_;
+  files::ReportShelf reports_;
+  std::unique_ptr<fleet::FleetDatabase> fleet_;
+  api::HostNames hosts_;
+  api::Router router_;
+  http::Server server_;
+};
+
+// "Africa/Johannesburg", as /etc/localtime leads there; UTC where it does not.
+std::string zone_of_the_box() {
+  std::error_code none;
+  const std::string target = std::filesystem::read_symlink("/etc/localtime", none).string();
+  constexpr std::string_view kBefore = "zoneinfo/";
+  const std::size_t at = target.find(kBefore);
+  return at == std::string::npos ? "UTC" : target.substr(at + kBefore.size());
+}
+
+// What the service manager has opened must not be more open than page.yaml may be.
+void check_inherited(const PageSettings& settings) {
+  const int inherited = sd_listen_fds(0);
+  for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + inherited; ++fd) {
+    const std::string address = http::address_of_socket(fd);
+    const std::string why = address.empty() ? std::string() : why_not_at(settings, address);
+    if (!why.empty()) throw BadConfiguration("the service manager's socket: " + why);
+  }
+}
+
+}  // namespace
+
+void check_files(const PageSettings& settings) {
+  try {
+    if (settings.has_tls())
+      SSL_CTX_free(http::make_tls_context({settings.certificate, settings.key}));
+    // One that is not there yet is a page that nobody can log in to.
+    if (std::filesystem::exists(settings.users)) read_users(settings.users);
+  } catch (const std::exception& e) {
+    throw BadConfiguration(e.what());
+  }
+}
+
+int serve(PageSettings settings, const std::filesystem::path& site) {
+  check_files(settings);
+  check_inherited(settings);
+  if (settings.time_zone.empty()) {
+    settings.time_zone = zone_of_the_box();
+  } else {
+    ::setenv("TZ", settings.time_zone.c_str(), 1);
+    ::tzset();
+  }
+  return App(settings, site).run();
+}
+
+}  // namespace loopwarden::page

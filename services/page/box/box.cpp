@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/page/box/box.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+
+namespace loopwarden::page {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+// Sizes and times of alarms change without their states.
+constexpr std::chrono::seconds kAlarmsAtLeast{5};
+
+std::int64_t utc_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::vector<double> numbers(const json& overview, const char* key) {
+  std::vector<double> values;
+  for (const json& one : overview.at(key)) {
+    values.push_back(one.is_number() ? one.get<double>()
+                                     : std::numeric_limits<double>::quiet_NaN());
+  }
+  return values;
+}
+
+std::string alarm_columns(const json& overview) {
+  std::string text;
+  for (const char* key : {"alarm", "alarm_kind", "alarms_unacknowledged"}) {
+    text += overview.at(key).dump();
+  }
+  return text;
+}
+
+std::string hash_of(const json& overview) {
+  const json& hash = overview.at("config_hash");
+  return hash.is_string() ? hash.get<std::string>() : hash.dump();
+}
+
+bool is_there(const json& alarm) {
+  return alarm.value("active", false) || alarm.value("unacknowledged", false);
+}
+
+// Periods count from the daemon's start: one that restarted between two looks is seen by them.
+bool has_begun_anew(const std::shared_ptr<const std::vector<double>>& before,
+                    const std::vector<double>& now) {
+  if (!before || before->size() != now.size()) return true;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (now[i] < (*before)[i]) return true;
+  }
+  return false;
+}
+
+// How long the plant has run, by the loop that is furthest.
+std::int64_t plant_ms(const Plant& plant, const std::vector<double>& periods) {
+  double longest_s = 0.0;
+  for (std::size_t i = 0; i < std::min(periods.size(), plant.loops.size()); ++i) {
+    longest_s = std::fmax(longest_s, periods[i] * plant.loops[i].sample_time_s);
+  }
+  return static_cast<std::int64_t>(1000.0 * longest_s);
+}
+
+}  // namespace
+
+json alarms_for_page(const json& answer) {
+  json shown = json::array();
+  std::map<std::string, std::pair<std::int64_t, std::size_t>> first;  // by loop: when, which
+  for (const json& alarm : answer.at("alarms")) {
+    // One that is suppressed and off is one that could not come: of a plant at rest that would be all of them.
+    if (alarm.at("state") == "normal" || (alarm.at("state") == "suppressed" && !is_there(alarm))) {
+      continue;
+    }
+    json one = alarm;
+    one["first_out"] = false;
+    if (is_there(alarm)) {
+      const auto raised_ms = alarm.value("raised_ms", std::int64_t{0});
+      const auto [it, is_new] =
+          first.try_emplace(alarm.at("loop").get<std::string>(), raised_ms, shown.size());
+      if (!is_new && raised_ms < it->second.first) it->second = {raised_ms, shown.size()};
+    }
+    shown.push_back(std::move(one));
+  }
+  for (const auto& [loop, one] : first) shown[one.second]["first_out"] = true;
+  return {{"now_ms", answer.at("now_ms")}, {"alarms", std::move(shown)}};
+}
+
+Box::Box(BoxSettings settings)
+    : settings_(std::move(settings)), door_(settings_.status_socket, settings_.patience) {
+  now_.since_ms = utc_ms();
+  now_.why = "not asked yet";
+}
+
+void Box::start(Publish publish, Errand errand) {
+  publish_ = std::move(publish);
+  errand_ = std::move(errand);
+  constexpr std::size_t kStackBytes = 1024UL * 1024UL;
+  thread_.start({.name = "pg-box", .stack_bytes = kStackBytes}, [this] { run(); });
+}
+
+void Box::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void Box::listeners(std::size_t count) {
+  {
+    const std::lock_guard lock(mutex_);
+    hurry_ = hurry_ || count > listeners_;
+    listeners_ = count;
+  }
+  changed_.notify_all();
+}
+
+Box::Now Box::now() const {
+  const std::lock_guard lock(mutex_);
+  return now_;
+}
+
+std::string Box::sparklines() const {
+  const std::lock_guard lock(mutex_);
+  return sparklines_.json(now_.now_ms);
+}
+
+void Box::run() {
+  for (;;) {
+    try {
+      if (!settings_.status_socket.empty()) look();
+      errand_();
+    } catch (const std::exception& e) {
+      spdlog::error("box: {}", e.what());
+    }
+    wait();
+    const std::lock_guard lock(mutex_);
+    if (quit_) return;
+  }
+}
+
+void Box::wait() {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, listeners_ > 0 ? settings_.live : settings_.quiet,
+                    [this] { return quit_ || hurry_; });
+  hurry_ = false;
+}
+
+void Box::look() {
+  try {
+    look_at(door_.ask_text(R"({"request":"overview"})"));
+  } catch (const DaemonDown& e) {
+    went_down(e.what());
+  } catch (const DaemonRefused& e) {
+    went_down(e.what());
+  } catch (const json::exception& e) {
+    went_down(std::string("the daemon's answer can't be read: ") + e.what());
+  }
+}
+
+void Box::look_at(const std::string& text) {
+  const json overview = json::parse(text);
+  if (!overview.value("ok", false)) throw DaemonRefused(overview.value("error", "no overview"));
+  const Now before = now();
+  auto periods = std::make_shared<const std::vector<double>>(numbers(overview, "period"));
+  if (!before.up || !before.plant || before.plant->config_hash != hash_of(overview) ||
+      has_begun_anew(before.periods, *periods)) {
+    fetch_plant();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    now_.now_ms = overview.at("now_ms").get<std::int64_t>();
+    now_.periods = std::move(periods);
+    sparklines_.add(plant_ms(*now_.plant, *now_.periods), numbers(overview, "pv"));
+  }
+  std::string columns = alarm_columns(overview);
+  if (columns != alarm_columns_ || Clock::now() >= alarms_due_) {
+    fetch_alarms();
+    alarm_columns_ = std::move(columns);
+    alarms_due_ = Clock::now() + kAlarmsAtLeast;
+  }
+  if (!before.up) came_up();
+  publish_(http::EventKind::overview, text);
+}
+
+void Box::fetch_plant() {
+  std::shared_ptr<const Plant> plant = plant_of(door_.ask({{"request", "describe"}}));
+  {
+    const std::lock_guard lock(mutex_);
+    now_.plant = std::move(plant);
+  }
+  publish_(http::EventKind::describe, "{}");
+}
+
+void Box::fetch_alarms() {
+  const json alarms = alarms_for_page(door_.ask({{"request", "alarms"}}));
+  std::string list = alarms.at("alarms").dump();
+  {
+    const std::lock_guard lock(mutex_);
+    now_.alarms = std::make_shared<const std::string>(alarms.dump());
+  }
+  if (list == alarm_list_) return;
+  publish_(http::EventKind::alarms, list);
+  alarm_list_ = std::move(list);
+}
+
+void Box::publish_state(const Now& now) const {
+  publish_(http::EventKind::daemon,
+           json{{"up", now.up}, {"since_ms", now.since_ms}, {"why", now.why}}.dump(
+               -1, ' ', false, json::error_handler_t::replace));
+}
+
+void Box::came_up() {
+  {
+    const std::lock_guard lock(mutex_);
+    now_.up = true;
+    now_.since_ms = utc_ms();
+    now_.why.clear();
+  }
+  spdlog::info("the daemon answers");
+  publish_state(now());
+}
+
+void Box::went_down(const std::string& why) {
+  const Now before = now();
+  if (!before.up && before.why == why) return;
+  {
+    const std::lock_guard lock(mutex_);
+    if (now_.up) now_.since_ms = utc_ms();
+    now_.up = false;
+    now_.why = why;
+  }
+  spdlog::warn("the daemon does not answer: {}", why);
+  publish_state(now());
+}
+
+}  // namespace loopwarden::page

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "services/page/history/block.hpp"
+
+namespace loopwarden::page::history {
+
+// Curves to draw: columns of equal length over t.
+struct Curves {
+  std::vector<std::int64_t> t_ms;                    // UTC, rising
+  std::array<std::vector<float>, kColumns> columns;  // NaN: none, and all of them at a gap
+  std::vector<std::int16_t> mode;                    // -1 at a gap
+};
+
+// From many rows to few so that every spike stays: each bucket gives two rows, which have each column's extremes in their
+// order of time, at a quarter and three quarters of its span. A gap of two buckets' width or more is one row without
+// values.
+class Decimator {
+ public:
+  // A width of 0: every row as it is, and a row for each gap.
+  Decimator(std::int64_t from_ms, double bucket_ms) : from_ms_(from_ms), bucket_ms_(bucket_ms) {}
+
+  // In the order of time; one that begins before the last one ended (a clock was set back) is left out. A block belongs
+  // to the bucket in which it begins.
+  void add(const Block& block);
+  Curves take();
+
+ private:
+  void flush();
+  void put(std::int64_t t_ms, const Block& block, bool second);
+  void put_gap(std::int64_t t_ms);
+
+  std::int64_t from_ms_;
+  double bucket_ms_;
+  std::optional<Block> bucket_;
+  std::int64_t number_ = 0;  // of the bucket
+  Curves curves_;
+};
+
+}  // namespace loopwarden::page::history

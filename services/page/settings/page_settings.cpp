@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/page/settings/page_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <system_error>
+
+#include "config/map_reader.hpp"
+#include "config/source_file.hpp"
+#include "config/yaml_document.hpp"
+#include "base/peer_list.hpp"
+
+namespace loopwarden::page {
+namespace {
+
+using config::between;
+using config::MapReader;
+using config::Value;
+
+Endpoint read_endpoint(MapReader& in) {
+  Endpoint endpoint;
+  const Value<std::string> address =
+      in.text("address", "numeric IPv4 or IPv6 address of this box; 0.0.0.0 or \"::\": all of them",
+              endpoint.address);
+  if (address.given && address.valid && !base::parse_network(address)) {
+    in.error("address",
+             fmt::format("must be a numeric address (got '{}')", config::quotable(address.value)));
+  }
+  endpoint.address = address;
+  endpoint.port =
+      static_cast<std::uint16_t>(in.integer("port", {1, 65535, "", "TCP port"}, endpoint.port));
+  return endpoint;
+}
+
+void read_tls(MapReader& in, const std::string& file, PageSettings& settings) {
+  settings.certificate =
+      config::resolve(file, in.need_text("certificate", "PEM, the server's first, then its chain"));
+  settings.key =
+      config::resolve(file, in.need_text("key", "PEM, readable by the page's user only"));
+}
+
+void read_sockets(MapReader& in, const std::string& file, PageSettings& settings) {
+  settings.status_socket = config::resolve(
+      file, in.text("status", "where the daemon answers questions", settings.status_socket));
+  settings.page_socket = config::resolve(
+      file, in.text("page", "where the daemon takes the page's orders", settings.page_socket));
+}
+
+void read_session(MapReader& in, PageSettings& settings) {
+  settings.session_hours = in.number(
+      "hours", {"h", between(0.1, 720.0), "after which one logs in again"}, settings.session_hours);
+  settings.session_idle_minutes =
+      in.number("idle_minutes",
+                {"min", between(1.0, 1440.0),
+                 "without a key press or a pointer's move, after which one logs in again; a user "
+                 "added with --display has no such limit"},
+                settings.session_idle_minutes);
+}
+
+void read_listen(MapReader& in, PageSettings& settings) {
+  std::vector<MapReader> endpoints = in.maybe_list("listen", "where the page is offered");
+  if (endpoints.empty()) return;
+  settings.listen.clear();
+  for (MapReader& endpoint : endpoints) settings.listen.push_back(read_endpoint(endpoint));
+}
+
+void check_listen(MapReader& in, const PageSettings& settings) {
+  if (in.describing()) return;
+  for (const Endpoint& endpoint : settings.listen) {
+    const std::string why = why_not_at(settings, endpoint.address);
+    if (!why.empty()) in.error("listen", why);
+  }
+}
+
+void read_limits(MapReader& in, PageSettings& settings) {
+  settings.clients = static_cast<std::size_t>(
+      in.integer("clients",
+                 {4, 10000, "",
+                  "connections at a time; of one address a quarter of them, of this host itself, "
+                  "where a proxy may stand, half"},
+                 static_cast<std::int64_t>(settings.clients)));
+  settings.requests_per_s = in.number(
+      "rate", {"1/s", between(1.0, 10000.0), "requests of one address"}, settings.requests_per_s);
+  settings.updates_per_s =
+      in.number("updates", {"1/s", between(0.2, 5.0), "how often live values are sent"},
+                settings.updates_per_s);
+}
+
+void read_fleet(MapReader& in, const std::string& file, PageSettings& settings) {
+  if (auto fleet = in.maybe_section("fleet", "of loopwarden-fleet: a plant of boxes is shown")) {
+    settings.fleet = loopwarden::fleet::read_database_settings(*fleet, config::Presence::required,
+                                                               "password", file);
+  }
+  settings.box = in.flag("box",
+                         "loopwardend runs on this machine; false: only the fleet is shown, which "
+                         "the section fleet must name",
+                         settings.box);
+  if (!in.describing() && !settings.box && !in.given("fleet")) {
+    in.error("box", "false leaves nothing to show without the section fleet");
+  }
+}
+
+bool is_time_zone(const std::string& name) {
+  const std::filesystem::path zone = std::filesystem::path(name).lexically_normal();
+  std::error_code none;
+  return zone.is_relative() && zone.string() == name && !name.starts_with("..") &&
+         std::filesystem::is_regular_file("/usr/share/zoneinfo" / zone, none);
+}
+
+PageSettings read_page(MapReader& in, const std::string& file) {
+  PageSettings settings;
+  read_listen(in, settings);
+  if (auto tls = in.maybe_section("tls", "HTTPS; needed beyond this host")) {
+    read_tls(*tls, file, settings);
+  }
+  const Value<std::string> users =
+      in.text("users",
+              "file of `loopwarden-page user`; empty: everybody on this host may look, "
+              "nobody may write",
+              "");
+  if (!users.value.empty()) settings.users = config::resolve(file, users);
+  settings.hosts =
+      in.maybe_texts("hosts",
+                     "names of this box in a browser's address line, beside localhost, "
+                     "addresses and those of the certificate")
+          .value;
+  if (auto sockets = in.maybe_section("sockets", "of the daemon")) {
+    read_sockets(*sockets, file, settings);
+  }
+  settings.state_directory =
+      config::resolve(file, in.text("state_directory", "the daemon's", settings.state_directory));
+  read_limits(in, settings);
+  settings.control =
+      in.flag("control",
+              "set points, outputs and modes may be set here, by operators; the daemon's "
+              "page.control must allow it too",
+              settings.control);
+  if (auto session = in.maybe_section("session", "of who has logged in")) {
+    read_session(*session, settings);
+  }
+  settings.time_zone = in.text("time_zone", "such as Africa/Johannesburg; empty: the box's", "");
+  if (!settings.time_zone.empty() && !is_time_zone(settings.time_zone)) {
+    in.error("time_zone", fmt::format("this box knows no zone '{}' (/usr/share/zoneinfo)",
+                                      config::quotable(settings.time_zone)));
+  }
+  read_fleet(in, file, settings);
+  check_listen(in, settings);
+  return settings;
+}
+
+}  // namespace
+
+bool is_loopback(const std::string& address) {
+  const auto network = base::parse_network(address);
+  const auto loopback = base::parse_network("127.0.0.0/8");
+  const auto loopback6 = base::parse_network("::1");
+  return network && network->bits == 128 &&
+         (loopback->contains(network->base) || loopback6->contains(network->base));
+}
+
+std::string why_not_at(const PageSettings& settings, const std::string& address) {
+  if (is_loopback(address) || (settings.has_tls() && !settings.users.empty())) return {};
+  return fmt::format("{} is reached from other hosts: that needs {}", config::quotable(address),
+                     settings.has_tls()       ? "users"
+                     : settings.users.empty() ? "tls and users"
+                                              : "tls");
+}
+
+config::Loaded<PageSettings> read_page_text(const std::string& file, std::string_view text) {
+  config::Report report(file);
+  PageSettings settings;
+  if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
+    MapReader in(*root, "", report);
+    settings = read_page(in, file);
+    config::report_unknown_keys(*root, report);
+  }
+  return config::loaded(std::move(settings), report);
+}
+
+config::Loaded<PageSettings> read_page_file(const std::filesystem::path& path) {
+  config::Report report(path.string());
+  const std::optional<std::string> text = config::read_source_file(path, report);
+  if (!text) return {std::nullopt, report.take()};
+  return read_page_text(path.string(), *text);
+}
+
+config::KeyReference describe_page() {
+  config::KeyReference reference;
+  config::Report report("");
+  MapReader in(reference, "", report);
+  read_page(in, "");
+  return reference;
+}
+
+}  // namespace loopwarden::page

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who has logged in. In memory alone: a restart ends every session.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "services/page/users/role.hpp"
+#include "services/page/users/user_file.hpp"
+
+namespace loopwarden::page {
+
+using Moment = std::chrono::steady_clock::time_point;
+
+struct SessionLimits {
+  std::chrono::milliseconds longest{12 * 3'600'000};
+  std::chrono::milliseconds idle{30 * 60'000};  // without a person; a display has no such limit
+  std::size_t most = 1000;                      // in all
+  std::size_t most_each = 20;                   // of one user; then the one silent for longest goes
+};
+
+// Who asks. Without a session: user empty, role none.
+struct Identity {
+  std::string user;
+  Role role = Role::none;
+  std::string csrf;
+};
+
+// Any thread.
+class Sessions {
+ public:
+  explicit Sessions(SessionLimits limits) : limits_(limits) {}
+
+  // The cookie's value: 256 random bits, of which only a fingerprint is kept.
+  std::string begin(const std::string& user, const User& known, Moment now);
+  // Nothing where the session is unknown, too old or too long idle, or its user was removed or has another
+  // password. The role is the one that the user has now. `touch`: a person asks; only that keeps it from being idle.
+  std::optional<Identity> find(const std::string& cookie, const Users& users, Moment now,
+                               bool touch);
+  void end(const std::string& cookie);
+  std::size_t size() const;
+  // Called by whichever thread has ended a session, once it has ended. Before the first one begins.
+  void on_end(std::function<void()> act) { on_end_ = std::move(act); }
+
+ private:
+  struct Session {
+    std::string user;
+    std::string password;  // fingerprint of the hash that the user had
+    std::string csrf;
+    bool display = false;
+    Moment begun;
+    Moment used;  // by a person
+    Moment seen;  // by any request
+  };
+  // How many have ended.
+  std::size_t make_room(const std::string& user, Moment now);
+  void tell(std::size_t ended) const;
+  bool has_ended(const Session& session, Moment now) const noexcept;
+
+  SessionLimits limits_;
+  std::function<void()> on_end_;
+  mutable std::mutex mutex_;
+  std::map<std::string, Session> sessions_;  // by the cookie's fingerprint
+};
+
+}  // namespace loopwarden::page

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The users file: one line a user, name:role:hash, behind it :display for a wall display. Lines that begin with # and empty ones are left out.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "services/page/users/role.hpp"
+
+namespace loopwarden::page {
+
+struct User {
+  Role role = Role::viewer;
+  std::string hash;      // argon2id
+  bool display = false;  // on a wall, where nobody touches it: no idle limit; a viewer
+};
+using Users = std::map<std::string, User>;
+
+// "file:line:column: error: ..." for what is no such file; the path and the reason where it can't be had.
+class UserFileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// 1 to 32 of a-z A-Z 0-9 . _ -, beginning with a letter.
+bool is_user_name(std::string_view name) noexcept;
+
+Users parse_users(std::string_view text, const std::string& file);
+Users read_users(const std::filesystem::path& path);
+// Whole or not at all: under another name first, 0640, with the owner and group that the file has; a new one of root's
+// gets the group of the page's account.
+void write_users(const Users& users, const std::filesystem::path& path);
+
+// The file as the running page sees it: read again when it changes. What can't be read leaves the users as they
+// were, but a file that is gone leaves none.
+class UserDirectory {
+ public:
+  // An empty path: there are no users.
+  explicit UserDirectory(std::filesystem::path path);
+
+  bool has_file() const noexcept { return !path_.empty(); }
+  std::shared_ptr<const Users> users() const;
+  // Looks whether the file has changed; by one thread. Returns what is wrong with it, once for each change.
+  std::string refresh();
+
+ private:
+  std::filesystem::path path_;
+  std::string stamp_;  // of the file that was read last
+  mutable std::mutex mutex_;
+  std::shared_ptr<const Users> users_;
+};
+
+}  // namespace loopwarden::page

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/notify/rules/dispatch.hpp"
+
+#include "services/notify/rules/back_off.hpp"
+#include "tests/services/notify/notify_support.hpp"
+
+namespace dispatch_test {
+
+using namespace loopwarden::notify;
+using namespace loopwarden::notify::test;
+
+namespace {
+
+std::vector<Waiting> waiting(std::initializer_list<std::int64_t> since_ms) {
+  std::vector<Waiting> all;
+  for (const std::int64_t at : since_ms) {
+    all.push_back({static_cast<std::int64_t>(all.size() + 1), at, event_of("F")});
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("events within the grouping time go together", "[notify][dispatch]") {
+  const ChannelRule mail{.name = "mail", .group_ms = 30'000, .most_per_hour = 20};
+  const auto all = waiting({kNoon, kNoon + 10'000, kNoon + 29'000});
+  CHECK(ready(mail, {}, all, {}, kNoon + 29'999).empty());
+  CHECK(ready(mail, {}, all, {}, kNoon + 30'000) == std::vector<std::size_t>{0, 1, 2});
+  // A clock that was set back makes nothing wait for longer.
+  CHECK(ready(mail, {}, all, {}, kNoon - 3'600'000).size() == 3);
+  CHECK(ready(mail, {}, {}, {}, kNoon).empty());
+}
+
+TEST_CASE("not more messages an hour than allowed", "[notify][dispatch]") {
+  const ChannelRule mail{.name = "mail", .group_ms = 0, .most_per_hour = 2};
+  const auto all = waiting({kNoon});
+  const std::vector<std::int64_t> made{kNoon - 3'600'000, kNoon - 100'000, kNoon - 10};
+  CHECK(ready(mail, {}, all, made, kNoon).empty());
+  CHECK(ready(mail, {}, all, made, kNoon + 3'500'000).size() == 1);
+  // Made in what is now the future.
+  const std::vector<std::int64_t> ahead{kNoon + 7'200'000, kNoon + 7'200'001};
+  CHECK(ready(mail, {}, all, ahead, kNoon).size() == 1);
+  const ChannelRule log{.name = "log", .group_ms = 0, .most_per_hour = 2, .one_each = true};
+  CHECK(ready(log, {}, waiting({kNoon, kNoon, kNoon}), {}, kNoon).size() == 2);
+}
+
+TEST_CASE("what quiet hours hold goes at their end, in one message; the severe goes at once",
+          "[notify][dispatch]") {
+  QuietHours night;
+  night.channels = {"mail"};
+  night.zone = find_zone("UTC");
+  night.from_min = 12 * 60;
+  night.to_min = 13 * 60;
+  night.override_severity_percent = 10.0;
+  const ChannelRule mail{.name = "mail", .group_ms = 30'000, .most_per_hour = 20};
+  auto all = waiting({kNoon, kNoon + 60'000, kNoon + 120'000});
+  all[1].event.worst_percent = 12.0;
+  CHECK(ready(mail, {night}, all, {}, kNoon + 600'000) == std::vector<std::size_t>{1});
+  all.erase(all.begin() + 1);
+  CHECK(ready(mail, {night}, all, {}, kNoon + 3'599'999).empty());
+  CHECK(ready(mail, {night}, all, {}, kNoon + 3'600'000).size() == 2);
+}
+
+TEST_CASE("a flood is one message that counts what it does not list", "[notify][dispatch]") {
+  std::vector<Event> events(5000, event_of("F"));
+  for (std::size_t i = 0; i < 1000; ++i) events[i].change = Change::went;
+  const Message message = message_of("mail", events, kNoon);
+  CHECK(message.events.size() == kMostListed);
+  CHECK(message.count() == 5000);
+  CHECK(headline(message, sender()) == "box 12: 5000 changes of alarms: 4000 came, 1000 went");
+  CHECK(letter(message, sender()).find("... and 4900 more") != std::string::npos);
+}
+
+TEST_CASE("pauses double up to the longest, between half and all of it", "[notify][dispatch]") {
+  const BackOff back_off{.first_ms = 1000, .longest_ms = 10'000};
+  CHECK(back_off.pause_ms(1, 0.0) == 500);
+  CHECK(back_off.pause_ms(1, 1.0) == 1000);
+  CHECK(back_off.pause_ms(3, 0.5) == 3000);
+  CHECK(back_off.pause_ms(1000, 1.0) == 10'000);
+  CHECK(back_off.pause_ms(1'000'000'000'000, 0.0) == 5000);
+}
+
+}  // namespace dispatch_test

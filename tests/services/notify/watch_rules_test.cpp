@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/notify/rules/watch_rules.hpp"
+
+#include <catch2/catch.hpp>
+#include <vector>
+
+namespace watch_rules_test {
+
+using namespace loopwarden::notify;
+
+namespace {
+
+constexpr std::int64_t kStart = 1'795'521'600'000;
+
+Route route(std::vector<std::string> channels, double min_severity = 0.0) {
+  Route one;
+  one.changes = {true, true, false, false};
+  one.min_severity_percent = min_severity;
+  one.channels = std::move(channels);
+  return one;
+}
+
+AlarmReading reading(const std::string& loop, const std::string& state, double severity = 6.0,
+                     std::int64_t times = 1) {
+  return {.key = {loop, "stiction"},
+          .state = state,
+          .unacknowledged = state.ends_with("unacknowledged"),
+          .times_raised = times,
+          .severity_percent = severity};
+}
+
+// "mail:came mail:went", in their order.
+std::string told(const Step& step) {
+  std::string text;
+  for (const Post& post : step.posts) {
+    text += (text.empty() ? "" : " ") + post.channel + ":" + to_text(post.event.change);
+  }
+  return text;
+}
+
+struct Rules {
+  RuleSettings settings;
+  WatchRules rules{settings, {}};
+
+  std::string read(const AlarmReading& reading, std::int64_t now_ms,
+                   std::vector<JournalLine> lines = {}) {
+    const Step step = rules.read(std::span(&reading, 1), lines, now_ms);
+    rules.accept(step);
+    return told(step);
+  }
+  std::string silence(std::int64_t silent_ms, std::int64_t now_ms) {
+    const Step step = rules.silence(silent_ms, now_ms);
+    rules.accept(step);
+    return told(step);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("loops, alarms, states and sizes decide who is told", "[notify][routes]") {
+  Rules all;
+  Route some = route({"mail"});
+  some.loops = {"FIC-1*", "L?C-7"};
+  some.alarms = {"stiction"};
+  all.settings.routes = {some, route({"log", "mail"}, 20.0)};
+  CHECK(all.read(reading("FIC-101", "unacknowledged"), kStart) == "mail:came");
+  CHECK(all.read(reading("LIC-7", "unacknowledged"), kStart).starts_with("mail:"));
+  CHECK(all.read(reading("PIC-7", "unacknowledged"), kStart).find("came") == std::string::npos);
+  // Both routes apply: one message a channel.
+  CHECK(all.read(reading("FIC-102", "unacknowledged", 25.0), kStart) == "log:came mail:came");
+}
+
+TEST_CASE("a route with a least size hears of an alarm when it has grown to it, and of its end",
+          "[notify][routes]") {
+  Rules all;
+  all.settings.routes = {route({"log"}), route({"mail"}, 10.0)};
+  CHECK(all.read(reading("F", "unacknowledged", 6.0), kStart) == "log:came");
+  CHECK(all.read(reading("F", "unacknowledged", 12.0), kStart + 1000) == "mail:came");
+  CHECK(all.read(reading("F", "unacknowledged", 8.0), kStart + 2000).empty());
+  CHECK(all.read(reading("F", "unacknowledged", 13.0), kStart + 3000).empty());
+  CHECK(all.read(reading("F", "normal", 8.0), kStart + 4000) == "log:went mail:went");
+  // Never so large: the end isn't told either.
+  CHECK(all.read(reading("F", "unacknowledged", 6.0, 2), kStart + 5000) == "log:came");
+  CHECK(all.read(reading("F", "normal", 6.0, 2), kStart + 6000) == "log:went");
+}
+
+TEST_CASE("who acknowledged and why comes from the daemon's journal", "[notify][routes]") {
+  Rules all;
+  Route acknowledged = route({"log"});
+  acknowledged.changes = {true, true, true, true};
+  all.settings.routes = {acknowledged};
+  all.read(reading("F", "unacknowledged"), kStart);
+  const AlarmReading now = reading("F", "acknowledged");
+  const std::vector<JournalLine> lines{{.id = 9,
+                                        .kind = "alarm",
+                                        .key = {"F", "stiction"},
+                                        .from = "unacknowledged",
+                                        .to = "acknowledged",
+                                        .peer = {},
+                                        .what = {},
+                                        .reason = {}},
+                                       {.id = 8,
+                                        .kind = "operator",
+                                        .key = {"F", "stiction"},
+                                        .to = {},
+                                        .peer = "uid 1000",
+                                        .what = "acknowledge",
+                                        .reason = "seen"},
+                                       {.id = 7,
+                                        .kind = "operator",
+                                        .key = {"F", "stiction"},
+                                        .to = {},
+                                        .peer = "uid 1",
+                                        .what = "acknowledge",
+                                        .reason = "old"}};
+  const Step step = all.rules.read(std::span(&now, 1), lines, kStart + 1000);
+  REQUIRE(step.posts.size() == 1);
+  CHECK(step.posts.front().event.peer == "uid 1000");
+  CHECK(step.posts.front().event.reason == "seen");
+}
+
+TEST_CASE("what came and went between two looks has the reason of each", "[notify][routes]") {
+  Rules all;
+  all.settings.routes = {route({"log"})};
+  all.read(reading("F", "normal", 6.0, 1), kStart);
+  AlarmReading now = reading("F", "normal", 6.0, 2);
+  now.raised_ms = kStart + 200;
+  now.changed_ms = kStart + 700;
+  const auto line = [](const char* from, const char* to, const char* reason) {
+    return JournalLine{.id = 1,
+                       .kind = "alarm",
+                       .key = {"F", "stiction"},
+                       .from = from,
+                       .to = to,
+                       .peer = {},
+                       .what = {},
+                       .reason = reason};
+  };
+  const std::vector<JournalLine> lines{
+      line("returned_unacknowledged", "normal", "seen"),
+      line("unacknowledged", "returned_unacknowledged", "it moves again"),
+      line("normal", "unacknowledged", "it sticks")};
+  const Step step = all.rules.read(std::span(&now, 1), lines, kStart + 1000);
+  REQUIRE(told(step) == "log:came log:went");
+  CHECK(step.posts[0].event.reason == "it sticks");
+  CHECK(step.posts[0].event.utc_ms == kStart + 200);
+  CHECK(step.posts[1].event.reason == "it moves again");
+  CHECK(step.posts[1].event.utc_ms == kStart + 700);
+}
+
+TEST_CASE("repeats and escalation until somebody acknowledges", "[notify][reminders]") {
+  constexpr std::int64_t kMin = 60'000;
+  Rules all;
+  Route one = route({"mail"});
+  one.reminders = {{60, 60, 2, {"mail"}}, {15, 0, 0, {"boss"}}, {30, 30, 1, {"plant"}}};
+  all.settings.routes = {one};
+  const AlarmReading on = reading("F", "unacknowledged");
+  CHECK(all.read(on, kStart) == "mail:came");
+  std::vector<std::string> log;
+  for (std::int64_t minute = 1; minute < 400; ++minute) {
+    const std::string said = all.read(on, kStart + minute * kMin);
+    if (!said.empty()) log.push_back(std::to_string(minute) + " " + said);
+  }
+  CHECK(log == std::vector<std::string>{"15 boss:unacknowledged", "30 plant:unacknowledged",
+                                        "60 mail:unacknowledged plant:unacknowledged",
+                                        "120 mail:unacknowledged", "180 mail:unacknowledged"});
+
+  SECTION("once acknowledged nobody is bothered; a new coming begins anew") {
+    all.read(reading("F", "acknowledged"), kStart + 400 * kMin);
+    CHECK(all.read(reading("F", "unacknowledged", 6.0, 2), kStart + 500 * kMin) == "mail:came");
+    CHECK(all.read(reading("F", "acknowledged", 6.0, 2), kStart + 510 * kMin).empty());
+    CHECK(all.read(reading("F", "acknowledged", 6.0, 2), kStart + 600 * kMin).empty());
+  }
+  SECTION("gone but not acknowledged still waits") {
+    Rules gone;
+    gone.settings.routes = {one};
+    gone.read(on, kStart);
+    CHECK(gone.read(reading("F", "returned_unacknowledged"), kStart + kMin) == "mail:went");
+    CHECK(gone.read(reading("F", "returned_unacknowledged"), kStart + 16 * kMin) ==
+          "boss:unacknowledged");
+  }
+}
+
+TEST_CASE("what fell due while nobody looked is told once; a clock set back begins anew",
+          "[notify][reminders]") {
+  constexpr std::int64_t kMin = 60'000;
+  Rules all;
+  Route one = route({"mail"});
+  one.reminders = {{10, 10, 99, {"mail"}}};
+  all.settings.routes = {one};
+  const AlarmReading on = reading("F", "unacknowledged");
+  all.read(on, kStart);
+  CHECK(all.read(on, kStart + 95 * kMin) == "mail:unacknowledged");
+  CHECK(all.read(on, kStart + 96 * kMin).empty());
+  CHECK(all.read(on, kStart - 600 * kMin).empty());
+  CHECK(all.read(on, kStart - 589 * kMin) == "mail:unacknowledged");
+}
+
+TEST_CASE("a silent daemon is an alarm of its own, once", "[notify][daemon]") {
+  Rules all;
+  all.settings.routes = {route({"mail"}, 50.0)};
+  all.settings.daemon_down_after_ms = 15'000;
+  CHECK(all.silence(0, kStart).empty());
+  CHECK(all.silence(14'000, kStart + 14'000).empty());
+  CHECK(all.silence(15'000, kStart + 15'000) == "mail:came");
+  CHECK(all.silence(16'000, kStart + 16'000).empty());
+  CHECK(all.silence(0, kStart + 20'000) == "mail:went");
+  CHECK(all.silence(0, kStart + 21'000).empty());
+  // Alarms read in between leave it alone.
+  all.silence(20'000, kStart + 50'000);
+  CHECK(all.read(reading("F", "normal"), kStart + 50'000).empty());
+  CHECK(all.silence(1'000, kStart + 51'000).empty());
+  CHECK(all.silence(0, kStart + 52'000) == "mail:went");
+}
+
+TEST_CASE("an alarm of a loop that there is no longer ends", "[notify][changes]") {
+  Rules all;
+  all.settings.routes = {route({"mail"})};
+  all.read(reading("F", "unacknowledged"), kStart);
+  CHECK(all.read(reading("G", "normal"), kStart + 1000) == "mail:went");
+  CHECK(all.read(reading("G", "normal"), kStart + 2000).empty());
+}
+
+TEST_CASE("a step that was not stored is made again", "[notify][changes]") {
+  Rules all;
+  all.settings.routes = {route({"mail"})};
+  const AlarmReading on = reading("F", "unacknowledged");
+  CHECK(told(all.rules.read(std::span(&on, 1), {}, kStart)) == "mail:came");
+  CHECK(all.read(on, kStart + 1000) == "mail:came");
+  CHECK(all.read(on, kStart + 2000).empty());
+}
+
+}  // namespace watch_rules_test

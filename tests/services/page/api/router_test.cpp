@@ -1,0 +1,461 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <catch2/catch.hpp>
+
+#include "tests/services/page/support/api_rig.hpp"
+
+namespace loopwarden::tests::router_test {
+
+using http::Lane;
+using http::Method;
+using http::Request;
+using nlohmann::json;
+
+const json kAcknowledge{{"action", "acknowledge"}};
+const std::vector<std::string> kAlarm{"api", "loops", "FIC-101", "alarms", "stiction"};
+const std::vector<std::string> kOrder{"api", "loops", "FIC-101", "order"};
+
+json set_point(double value, double old) {
+  return {{"set", {{"set_point", value}}},
+          {"confirm", {{"tag", "FIC-101"}, {"old", old}, {"new", value}}}};
+}
+
+TEST_CASE("without users everybody on this host looks and nobody writes") {
+  ApiRig rig(false);
+  Request request = ApiRig::get({"api", "session"});
+  const json session = json::parse(rig.answer(request).body);
+  CHECK(session["role"] == "viewer");
+  CHECK(session["user"].is_null());
+  CHECK(session["login"] == false);
+  CHECK(session["must_login"] == false);
+  CHECK(session["can"] == json{{"alarms", false}, {"control", false}});
+  CHECK(rig.answer(rig.post_as("", kAlarm, kAcknowledge)).status == 403);
+  CHECK(rig.orders.asked.empty());
+  request.peer_is_loopback = false;
+  CHECK(json::parse(rig.answer(request).body)["role"] == "none");
+  Request alarms = ApiRig::get({"api", "alarms"});
+  CHECK(rig.answer(alarms).status == 200);
+  alarms.peer_is_loopback = false;
+  CHECK(rig.answer(alarms).status == 401);
+}
+
+TEST_CASE("with users nothing is told to who has not logged in, but the session") {
+  ApiRig rig(true);
+  const std::vector<std::vector<std::string>> paths{{"api", "describe"},
+                                                    {"api", "events"},
+                                                    {"api", "sparklines"},
+                                                    {"api", "alarms"},
+                                                    {"api", "system"},
+                                                    {"api", "journal"},
+                                                    {"api", "reports"},
+                                                    {"reports", "x"},
+                                                    {"api", "loops", "FIC-101"},
+                                                    {"api", "loops", "FIC-101", "history"},
+                                                    {"api", "loops", "FIC-101", "history.csv"},
+                                                    {"api", "evidence", "x"}};
+  for (const auto& path : paths) {
+    CAPTURE(path);
+    CHECK(rig.answer(ApiRig::get(path)).status == 401);
+  }
+  CHECK(rig.answer(ApiRig::get({"api", "session"})).status == 200);
+  CHECK(json::parse(rig.answer(rig.get_as("otto", {"api", "session"})).body)["can"]["control"] ==
+        true);
+  CHECK(rig.daemon.asked.empty());
+}
+
+TEST_CASE("a viewer can't write, an operator can, and the journal will know who") {
+  ApiRig rig(true);
+  CHECK(rig.answer(rig.post_as("vera", kAlarm, kAcknowledge)).status == 403);
+  CHECK(rig.answer(rig.post_as("vera", kOrder, set_point(6.0, 5.0))).status == 403);
+  CHECK(rig.orders.asked.empty());
+  CHECK(rig.answer(rig.post_as("otto", kAlarm, kAcknowledge)).status == 200);
+  CHECK(rig.answer(rig.post_as("ella", kAlarm, kAcknowledge)).status == 200);
+  REQUIRE(rig.orders.asked.size() == 2);
+  CHECK(rig.orders.asked[0]["user"] == "otto");
+  CHECK(rig.orders.asked[0]["address"] == "127.0.0.1");
+  CHECK(rig.orders.asked[0]["alarm"] == "stiction");
+}
+
+TEST_CASE("a POST needs the session's token, JSON and this origin") {
+  ApiRig rig(true);
+  Request request = rig.post_as("otto", kAlarm, kAcknowledge);
+  SECTION("sound") { CHECK(rig.answer(request).status == 200); }
+  SECTION("no token") {
+    request.csrf.clear();
+    CHECK(rig.answer(request).status == 403);
+  }
+  SECTION("nobody's token") {
+    request.csrf = page::fingerprint("nobody");
+    CHECK(rig.answer(request).status == 403);
+  }
+  SECTION("another session's token") {
+    request.csrf = rig.post_as("otto", kAlarm, kAcknowledge).csrf;
+    CHECK(rig.answer(request).status == 403);
+  }
+  SECTION("a form") {
+    request.content_type = "application/x-www-form-urlencoded";
+    CHECK(rig.answer(request).status == 415);
+  }
+  SECTION("another site's page") {
+    request.fetch_site = GENERATE("cross-site", "same-site");
+    CHECK(rig.answer(request).status == 403);
+  }
+  SECTION("another origin") {
+    request.origin =
+        GENERATE("https://evil", "null", "http://localhost:8481", "https://localhost:8480");
+    CHECK(rig.answer(request).status == 403);
+  }
+  SECTION("our own") {
+    request.fetch_site = "same-origin";
+    request.origin = "http://localhost:8480";
+    CHECK(rig.answer(request).status == 200);
+  }
+}
+
+TEST_CASE("a stranger's name does not lead here") {
+  ApiRig rig(false);
+  const auto status = [&](const std::string& host) {
+    Request request = ApiRig::get({"api", "session"});
+    request.host = host;
+    return rig.answer(request).status;
+  };
+  for (const char* host : {"localhost", "localhost:8480", "127.0.0.1:8480", "[::1]:8480",
+                           "box.plant", "10.0.0.5:443"}) {
+    CAPTURE(host);
+    CHECK(status(host) == 200);
+  }
+  for (const char* host : {"evil.example", "localhost.evil.example:8480", "box.plant.evil", "",
+                           "[::1", "127.0.0.1.evil"}) {
+    CAPTURE(host);
+    CHECK(status(host) == 403);
+  }
+}
+
+TEST_CASE("methods and addresses that are not there") {
+  ApiRig rig(false);
+  Request request = ApiRig::get({"api", "nothing"});
+  CHECK(rig.answer(request).status == 404);
+  request.path = {"api", "session"};
+  request.method = Method::head;
+  CHECK(rig.answer(request).status == 200);
+  request.method = Method::other;
+  CHECK(rig.answer(request).status == 405);
+  request.method = Method::post;
+  CHECK(rig.answer(request).status == 405);
+  request.path = {"api", "loops", "FIC-1", "nothing"};
+  CHECK(rig.answer(request).status == 404);
+  request.path = {};
+  CHECK(rig.answer(request).status == 405);
+  CHECK(rig.answer(ApiRig::get({"api", "loops", "NONE"})).status == 404);
+}
+
+TEST_CASE("slow work has lanes of its own") {
+  ApiRig rig(false);
+  const auto lane = [&](std::vector<std::string> path, Method method = Method::get) {
+    Request request = ApiRig::get(std::move(path));
+    request.method = method;
+    return rig.router().lane(request);
+  };
+  CHECK(lane({}) == Lane::here);
+  CHECK(lane({"api", "events"}) == Lane::here);
+  CHECK(lane({"api", "loops", "x", "history"}) == Lane::disk);
+  CHECK(lane({"api", "login"}, Method::post) == Lane::log_in);
+  CHECK(lane({"api", "loops", "x", "order"}, Method::post) == Lane::orders);
+}
+
+TEST_CASE("an order needs the daemon's right, the page's right and a confirmation that fits") {
+  ApiRig rig(true);
+  rig.orders.says = [](const json& request) -> json {
+    if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
+    return {{"state", "done"}, {"why", ""}, {"on_disk", true}};
+  };
+  json body = set_point(6.0, 5.0);
+  int expected = 200;
+  SECTION("sound") {}
+  SECTION("the page's right") {
+    rig.settings.control = false;
+    expected = 403;
+  }
+  SECTION("the daemon's right") {
+    json description = describe_of_two();
+    description["page"]["control"] = false;
+    rig.now.plant = page::plant_of(description);
+    expected = 403;
+  }
+  SECTION("another tag") {
+    body["confirm"]["tag"] = "FIC-102";
+    expected = 400;
+  }
+  SECTION("another value") {
+    body["confirm"]["new"] = 6.5;
+    expected = 400;
+  }
+  SECTION("no confirmation") {
+    body.erase("confirm");
+    expected = 400;
+  }
+  SECTION("two values") {
+    body["set"]["output"] = 3;
+    expected = 400;
+  }
+  SECTION("an unknown value") {
+    body["set"] = {{"gain", 3}};
+    expected = 400;
+  }
+  SECTION("not a number") {
+    body["set"]["set_point"] = "6";
+    expected = 400;
+  }
+  SECTION("a key too many") {
+    body["force"] = true;
+    expected = 400;
+  }
+  CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == expected);
+  if (expected != 200) {
+    CHECK(rig.orders.asked.empty());
+    return;
+  }
+  REQUIRE(rig.orders.asked.size() == 2);
+  CHECK(rig.orders.asked[0] == json{{"request", "set"},
+                                    {"loop", "FIC-101"},
+                                    {"set_point", 6.0},
+                                    {"expect", {{"set_point", 5.0}}},
+                                    {"user", "otto"},
+                                    {"address", "127.0.0.1"}});
+  CHECK(rig.orders.asked[1] == json{{"request", "order"}, {"loop", "FIC-101"}, {"order", 3}});
+}
+
+TEST_CASE("an output that nobody knows is ordered by who saw that") {
+  ApiRig rig(true);
+  rig.orders.says = [](const json& request) -> json {
+    if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
+    return {{"state", "done"}, {"why", ""}, {"now", nullptr}, {"on_disk", true}};
+  };
+  json body{{"set", {{"output", 3.0}}},
+            {"confirm", {{"tag", "FIC-101"}, {"old", nullptr}, {"new", 3.0}}}};
+  SECTION("where the page showed no value") {
+    CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == 200);
+    CHECK(rig.orders.asked.at(0).at("expect") == json{{"output", nullptr}});
+  }
+  SECTION("another may have ordered it meanwhile") {
+    rig.orders.says = [&](const json& request) -> json {
+      if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
+      return {{"state", "refused"}, {"why", "."}, {"now", {{"output", 4.5}}}, {"on_disk", true}};
+    };
+    const auto response = rig.answer(rig.post_as("otto", kOrder, body));
+    CHECK(response.status == 409);
+    CHECK(json::parse(response.body).at("now") == 4.5);
+  }
+  SECTION("a set point that was not known yet is held to none") {
+    body = {{"set", {{"set_point", 3.0}}},
+            {"confirm", {{"tag", "FIC-101"}, {"old", nullptr}, {"new", 3.0}}}};
+    CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == 200);
+    CHECK_FALSE(rig.orders.asked.at(0).contains("expect"));
+  }
+}
+
+TEST_CASE("what has changed behind the operator's back is told with its value") {
+  ApiRig rig(true);
+  const std::string why = "the set point is 5.5 by now, 5 was expected";
+  json expected{{"error", why}};
+  SECTION("at once, where the daemon knows no value") {
+    rig.orders.says = [&](const json&) -> json { throw page::DaemonRefused(why); };
+  }
+  SECTION("when the cycle takes it") {
+    rig.orders.says = [&](const json& request) -> json {
+      if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
+      return {{"state", "refused"}, {"why", why}, {"now", {{"set_point", 5.5}}}, {"on_disk", true}};
+    };
+    expected["now"] = 5.5;
+  }
+  const auto response = rig.answer(rig.post_as("otto", kOrder, set_point(6.0, 5.0)));
+  CHECK(response.status == 409);
+  CHECK(json::parse(response.body) == expected);
+}
+
+TEST_CASE("log-in, its delay, and its end") {
+  ApiRig rig(true);
+  const auto log_in = [&](const std::string& user, const std::string& password) {
+    return rig.answer(rig.post_as("", {"api", "login"}, {{"user", user}, {"password", password}}));
+  };
+  const auto right = log_in("otto", "correct horse");
+  REQUIRE(right.status == 200);
+  CHECK(right.delay.count() == 0);
+  CHECK(json::parse(right.body)["role"] == "operator");
+  const std::string cookie = right.headers.at(0).second;
+  CHECK(cookie.find("HttpOnly; SameSite=Strict") != std::string::npos);
+  CHECK(cookie.find("Secure") == std::string::npos);
+  SECTION("a wrong password and an unknown user are the same") {
+    const auto wrong = log_in("otto", "wrong");
+    const auto unknown = log_in("nobody", "wrong");
+    CHECK(wrong.status == 401);
+    CHECK(wrong.body == unknown.body);
+    CHECK(wrong.delay == unknown.delay);
+    CHECK(wrong.delay >= std::chrono::seconds(1));
+  }
+  SECTION("too many tries") {
+    int refused = 0;
+    for (int i = 0; i < 12; ++i) refused += log_in("otto", "wrong").status == 429;
+    CHECK(refused > 3);
+  }
+  SECTION("over TLS the cookie is for TLS") {
+    Request request =
+        rig.post_as("", {"api", "login"}, {{"user", "otto"}, {"password", "correct horse"}});
+    request.secure = true;
+    CHECK(rig.answer(request).headers.at(0).second.find("; Secure") != std::string::npos);
+  }
+  SECTION("log-out") {
+    const std::string value = cookie.substr(cookie.find('=') + 1, 43);
+    Request request = ApiRig::get({"api", "alarms"});
+    request.cookies[page::api::kCookie] = value;
+    CHECK(rig.answer(request).status == 200);
+    Request out = rig.post_as("", {"api", "logout"}, json::object());
+    out.cookies = request.cookies;
+    out.csrf = json::parse(right.body)["csrf"];
+    CHECK(rig.answer(out).status == 200);
+    CHECK(rig.answer(request).status == 401);
+  }
+}
+
+TEST_CASE("one network has its tries, however many addresses it has") {
+  ApiRig rig(true);
+  const auto refused = [&](const std::string& before) {
+    int count = 0;
+    for (int i = 0; i < 30; ++i) {
+      Request request = rig.post_as("", {"api", "login"},
+                                    {{"user", "u" + std::to_string(i)}, {"password", "wrong"}});
+      request.peer = before + std::to_string(i + 1);
+      request.network = before;
+      count += rig.answer(request).status == 429;
+    }
+    return count;
+  };
+  CHECK(refused("2001:db8:0:1::") >= 10);
+}
+
+TEST_CASE("a person keeps his session, the page by itself does not") {
+  ApiRig rig(true);
+  const auto now = std::chrono::steady_clock::now();
+  Request request = rig.post_as("otto", kAlarm, kAcknowledge);
+  request.method = Method::get;
+  request.path = {"api", "alarms"};
+  const std::string cookie = request.cookies.at(page::api::kCookie);
+  const auto nobody_since_29_minutes = [&] {
+    REQUIRE(rig.use(cookie, now - std::chrono::minutes(29)));
+  };
+  nobody_since_29_minutes();
+  bool kept = false;
+  SECTION("what the page asks") { CHECK(rig.answer(request).status == 200); }
+  SECTION("a stream") {
+    request.path = {"api", "events"};
+    const auto response = rig.answer(request);
+    REQUIRE(response.may_stay);
+    CHECK(response.may_stay());
+  }
+  SECTION("what the page asks while a person is there") {
+    request.person = true;
+    CHECK(rig.answer(request).status == 200);
+    kept = true;
+  }
+  SECTION("a POST") {
+    request.method = Method::post;
+    request.path = kAlarm;
+    CHECK(rig.answer(request).status == 200);
+    kept = true;
+  }
+  SECTION("a stream that a person began does not keep it as long as it lasts") {
+    request.path = {"api", "events"};
+    request.person = true;
+    const auto response = rig.answer(request);
+    nobody_since_29_minutes();
+    CHECK(response.may_stay());
+  }
+  CHECK(rig.holds(cookie, now + std::chrono::minutes(2)) == kept);
+}
+
+TEST_CASE("names of a new certificate are known at once, those of the old one no longer") {
+  ApiRig rig(false);
+  const auto status = [&](const std::string& host) {
+    Request request = ApiRig::get({"api", "session"});
+    request.host = host;
+    return rig.answer(request).status;
+  };
+  CHECK(status("box.plant") == 200);
+  rig.hosts.replace({"new.plant"});
+  CHECK(status("box.plant") == 403);
+  CHECK(status("new.plant:8443") == 200);
+}
+
+TEST_CASE("an order of a slow loop is waited for in rounds") {
+  ApiRig rig(true);
+  int looks = 0;
+  std::string last = "done";
+  rig.orders.says = [&](const json& request) -> json {
+    if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 60.0}};
+    if (++looks < 4) return {{"state", "waiting"}, {"why", ""}, {"on_disk", false}};
+    if (last == "gone") throw page::DaemonDown("gone");
+    return {{"state", last}, {"why", "too warm"}, {"on_disk", true}};
+  };
+  int status = 200;
+  SECTION("taken") {}
+  SECTION("refused") { last = "refused"; }
+  SECTION("the daemon ends meanwhile") {
+    last = "gone";
+    status = 503;
+  }
+  const auto response = rig.answer(rig.post_as("otto", kOrder, set_point(6.0, 5.0)));
+  CHECK(response.status == status);
+  CHECK(rig.rounds == 3);
+  CHECK(rig.orders.asked.size() == 5);
+  if (status == 200) CHECK(json::parse(response.body)["state"] == last);
+}
+
+TEST_CASE("the report of one piece of evidence is asked for by its name") {
+  ApiRig rig(false);
+  write_file(rig.folder / "state/evidence/20261124T070000000Z-FIC-101-stiction/report.html",
+             "<title>Gap: FIC-101</title>");
+  write_file(rig.folder / "state/gap/report.html", "<title>Gap: boiler</title>");
+  Request request = ApiRig::get({"api", "reports"});
+  CHECK(json::parse(rig.answer(request).body).size() == 2);
+  request.query["evidence"] = "20261124T070000000Z-FIC-101-stiction";
+  const json one = json::parse(rig.answer(request).body);
+  REQUIRE(one.size() == 1);
+  CHECK(one[0]["evidence"] == request.query["evidence"]);
+  request.query["evidence"] = "another";
+  CHECK(json::parse(rig.answer(request).body).empty());
+}
+
+TEST_CASE("a stream ends with its session") {
+  ApiRig rig(true);
+  const Request request = rig.get_as("vera", {"api", "events"});
+  const auto response = rig.answer(request);
+  REQUIRE(response.may_stay);
+  CHECK(response.may_stay());
+  rig.log_out(request.cookies.at(page::api::kCookie));
+  CHECK_FALSE(response.may_stay());
+}
+
+TEST_CASE("an absent daemon is 503, one that refuses 409 with its words") {
+  ApiRig rig(false);
+  rig.daemon.says = [](const json&) -> json { throw page::DaemonDown("gone"); };
+  CHECK(rig.answer(ApiRig::get({"api", "journal"})).status == 503);
+  rig.daemon.says = [](const json&) -> json { throw page::DaemonRefused("no"); };
+  CHECK(rig.answer(ApiRig::get({"api", "journal"})).body == R"({"error":"no"})");
+}
+
+TEST_CASE("queries are strict") {
+  ApiRig rig(false);
+  const auto status = [&](const std::string& key, const std::string& value) {
+    Request request = ApiRig::get({"api", "loops", "FIC-101", "history"});
+    request.query[key] = value;
+    return rig.answer(request).status;
+  };
+  CHECK(status("points", "100") == 200);
+  for (const char* value : {"0", "-5", "4001", "x", "1e3", "99999999999999999999", "5 "}) {
+    CAPTURE(value);
+    CHECK(status("points", value) == 400);
+  }
+  CHECK(status("form_ms", "5") == 400);
+  CHECK(status("from_ms", "4000000000000") == 400);
+}
+
+}  // namespace loopwarden::tests::router_test

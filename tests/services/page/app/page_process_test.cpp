@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real program beside the real daemon on a simulated plant.
+#include <catch2/catch.hpp>
+
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/services/page/support/raw_client.hpp"
+#include "tests/support/daemon_process.hpp"
+#include "tests/support/free_port.hpp"
+#include "tests/support/shell.hpp"
+
+namespace loopwarden::tests::page_process_test {
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using test::eventually;
+
+const std::string kPage = LOOPWARDEN_BIN_DIR "/loopwarden-page";
+
+std::string loop_file() {
+  return "loop: FIC-101\nsample_time: 0.1\nprocess_variable: {unit: L/min, range: [0, 10]}\n"
+         "controller:\n  action: reverse\n  kp: 0.35\n  ki: 0.04\n  set_point: {limits: [0, 9]}\n"
+         "  output: {unit: V, range: [0, 10]}\nstart: {mode: automatic, set_point: 5}\n"
+         "safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: "
+         "previous_mode}\n"
+         "recording: {enabled: true}\n"
+         "io: {backend: simulated, model: " LOOPWARDEN_SOURCE_DIR
+         "/config/examples/models/plant1.yaml}\n";
+}
+
+// A page on a port of its own; page.yaml lies in the daemon's folder.
+class PageProcess {
+ public:
+  PageProcess(const std::filesystem::path& folder, const std::string& yaml) : port(free_port()) {
+    write_file(folder / "page.yaml", yaml + "\n");
+    std::vector<std::string> words{
+        kPage,           "--config",      (folder / "page.yaml").string(),
+        "--runtime",     folder.string(), "--state",
+        folder.string(), "--port",        std::to_string(port)};
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    child_ = ::fork();
+    if (child_ == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+      const int log = ::open((folder / "page.log").c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+      ::dup2(log, STDERR_FILENO);
+      ::execv(argv[0], argv.data());
+      ::_exit(127);
+    }
+    REQUIRE(eventually([&] { return answers(); }));
+  }
+  PageProcess(const PageProcess&) = delete;
+  PageProcess& operator=(const PageProcess&) = delete;
+  ~PageProcess() {
+    if (child_ > 0) {
+      ::kill(child_, SIGKILL);
+      ::waitpid(child_, nullptr, 0);
+    }
+  }
+
+  void signal(int number) const { ::kill(child_, number); }
+  int stop() {
+    ::kill(child_, SIGTERM);
+    int status = 0;
+    ::waitpid(child_, &status, 0);
+    child_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  // Head and body.
+  std::string answer(const std::string& request) const {
+    RawClient client(port);
+    client.send(request);
+    return client.rest();
+  }
+  json get(const std::string& path, const std::string& more = "") const {
+    const std::string all = answer(get_line(path, more + "Connection: close\r\n"));
+    return json::parse(all.substr(all.find("\r\n\r\n") + 4));
+  }
+  std::string post(const std::string& path, const json& body, const std::string& more) const {
+    const std::string text = body.dump();
+    return answer("POST " + path +
+                  " HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" + more +
+                  "Content-Length: " + std::to_string(text.size()) +
+                  "\r\nConnection: close\r\n\r\n" + text);
+  }
+
+  int port;
+
+ private:
+  bool answers() const {
+    try {
+      RawClient client(port);
+      return true;
+    } catch (const std::exception&) {
+      return false;
+    }
+  }
+  pid_t child_ = -1;
+};
+
+TEST_CASE("loops, history and events of a running daemon, which goes and comes back", "[process]") {
+  DaemonProcess daemon("real_time: {priority: 0, lock_memory: false}\n",
+                       {{"loops.d/a.yaml", loop_file()}});
+  daemon.start();
+  PageProcess page(daemon.folder(), "updates: 5");
+  REQUIRE(eventually([&] { return page.get("/api/describe").value("up", false); }));
+  CHECK(page.get("/api/describe")["loops"][0]["tag"] == "FIC-101");
+  CHECK(page.get("/api/session")["role"] == "viewer");
+  CHECK(page.get("/api/loops/FIC-101")["pv_unit"] == "L/min");
+  CHECK(eventually([&] { return page.get("/api/loops/FIC-101/history")["t"].size() > 10; }));
+  const json history = page.get("/api/loops/FIC-101/history");
+  CHECK(history["pv"].size() == history["t"].size());
+  CHECK(history["sample_time_s"] == 0.1);
+  CHECK(page.get("/api/journal").contains("lines"));
+  CHECK(page.get("/api/system")["daemon"].contains("overruns"));
+  RawClient stream(page.port);
+  stream.send(get_line("/api/events"));
+  CHECK_THAT(stream.until("event: overview"),
+             Contains("event: daemon\ndata: {") && Contains("event: alarms"));
+  daemon.signal(SIGKILL);
+  CHECK_THAT(stream.until("\"up\":false"), Contains("\"up\":false"));
+  daemon.wait_for_end();
+  daemon.start();
+  CHECK_THAT(stream.until("\"up\":true"), Contains("event: daemon"));
+  stream.until("event: overview");
+  CHECK(page.stop() == 0);
+}
+
+TEST_CASE("an operator acknowledges and sets, as far as both files allow", "[process]") {
+  DaemonProcess daemon(
+      "real_time: {priority: 0, lock_memory: false}\npage: {alarms: true, control: true}\n",
+      {{"loops.d/a.yaml", loop_file()}});
+  daemon.start();
+  const std::string users = (daemon.folder() / "users").string();
+  CHECK(run("echo 'correct horse' | " + kPage + " user add otto --role operator --stdin --users " +
+            users)
+            .exit_code == 0);
+  PageProcess page(daemon.folder(), "users: users\ncontrol: true");
+  REQUIRE(eventually([&] { return page.get("/api/session").value("login", false); }));
+  CHECK(page.get("/api/alarms").contains("error"));
+  const std::string token =
+      "X-CSRF-Token: " + page.get("/api/session")["csrf"].get<std::string>() + "\r\n";
+  const std::string logged_in =
+      page.post("/api/login", {{"user", "otto"}, {"password", "correct horse"}}, token);
+  REQUIRE_THAT(logged_in, Contains("200 OK"));
+  const std::size_t at = logged_in.find("lw_session=");
+  const std::string cookie =
+      "Cookie: " + logged_in.substr(at, logged_in.find(';', at) - at) + "\r\n";
+  const json session = page.get("/api/session", cookie);
+  CHECK(session["user"] == "otto");
+  REQUIRE(eventually([&] { return page.get("/api/session", cookie)["can"]["control"] == true; }));
+  const std::string own = cookie + "X-CSRF-Token: " + session["csrf"].get<std::string>() + "\r\n";
+  const auto set = [&](double value, double old) {
+    return page.post("/api/loops/FIC-101/order",
+                     {{"set", {{"set_point", value}}},
+                      {"confirm", {{"tag", "FIC-101"}, {"old", old}, {"new", value}}}},
+                     own);
+  };
+  REQUIRE(eventually([&] { return daemon.loop("FIC-101").contains("sp"); }));
+  CHECK_THAT(set(6.0, 4.0), Contains("409") && Contains("\"now\":5"));
+  CHECK_THAT(set(6.0, 5.0), Contains("200 OK") && Contains("\"state\":\"done\""));
+  CHECK(eventually([&] { return daemon.loop("FIC-101")["sp"] == 6.0; }));
+  const json lines = page.get("/api/journal?loop=FIC-101", cookie)["lines"];
+  CHECK_THAT(lines[0]["peer"].get<std::string>(), Contains("otto@127.0.0.1 by page (uid "));
+  SECTION("a user who is removed is out") {
+    CHECK(run(kPage + " user remove otto --users " + users).exit_code == 0);
+    CHECK(eventually([&] { return page.get("/api/alarms", cookie).contains("error"); }));
+  }
+  CHECK(page.stop() == 0);
+}
+
+TEST_CASE("a stream ends when its session does, and says so", "[process]") {
+  DaemonProcess daemon("real_time: {priority: 0, lock_memory: false}\n",
+                       {{"loops.d/a.yaml", loop_file()}});
+  daemon.start();
+  const std::string users = (daemon.folder() / "users").string();
+  const auto user = [&](const std::string& words) {
+    return run("echo 'correct horse' | " + kPage + " user " + words + " --users " + users +
+               " 2>&1");
+  };
+  REQUIRE(user("add vera --stdin").exit_code == 0);
+  PageProcess page(daemon.folder(), "users: users");
+  const std::string token =
+      "X-CSRF-Token: " + page.get("/api/session")["csrf"].get<std::string>() + "\r\n";
+  const std::string logged_in =
+      page.post("/api/login", {{"user", "vera"}, {"password", "correct horse"}}, token);
+  REQUIRE_THAT(logged_in, Contains("200 OK"));
+  const std::size_t at = logged_in.find("lw_session=");
+  const std::string cookie =
+      "Cookie: " + logged_in.substr(at, logged_in.find(';', at) - at) + "\r\n";
+  RawClient stream(page.port);
+  stream.send(get_line("/api/events", cookie));
+  stream.until("event: overview");
+  SECTION("a log-out") {
+    const json session = page.get("/api/session", cookie);
+    page.post("/api/logout", json::object(),
+              cookie + "X-CSRF-Token: " + session["csrf"].get<std::string>() + "\r\n");
+  }
+  SECTION("another password") { REQUIRE(user("password vera --stdin").exit_code == 0); }
+  CHECK_THAT(stream.rest(), Catch::EndsWith("event: ended\ndata: {}\n\n"));
+  CHECK(stream.ended());
+}
+
+TEST_CASE("a new certificate brings its names", "[process]") {
+  const TemporaryFolder folder;
+  const auto certificate = [&](const std::string& host) {
+    std::filesystem::remove(folder / "page.crt");
+    std::filesystem::remove(folder / "page.key");
+    REQUIRE(run(kPage + " certificate --host localhost --host " + host + " --out " +
+                folder.path().string())
+                .exit_code == 0);
+  };
+  certificate("old.plant");
+  PageProcess page(folder.path(), "tls: {certificate: page.crt, key: page.key}\nbox: true");
+  const auto status = [&](const std::string& host) {
+    return run("printf 'GET /api/session HTTP/1.1\\r\\nHost: " + host +
+               "\\r\\nConnection: close\\r\\n\\r\\n' | openssl s_client -quiet -connect "
+               "127.0.0.1:" +
+               std::to_string(page.port) + " 2> /dev/null")
+        .text.substr(0, 12);
+  };
+  CHECK(status("old.plant") == "HTTP/1.1 200");
+  CHECK(status("new.plant") == "HTTP/1.1 403");
+  certificate("new.plant");
+  page.signal(SIGHUP);
+  CHECK(eventually([&] { return status("new.plant") == "HTTP/1.1 200"; }));
+  CHECK(status("old.plant") == "HTTP/1.1 403");
+}
+
+TEST_CASE("a display is a viewer, and the list says which it is", "[process]") {
+  const TemporaryFolder folder;
+  const auto user = [&](const std::string& words) {
+    return run("echo 'correct horse' | " + kPage + " user " + words + " --users " +
+               (folder / "users").string() + " 2>&1");
+  };
+  CHECK(user("add wall --display --stdin").exit_code == 0);
+  CHECK(user("add vera --stdin").exit_code == 0);
+  const auto refused = user("add otto --role operator --display --stdin");
+  CHECK(refused.exit_code == 64);
+  CHECK_THAT(refused.text, Contains("a display is a viewer"));
+  CHECK_THAT(user("list").text, Catch::Matches("vera +viewer\nwall +viewer, display\n"));
+  CHECK(user("password wall --stdin").exit_code == 0);
+  CHECK_THAT(user("list").text, Contains("viewer, display"));
+}
+
+TEST_CASE("what page.yaml must not ask for is exit code 78", "[process]") {
+  const TemporaryFolder folder;
+  write_file(folder / "page.yaml", "listen: [{address: 0.0.0.0}]\n");
+  const auto open = run(kPage + " --config " + (folder / "page.yaml").string() + " --check 2>&1");
+  CHECK(open.exit_code == 78);
+  CHECK_THAT(open.text, Contains("page.yaml:1:9: error: listen: 0.0.0.0 is reached from other "
+                                 "hosts: that needs tls and users"));
+  CHECK(run(kPage + " --chek 2>&1").exit_code == 64);
+  CHECK_THAT(run(kPage + " usr 2>&1").text, Contains("did you mean 'user'?"));
+}
+
+}  // namespace loopwarden::tests::page_process_test

@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A box of one's own: loopwardend on simulated plants, loopwarden-page before it, segments of other days, a browser."""
+import base64
+import json
+import math
+import os
+import pathlib
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+import zlib
+
+try:
+    from selenium import webdriver
+    from selenium.common.exceptions import WebDriverException
+    from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.ui import WebDriverWait
+except ImportError:
+    sys.exit("python3-selenium is missing: tools/install-packages test")
+
+ROOT = pathlib.Path(__file__).resolve().parents[4]
+sys.path.insert(0, str(ROOT / "bench"))
+from bench_daemon import ask, free_port  # noqa: E402
+
+BIN = pathlib.Path(os.environ.get("LOOPWARDEN_BIN_DIR", ROOT / "build/release/bin"))
+PASSWORD = "correct horse battery"
+USERS = {"vera": "viewer", "otto": "operator"}
+
+LOOP = """loop: {tag}
+description: {description}
+sample_time: 0.1
+process_variable: {{unit: L/min, range: [0, 10]}}
+controller:
+  action: reverse
+  kp: 0.3494
+  ki: 0.040007
+  set_point: {{limits: [0, 9]}}
+  output: {{unit: V, range: [0, 10]}}
+start: {{mode: automatic, set_point: {set_point}}}
+safe_actions: {{stop: 0, bad_pv: hold, output_lost: hold, late_cycle_periods: 100, enable_open: 0, recovery: previous_mode}}
+recording: {{enabled: {recording}}}
+monitor: {{specialists: {root}/data/specialists/plant1{twin}}}
+io: {{backend: simulated, model: {model}}}
+"""
+
+
+class Box:
+    """Daemon and page in a folder of their own; use with `with`. healthy: how many loops beside FIC-101, which sticks."""
+
+    def __init__(self, healthy=3, accelerate=5, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
+                 time_zone="Africa/Johannesburg"):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="loopwarden-page-"))
+        self.port = port or free_port()
+        self.url = f"http://127.0.0.1:{self.port}"
+        self.daemon = self.page = None
+        # For work on the site: from its folder, without building the program.
+        self.site = []
+        if "LOOPWARDEN_PAGE_SITE" in os.environ:
+            shutil.copytree(os.environ["LOOPWARDEN_PAGE_SITE"], self.folder / "site")
+            shutil.copytree(ROOT / "third_party/uplot", self.folder / "site/uplot")
+            self.site = ["--site", str(self.folder / "site")]
+        (self.folder / "config/loops.d").mkdir(parents=True)
+        self.state = self.folder / "state"
+        self.state.mkdir()
+        (self.folder / "config/loopwardend.yaml").write_text(
+            f"accelerate: {accelerate}\nreal_time: {{lock_memory: false}}\nruntime_directory: {self.folder}\nstate_directory: {self.state}\n"
+            f"page: {{alarms: true, control: {str(control).lower()}}}\n", encoding="utf-8")
+        self._write_loops(healthy, recording, twin, sticking)
+        self.config = self.folder / "page.yaml"
+        more = f"users: {self.folder}/users\n" if users else ""
+        self.config.write_text(
+            f"listen: [{{address: 127.0.0.1, port: {self.port}}}]\nsockets: {{status: {self.folder}/status.sock, page: {self.folder}/page.sock}}\n"
+            f"state_directory: {self.state}\ncontrol: {str(control).lower()}\nrate: 1000\ntime_zone: {time_zone}\n{more}", encoding="utf-8")
+        for name, role in USERS.items() if users else ():
+            subprocess.run([BIN / "loopwarden-page", "user", "add", name, "--role", role, "--users", self.folder / "users", "--stdin"],
+                           input=PASSWORD + "\n", text=True, check=True, stdout=subprocess.DEVNULL)
+
+    def _write_loops(self, healthy, recording, twin, sticking):
+        models = ROOT / "config/examples/models"
+        text = (models / "plant1.yaml").read_text(encoding="utf-8")
+        calm = self.folder / "calm.yaml"
+        calm.write_text(text[:text.index("  faults:")], encoding="utf-8")
+        sick = self.folder / "sick.yaml"
+        sick.write_text(text.replace("from: 120, ramp: 180", "from: 0, ramp: 1").replace("j: 0.4", "j: 0.9"), encoding="utf-8")
+        names = ["Feed to reactor R-1", "Cooling water E-204", "Reflux T-301", "Caustic dosing", "Condensate return", "Quench Q-7"]
+        for n in range(healthy + 1):
+            first = n == 0 and sticking
+            (self.folder / f"config/loops.d/{n:04}.yaml").write_text(LOOP.format(
+                tag=f"FIC-{101 + n}", description=names[n % len(names)], set_point=5 if first else 3 + n % 5, root=ROOT,
+                recording=str(recording).lower(), twin=f", twin: {twin}" if first and twin else "", model=sick if first else calm), encoding="utf-8")
+
+    def __enter__(self):
+        try:
+            self.start_daemon()
+            self.start_page()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        for process in (self.page, self.daemon):
+            if process and process.poll() is None:
+                process.kill()
+                process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def start_daemon(self):
+        with open(self.folder / "daemon.log", "a", encoding="utf-8") as log:
+            self.daemon = subprocess.Popen([BIN / "loopwardend", "--config", self.folder / "config"], stdout=log, stderr=log)
+        self._until(lambda: self.ask({"request": "status"}), self.daemon, "daemon.log")
+
+    def start_page(self):
+        with open(self.folder / "page.log", "a", encoding="utf-8") as log:
+            self.page = subprocess.Popen([BIN / "loopwarden-page", "--config", self.config, *self.site], stdout=log, stderr=log)
+        self._until(lambda: urllib.request.urlopen(self.url + "/api/session", timeout=5).read(), self.page, "page.log")
+
+    def _until(self, attempt, process, log):
+        for _ in range(600):
+            try:
+                return attempt()
+            except OSError:
+                if process.poll() is not None:
+                    break
+                time.sleep(0.05)
+        raise SystemExit(f"{process.args[0]} does not start:\n" + (self.folder / log).read_text(encoding="utf-8"))
+
+    def kill_daemon(self):
+        self.daemon.send_signal(signal.SIGKILL)
+        self.daemon.wait()
+
+    def ask(self, request):
+        return ask(self.folder / "control.sock", request)
+
+    def write_old_segment(self, tag="FIC-101", ago_s=86400, seconds=3600, period_s=0.1, sequence=1):
+        """What the recorder would have left of another day: a sine with one spike to 8.5, in the format of record/segment_format.hpp.
+        Returns when the spike was, UTC ms. Before the daemon starts."""
+        folder = self.state / "segments" / tag
+        folder.mkdir(parents=True, exist_ok=True)
+        start_ns = int((time.time() - ago_s) * 1e9)
+        columns = ("time_ns:i64 period_index:u64 sp:f64 pv:f64 co:f64 stem:f64 calculated:f32 jacket_rate:f32 jacket_rate_shadow:f32 "
+                   "compensator:f32 compensator_shadow:f32 mode:u8 fault:u8 pv_quality:u8 pv_reason:u8 flags:u8 jacket_form:u8 "
+                   "requested_mode:u8 pv_limit:u8 age_ms:f32 row:u32 crc32:u32").encode()
+        head = struct.pack("<8sIIQQdqq64s384sI", b"LWSEGMNT", 2, 88, sequence, sequence, period_s, start_ns, 0, tag.encode(), columns, 0)
+        crc = zlib.crc32(head)
+        rows = [head + struct.pack("<I", crc)]
+        count = int(seconds / period_s)
+        for k in range(count):
+            pv = 8.5 if k == count // 2 else 4 + math.sin(k * period_s / 20)
+            row = struct.pack("<qQddddfffff8BfI", int(k * period_s * 1e9), k, 4.0, pv, 5.0, 5.0, 5.0, 0, 0, 0, 0, 1, 0, 192, 0, 0, 0, 1, 0, 1.0, k)
+            rows.append(row + struct.pack("<I", zlib.crc32(row, crc)))
+        (folder / f"{sequence:010}.lwseg").write_bytes(b"".join(rows))
+        return start_ns // 1_000_000 + int(1000 * period_s * (count // 2))
+
+
+class Browser:
+    """Debian's chromium, headless. `wrong` gets what is found to be wrong."""
+
+    def __init__(self, profile, wrong):
+        options = webdriver.ChromeOptions()
+        options.binary_location = "/usr/bin/chromium"
+        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars", "--disable-renderer-backgrounding",
+                     "--disable-backgrounding-occluded-windows", f"--user-data-dir={profile}"):
+            options.add_argument(word)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        self.driver.set_script_timeout(300)  # axe-core on a crowded machine
+        self.wrong = wrong
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.driver.quit()
+
+    def screen(self, width=1400, height=900, scheme="dark", scale=1):
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": width < 600})
+        self.media("", scheme)
+
+    def media(self, media, scheme="dark"):
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": [
+            {"name": "prefers-color-scheme", "value": scheme}, {"name": "prefers-reduced-motion", "value": "reduce"}]})
+
+    def run(self, script, *arguments):
+        return self.driver.execute_script("return " + script, *arguments)
+
+    def run_async(self, script, *arguments):
+        """`script` is the body of an async function of the arguments a, b, c."""
+        return self.driver.execute_async_script(
+            "const done = arguments[arguments.length - 1], given = [...arguments].slice(0, -1);"
+            f"(async (a, b, c) => {{ {script} }})(...given).then(done, (e) => done(String(e)));", *arguments)
+
+    def find(self, selector):
+        return self.driver.find_element(By.CSS_SELECTOR, selector)
+
+    def all(self, selector):
+        return self.driver.find_elements(By.CSS_SELECTOR, selector)
+
+    def text(self, selector="body"):
+        return self.run("document.querySelector(arguments[0])?.innerText ?? ''", selector).replace("\u00a0", " ").replace("\u2009", " ")
+
+    def check(self, right, what):
+        if not right:
+            self.wrong.append(what)
+            print(f"WRONG: {what}", file=sys.stderr)
+        return right
+
+    def until(self, condition, what, limit=60):
+        """Waits for what comes in its time; the limit is for what never comes. Returns the seconds it took, or None."""
+        begin = time.monotonic()
+        try:
+            WebDriverWait(self.driver, limit, 0.03, ignored_exceptions=(WebDriverException,)).until(lambda _: condition())
+            return time.monotonic() - begin
+        except WebDriverException:
+            self.check(False, what)
+            return None
+
+    def press(self, selector):
+        self.until(lambda: self.run("(() => { const e = document.querySelector(arguments[0]); if (!e || e.disabled) return false; e.scrollIntoView({block: 'center'}); e.click(); return true; })()".replace("arguments[0]", json.dumps(selector))),
+                   f"{selector} can't be pressed")
+
+    def shot(self, path, full=False):
+        clip = {}
+        if full:
+            size = self.driver.execute_cdp_cmd("Page.getLayoutMetrics", {})["cssContentSize"]
+            clip = {"captureBeyondViewport": True, "clip": {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}}
+        path.write_bytes(base64.b64decode(self.driver.execute_cdp_cmd("Page.captureScreenshot", clip)["data"]))
+
+    def pdf(self):
+        return base64.b64decode(self.driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})["data"])
+
+    def quiet(self, where, allowed=()):
+        for entry in self.driver.get_log("browser"):
+            # The browser's own pages are not this one.
+            if not entry["message"].startswith("chrome://") and not any(word in entry["message"] for word in allowed):
+                self.check(False, f"{where}: console: {entry['message']}")
+
+    # --- the page ---
+    def go(self, box, route=""):
+        if not self.driver.current_url.startswith(box.url):
+            self.driver.get(f"{box.url}/#/{route}")
+        else:
+            self.run(f"(() => {{ location.hash = {json.dumps('#/' + route)}; }})()")
+        name = route.split("/")[0] or "overview"
+        self.until(lambda: self.run("document.querySelector('main')?.dataset.view") in (name, "login") and self.all("main h1"), f"the view {name} does not come")
+
+    def log_in(self, box, user):
+        self.go(box, "login")
+        self.until(lambda: self.all("form.panel input[name=user]"), "there is no form to log in")
+        self.find("form.panel input[name=user]").send_keys(user)
+        self.find("form.panel input[name=password]").send_keys(PASSWORD)
+        self.find("form.panel button[type=submit]").click()
+        self.until(lambda: user in self.run("document.querySelector('.user')?.textContent ?? ''"), f"{user} can't log in")
+
+    def log_out(self):
+        self.press(".user button")
+        self.until(lambda: self.all("form.panel input[name=user]"), "after the log-out no log-in is asked for")

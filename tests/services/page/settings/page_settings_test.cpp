@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/page/settings/page_settings.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests::page_settings_test {
+
+using namespace page;
+
+std::string trouble(const std::string& text) {
+  const auto read = read_page_text("page.yaml", text);
+  return read ? "" : config::to_text(read.diagnostics);
+}
+
+TEST_CASE("without a key the page is for this host and for looking") {
+  const auto settings = read_page_text("/etc/p/page.yaml", "updates: 2\n");
+  REQUIRE(settings);
+  REQUIRE(settings->listen.size() == 1);
+  CHECK(settings->listen[0].address == "127.0.0.1");
+  CHECK(settings->listen[0].port == 8480);
+  CHECK_FALSE(settings->control);
+  CHECK(settings->users.empty());
+  CHECK(settings->status_socket == "/run/loopwardend/status.sock");
+  CHECK(settings->state_directory == "/var/lib/loopwardend");
+}
+
+TEST_CASE("a whole page.yaml") {
+  const auto settings =
+      read_page_text("/etc/p/page.yaml",
+                     "listen: [{address: 0.0.0.0, port: 443}, {address: \"::1\"}]\n"
+                     "tls: {certificate: page.crt, key: page.key}\n"
+                     "users: users\nhosts: [box.plant]\n"
+                     "sockets: {status: /run/x/status.sock, page: /run/x/page.sock}\n"
+                     "state_directory: /srv/state\nclients: 50\nrate: 20\nupdates: 5\n"
+                     "control: true\nsession: {hours: 8, idle_minutes: 15}\n"
+                     "time_zone: Africa/Johannesburg\n");
+  REQUIRE(settings);
+  CHECK(settings->listen[0].port == 443);
+  CHECK(settings->listen[1].address == "::1");
+  CHECK(settings->certificate == "/etc/p/page.crt");
+  CHECK(settings->users == "/etc/p/users");
+  CHECK(settings->updates_per_s == 5.0);
+  CHECK(settings->session_hours == 8.0);
+}
+
+TEST_CASE("beyond this host only with TLS and users") {
+  const std::string listen = "listen: [{address: 192.168.1.5}]\n";
+  const std::string tls = "tls: {certificate: a, key: b}\n";
+  CHECK(trouble(listen).find("that needs tls and users") != std::string::npos);
+  CHECK(trouble(listen + "users: u\n").find("that needs tls") != std::string::npos);
+  CHECK(trouble(listen + tls).find("that needs users") != std::string::npos);
+  CHECK(trouble(listen + tls + "users: u\n").empty());
+  CHECK(trouble("listen: [{address: 127.0.0.7}, {address: \"::1\"}]\n").empty());
+  for (const char* address :
+       {"0.0.0.0", "\"::\"", "10.0.0.1", "\"::ffff:10.0.0.1\"", "126.255.255.255"}) {
+    CHECK_FALSE(trouble(std::string("listen: [{address: ") + address + "}]\n").empty());
+  }
+}
+
+TEST_CASE("errors name place, key and the nearest one") {
+  CHECK(trouble("controll: true\n") ==
+        "page.yaml:1:1: error: unknown key 'controll'; did you mean 'control'?\n");
+  CHECK(trouble("updates: 6\n").find("page.yaml:1:10: error: updates:") == 0);
+  CHECK(trouble("listen: [{address: box}]\n").find("must be a numeric address (got 'box')") !=
+        std::string::npos);
+  CHECK(trouble("listen: [{port: 0}]\n").find("listen[0].port") != std::string::npos);
+}
+
+TEST_CASE("a time zone is one that the box knows") {
+  CHECK(trouble("time_zone: Etc/UTC\n").empty());
+  for (const char* zone : {"Mars/Olympus", "../../etc/passwd", "/etc/passwd"}) {
+    CHECK(trouble(std::string("time_zone: ") + zone + "\n").find("this box knows no zone") !=
+          std::string::npos);
+  }
+}
+
+TEST_CASE("a fleet's database, its password elsewhere") {
+  const auto settings =
+      read_page_text("/etc/p/page.yaml",
+                     "fleet: {database: postgresql:///loopwarden, password: {file: secret}}\n");
+  REQUIRE(settings);
+  REQUIRE(settings->fleet);
+  CHECK(settings->fleet->url == "postgresql:///loopwarden");
+  CHECK(settings->fleet->password.file == "/etc/p/secret");
+  CHECK(settings->box);
+  CHECK_FALSE(read_page_text("p", "updates: 2\n")->fleet);
+  CHECK(trouble("fleet: {}\n").find("database") != std::string::npos);
+  CHECK(trouble("fleet: {database: mysql://h/d}\n").find("must be postgresql://") !=
+        std::string::npos);
+  CHECK(trouble("fleet: {database: \"postgresql://u:secret@h/d\"}\n")
+            .find("holds a password; use password with") != std::string::npos);
+  CHECK(trouble("fleet: {database: \"postgresql:///d\", password: {}}\n")
+            .find("one of credential and file") != std::string::npos);
+}
+
+TEST_CASE("a machine without a daemon shows the fleet or nothing") {
+  CHECK(trouble("box: false\n").find("page.yaml:1:6: error: box: false leaves nothing to show") ==
+        0);
+  const auto settings = read_page_text("p", "box: false\nfleet: {database: postgresql:///d}\n");
+  REQUIRE(settings);
+  CHECK_FALSE(settings->box);
+}
+
+TEST_CASE("the keys in docs/page.md are those of the program") {
+  const std::string document = read_file(LOOPWARDEN_SOURCE_DIR "/docs/page.md");
+  CHECK(document.find(config::to_markdown(describe_page())) != std::string::npos);
+}
+
+}  // namespace loopwarden::tests::page_settings_test

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import {bandsOf, lanes} from '../../../../services/page/site/lib/bands.js';
+
+const line = (utc_ms, from, to, alarm = 'stiction') => ({kind: 'alarm', utc_ms, from, to, alarm});
+
+test('a band lasts from the condition to its end, whatever the operator does', () => {
+  const lines = [line(400, 'acknowledged', 'normal'), line(200, 'unacknowledged', 'acknowledged'), line(100, 'normal', 'unacknowledged')];
+  assert.deepEqual(bandsOf(lines, []), [{alarm: 'stiction', from_ms: 100, to_ms: 400}]);
+});
+
+test('one that is on has no end; one from before the lines has no beginning', () => {
+  assert.deepEqual(bandsOf([line(100, 'normal', 'unacknowledged')], []), [{alarm: 'stiction', from_ms: 100, to_ms: null}]);
+  assert.deepEqual(bandsOf([line(100, 'unacknowledged', 'returned_unacknowledged')], []), [{alarm: 'stiction', from_ms: -Infinity, to_ms: 100}]);
+});
+
+test('what stands now and has no line is drawn from when it was raised', () => {
+  const standing = [{alarm: 'backlash', active: true, raised_ms: 50}, {alarm: 'unknown', active: false, raised_ms: 1}];
+  assert.deepEqual(bandsOf([], standing), [{alarm: 'backlash', from_ms: 50, to_ms: null}]);
+  assert.equal(bandsOf([line(50, 'normal', 'unacknowledged', 'backlash')], standing).length, 1);
+});
+
+test('shelving and suppression say nothing of the condition', () => {
+  const lines = [line(300, 'shelved', 'normal'), line(200, 'unacknowledged', 'shelved'), line(100, 'normal', 'unacknowledged')];
+  assert.deepEqual(bandsOf(lines, []), [{alarm: 'stiction', from_ms: 100, to_ms: 300}]);
+});
+
+test('operator lines are none, and bands of the same time have lanes of their own', () => {
+  const lines = [{kind: 'operator', utc_ms: 150, alarm: 'stiction', to: 'acknowledged'}, line(120, 'normal', 'unacknowledged', 'backlash'), line(100, 'normal', 'unacknowledged')];
+  const bands = bandsOf(lines, []);
+  assert.equal(lanes(bands), 2);
+  assert.deepEqual(bands.map((band) => band.lane), [0, 1]);
+  const after = [{from_ms: 0, to_ms: 10}, {from_ms: 10, to_ms: 20}];
+  assert.equal(lanes(after), 1);
+});

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stream of events without a browser: its server is a few words of the test's own.
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import {get} from '../../../../services/page/site/lib/api.js';
+import {Live} from '../../../../services/page/site/lib/live.js';
+import {person} from '../../../../services/page/site/lib/person.js';
+
+class Stream extends EventTarget {
+  static newest = null;
+  static CLOSED = 2;
+  readyState = 1;
+  constructor() { super(); Stream.newest = this; }
+  close() { this.readyState = Stream.CLOSED; }
+  say(type, data) { this.dispatchEvent(Object.assign(new Event(type), {data: JSON.stringify(data)})); }
+}
+
+const LOOPS = [{tag: 'A', sample_time_s: 0.1}, {tag: 'B', sample_time_s: 0.1}];
+const VERA = {user: 'vera', role: 'viewer', csrf: 'hers', login: true, must_login: false, can: {alarms: false, control: false}, box: true};
+const NOBODY = {...VERA, user: null, role: 'none', csrf: 'nobody', must_login: true};
+const server = {session: VERA, asked: []};
+
+Object.assign(globalThis, {
+  EventSource: Stream,
+  document: Object.assign(new EventTarget(), {hidden: false}),
+  requestAnimationFrame: (act) => setTimeout(act, 0),
+  setInterval: (act) => { server.tick = act; return 0; }, // nothing goes by itself
+  fetch: async (path, {headers}) => {
+    server.asked.push([path, headers]);
+    const known = {'/api/session': server.session, '/api/describe': {up: true, loops: LOOPS}, '/api/sparklines': {step_s: 10, pv: [[], []]}};
+    const status = path !== '/api/session' && server.session.must_login ? 401 : 200;
+    return {ok: status === 200, status, headers: new Headers(), json: async () => (status === 200 ? known[path] ?? {} : {error: 'log in first'})};
+  },
+});
+
+const settled = () => new Promise((done) => { setTimeout(done, 20); });
+
+// As a viewer sees it.
+async function looking() {
+  server.session = VERA;
+  const live = new Live();
+  await live.start();
+  Stream.newest.onopen();
+  await settled();
+  Stream.newest.say('alarms', [{loop: 'A', alarm: 'stiction', state: 'unacknowledged'}]);
+  Stream.newest.say('overview', {period: [1, 1], pv: [1, 2]});
+  await settled();
+  assert.equal(live.alarmsKnown, true);
+  assert.equal(live.overview.pv[1], 2);
+  return live;
+}
+
+function knowsNothing(live) {
+  assert.equal(live.overview, null);
+  assert.equal(live.describe, null);
+  assert.deepEqual(live.alarms, []);
+  assert.equal(live.alarmsKnown, false);
+  assert.equal(live.stale, null);
+  assert.equal(live.session.must_login, true);
+  assert.equal(Stream.newest.readyState, Stream.CLOSED);
+}
+
+test('who has not logged in is told of no alarm, and of none that there is none', async () => {
+  server.session = NOBODY;
+  const live = new Live();
+  await live.start();
+  await settled();
+  assert.equal(live.alarmsKnown, false);
+  assert.equal(live.overview, null);
+  assert.equal(live.stale, null);
+});
+
+test('when the stream says that the session has ended nothing is known any longer, at once', async () => {
+  const live = await looking();
+  const heard = [];
+  for (const type of ['session', 'alarms', 'describe']) live.addEventListener(type, () => heard.push([type, live.alarmsKnown]));
+  server.session = NOBODY;
+  Stream.newest.say('ended', {});
+  knowsNothing(live);
+  assert.deepEqual(heard, [['session', false], ['describe', false], ['alarms', false]], 'the view goes first, then what stays is told');
+  await settled();
+  knowsNothing(live);
+  assert.equal(heard.length, 3, 'the log-in is not shown twice');
+});
+
+test('any answer that says so ends it as well', async () => {
+  const live = await looking();
+  server.session = NOBODY;
+  await assert.rejects(get('/api/journal'), {status: 401});
+  knowsNothing(live);
+});
+
+test('a log-out ends it at once', async () => {
+  const live = await looking();
+  server.session = NOBODY;
+  await live.logOut();
+  knowsNothing(live);
+});
+
+test('a page of a fleet alone, which has no stream, asks whether it is still logged in', async () => {
+  server.session = {...VERA, box: false};
+  const live = new Live();
+  await live.start();
+  server.session = {...NOBODY, box: false};
+  server.tick();
+  await settled();
+  assert.equal(live.session.must_login, true);
+});
+
+test('where another tab has logged in it all comes back', async () => {
+  const live = await looking();
+  Stream.newest.say('ended', {});
+  assert.equal(live.session.must_login, true);
+  await settled();
+  assert.equal(live.session.user, 'vera');
+  assert.equal(Stream.newest.readyState, 1);
+});
+
+test('what is asked while a person is there says so', async () => {
+  await looking();
+  assert.ok(server.asked.every(([, headers]) => !('X-Loopwarden-Person' in headers)));
+  person.seen(performance.now());
+  await get('/api/journal');
+  assert.equal(server.asked.at(-1)[1]['X-Loopwarden-Person'], '1');
+});
