@@ -30,7 +30,7 @@ std::string literal_at(const std::string& text, std::size_t begin) {
 std::set<std::string> test_names() {
   constexpr std::string_view kStart = "TEST_CASE(";
   std::set<std::string> names;
-  for (const auto& entry : fs::recursive_directory_iterator(LOOPWARDEN_SOURCE_DIR "/tests/fleet")) {
+  for (const auto& entry : fs::recursive_directory_iterator(LOOPWARDEN_SOURCE_DIR "/tests")) {
     if (!entry.path().string().ends_with("_test.cpp")) continue;
     const std::string text = read_file(entry.path());
     for (std::size_t at = text.find(kStart); at != std::string::npos;
