@@ -344,164 +344,218 @@ void recognise_archive(Record& record, const ImportOptions& options, ImportNotes
   count_missing(record, notes);
 }
 
-Imported on_constant_period(Signals signals, const ImportOptions& options, ImportNotes notes,
-                            const std::string& place) {
-  const auto fail = [&](const std::string& what) {
-    throw RecordError(RecordError::Kind::data, 0, 0, place + ": " + what);
-  };
-  Signal& pv = signals[index_of(Role::pv)];
-  if (pv.empty()) fail("no values of PV");
-  Imported out{{}, std::move(notes)};
-  Record& r = out.record;
-  mark_columns(r, signals);
-  for (const Signal& s : signals) {
-    out.notes.bad += s.bad;
-    out.notes.questionable += s.questionable;
-  }
-  // One column of times, regular: nothing to do but take it.
-  if (all_share_time(signals) && !options.period_s && is_regular(*pv.time_s)) {
-    // Other loops of the file may have the same times.
-    const auto sharing = std::count_if(signals.begin(), signals.end(),
-                                       [&](const Signal& s) { return s.time_s == pv.time_s; });
-    if (pv.time_s.use_count() == sharing) {
-      r.time_s = std::move(*pv.time_s);
+namespace {
+
+// The signals of a loop on their way to a record, and what is known of their times.
+class Resampler {
+ public:
+  Resampler(Signals signals, const ImportOptions& options, ImportNotes notes, std::string place)
+      : signals_(std::move(signals)),
+        options_(options),
+        place_(std::move(place)),
+        out_{{}, std::move(notes)} {}
+
+  Imported run() {
+    if (pv_.empty()) fail("no values of PV");
+    mark_columns(out_.record, signals_);
+    for (const Signal& s : signals_) {
+      notes_.bad += s.bad;
+      notes_.questionable += s.questionable;
+    }
+    if (all_share_time(signals_) && !options_.period_s && is_regular(*pv_.time_s)) {
+      take_as_it_is();
     } else {
-      r.time_s = *pv.time_s;
+      find_steps();
+      find_grid();
+      count_samples();
+      fill();
+    }
+    notes_.period_s = out_.record.period_s;
+    return std::move(out_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw RecordError(RecordError::Kind::data, 0, 0, place_ + ": " + what);
+  }
+
+  std::vector<double>& column(Role role) { return *column_of(out_.record, role); }
+
+  // One column of times, regular.
+  void take_as_it_is() {
+    Record& r = out_.record;
+    // Other loops of the file may have the same times.
+    const auto sharing = std::count_if(signals_.begin(), signals_.end(),
+                                       [&](const Signal& s) { return s.time_s == pv_.time_s; });
+    if (pv_.time_s.use_count() == sharing) {
+      r.time_s = std::move(*pv_.time_s);
+    } else {
+      r.time_s = *pv_.time_s;
     }
     r.period_s = tidy_period_s((r.time_s.back() - r.time_s.front()) /
                                static_cast<double>(r.time_s.size() - 1));
     for (std::size_t k = 0; k < kRoles; ++k)
-      *column_of(r, static_cast<Role>(k)) = std::move(signals[k].value);
-    recognise_archive(r, options, out.notes);
-    out.notes.period_s = r.period_s;
-    return out;
+      column(static_cast<Role>(k)) = std::move(signals_[k].value);
+    recognise_archive(r, options_, notes_);
   }
 
-  const Signal& co = signals[index_of(Role::co)];
-  const std::vector<double> pv_times = times_known(pv);
-  if (pv_times.size() < 2) fail("fewer than two values of PV");
-  const std::vector<double> pv_steps = steps_of(pv_times);
-  if (pv_steps.empty()) fail("all values of PV have the same time");
-  out.notes.same_time += pv_times.size() - 1 - pv_steps.size();
-  const double median = numeric::quantile(pv_steps, 0.5);
-  std::size_t near = 0;
-  for (const double step : pv_steps)
-    near += static_cast<std::size_t>(std::abs(step - median) <= kJitter * median);
-  bool polled = static_cast<double>(near) >= kMostlyPolled * static_cast<double>(pv_steps.size());
+  void find_steps() {
+    pv_times_ = times_known(pv_);
+    if (pv_times_.size() < 2) fail("fewer than two values of PV");
+    pv_steps_ = steps_of(pv_times_);
+    if (pv_steps_.empty()) fail("all values of PV have the same time");
+    notes_.same_time += pv_times_.size() - 1 - pv_steps_.size();
+  }
+
+  void find_grid() {
+    const double median = numeric::quantile(pv_steps_, 0.5);
+    std::size_t near = 0;
+    for (const double step : pv_steps_)
+      near += static_cast<std::size_t>(std::abs(step - median) <= kJitter * median);
+    polled_ = static_cast<double>(near) >= kMostlyPolled * static_cast<double>(pv_steps_.size());
+    grid_.from_s = pv_times_.front();
+    to_s_ = pv_times_.back();
+    if (polled_) {
+      double places = 0.0;
+      for (const double step : pv_steps_) places += std::max(1.0, std::nearbyint(step / median));
+      grid_.period_s = tidy_period_s((to_s_ - grid_.from_s) / places);
+    } else {
+      find_stored_grid(median);
+    }
+    if (options_.period_s) grid_.period_s = *options_.period_s;
+  }
+
   // Nine values in ten may be kept by an archive as well: its times are multiples of something shorter.
-  Grid grid;
-  grid.from_s = pv_times.front();
-  double to_s = pv_times.back();
-  bool has_tick = true;
-  bool loosely = false;
-  if (polled) {
-    double places = 0.0;
-    for (const double step : pv_steps) places += std::max(1.0, std::nearbyint(step / median));
-    grid.period_s = tidy_period_s((to_s - grid.from_s) / places);
-  } else {
-    const std::vector<double> co_times = co.empty() ? std::vector<double>() : times_known(co);
-    if (!co_times.empty()) {
-      grid.from_s = std::min(grid.from_s, co_times.front());
-      to_s = std::max(to_s, co_times.back());
+  void find_stored_grid(double median) {
+    const std::vector<double> co_times = co_.empty() ? std::vector<double>() : times_known(co_);
+    const Step stored = stored_step(pv_times_, co_times);
+    has_tick_ = stored.common;
+    loosely_ = !has_tick_ && are_alike(pv_steps_);
+    if (!loosely_) {
+      grid_.period_s = stored.s;
+      if (co_times.empty()) return;
+      grid_.from_s = std::min(grid_.from_s, co_times.front());
+      to_s_ = std::max(to_s_, co_times.back());
+      return;
     }
-    const Step stored = stored_step(pv_times, co_times);
-    grid.period_s = stored.s;
-    has_tick = stored.common;
-    loosely = !has_tick && are_alike(pv_steps);
-    if (loosely) {
-      polled = true;
-      grid.from_s = pv_times.front();
-      to_s = pv_times.back();
-      double sum = 0.0;
-      std::size_t alike = 0;
-      for (const double step : pv_steps) {
-        if (step > kAlike * median) continue;
-        sum += step;
-        ++alike;
-      }
-      grid.period_s = tidy_period_s(sum / static_cast<double>(alike));
+    polled_ = true;
+    double sum = 0.0;
+    std::size_t alike = 0;
+    for (const double step : pv_steps_) {
+      if (step > kAlike * median) continue;
+      sum += step;
+      ++alike;
     }
-  }
-  if (options.period_s) grid.period_s = *options.period_s;
-  const double count = std::floor((to_s - grid.from_s) / grid.period_s + 0.5) + 1.0;
-  if (!(count <= options.most_samples)) {
-    fail(
-        fmt::format("{:.3g} samples of {:g} s; --period gives a longer one", count, grid.period_s));
-  }
-  grid.count = static_cast<std::size_t>(count);
-  if (grid.count < 2) fail(fmt::format("less than two samples of {:g} s", grid.period_s));
-
-  if (count > kMostRowsAValue * static_cast<double>(pv_times.size())) {
-    out.notes.remarks.push_back(
-        fmt::format("{} values of PV make {} samples of {:g} s: --period gives a longer one",
-                    pv_times.size(), grid.count, grid.period_s));
+    grid_.period_s = tidy_period_s(sum / static_cast<double>(alike));
   }
 
-  r.period_s = grid.period_s;
-  r.time_s.resize(grid.count);
-  for (std::size_t k = 0; k < grid.count; ++k) r.time_s[k] = grid.time_s(k);
-  for (const Role role : {Role::sp, Role::mode}) {
-    if (!signals[index_of(role)].empty()) *column_of(r, role) = held(signals[index_of(role)], grid);
+  void count_samples() {
+    const double count = std::floor((to_s_ - grid_.from_s) / grid_.period_s + 0.5) + 1.0;
+    if (!(count <= options_.most_samples)) {
+      fail(fmt::format("{:.3g} samples of {:g} s; --period gives a longer one", count,
+                       grid_.period_s));
+    }
+    grid_.count = static_cast<std::size_t>(count);
+    if (grid_.count < 2) fail(fmt::format("less than two samples of {:g} s", grid_.period_s));
+    if (count > kMostRowsAValue * static_cast<double>(pv_times_.size())) {
+      notes_.remarks.push_back(
+          fmt::format("{} values of PV make {} samples of {:g} s: --period gives a longer one",
+                      pv_times_.size(), grid_.count, grid_.period_s));
+    }
   }
-  if (polled && !options.period_s) {
+
+  void fill() {
+    Record& r = out_.record;
+    r.period_s = grid_.period_s;
+    r.time_s.resize(grid_.count);
+    for (std::size_t k = 0; k < grid_.count; ++k) r.time_s[k] = grid_.time_s(k);
+    for (const Role role : {Role::sp, Role::mode}) {
+      if (!signals_[index_of(role)].empty()) column(role) = held(signals_[index_of(role)], grid_);
+    }
+    if (polled_ && !options_.period_s) {
+      fill_polled();
+      recognise_archive(r, options_, notes_);
+    } else {
+      fill_stored();
+      // Shorter steps than the archive's own were never looked at.
+      finish(r);
+      count_missing(r, notes_);
+    }
+  }
+
+  void fill_polled() {
     double jitter = 0.0;
-    for (const double step : pv_steps) {
-      const double off = std::abs(step / grid.period_s - std::nearbyint(step / grid.period_s));
+    for (const double step : pv_steps_) {
+      const double off = std::abs(step / grid_.period_s - std::nearbyint(step / grid_.period_s));
       jitter = std::max(jitter, std::min(off, kJitter));
     }
+    const bool steady = jitter <= 2.0 * kRegular && !loosely_;
     for (const Role role : {Role::pv, Role::co, Role::stem}) {
-      const Signal& s = signals[index_of(role)];
+      const Signal& s = signals_[index_of(role)];
       if (s.empty()) continue;
-      std::vector<double>& column = *column_of(r, role);
-      if (jitter <= 2.0 * kRegular && !loosely && s.time_s == pv.time_s) {
-        column = nearest(s, grid);
+      if (steady && s.time_s == pv_.time_s) {
+        column(role) = nearest(s, grid_);
         continue;
       }
-      column = linear(s, grid, (loosely ? 2.0 * kAlike : 2.0) * grid.period_s);
-      if (role == Role::pv) out.notes.moved_pv = rms_between(column, nearest(s, grid));
+      column(role) = linear(s, grid_, (loosely_ ? 2.0 * kAlike : 2.0) * grid_.period_s);
+      if (role == Role::pv) notes_.moved_pv = rms_between(column(role), nearest(s, grid_));
     }
-    if (jitter <= 2.0 * kRegular && !loosely) {
-      if (grid.count > pv_times.size())
-        out.notes.resampled = "rows that are missing stand as missing samples";
-    } else {
-      out.notes.resampled = fmt::format(
-          "{}: straight lines between neighbours; that moves PV by {:.3g} (rms)",
-          loosely ? fmt::format("times are {:.3g} to {:.3g} s apart, at no constant period",
-                                *std::min_element(pv_steps.begin(), pv_steps.end()),
-                                *std::max_element(pv_steps.begin(), pv_steps.end()))
-                  : fmt::format("times jitter by up to {:.2g} % of the period", 100.0 * jitter),
-          out.notes.moved_pv);
+    if (steady) {
+      if (grid_.count > pv_times_.size())
+        notes_.resampled = "rows that are missing stand as missing samples";
+      return;
     }
-    recognise_archive(r, options, out.notes);
-  } else {
-    const auto fill = [&](Role role) {
-      const Signal& s = signals[index_of(role)];
-      const ArchivedSignal found = recognise(s, grid.period_s);
-      const Filling filling = filling_for(found.kind, options);
-      *column_of(r, role) =
-          filling == Filling::held ? held(s, grid) : linear(s, grid, kAnyDistance);
-      return found;
-    };
-    out.notes.pv = fill(Role::pv);
-    if (!co.empty()) out.notes.co = fill(Role::co);
-    if (!signals[index_of(Role::stem)].empty()) fill(Role::stem);
-    const auto how = [&](ArchiveKind kind) {
-      return filling_for(kind, options) == Filling::held ? "the last value held" : "straight lines";
-    };
-    std::string rule = fmt::format("PV: {}", how(out.notes.pv.kind));
-    if (!co.empty()) rule += fmt::format(", CO: {}", how(out.notes.co.kind));
-    out.notes.resampled = fmt::format("values at {} times on a period of {:g} s ({}); {}",
-                                      pv_times.size(), grid.period_s,
-                                      options.period_s ? "as told"
-                                      : has_tick       ? "their times are multiples of it"
-                                                       : "their times have no common step",
-                                      rule);
-    // Shorter steps than the archive's own were never looked at.
-    finish(r);
-    count_missing(r, out.notes);
+    notes_.resampled = fmt::format(
+        "{}: straight lines between neighbours; that moves PV by {:.3g} (rms)",
+        loosely_ ? fmt::format("times are {:.3g} to {:.3g} s apart, at no constant period",
+                               *std::min_element(pv_steps_.begin(), pv_steps_.end()),
+                               *std::max_element(pv_steps_.begin(), pv_steps_.end()))
+                 : fmt::format("times jitter by up to {:.2g} % of the period", 100.0 * jitter),
+        notes_.moved_pv);
   }
-  out.notes.period_s = r.period_s;
-  return out;
+
+  // Returns the rule by which the values between those that are stored were found.
+  const char* fill_by_rule(Role role, ArchivedSignal& found) {
+    const Signal& s = signals_[index_of(role)];
+    found = recognise(s, grid_.period_s);
+    const bool hold = filling_for(found.kind, options_) == Filling::held;
+    column(role) = hold ? held(s, grid_) : linear(s, grid_, kAnyDistance);
+    return hold ? "the last value held" : "straight lines";
+  }
+
+  void fill_stored() {
+    std::string rule = fmt::format("PV: {}", fill_by_rule(Role::pv, notes_.pv));
+    if (!co_.empty()) rule += fmt::format(", CO: {}", fill_by_rule(Role::co, notes_.co));
+    ArchivedSignal stem;
+    if (!signals_[index_of(Role::stem)].empty()) fill_by_rule(Role::stem, stem);
+    notes_.resampled = fmt::format("values at {} times on a period of {:g} s ({}); {}",
+                                   pv_times_.size(), grid_.period_s,
+                                   options_.period_s ? "as told"
+                                   : has_tick_       ? "their times are multiples of it"
+                                                     : "their times have no common step",
+                                   rule);
+  }
+
+  Signals signals_;
+  const ImportOptions& options_;
+  std::string place_;
+  Imported out_;
+  ImportNotes& notes_ = out_.notes;
+  const Signal& pv_ = signals_[index_of(Role::pv)];
+  const Signal& co_ = signals_[index_of(Role::co)];
+  std::vector<double> pv_times_, pv_steps_;  // s
+  Grid grid_;
+  double to_s_ = 0.0;
+  bool polled_ = false;
+  bool has_tick_ = true;
+  bool loosely_ = false;  // polled, at no constant period
+};
+
+}  // namespace
+
+Imported on_constant_period(Signals signals, const ImportOptions& options, ImportNotes notes,
+                            const std::string& place) {
+  return Resampler(std::move(signals), options, std::move(notes), place).run();
 }
 
 }  // namespace loopwarden::record

@@ -3,6 +3,7 @@
 //
 //   TextSource       lines, whatever the file is packed and encoded in       text_source.hpp
 //   Layout           what stands where                                       layout.hpp
+//   file reader      rows and cells                                          file_reader.hpp
 //   tags             which columns or tags make a loop                       tags.hpp
 //   constant period  samples, missing ones, what an archive left out         constant_period.hpp
 //
@@ -23,6 +24,7 @@
 #include <vector>
 
 #include "record/import/constant_period.hpp"
+#include "record/import/file_reader.hpp"
 #include "record/import/layout.hpp"
 
 namespace loopwarden::record {
@@ -41,10 +43,6 @@ struct FileProblem {
 // Each loop that was read; and what kept a loop from being read, or one of its files, where the rest goes to TakeLoop.
 using TakeLoop = std::function<void(std::size_t loop, Imported imported)>;
 using FailLoop = std::function<void(std::size_t loop, std::size_t file, const RecordError& error)>;
-// Called now and then with the share of the work that is done, 0 to 1.
-using ImportProgress = std::function<void(double)>;
-
-struct ImportPart;
 
 class Importer {
  public:

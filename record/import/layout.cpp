@@ -18,14 +18,16 @@ namespace {
 constexpr std::size_t kMostHeaderRows = 60;
 constexpr double kNoHeader = -0.5;  // score of a row that names no columns
 
-struct Head {
-  std::vector<std::string_view> lines;
-  std::vector<std::vector<std::string>> rows;  // cells of each
-};
-
 bool whole_seconds(double s) {
   const double whole = std::nearbyint(s);
   return whole >= 1.0 && std::abs(s - whole) < 2e-3 * whole;
+}
+
+using Counts = std::map<std::size_t, std::size_t>;
+
+Counts::const_iterator most_frequent(const Counts& counts) {
+  return std::max_element(counts.begin(), counts.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; });
 }
 
 class Finder {
@@ -75,15 +77,13 @@ class Finder {
     }
     double best = 0.0;
     for (const char candidate : {'\t', ';', '|', ','}) {
-      std::map<std::size_t, std::size_t> counts;
+      Counts counts;
       LineCells cells;
       for (std::size_t k = bulk(); k < lines_.size(); ++k) {
         if (!cells.split(lines_[k], candidate)) continue;
         ++counts[cells.cells.size()];
       }
-      const auto most =
-          std::max_element(counts.begin(), counts.end(),
-                           [](const auto& a, const auto& b) { return a.second < b.second; });
+      const auto most = most_frequent(counts);
       if (most == counts.end() || most->first < 2) continue;
       const double agree =
           static_cast<double>(most->second) / static_cast<double>(lines_.size() - bulk());
@@ -109,11 +109,9 @@ class Finder {
       }
       rows_.emplace_back(cells.cells.begin(), cells.cells.end());
     }
-    std::map<std::size_t, std::size_t> counts;
+    Counts counts;
     for (std::size_t k = bulk(); k < rows_.size(); ++k) ++counts[rows_[k].size()];
-    columns_ = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
-                 return a.second < b.second;
-               })->first;
+    columns_ = most_frequent(counts)->first;
     if (columns_ < 2) {
       fail(1, 1,
            fmt::format("one column: nothing is set apart by {} (--delimiter)",
@@ -130,21 +128,8 @@ class Finder {
       layout_.decimal = *options_.decimal;
       return;
     }
-    if (layout_.delimiter == ',') {
-      // Quoted: "1,5".
-      std::size_t commas = 0;
-      std::size_t points = 0;
-      count_decimals(commas, points);
-      if (commas > 0 && points == 0) layout_.decimal = ',';
-      return;
-    }
     std::size_t commas = 0;
     std::size_t points = 0;
-    count_decimals(commas, points);
-    if (commas > points) layout_.decimal = ',';
-  }
-
-  void count_decimals(std::size_t& commas, std::size_t& points) const {
     for (std::size_t k = bulk(); k < rows_.size(); ++k) {
       for (const std::string& text : rows_[k]) {
         const std::size_t comma = text.find(',');
@@ -155,6 +140,9 @@ class Finder {
           ++points;
       }
     }
+    // Beside commas as delimiters one stands in quotes only: "1,5".
+    const bool comma = layout_.delimiter == ',' ? commas > 0 && points == 0 : commas > points;
+    if (comma) layout_.decimal = ',';
   }
 
   // Of the rows in the bulk, how many cells of the column are such times.

@@ -10,57 +10,33 @@
 namespace loopwarden::record {
 namespace {
 
-struct Word {
-  std::string_view text;  // lower case, without spaces, '_' and '-'
+struct RoleWords {
   Role role;
+  std::string_view words;  // lower case, without '_' and '-', each between spaces
 };
 // What control systems call them: ISA, Honeywell (OP), Yokogawa (SV, MV), Emerson (OUT), Siemens (LMN), Rockwell (CV).
-constexpr std::array kWords{
-    Word{"pv", Role::pv},
-    Word{"processvalue", Role::pv},
-    Word{"processvariable", Role::pv},
-    Word{"meas", Role::pv},
-    Word{"measurement", Role::pv},
-    Word{"measuredvalue", Role::pv},
-    Word{"pvin", Role::pv},
-    Word{"actualvalue", Role::pv},
-    Word{"sp", Role::sp},
-    Word{"spt", Role::sp},
-    Word{"sv", Role::sp},
-    Word{"setpoint", Role::sp},
-    Word{"setvalue", Role::sp},
-    Word{"spwrk", Role::sp},
-    Word{"spint", Role::sp},
-    Word{"wsp", Role::sp},
-    Word{"csp", Role::sp},
-    Word{"op", Role::co},
-    Word{"out", Role::co},
-    Word{"output", Role::co},
-    Word{"mv", Role::co},
-    Word{"co", Role::co},
-    Word{"cv", Role::co},
-    Word{"lmn", Role::co},
-    Word{"controlleroutput", Role::co},
-    Word{"manipulatedvariable", Role::co},
-    Word{"manipulatedvalue", Role::co},
-    Word{"controloutput", Role::co},
-    Word{"stem", Role::stem},
-    Word{"stemtravel", Role::stem},
-    Word{"travel", Role::stem},
-    Word{"position", Role::stem},
-    Word{"valveposition", Role::stem},
-    Word{"zt", Role::stem},
-    Word{"zi", Role::stem},
-    Word{"readback", Role::stem},
-    Word{"mode", Role::mode},
-    Word{"modeactual", Role::mode},
-    Word{"actualmode", Role::mode},
-    Word{"modeact", Role::mode},
-    Word{"mode.actual", Role::mode},
-    Word{"auto", Role::mode},
-    Word{"automan", Role::mode},
-    Word{"a/m", Role::mode},
+constexpr std::array kRoleWords{
+    RoleWords{Role::pv,
+              " pv processvalue processvariable meas measurement measuredvalue"
+              " pvin actualvalue "},
+    RoleWords{Role::sp, " sp spt sv setpoint setvalue spwrk spint wsp csp "},
+    RoleWords{Role::co,
+              " op out output mv co cv lmn controlleroutput manipulatedvariable"
+              " manipulatedvalue controloutput "},
+    RoleWords{Role::stem, " stem stemtravel travel position valveposition zt zi readback "},
+    RoleWords{Role::mode, " mode modeactual actualmode modeact mode.actual auto automan a/m "},
 };
+constexpr std::string_view kUnits =
+    "|%|%open|pct|percent|v|mv|ma|a|s|sec|ms|min|h|bar|barg|mbar|kpa|mpa|pa|psi|psig|kg|t|m|mm|cm|"
+    "l|"
+    "gpm|lpm|scfm|rpm|hz|kw|mw|ph|ppm|c|f|k|degc|degf|deg c|\u00b0c|\u00b0f|";
+constexpr std::string_view kPer = "|s|sec|min|h|hr|hour|d|day|m3|";
+
+// `list` has each word between two of `mark`.
+bool holds(std::string_view list, char mark, const std::string& word) {
+  return word.find(mark) == std::string::npos && list.find(mark + word + mark) != list.npos;
+}
+
 constexpr std::string_view kSeparators = "./\\_:|- ";
 
 std::string packed(std::string_view text) {
@@ -73,8 +49,8 @@ std::string packed(std::string_view text) {
 
 std::optional<Role> role_of(std::string_view text) {
   const std::string word = packed(text);
-  for (const Word& known : kWords) {
-    if (word == known.text) return known.role;
+  for (const RoleWords& known : kRoleWords) {
+    if (holds(known.words, ' ', word)) return known.role;
   }
   return std::nullopt;
 }
@@ -124,60 +100,12 @@ std::optional<Role> role_from_text(std::string_view text) noexcept {
 }
 
 bool is_unit(std::string_view text) {
-  constexpr std::array<std::string_view, 44> kUnits{"%",
-                                                    "%open",
-                                                    "pct",
-                                                    "percent",
-                                                    "v",
-                                                    "mv",
-                                                    "ma",
-                                                    "a",
-                                                    "s",
-                                                    "sec",
-                                                    "ms",
-                                                    "min",
-                                                    "h",
-                                                    "bar",
-                                                    "barg",
-                                                    "mbar",
-                                                    "kpa",
-                                                    "mpa",
-                                                    "pa",
-                                                    "psi",
-                                                    "psig",
-                                                    "kg",
-                                                    "t",
-                                                    "m",
-                                                    "mm",
-                                                    "cm",
-                                                    "l",
-                                                    "gpm",
-                                                    "lpm",
-                                                    "scfm",
-                                                    "rpm",
-                                                    "hz",
-                                                    "kw",
-                                                    "mw",
-                                                    "ph",
-                                                    "ppm",
-                                                    "c",
-                                                    "f",
-                                                    "k",
-                                                    "degc",
-                                                    "degf",
-                                                    "deg c",
-                                                    "\xC2\xB0"
-                                                    "c",
-                                                    "\xC2\xB0"
-                                                    "f"};
   const std::string word = base::lower_case(base::trimmed(text));
-  if (std::find(kUnits.begin(), kUnits.end(), word) != kUnits.end()) return true;
+  if (holds(kUnits, '|', word)) return true;
   // A quotient of them: m3/h, kg/s, l/min, Nm3/h, %/s.
   const std::size_t slash = word.find('/');
   if (slash == std::string::npos || slash == 0 || word.size() > 12) return false;
-  constexpr std::array<std::string_view, 9> kPer{"s",    "sec", "min", "h", "hr",
-                                                 "hour", "d",   "day", "m3"};
-  return std::find(kPer.begin(), kPer.end(), word.substr(slash + 1)) != kPer.end();
+  return holds(kPer, '|', word.substr(slash + 1));
 }
 
 TagName read_tag(std::string_view name) {
