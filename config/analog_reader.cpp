@@ -88,10 +88,10 @@ void read_ne43(MapReader& in, hal::iio::Ne43Settings& ne43) {
         above_it.place, above_it.key,
         fmt::format("must be above {} = {} mA (got {})", below.key, brief(below), brief(above_it)));
   }
-  ne43.entry_samples = static_cast<int>(section->integer(
-      "entry_samples", {1, 100, "", "failure currents in a row before PV turns bad"},
-      ne43.entry_samples));
-  ne43.recovery_s = section->number(
+  section->set_integer("entry_samples",
+                       {1, 100, "", "failure currents in a row before PV turns bad"},
+                       ne43.entry_samples);
+  section->set_number(
       "recovery", {"s", between(0.0, 60.0), "inside the measuring range before PV is good again"},
       ne43.recovery_s);
 }
@@ -135,11 +135,11 @@ void read_output(MapReader& in, const IoContext& context, IoSection& section,
                     "the converter takes nothing (got [{}, {}])",
                     lowest.value, highest.value, brief(raw.value.first), brief(raw.value.second)));
   }
-  const Value<double> safe =
-      in.maybe_number("safe_current", {"mA", between(kLowestMa, kHighestMa),
-                                       "put out by the I/O thread when commands cease to come",
-                                       "the last output stays"});
-  if (safe.given) output.safe_ma = safe;
+  in.maybe_number(
+      "safe_current",
+      {"mA", between(kLowestMa, kHighestMa),
+       "put out by the I/O thread when commands cease to come", "the last output stays"},
+      output.safe_ma);
   // A watchdog relay on the alive line, or one in the output module: both are set up outside.
   read_comm_loss(in, "{timeout, set_by: device} or none_accepted", nullptr);
   const double steps = raw.given && raw.valid
@@ -155,21 +155,19 @@ void read_lines(MapReader& in, AnalogSettings& settings) {
           "in hardware")) {
     hal::iio::EnableSettings line;
     line.line = read_line(*enable);
-    line.debounce_s = enable->number(
-        "debounce", {"s", between(0.0, 5.0), "without a change before a new state counts"},
-        line.debounce_s);
+    enable->set_number("debounce",
+                       {"s", between(0.0, 5.0), "without a change before a new state counts"},
+                       line.debounce_s);
     settings.enable = line;
   }
-  if (std::optional<MapReader> relay =
-          in.maybe_section("alarm_relay", "energised while there is no alarm")) {
-    settings.alarm_relay = read_line(*relay);
-  }
+  in.maybe_section("alarm_relay", "energised while there is no alarm",
+                   [&](MapReader& relay) { settings.alarm_relay = read_line(relay); });
   if (std::optional<MapReader> alive =
           in.maybe_section("alive", "square wave while the loop runs, for an external watchdog")) {
     hal::iio::AliveSettings line;
     line.line = read_line(*alive);
-    line.half_period_s = alive->number(
-        "half_period", {"s", between(0.01, 60.0), "between two edges"}, line.half_period_s);
+    alive->set_number("half_period", {"s", between(0.01, 60.0), "between two edges"},
+                      line.half_period_s);
     settings.alive = line;
   }
 }
@@ -197,9 +195,9 @@ void read_analog(MapReader in, const IoContext& context, IoSection& section) {
     settings.read_back = read_back;
     section.has_read_back = true;
   }
-  if (std::optional<MapReader> output = in.need_section("output", "4-20 mA to the positioner")) {
-    read_output(*output, context, section, settings.output);
-  }
+  in.need_section("output", "4-20 mA to the positioner", [&](MapReader& output) {
+    read_output(output, context, section, settings.output);
+  });
   read_lines(in, settings);
   section.io = std::move(settings);
 }

@@ -7,10 +7,10 @@
 
 namespace loopwarden::config {
 
-inline constexpr std::array kByteOrders{
-    Choice<hal::modbus::ByteOrder>{"abcd", hal::modbus::ByteOrder::abcd},
-    Choice<hal::modbus::ByteOrder>{"cdab", hal::modbus::ByteOrder::cdab},
-    Choice<hal::modbus::ByteOrder>{"badc", hal::modbus::ByteOrder::badc},
-    Choice<hal::modbus::ByteOrder>{"dcba", hal::modbus::ByteOrder::dcba}};
+inline constexpr auto kByteOrders =
+    std::to_array<Choice<hal::modbus::ByteOrder>>({{"abcd", hal::modbus::ByteOrder::abcd},
+                                                   {"cdab", hal::modbus::ByteOrder::cdab},
+                                                   {"badc", hal::modbus::ByteOrder::badc},
+                                                   {"dcba", hal::modbus::ByteOrder::dcba}});
 
 }  // namespace loopwarden::config

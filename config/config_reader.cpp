@@ -8,13 +8,12 @@
 #include <system_error>
 #include <tuple>
 
+#include "config/document.hpp"
 #include "config/bus_budget.hpp"
 #include "config/daemon_reader.hpp"
 #include "config/loop_reader.hpp"
 #include "config/map_reader.hpp"
 #include "config/modbus_reader.hpp"
-#include "config/source_file.hpp"
-#include "config/yaml_document.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -26,16 +25,6 @@ using Links = std::map<std::string, LinkSettings>;
 
 constexpr const char* kDaemonFile = "loopwardend.yaml";
 constexpr const char* kLoopFolder = "loops.d";
-
-// Calls `read` with the document's root, then names the keys that nobody asked for.
-template <class Read>
-void read_document(std::string_view text, Report& report, Read read) {
-  std::optional<YamlNode> root = parse_yaml(text, report);
-  if (!root) return;
-  MapReader in(*root, "", report);
-  read(in);
-  report_unknown_keys(*root, report);
-}
 
 void append(std::vector<Diagnostic>& all, std::vector<Diagnostic> more) {
   std::move(more.begin(), more.end(), std::back_inserter(all));
@@ -236,33 +225,21 @@ Loaded<LoopConfig> read_loop_file(const fs::path& path) {
 
 Loaded<LoopConfig> read_loop_text(const std::string& file, std::string_view text,
                                   const Links& links) {
-  Report report(file);
-  LoopFile loop;
-  read_document(text, report, [&](MapReader& in) { loop = read_loop(in, file, links); });
-  return loaded(std::move(loop.config), report);
+  return load_text<LoopConfig>(file, text,
+                               [&](MapReader& in) { return read_loop(in, file, links).config; });
 }
 
 Loaded<DaemonConfig> read_daemon_text(const std::string& file, std::string_view text) {
-  Report report(file);
-  DaemonFile daemon;
-  read_document(text, report, [&](MapReader& in) { daemon = read_daemon(in, file); });
-  return loaded(std::move(daemon.config), report);
+  return load_text<DaemonConfig>(file, text,
+                                 [&](MapReader& in) { return read_daemon(in, file).config; });
 }
 
 KeyReference describe_daemon() {
-  Report unused("");
-  KeyReference reference;
-  MapReader in(reference, "", unused);
-  read_daemon(in, "");
-  return reference;
+  return keys_of([](MapReader& in) { read_daemon(in, ""); });
 }
 
 KeyReference describe_loop() {
-  Report unused("");
-  KeyReference reference;
-  MapReader in(reference, "", unused);
-  read_loop(in, "", {});
-  return reference;
+  return keys_of([](MapReader& in) { read_loop(in, "", {}); });
 }
 
 }  // namespace loopwarden::config

@@ -5,27 +5,29 @@
 
 #include <initializer_list>
 
+#include "config/loop_model_writer.hpp"
+
 namespace loopwarden::config {
 namespace {
 
-constexpr std::array kAntiWindups{
-    Choice<control::AntiWindup>{"integral_clamp", control::AntiWindup::integral_clamp},
-    Choice<control::AntiWindup>{"back_calculation", control::AntiWindup::back_calculation},
-    Choice<control::AntiWindup>{"conditional", control::AntiWindup::conditional}};
+constexpr auto kAntiWindups = std::to_array<Choice<control::AntiWindup>>(
+    {{"integral_clamp", control::AntiWindup::integral_clamp},
+     {"back_calculation", control::AntiWindup::back_calculation},
+     {"conditional", control::AntiWindup::conditional}});
 
-constexpr std::array kJacketForms{
-    Choice<control::JacketForm>{"off", control::JacketForm::off},
-    Choice<control::JacketForm>{"paper", control::JacketForm::paper},
-    Choice<control::JacketForm>{"bounded", control::JacketForm::bounded},
-    Choice<control::JacketForm>{"dwell", control::JacketForm::dwell}};
+constexpr auto kJacketForms =
+    std::to_array<Choice<control::JacketForm>>({{"off", control::JacketForm::off},
+                                                {"paper", control::JacketForm::paper},
+                                                {"bounded", control::JacketForm::bounded},
+                                                {"dwell", control::JacketForm::dwell}});
 
-constexpr std::array kCompensators{
-    Choice<control::CompensatorKind>{"none", control::CompensatorKind::none},
-    Choice<control::CompensatorKind>{"knocker", control::CompensatorKind::knocker},
-    Choice<control::CompensatorKind>{"two_move", control::CompensatorKind::two_move},
-    Choice<control::CompensatorKind>{"reinforcement", control::CompensatorKind::reinforcement},
-    Choice<control::CompensatorKind>{"backlash", control::CompensatorKind::backlash},
-    Choice<control::CompensatorKind>{"hysteresis", control::CompensatorKind::hysteresis}};
+constexpr auto kCompensators = std::to_array<Choice<control::CompensatorKind>>(
+    {{"none", control::CompensatorKind::none},
+     {"knocker", control::CompensatorKind::knocker},
+     {"two_move", control::CompensatorKind::two_move},
+     {"reinforcement", control::CompensatorKind::reinforcement},
+     {"backlash", control::CompensatorKind::backlash},
+     {"hysteresis", control::CompensatorKind::hysteresis}});
 
 constexpr const char* kForms = "kp and ki, or kc and ti";
 
@@ -119,22 +121,20 @@ void read_anti_windup(MapReader& in, control::AntiWindup fallback, control::PidS
 
 control::JacketSettings read_jacket(MapReader& in) {
   control::JacketSettings jacket;
-  jacket.form = in.one_of("form", kJacketForms,
-                          "law of the stickband jacket; paper may act in "
-                          "simulation only",
-                          jacket.form);
-  jacket.shadow = in.flag("shadow", "compute and record it, without acting", jacket.shadow);
-  jacket.gain_per_s =
-      in.number("ks", {"1/s", at_least(0.0), "gain of the jacket"}, jacket.gain_per_s);
-  jacket.dead_zone =
-      in.number("dead_zone", {"CO units", at_least(0.0), "above the error of the valve position"},
+  in.set_one_of("form", kJacketForms,
+                "law of the stickband jacket; paper may act in "
+                "simulation only",
+                jacket.form);
+  in.set_flag("shadow", "compute and record it, without acting", jacket.shadow);
+  in.set_number("ks", {"1/s", at_least(0.0), "gain of the jacket"}, jacket.gain_per_s);
+  in.set_number("dead_zone", {"CO units", at_least(0.0), "above the error of the valve position"},
                 jacket.dead_zone);
-  const Value<double> max_mean_error = in.maybe_number(
-      "max_mean_error", {"PV units", above(0.0), "mean error above which the jacket stands back",
-                         "none; required where the jacket acts on hardware"});
-  if (max_mean_error.given) jacket.max_mean_error = max_mean_error;
-  jacket.mean_error_time_s = in.number(
-      "mean_error_time", {"s", above(0.0), "time constant of that mean"}, jacket.mean_error_time_s);
+  in.maybe_number("max_mean_error",
+                  {"PV units", above(0.0), "mean error above which the jacket stands back",
+                   "none; required where the jacket acts on hardware"},
+                  jacket.max_mean_error);
+  in.set_number("mean_error_time", {"s", above(0.0), "time constant of that mean"},
+                jacket.mean_error_time_s);
   return jacket;
 }
 
@@ -142,11 +142,11 @@ control::CompensatorSettings read_compensator(MapReader& in) {
   using Kind = control::CompensatorKind;
   control::CompensatorSettings c;
   c.kind = in.need_one_of("kind", kCompensators, "what is added to CO against the valve's fault");
-  c.shadow = in.flag("shadow", "compute and record it, without acting", c.shadow);
-  const Value<double> limit = in.maybe_number(
+  in.set_flag("shadow", "compute and record it, without acting", c.shadow);
+  in.maybe_number(
       "limit",
-      {"CO units", above(0.0), "most that it may add", "none; required where it acts on hardware"});
-  if (limit.given) c.limit = limit;
+      {"CO units", above(0.0), "most that it may add", "none; required where it acts on hardware"},
+      c.limit);
   const auto chosen = [&](Kind kind) { return in.describing() || c.kind == kind; };
   const auto noise_band = [&](MapReader& keys) {
     c.noise_band = keys.number(
@@ -169,14 +169,14 @@ control::CompensatorSettings read_compensator(MapReader& in) {
   if (chosen(Kind::two_move)) {
     MapReader keys = in.variant("two_move");
     c.stick_band = keys.need_number("stick_band", {"CO units", above(0.0), "of the valve"});
-    c.factor = keys.number("factor", {"", above(1.0), "size of the first move over the stick band"},
-                           c.factor);
-    c.move_time_s = keys.number("move_time", {"s", above(0.0), "of the first move"}, c.move_time_s);
+    keys.set_number("factor", {"", above(1.0), "size of the first move over the stick band"},
+                    c.factor);
+    keys.set_number("move_time", {"s", above(0.0), "of the first move"}, c.move_time_s);
     const Value<double> most = keys.need_number(
         "max_mean_error", {"PV units", above(0.0), "mean error above which it stands back"});
     if (most.given) c.max_mean_error = most;
-    c.mean_error_time_s = keys.number(
-        "mean_error_time", {"s", above(0.0), "time constant of that mean"}, c.mean_error_time_s);
+    keys.set_number("mean_error_time", {"s", above(0.0), "time constant of that mean"},
+                    c.mean_error_time_s);
   }
   if (chosen(Kind::reinforcement)) {
     MapReader keys = in.variant("reinforcement");
@@ -196,8 +196,8 @@ control::CompensatorSettings read_compensator(MapReader& in) {
         "width", {"CO units", above(0.0), "distance of the branches", "or offset"});
     const Value<double> offset = keys.maybe_number(
         "offset", {"CO units", above(0.0), "what the valve adds while CO falls", "or width"});
-    c.knee = keys.number(
-        "knee", {"", between(-4.0, 1.0), "with width: how sharply a branch begins"}, c.knee);
+    keys.set_number("knee", {"", between(-4.0, 1.0), "with width: how sharply a branch begins"},
+                    c.knee);
     noise_band(keys);
     if (width.given) c.width = width;
     if (offset.given) c.offset = offset;
@@ -214,5 +214,9 @@ Value<double> read_sample_time(MapReader& in) {
   constexpr double kLongest = 3600.0;  // s
   return in.need_number("sample_time", {"s", between(kShortest, kLongest), "period of the loop"});
 }
+
+const char* to_text(control::AntiWindup anti_windup) { return name_of(kAntiWindups, anti_windup); }
+
+const char* to_text(control::JacketForm form) { return name_of(kJacketForms, form); }
 
 }  // namespace loopwarden::config

@@ -17,11 +17,10 @@ namespace {
 using hal::modbus::LinkSettings;
 using hal::modbus::Transport;
 
-constexpr std::array kTransports{Choice<Transport>{"tcp", Transport::tcp},
-                                 Choice<Transport>{"rtu", Transport::rtu}};
-constexpr std::array kLogLevels{
-    Choice<const char*>{"debug", "debug"}, Choice<const char*>{"info", "info"},
-    Choice<const char*>{"warn", "warn"}, Choice<const char*>{"error", "error"}};
+constexpr auto kTransports =
+    std::to_array<Choice<Transport>>({{"tcp", Transport::tcp}, {"rtu", Transport::rtu}});
+constexpr auto kLogLevels = std::to_array<Choice<const char*>>(
+    {{"debug", "debug"}, {"info", "info"}, {"warn", "warn"}, {"error", "error"}});
 
 int milliseconds(double seconds) { return static_cast<int>(std::lround(seconds * 1000.0)); }
 
@@ -41,14 +40,14 @@ void read_tcp(MapReader in, LinkSettings& link) {
     in.error("host", fmt::format("must be a numeric address or localhost (got '{}')",
                                  quotable(host.value)));
   }
-  link.port = static_cast<std::uint16_t>(in.integer("port", {1, 65535, "", "TCP port"}, link.port));
+  in.set_integer("port", {1, 65535, "", "TCP port"}, link.port);
   link.connect_timeout_ms = milliseconds(
       in.number("connect_timeout", {"s", between(0.05, 10.0), "for a connection"}, 1.0));
 }
 
 void read_rtu(MapReader in, LinkSettings& link) {
   read_serial_line(in, link);
-  link.probe_interval_s = in.number(
+  in.set_number(
       "probe_interval",
       {"s", between(0.5, 600.0),
        "how often a unit that does not answer is asked; each time delays the line's other units by "
@@ -114,9 +113,9 @@ void refuse_shared_device(MapReader& in, const DaemonFile& daemon, const LinkSet
 }
 
 void read_real_time(MapReader& in, RealTime& real_time) {
-  real_time.priority = static_cast<int>(in.integer(
-      "priority", {0, 98, "", "SCHED_FIFO priority of the loop thread; 0: ordinary scheduling"},
-      real_time.priority));
+  in.set_integer("priority",
+                 {0, 98, "", "SCHED_FIFO priority of the loop thread; 0: ordinary scheduling"},
+                 real_time.priority);
   const Value<std::int64_t> cpu =
       in.maybe_integer("cpu", {0, 1023, "", "CPU for the loop thread", false, "any"});
   if (cpu.given) real_time.cpu = static_cast<int>(cpu.value);
@@ -137,10 +136,8 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   DaemonFile daemon;
   DaemonConfig& config = daemon.config;
   config.file = file;
-  if (std::optional<MapReader> real_time =
-          in.maybe_section("real_time", "the loop thread's rights")) {
-    read_real_time(*real_time, config.real_time);
-  }
+  in.maybe_section("real_time", "the loop thread's rights",
+                   [&](MapReader& real_time) { read_real_time(real_time, config.real_time); });
   daemon.accelerate =
       in.number("accelerate",
                 {"",
@@ -157,24 +154,17 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
       in.text("state_directory", "for recordings; relative to this file", config.state_directory));
   config.log_level =
       in.one_of("log_level", kLogLevels, "least grave message that is logged", kLogLevels[1].value);
-  config.stop_timeout_s = in.number(
-      "stop_timeout", {"s", between(0.1, 60.0), "to bring every output to its stop action"},
-      config.stop_timeout_s);
-  if (std::optional<MapReader> server =
-          in.maybe_section("modbus_server", "offers the register map to Modbus masters")) {
-    config.modbus_server = read_modbus_server(*server);
-  }
-  if (std::optional<MapReader> alarms = in.maybe_section("alarms", "of all loops")) {
-    config.alarms = read_alarms(*alarms);
-  }
-  if (std::optional<MapReader> page =
-          in.maybe_section("page", "what loopwarden-page may order; nothing: it only reads")) {
-    config.page = read_rights(*page);
-  }
-  if (std::optional<MapReader> edge =
-          in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads")) {
-    config.edge = read_rights(*edge);
-  }
+  in.set_number("stop_timeout",
+                {"s", between(0.1, 60.0), "to bring every output to its stop action"},
+                config.stop_timeout_s);
+  in.maybe_section("modbus_server", "offers the register map to Modbus masters",
+                   [&](MapReader& server) { config.modbus_server = read_modbus_server(server); });
+  in.maybe_section("alarms", "of all loops",
+                   [&](MapReader& alarms) { config.alarms = read_alarms(alarms); });
+  in.maybe_section("page", "what loopwarden-page may order; nothing: it only reads",
+                   [&](MapReader& page) { config.page = read_rights(page); });
+  in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads",
+                   [&](MapReader& edge) { config.edge = read_rights(edge); });
   for (auto& [name, section] :
        in.maybe_named_sections("links", "name", "Modbus links that loops refer to by name")) {
     LinkSettings link = read_link(section, name);

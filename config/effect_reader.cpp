@@ -13,10 +13,10 @@ using effects::Descriptor;
 using plant::Block;
 using plant::EffectSpec;
 
-constexpr std::array kBlocks{Choice<Block>{"valve", Block::valve},
-                             Choice<Block>{"process", Block::process},
-                             Choice<Block>{"transmitter", Block::transmitter},
-                             Choice<Block>{"disturbance", Block::disturbance}};
+constexpr auto kBlocks = std::to_array<Choice<Block>>({{"valve", Block::valve},
+                                                       {"process", Block::process},
+                                                       {"transmitter", Block::transmitter},
+                                                       {"disturbance", Block::disturbance}});
 
 Interval interval(const effects::ParameterInfo& parameter) {
   return {parameter.low, parameter.high, parameter.low_is_open, parameter.high_is_open};

@@ -21,16 +21,18 @@ namespace {
 using hal::sim::IoFault;
 
 enum class Backend { simulated, modbus, analog, replay };
-constexpr std::array kBackends{
-    Choice<Backend>{"simulated", Backend::simulated}, Choice<Backend>{"modbus", Backend::modbus},
-    Choice<Backend>{"analog", Backend::analog}, Choice<Backend>{"replay", Backend::replay}};
+constexpr auto kBackends = std::to_array<Choice<Backend>>({{"simulated", Backend::simulated},
+                                                           {"modbus", Backend::modbus},
+                                                           {"analog", Backend::analog},
+                                                           {"replay", Backend::replay}});
 
-constexpr std::array kIoFaults{Choice<IoFault::Kind>{"dead_sensor", IoFault::Kind::dead_sensor},
-                               Choice<IoFault::Kind>{"frozen", IoFault::Kind::frozen},
-                               Choice<IoFault::Kind>{"not_a_number", IoFault::Kind::not_a_number},
-                               Choice<IoFault::Kind>{"link_lost", IoFault::Kind::link_lost},
-                               Choice<IoFault::Kind>{"output_lost", IoFault::Kind::output_lost},
-                               Choice<IoFault::Kind>{"enable_open", IoFault::Kind::enable_open}};
+constexpr auto kIoFaults =
+    std::to_array<Choice<IoFault::Kind>>({{"dead_sensor", IoFault::Kind::dead_sensor},
+                                          {"frozen", IoFault::Kind::frozen},
+                                          {"not_a_number", IoFault::Kind::not_a_number},
+                                          {"link_lost", IoFault::Kind::link_lost},
+                                          {"output_lost", IoFault::Kind::output_lost},
+                                          {"enable_open", IoFault::Kind::enable_open}});
 
 // The model must be of the loop that it stands for.
 void check_model(MapReader& in, const IoContext& context, const plant::LoopModel& model,
@@ -173,7 +175,7 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
   constexpr const char* kMeaning =
       "what moves the valve when no command arrives: link down, kill -9, SIGSTOP. Only the device "
       "can";
-  constexpr std::array kDevice{Choice<bool>{"device", true}};
+  constexpr auto kDevice = std::to_array<Choice<bool>>({{"device", true}});
   CommLoss loss;
   if (!in.describing() && !in.given(kKey)) {
     in.error(

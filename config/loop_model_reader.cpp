@@ -7,11 +7,10 @@
 #include <limits>
 #include <tuple>
 
+#include "config/document.hpp"
 #include "config/controller_reader.hpp"
 #include "config/effect_reader.hpp"
 #include "config/map_reader.hpp"
-#include "config/source_file.hpp"
-#include "config/yaml_document.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -19,9 +18,9 @@ namespace {
 using plant::Block;
 
 constexpr double kMostDeadTimeSamples = 1e6;  // what the delay line holds
-constexpr std::array kProcessKinds{
-    Choice<plant::ProcessKind>{"self_regulating", plant::ProcessKind::self_regulating},
-    Choice<plant::ProcessKind>{"integrating", plant::ProcessKind::integrating}};
+constexpr auto kProcessKinds = std::to_array<Choice<plant::ProcessKind>>(
+    {{"self_regulating", plant::ProcessKind::self_regulating},
+     {"integrating", plant::ProcessKind::integrating}});
 constexpr double kMostTransmitterSteps = 1e12;  // range / resolution, exact in a double
 
 std::optional<double> span_of(const Value<std::pair<double, double>>& range) {
@@ -57,15 +56,11 @@ class ModelReader {
     }
     model_.disturbances =
         read_effects(root_, "disturbances", Block::disturbance, context_, "what is added to PV");
-    if (std::optional<MapReader> scenario =
-            root_.maybe_section("scenario", "what `loopwarden simulate` runs")) {
-      read_scenario(*scenario);
-    }
-    if (std::optional<MapReader> twin = root_.maybe_section(
-            "twin",
-            "how sure the record is that it was commissioned from: for training and model_gap")) {
-      read_twin(*twin);
-    }
+    root_.maybe_section("scenario", "what `loopwarden simulate` runs",
+                        [&](MapReader& scenario) { read_scenario(scenario); });
+    root_.maybe_section(
+        "twin", "how sure the record is that it was commissioned from: for training and model_gap",
+        [&](MapReader& twin) { read_twin(twin); });
     return std::move(model_);
   }
 
@@ -104,13 +99,11 @@ class ModelReader {
         "rate_limit", {"CO units/s", above(0.0), "fastest change of the output", "none"});
     const Value<double> deadband =
         in.number("deadband", {"CO units", at_least(0.0), "changes below it do not go out"}, 0.0);
-    if (std::optional<MapReader> jacket = in.maybe_section("jacket", "the stickband jacket")) {
-      controller.jacket = read_jacket(*jacket);
-    }
-    if (std::optional<MapReader> compensator =
-            in.maybe_section("compensator", "what is added to CO against the valve's fault")) {
-      controller.compensator = read_compensator(*compensator);
-    }
+    in.maybe_section("jacket", "the stickband jacket",
+                     [&](MapReader& jacket) { controller.jacket = read_jacket(jacket); });
+    in.maybe_section(
+        "compensator", "what is added to CO against the valve's fault",
+        [&](MapReader& compensator) { controller.compensator = read_compensator(compensator); });
     if (output.valid && output.given) {
       std::tie(controller.pid.output_low, controller.pid.output_high) = output.value;
     }
@@ -181,8 +174,8 @@ class ModelReader {
       twin.largest_size = watch->number("size", rule, 0.0);
       twin.largest_colour = watch->number("colour", rule, 0.0);
       const NumberRule any{"PV units", {}, "of the healthy record's PV"};
-      twin.seen_low = watch->number("pv_low", any, twin.seen_low);
-      twin.seen_high = watch->number("pv_high", any, twin.seen_high);
+      watch->set_number("pv_low", any, twin.seen_low);
+      watch->set_number("pv_high", any, twin.seen_high);
     }
     if (in.describing() || (parameters.given && !parameters.valid) ||
         (covariance.given && !covariance.valid)) {
@@ -213,9 +206,9 @@ class ModelReader {
   void read_scenario(MapReader& in) {
     plant::Scenario& scenario = model_.scenario;
     constexpr double kLongest = 1e9;  // s
-    scenario.duration_s = in.number(
-        "duration", {"s", {.low = 0.0, .high = kLongest, .low_is_open = true}, "of the run"},
-        scenario.duration_s);
+    in.set_number("duration",
+                  {"s", {.low = 0.0, .high = kLongest, .low_is_open = true}, "of the run"},
+                  scenario.duration_s);
     const Value<std::vector<std::pair<double, double>>> set_point = in.maybe_points(
         "set_point", "[[t, v], ...]", "from t (s) on the set point is v (PV units); first t is 0");
     scenario.set_point = set_point;
@@ -254,27 +247,16 @@ class ModelReader {
 }  // namespace
 
 Loaded<plant::LoopModel> read_model_text(const std::string& file, std::string_view text) {
-  Report report(file);
-  plant::LoopModel model;
-  if (std::optional<YamlNode> root = parse_yaml(text, report)) {
-    model = ModelReader(MapReader(*root, "", report)).read();
-    report_unknown_keys(*root, report);
-  }
-  return loaded(std::move(model), report);
+  return load_text<plant::LoopModel>(file, text,
+                                     [&](MapReader& in) { return ModelReader(in).read(); });
 }
 
 Loaded<plant::LoopModel> read_model_file(const std::filesystem::path& path) {
-  Report report(path.string());
-  const std::optional<std::string> text = read_source_file(path, report);
-  if (!text) return loaded(plant::LoopModel{}, report);
-  return read_model_text(path.string(), *text);
+  return load_file(path, read_model_text);
 }
 
 KeyReference describe_model() {
-  Report unused("");
-  KeyReference reference;
-  ModelReader(MapReader(reference, "", unused)).read();
-  return reference;
+  return keys_of([](MapReader& in) { ModelReader(in).read(); });
 }
 
 }  // namespace loopwarden::config

@@ -261,25 +261,6 @@ class ModelWriter {
 
 }  // namespace
 
-const char* to_text(control::AntiWindup anti_windup) {
-  switch (anti_windup) {
-    case control::AntiWindup::integral_clamp: return "integral_clamp";
-    case control::AntiWindup::back_calculation: return "back_calculation";
-    case control::AntiWindup::conditional: break;
-  }
-  return "conditional";
-}
-
-const char* to_text(control::JacketForm form) {
-  switch (form) {
-    case control::JacketForm::off: return "off";
-    case control::JacketForm::paper: return "paper";
-    case control::JacketForm::bounded: return "bounded";
-    case control::JacketForm::dwell: break;
-  }
-  return "dwell";
-}
-
 std::string write_model(const plant::LoopModel& model, const std::string& heading) {
   std::string text;
   std::istringstream lines(heading);

@@ -24,16 +24,16 @@ using control::OutputAction;
 using control::Recovery;
 using RangeValue = Value<std::pair<double, double>>;
 
-constexpr std::array kStartModes{Choice<Mode>{"manual", Mode::manual},
-                                 Choice<Mode>{"automatic", Mode::automatic}};
-constexpr std::array kNormalModes{
-    Choice<monitor::NormalMode>{"automatic", monitor::NormalMode::automatic},
-    Choice<monitor::NormalMode>{"manual", monitor::NormalMode::manual},
-    Choice<monitor::NormalMode>{"any", monitor::NormalMode::any}};
-constexpr std::array kRecoveries{Choice<Recovery>{"manual", Recovery::manual},
-                                 Choice<Recovery>{"previous_mode", Recovery::previous_mode}};
-constexpr std::array kUncertain{Choice<bool>{"bad", false}, Choice<bool>{"good", true}};
-constexpr std::array kReadBack{Choice<bool>{"read_back", true}};
+constexpr auto kStartModes =
+    std::to_array<Choice<Mode>>({{"manual", Mode::manual}, {"automatic", Mode::automatic}});
+constexpr auto kNormalModes =
+    std::to_array<Choice<monitor::NormalMode>>({{"automatic", monitor::NormalMode::automatic},
+                                                {"manual", monitor::NormalMode::manual},
+                                                {"any", monitor::NormalMode::any}});
+constexpr auto kRecoveries = std::to_array<Choice<Recovery>>(
+    {{"manual", Recovery::manual}, {"previous_mode", Recovery::previous_mode}});
+constexpr auto kUncertain = std::to_array<Choice<bool>>({{"bad", false}, {"good", true}});
+constexpr auto kReadBack = std::to_array<Choice<bool>>({{"read_back", true}});
 
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
 
@@ -87,27 +87,19 @@ class LoopReader {
   LoopFile read() {
     read_head();
     std::optional<MapReader> controller = in_.need_section("controller", "the law and its limits");
-    if (std::optional<MapReader> pv =
-            in_.need_section("process_variable", "PV and when to doubt it")) {
-      read_process_variable(*pv);
-    }
+    in_.need_section("process_variable", "PV and when to doubt it",
+                     [&](MapReader& pv) { read_process_variable(pv); });
     std::optional<MapReader> jacket;
     if (controller) jacket = read_controller(*controller);
     std::optional<MapReader> start = in_.need_section("start", "how the loop comes up");
     if (start) read_start(*start);
-    if (std::optional<MapReader> actions = in_.need_section(
-            "safe_actions",
-            "what the output does in each kind of trouble: `hold`, or the CO to go to")) {
-      read_safe_actions(*actions);
-    }
-    if (std::optional<MapReader> recording =
-            in_.maybe_section("recording", "of the loop to disk")) {
-      read_recording(*recording);
-    }
-    if (std::optional<MapReader> monitor = in_.maybe_section(
-            "monitor", "windows of 961 samples, and the specialists that judge them")) {
-      read_monitor(*monitor);
-    }
+    in_.need_section("safe_actions",
+                     "what the output does in each kind of trouble: `hold`, or the CO to go to",
+                     [&](MapReader& actions) { read_safe_actions(actions); });
+    in_.maybe_section("recording", "of the loop to disk",
+                      [&](MapReader& recording) { read_recording(recording); });
+    in_.maybe_section("monitor", "windows of 961 samples, and the specialists that judge them",
+                      [&](MapReader& monitor) { read_monitor(monitor); });
     read_alarms(in_.maybe_section("alarms", "process alarms of this loop"));
     IoSection io;
     if (std::optional<MapReader> section = in_.need_section("io", "what the loop is wired to")) {
@@ -160,8 +152,7 @@ class LoopReader {
     max_age_ = in.number("max_age", {"s", above(0.0), "older is bad", "three sample times"},
                          3.0 * config().sample_time_s);
     pv.max_age_s = max_age_;
-    pv.range_margin =
-        in.number("range_margin",
+    in.set_number("range_margin",
                   {"", between(0.0, 1.0), "share of the span that PV may lie outside its range"},
                   pv.range_margin);
     pv.frozen_after_s = in.number("frozen_after",
@@ -181,9 +172,7 @@ class LoopReader {
   std::optional<MapReader> read_controller(MapReader& in) {
     control::ControllerSettings& controller = config().controller;
     controller.pid.action = in.need_one_of("action", kActions, "reverse: PV up, output down");
-    if (std::optional<MapReader> output = in.need_section("output", "CO and its limits")) {
-      read_output(*output);
-    }
+    in.need_section("output", "CO and its limits", [&](MapReader& output) { read_output(output); });
     controller.pid.gains = read_gains(in, span(pv_range_), span(output_range_));
     if (controller.pid.gains.kd > 0.0 && controller.pid.gains.derivative_filter_s <= 0.0) {
       in.warning(in.given("kd") ? "kd" : "td",
@@ -192,10 +181,8 @@ class LoopReader {
     }
     read_anti_windup(in, control::AntiWindup::back_calculation, controller.pid);
     sp_limits_ = pv_range_;
-    if (std::optional<MapReader> set_point =
-            in.maybe_section("set_point", "limits and ramp of SP")) {
-      read_set_point(*set_point);
-    }
+    in.maybe_section("set_point", "limits and ramp of SP",
+                     [&](MapReader& set_point) { read_set_point(set_point); });
     std::tie(controller.set_point.low, controller.set_point.high) = sp_limits_.value;
     controller.set_point_tracks_in_manual =
         in.flag("set_point_tracks_in_manual", "SP follows PV while in manual", true);
@@ -338,8 +325,7 @@ class LoopReader {
         in.integer("late_cycle_periods", {1, 1000, "", "see late_cycle"}, 3));
     safety.recovery =
         in.one_of("recovery", kRecoveries, "mode once the trouble is over", Recovery::manual);
-    safety.recovery_delay_s =
-        in.number("recovery_delay", {"s", at_least(0.0), "without trouble before the loop goes on"},
+    in.set_number("recovery_delay", {"s", at_least(0.0), "without trouble before the loop goes on"},
                   safety.recovery_delay_s);
   }
 
@@ -361,7 +347,7 @@ class LoopReader {
   void read_recording(MapReader& in) {
     constexpr std::int64_t kMegabyte = 1'000'000;
     Recording& recording = config().recording;
-    recording.enabled = in.flag("enabled", "record every cycle", recording.enabled);
+    in.set_flag("enabled", "record every cycle", recording.enabled);
     const Value<std::int64_t> limit =
         in.integer("limit_mb", {1, 1'000'000, "MB", "the oldest goes first"}, 64);
     recording.limit_bytes = static_cast<std::size_t>(limit.value * kMegabyte);
@@ -369,17 +355,17 @@ class LoopReader {
 
   void read_monitor(MapReader& in) {
     WindowCut& monitor = config().monitor;
-    monitor.overlap = in.number(
-        "overlap", {"", between(0.0, 0.95), "share of a window that the next one has in common"},
-        monitor.overlap);
+    in.set_number("overlap",
+                  {"", between(0.0, 0.95), "share of a window that the next one has in common"},
+                  monitor.overlap);
     const Value<std::int64_t> decimation =
         in.maybe_integer("decimation", {1, 10'000, "", "cycles averaged into one sample", false,
                                         "as many as fit into 0.1 s, so that a window is 96 s"});
     if (decimation.given) monitor.decimation = static_cast<std::size_t>(decimation.value);
-    monitor.routine = in.flag("routine",
-                              "alarms from routine evidence of minutes and hours, too; needs no "
-                              "specialists",
-                              monitor.routine);
+    in.set_flag("routine",
+                "alarms from routine evidence of minutes and hours, too; needs no "
+                "specialists",
+                monitor.routine);
     const Value<std::string> specialists = in.text(
         "specialists",
         "folder that `loopwarden train` made; without it there are classical measures and routine "
@@ -394,27 +380,25 @@ class LoopReader {
                 "the loop no longer behaves so",
                 "");
     if (twin.given && twin.valid) monitor.twin = resolve(config().file, twin.value);
-    if (std::optional<MapReader> action = in.maybe_section(
-            "corrective_action",
-            "the jacket goes from shadow to acting when the valve is known to stick, and back if "
-            "that does not help")) {
-      read_corrective_action(*action, monitor);
-    }
+    in.maybe_section(
+        "corrective_action",
+        "the jacket goes from shadow to acting when the valve is known to stick, and back if "
+        "that does not help",
+        [&](MapReader& action) { read_corrective_action(action, monitor); });
   }
 
   // After read_start: what is normal follows from how the loop comes up.
   void read_alarms(std::optional<MapReader> in) {
     config().normal_mode = usual_mode(config().start.mode);
     if (!in) return;
-    config().normal_mode = in->one_of(
-        "normal_mode", kNormalModes, "in another one for 10 s: alarm not_normal_mode; any: never",
-        config().normal_mode, {.fallback = "automatic where start.mode is, else any"});
+    in->set_one_of("normal_mode", kNormalModes,
+                   "in another one for 10 s: alarm not_normal_mode; any: never",
+                   config().normal_mode, {.fallback = "automatic where start.mode is, else any"});
   }
 
   void read_corrective_action(MapReader& in, WindowCut& monitor) {
     monitor.corrective.enabled = in.flag("enabled", "false: as if it were not there", true);
-    monitor.corrective.allowed_mean_error_percent =
-        in.number("allowed_mean_error",
+    in.set_number("allowed_mean_error",
                   {"% of PV span", between(0.0, 100.0),
                    "mean of SP - PV that the jacket may leave, where it was less before"},
                   monitor.corrective.allowed_mean_error_percent);

@@ -108,6 +108,18 @@ std::string range_text(const NumberRule& rule, MapReader::Ends ends) {
   return *rule.unit != '\0' ? fmt::format("{}, {}", text, rule.unit) : text;
 }
 
+// What stands there instead, for a message.
+std::string said(const YamlNode& node) {
+  return node.kind == YamlNode::Kind::scalar ? fmt::format("'{}'", quotable(node.text))
+                                             : to_text(node.kind);
+}
+
+template <class T>
+Value<T> required(Value<T> value) {
+  value.valid = value.valid && value.given;
+  return value;
+}
+
 std::string list_of(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -155,10 +167,14 @@ MapReader::MapReader(YamlNode& node, std::string path, Report& report)
 MapReader::MapReader(KeyReference& reference, std::string path, Report& report)
     : reference_(&reference), path_(std::move(path)), report_(&report) {}
 
+const YamlNode* MapReader::at(std::string_view key) const noexcept {
+  return node_ != nullptr ? node_->find(key) : nullptr;
+}
+
 Place MapReader::place() const noexcept { return node_ != nullptr ? node_->place : Place{}; }
 
 Place MapReader::place(std::string_view key) const noexcept {
-  const YamlNode* node = node_ != nullptr ? node_->find(key) : nullptr;
+  const YamlNode* node = at(key);
   return node != nullptr ? node->place : place();
 }
 
@@ -166,17 +182,15 @@ std::string MapReader::path(std::string_view key) const {
   return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
 }
 
-bool MapReader::given(std::string_view key) const noexcept {
-  return node_ != nullptr && node_->find(key) != nullptr;
-}
+bool MapReader::given(std::string_view key) const noexcept { return at(key) != nullptr; }
 
 YamlNode::Kind MapReader::kind(std::string_view key) const noexcept {
-  const YamlNode* node = node_ != nullptr ? node_->find(key) : nullptr;
+  const YamlNode* node = at(key);
   return node != nullptr ? node->kind : YamlNode::Kind::nothing;
 }
 
 std::string_view MapReader::word(std::string_view key) const noexcept {
-  const YamlNode* node = node_ != nullptr ? node_->find(key) : nullptr;
+  const YamlNode* node = at(key);
   const bool is_word = node != nullptr && node->kind == YamlNode::Kind::scalar && !node->quoted;
   return is_word ? std::string_view(node->text) : std::string_view();
 }
@@ -249,10 +263,8 @@ Value<double> MapReader::read_number(std::string_view key, YamlNode* node, const
 }
 
 Value<double> MapReader::need_number(std::string_view key, const NumberRule& rule) {
-  YamlNode* node = find(key, number_text(rule), Presence::required, "", rule.meaning);
-  Value<double> value = read_number(key, node, rule, 0.0);
-  value.valid = value.valid && value.given;
-  return value;
+  return required(read_number(
+      key, find(key, number_text(rule), Presence::required, "", rule.meaning), rule, 0.0));
 }
 
 Value<double> MapReader::number(std::string_view key, const NumberRule& rule, double fallback) {
@@ -299,10 +311,8 @@ Value<std::int64_t> MapReader::read_integer(std::string_view key, YamlNode* node
 }
 
 Value<std::int64_t> MapReader::need_integer(std::string_view key, const IntegerRule& rule) {
-  YamlNode* node = find(key, integer_text(rule), Presence::required, "", rule.meaning);
-  Value<std::int64_t> value = read_integer(key, node, rule, rule.low);
-  value.valid = value.valid && value.given;
-  return value;
+  return required(read_integer(
+      key, find(key, integer_text(rule), Presence::required, "", rule.meaning), rule, rule.low));
 }
 
 Value<std::int64_t> MapReader::integer(std::string_view key, const IntegerRule& rule,
@@ -346,10 +356,9 @@ Value<std::pair<double, double>> MapReader::read_range(std::string_view key, Yam
 
 Value<std::pair<double, double>> MapReader::need_range(std::string_view key,
                                                        const NumberRule& rule) {
-  YamlNode* node = find(key, range_text(rule, Ends::rise), Presence::required, "", rule.meaning);
-  Value<std::pair<double, double>> value = read_range(key, node, rule, Ends::rise);
-  value.valid = value.valid && value.given;
-  return value;
+  return required(
+      read_range(key, find(key, range_text(rule, Ends::rise), Presence::required, "", rule.meaning),
+                 rule, Ends::rise));
 }
 
 Value<std::pair<double, double>> MapReader::maybe_range(std::string_view key,
@@ -359,65 +368,60 @@ Value<std::pair<double, double>> MapReader::maybe_range(std::string_view key,
       ends);
 }
 
+template <class T, class Read>
+Value<std::vector<T>> MapReader::read_list(std::string_view key, std::string value_text,
+                                           const char* meaning, Read read) {
+  YamlNode* node = find(key, std::move(value_text), Presence::optional, "", meaning);
+  Value<std::vector<T>> result = start(key, node, std::vector<T>{});
+  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
+  result.valid = true;
+  for (YamlNode& item : node->values) result.valid = read(item, result.value) && result.valid;
+  return result;
+}
+
+bool MapReader::read_item(std::string_view key, YamlNode& node, std::vector<double>& values) {
+  const Value<double> read = read_number(key, &node, {}, 0.0);
+  values.push_back(read);
+  return read.valid;
+}
+
 Value<std::vector<std::pair<double, double>>> MapReader::maybe_points(std::string_view key,
                                                                       const char* value_text,
                                                                       const char* meaning) {
-  YamlNode* node = find(key, value_text, Presence::optional, "", meaning);
-  Value<std::vector<std::pair<double, double>>> result =
-      start(key, node, std::vector<std::pair<double, double>>{});
-  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
-  result.valid = true;
-  for (YamlNode& point : node->values) {
-    if (point.kind != YamlNode::Kind::list || point.values.size() != 2) {
-      report_->error(point.place, result.key, fmt::format("must be {}", value_text));
-      result.valid = false;
-      continue;
-    }
-    const Value<double> x = read_number(key, &point.values[0], {}, 0.0);
-    const Value<double> y = read_number(key, &point.values[1], {}, 0.0);
-    result.valid = result.valid && x.valid && y.valid;
-    result.value.emplace_back(x, y);
-  }
-  return result;
+  using Point = std::pair<double, double>;
+  return read_list<Point>(
+      key, value_text, meaning, [&](YamlNode& point, std::vector<Point>& points) {
+        if (point.kind != YamlNode::Kind::list || point.values.size() != 2) {
+          report_->error(point.place, path(key), fmt::format("must be {}", value_text));
+          return false;
+        }
+        const Value<double> x = read_number(key, &point.values[0], {}, 0.0);
+        const Value<double> y = read_number(key, &point.values[1], {}, 0.0);
+        points.emplace_back(x, y);
+        return x.valid && y.valid;
+      });
 }
 
 Value<std::vector<double>> MapReader::maybe_numbers(std::string_view key, const char* unit,
                                                     const char* meaning) {
-  YamlNode* node = find(key, fmt::format("[a, b, ...]{}{}", *unit != '\0' ? ", " : "", unit),
-                        Presence::optional, "", meaning);
-  Value<std::vector<double>> result = start(key, node, std::vector<double>{});
-  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
-  result.valid = true;
-  for (YamlNode& value : node->values) {
-    const Value<double> read = read_number(key, &value, {}, 0.0);
-    result.valid = result.valid && read.valid;
-    result.value.push_back(read);
-  }
-  return result;
+  return read_list<double>(
+      key, fmt::format("[a, b, ...]{}{}", *unit != '\0' ? ", " : "", unit), meaning,
+      [&](YamlNode& item, std::vector<double>& values) { return read_item(key, item, values); });
 }
 
 Value<std::vector<std::vector<double>>> MapReader::maybe_table(std::string_view key,
                                                                const char* unit,
                                                                const char* meaning) {
-  YamlNode* node = find(key, fmt::format("[[a, b, ...], ...]{}{}", *unit != '\0' ? ", " : "", unit),
-                        Presence::optional, "", meaning);
-  Value<std::vector<std::vector<double>>> result =
-      start(key, node, std::vector<std::vector<double>>{});
-  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
-  result.valid = true;
-  for (YamlNode& row : node->values) {
-    result.value.emplace_back();
-    if (!is_of_kind(key, row, YamlNode::Kind::list)) {
-      result.valid = false;
-      continue;
-    }
-    for (YamlNode& value : row.values) {
-      const Value<double> read = read_number(key, &value, {}, 0.0);
-      result.valid = result.valid && read.valid;
-      result.value.back().push_back(read);
-    }
-  }
-  return result;
+  using Row = std::vector<double>;
+  return read_list<Row>(key, fmt::format("[[a, b, ...], ...]{}{}", *unit != '\0' ? ", " : "", unit),
+                        meaning, [&](YamlNode& row, std::vector<Row>& rows) {
+                          rows.emplace_back();
+                          bool valid = is_of_kind(key, row, YamlNode::Kind::list);
+                          if (!valid) return false;
+                          for (YamlNode& item : row.values)
+                            valid = read_item(key, item, rows.back()) && valid;
+                          return valid;
+                        });
 }
 
 // --- text and words --------------------------------------------------------------------------
@@ -440,9 +444,7 @@ Value<std::string> MapReader::read_text(std::string_view key, YamlNode* node,
 }
 
 Value<std::string> MapReader::need_text(std::string_view key, const char* meaning) {
-  Value<std::string> value = read_text(key, find(key, "text", Presence::required, "", meaning), "");
-  value.valid = value.valid && value.given;
-  return value;
+  return required(read_text(key, find(key, "text", Presence::required, "", meaning), ""));
 }
 
 Value<std::string> MapReader::text(std::string_view key, const char* meaning,
@@ -456,16 +458,13 @@ Value<bool> MapReader::flag(std::string_view key, const char* meaning, bool fall
       find(key, "true or false", Presence::optional, fallback ? "true" : "false", meaning);
   Value<bool> result = start(key, node, fallback);
   if (node == nullptr) return result;
-  const std::string_view said = word(key);
-  result.valid = said == "true" || said == "false";
+  const std::string_view text = word(key);
+  result.valid = text == "true" || text == "false";
   if (result.valid) {
-    result.value = said == "true";
+    result.value = text == "true";
   } else {
-    report_->error(
-        node->place, result.key,
-        fmt::format("must be true or false (got {})",
-                    node->kind == YamlNode::Kind::scalar ? fmt::format("'{}'", quotable(node->text))
-                                                         : to_text(node->kind)));
+    report_->error(node->place, result.key,
+                   fmt::format("must be true or false (got {})", said(*node)));
   }
   return result;
 }
@@ -480,26 +479,23 @@ Value<std::size_t> MapReader::choose(std::string_view key, const std::vector<std
   result.valid = node == nullptr && (presence == Presence::optional || describing());
   if (node == nullptr) return result;
   const std::string lower = lower_case(node->text);
-  std::string said = rule.any_case ? lower : node->text;
+  std::string written = rule.any_case ? lower : node->text;
   // As operators say it and as the command line has it; nothing else is called so.
-  if (lower == "auto") said = "automatic";
-  if (lower == "man") said = "manual";
-  const auto found = std::find(names.begin(), names.end(), said);
+  if (lower == "auto") written = "automatic";
+  if (lower == "man") written = "manual";
+  const auto found = std::find(names.begin(), names.end(), written);
   if (node->kind == YamlNode::Kind::scalar && found != names.end()) {
     result.value = static_cast<std::size_t>(found - names.begin());
     result.valid = true;
     return result;
   }
-  const std::string got = node->kind == YamlNode::Kind::scalar
-                              ? fmt::format("'{}'", quotable(node->text))
-                              : std::string(to_text(node->kind));
   const auto other = std::find_if(rule.others.begin(), rule.others.end(),
                                   [&](const OtherWord& word) { return lower == word.written; });
   const std::string meant = other != rule.others.end()
                                 ? fmt::format("; did you mean '{}'?", other->meant)
                                 : suggestion(node->text, names);
   report_->error(node->place, result.key,
-                 fmt::format("must be {} (got {}){}", expected, got, meant));
+                 fmt::format("must be {} (got {}){}", expected, said(*node), meant));
   return result;
 }
 
@@ -518,54 +514,47 @@ Value<std::string> MapReader::word_of(std::string_view key, const std::vector<st
 Value<std::vector<std::string>> MapReader::maybe_words(std::string_view key,
                                                        const std::vector<std::string>& words,
                                                        const char* meaning) {
-  YamlNode* node =
-      find(key, fmt::format("[{}, ...]", list_of(words)), Presence::optional, "", meaning);
-  Value<std::vector<std::string>> result = start(key, node, std::vector<std::string>{});
-  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
-  result.valid = true;
-  for (const YamlNode& value : node->values) {
-    const bool known = value.kind == YamlNode::Kind::scalar &&
-                       std::find(words.begin(), words.end(), value.text) != words.end();
-    const bool twice =
-        std::find(result.value.begin(), result.value.end(), value.text) != result.value.end();
-    if (!known || twice) {
-      report_->error(value.place, result.key,
-                     known ? fmt::format("has '{}' twice", quotable(value.text))
-                           : fmt::format("must hold {} (got '{}'){}", list_of(words),
-                                         quotable(value.text), suggestion(value.text, words)));
-      result.valid = false;
-      continue;
-    }
-    result.value.push_back(value.text);
-  }
-  return result;
+  using Texts = std::vector<std::string>;
+  return read_list<std::string>(
+      key, fmt::format("[{}, ...]", list_of(words)), meaning,
+      [&](const YamlNode& item, Texts& texts) {
+        const auto holds = [&](const Texts& all) {
+          return std::find(all.begin(), all.end(), item.text) != all.end();
+        };
+        const bool known = item.kind == YamlNode::Kind::scalar && holds(words);
+        const bool right = known && !holds(texts);
+        if (right) {
+          texts.push_back(item.text);
+        } else {
+          report_->error(item.place, path(key),
+                         known ? fmt::format("has '{}' twice", quotable(item.text))
+                               : fmt::format("must hold {} (got '{}'){}", list_of(words),
+                                             quotable(item.text), suggestion(item.text, words)));
+        }
+        return right;
+      });
 }
 
 Value<std::vector<std::string>> MapReader::maybe_texts(std::string_view key, const char* meaning) {
-  YamlNode* node = find(key, "[text, ...]", Presence::optional, "", meaning);
-  Value<std::vector<std::string>> result = start(key, node, std::vector<std::string>{});
-  if (node == nullptr || !is_of_kind(key, *node, YamlNode::Kind::list)) return result;
-  result.valid = true;
-  for (const YamlNode& value : node->values) {
-    if (value.kind == YamlNode::Kind::scalar) {
-      result.value.push_back(value.text);
-      continue;
-    }
-    report_->error(value.place, result.key,
-                   fmt::format("must hold texts (got {})", to_text(value.kind)));
-    result.valid = false;
-  }
-  return result;
+  return read_list<std::string>(
+      key, "[text, ...]", meaning, [&](const YamlNode& item, std::vector<std::string>& texts) {
+        const bool right = item.kind == YamlNode::Kind::scalar;
+        if (right) {
+          texts.push_back(item.text);
+        } else {
+          report_->error(item.place, path(key),
+                         fmt::format("must hold texts (got {})", to_text(item.kind)));
+        }
+        return right;
+      });
 }
 
 // --- mappings and lists ----------------------------------------------------------------------
 
 bool MapReader::is_of_kind(std::string_view key, const YamlNode& node, YamlNode::Kind wanted) {
   if (node.kind == wanted) return true;
-  const std::string got = node.kind == YamlNode::Kind::scalar
-                              ? fmt::format("'{}'", quotable(node.text))
-                              : std::string(to_text(node.kind));
-  report_->error(node.place, path(key), fmt::format("must be {} (got {})", to_text(wanted), got));
+  report_->error(node.place, path(key),
+                 fmt::format("must be {} (got {})", to_text(wanted), said(node)));
   return false;
 }
 

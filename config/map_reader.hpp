@@ -81,6 +81,13 @@ struct Choice {
   E value;
 };
 
+template <class E, std::size_t N>
+constexpr const char* name_of(const std::array<Choice<E>, N>& choices, E value) {
+  for (const Choice<E>& choice : choices) {
+    if (choice.value == value) return choice.name;
+  }
+  return "";
+}
 // A word that people know from elsewhere for one of the words that may stand at a key.
 struct OtherWord {
   const char* written;  // in lower case
@@ -106,6 +113,11 @@ class MapReader {
   Value<double> need_number(std::string_view key, const NumberRule& rule);
   Value<double> number(std::string_view key, const NumberRule& rule, double fallback);
   Value<double> maybe_number(std::string_view key, const NumberRule& rule);
+  // Sets `value` where the key is there.
+  template <class T>
+  void maybe_number(std::string_view key, const NumberRule& rule, T& value) {
+    if (const Value<double> read = maybe_number(key, rule); read.given) value = read.value;
+  }
   Value<std::int64_t> need_integer(std::string_view key, const IntegerRule& rule);
   Value<std::int64_t> integer(std::string_view key, const IntegerRule& rule, std::int64_t fallback);
   Value<std::int64_t> maybe_integer(std::string_view key, const IntegerRule& rule);
@@ -140,11 +152,31 @@ class MapReader {
   Value<bool> flag(std::string_view key, const char* meaning, bool fallback);
   template <class E, std::size_t N>
   Value<E> need_one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
-                       const char* meaning, const WordRule& rule = {});
+                       const char* meaning, const WordRule& rule = {}) {
+    return choose_from(key, choices, Presence::required, choices[0].value, meaning, rule);
+  }
   template <class E, std::size_t N>
   Value<E> one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
-                  const char* meaning, E fallback, const WordRule& rule = {});
+                  const char* meaning, E fallback, const WordRule& rule = {}) {
+    return choose_from(key, choices, Presence::optional, fallback, meaning, rule);
+  }
 
+  // --- `value` is the default, and takes what stands at the key ---
+  void set_number(std::string_view key, const NumberRule& rule, double& value) {
+    value = number(key, rule, value);
+  }
+  template <class T>
+  void set_integer(std::string_view key, const IntegerRule& rule, T& value) {
+    value = static_cast<T>(integer(key, rule, static_cast<std::int64_t>(value)).value);
+  }
+  void set_flag(std::string_view key, const char* meaning, bool& value) {
+    value = flag(key, meaning, value);
+  }
+  template <class E, std::size_t N>
+  void set_one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
+                  const char* meaning, E& value, const WordRule& rule = {}) {
+    value = one_of(key, choices, meaning, value, rule);
+  }
   // The same with the words as text, for words that are listed elsewhere.
   Value<std::string> need_word(std::string_view key, const std::vector<std::string>& words,
                                const char* meaning);
@@ -156,6 +188,15 @@ class MapReader {
   // Nothing if the key is absent or holds something else.
   std::optional<MapReader> need_section(std::string_view key, const char* meaning);
   std::optional<MapReader> maybe_section(std::string_view key, const char* meaning);
+  // Calls `read` where the mapping is there.
+  template <class Read>
+  void need_section(std::string_view key, const char* meaning, Read read) {
+    if (std::optional<MapReader> in = need_section(key, meaning)) read(*in);
+  }
+  template <class Read>
+  void maybe_section(std::string_view key, const char* meaning, Read read) {
+    if (std::optional<MapReader> in = maybe_section(key, meaning)) read(*in);
+  }
   // A list of mappings.
   std::vector<MapReader> maybe_list(std::string_view key, const char* meaning);
   // A mapping of names to mappings.
@@ -194,6 +235,7 @@ class MapReader {
   // Makes the key known, describes it, and reports its absence if it is required.
   YamlNode* find(std::string_view key, std::string value_text, Presence presence,
                  std::string fallback, const char* meaning);
+  const YamlNode* at(std::string_view key) const noexcept;
   template <class T>
   Value<T> start(std::string_view key, const YamlNode* node, T fallback) const;
   Value<double> read_number(std::string_view key, YamlNode* node, const NumberRule& rule,
@@ -203,9 +245,17 @@ class MapReader {
   Value<std::string> read_text(std::string_view key, YamlNode* node, std::string fallback);
   Value<std::pair<double, double>> read_range(std::string_view key, YamlNode* node,
                                               const NumberRule& rule, Ends ends);
+  template <class E, std::size_t N>
+  Value<E> choose_from(std::string_view key, const std::array<Choice<E>, N>& choices,
+                       Presence presence, E fallback, const char* meaning, const WordRule& rule);
   Value<std::size_t> choose(std::string_view key, const std::vector<std::string>& names,
                             Presence presence, std::size_t fallback, const char* meaning,
                             const WordRule& rule);
+  // The list at the key; `read` takes an item over and returns whether it is sound.
+  template <class T, class Read>
+  Value<std::vector<T>> read_list(std::string_view key, std::string value_text, const char* meaning,
+                                  Read read);
+  bool read_item(std::string_view key, YamlNode& node, std::vector<double>& values);
   std::optional<MapReader> section(std::string_view key, Presence presence, const char* meaning);
   bool is_of_kind(std::string_view key, const YamlNode& node, YamlNode::Kind wanted);
 
@@ -216,27 +266,16 @@ class MapReader {
 };
 
 template <class E, std::size_t N>
-Value<E> MapReader::need_one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
-                                const char* meaning, const WordRule& rule) {
+Value<E> MapReader::choose_from(std::string_view key, const std::array<Choice<E>, N>& choices,
+                                Presence presence, E fallback, const char* meaning,
+                                const WordRule& rule) {
   std::vector<std::string> names;
-  names.reserve(N);
-  for (const Choice<E>& choice : choices) names.emplace_back(choice.name);
-  const Value<std::size_t> chosen = choose(key, names, Presence::required, 0, meaning, rule);
-  return {choices[chosen.value].value, chosen.place, chosen.key, chosen.given, chosen.valid};
-}
-
-template <class E, std::size_t N>
-Value<E> MapReader::one_of(std::string_view key, const std::array<Choice<E>, N>& choices,
-                           const char* meaning, E fallback, const WordRule& rule) {
-  std::vector<std::string> names;
-  names.reserve(N);
-  std::size_t fallback_index = 0;
+  std::size_t index = 0;
   for (const Choice<E>& choice : choices) {
-    if (choice.value == fallback) fallback_index = names.size();
+    if (choice.value == fallback) index = names.size();
     names.emplace_back(choice.name);
   }
-  const Value<std::size_t> chosen =
-      choose(key, names, Presence::optional, fallback_index, meaning, rule);
+  const Value<std::size_t> chosen = choose(key, names, presence, index, meaning, rule);
   return {choices[chosen.value].value, chosen.place, chosen.key, chosen.given, chosen.valid};
 }
 

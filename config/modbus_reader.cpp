@@ -29,15 +29,17 @@ using hal::modbus::Table;
 using hal::modbus::Transport;
 using hal::modbus::WriteFunction;
 
-constexpr std::array kTables{Choice<Table>{"input", Table::input_register},
-                             Choice<Table>{"holding", Table::holding_register}};
-constexpr std::array kHoldingOnly{Choice<Table>{"holding", Table::holding_register}};
-constexpr std::array kTypes{
-    Choice<RegisterType>{"u16", RegisterType::u16}, Choice<RegisterType>{"i16", RegisterType::i16},
-    Choice<RegisterType>{"u32", RegisterType::u32}, Choice<RegisterType>{"i32", RegisterType::i32},
-    Choice<RegisterType>{"f32", RegisterType::f32}, Choice<RegisterType>{"f64", RegisterType::f64}};
-constexpr std::array kWriteFunctions{Choice<WriteFunction>{"multiple", WriteFunction::multiple},
-                                     Choice<WriteFunction>{"single", WriteFunction::single}};
+constexpr auto kTables = std::to_array<Choice<Table>>(
+    {{"input", Table::input_register}, {"holding", Table::holding_register}});
+constexpr auto kHoldingOnly = std::to_array<Choice<Table>>({{"holding", Table::holding_register}});
+constexpr auto kTypes = std::to_array<Choice<RegisterType>>({{"u16", RegisterType::u16},
+                                                             {"i16", RegisterType::i16},
+                                                             {"u32", RegisterType::u32},
+                                                             {"i32", RegisterType::i32},
+                                                             {"f32", RegisterType::f32},
+                                                             {"f64", RegisterType::f64}});
+constexpr auto kWriteFunctions = std::to_array<Choice<WriteFunction>>(
+    {{"multiple", WriteFunction::multiple}, {"single", WriteFunction::single}});
 
 constexpr std::int64_t kLastAddress = 65535;
 constexpr const char* kAddress = "0-based, as on the wire: 40001 in a manual is holding address 0";
@@ -67,15 +69,12 @@ enum class Use { read, write };
 
 // Words of other systems. None is taken in place of ours: an int or a word is not the same
 // everywhere.
-constexpr std::array kOtherTypes{
-    OtherWord{"uint16", "u16"}, OtherWord{"uint", "u16"},    OtherWord{"word", "u16"},
-    OtherWord{"ushort", "u16"}, OtherWord{"int16", "i16"},   OtherWord{"int", "i16"},
-    OtherWord{"short", "i16"},  OtherWord{"uint32", "u32"},  OtherWord{"udint", "u32"},
-    OtherWord{"dword", "u32"},  OtherWord{"ulong", "u32"},   OtherWord{"int32", "i32"},
-    OtherWord{"dint", "i32"},   OtherWord{"long", "i32"},    OtherWord{"float32", "f32"},
-    OtherWord{"float", "f32"},  OtherWord{"real", "f32"},    OtherWord{"single", "f32"},
-    OtherWord{"real32", "f32"}, OtherWord{"float64", "f64"}, OtherWord{"double", "f64"},
-    OtherWord{"lreal", "f64"},  OtherWord{"real64", "f64"}};
+constexpr auto kOtherTypes = std::to_array<OtherWord>(
+    {{"uint16", "u16"}, {"uint", "u16"},  {"word", "u16"},   {"ushort", "u16"}, {"int16", "i16"},
+     {"int", "i16"},    {"short", "i16"}, {"uint32", "u32"}, {"udint", "u32"},  {"dword", "u32"},
+     {"ulong", "u32"},  {"int32", "i32"}, {"dint", "i32"},   {"long", "i32"},   {"float32", "f32"},
+     {"float", "f32"},  {"real", "f32"},  {"single", "f32"}, {"real32", "f32"}, {"float64", "f64"},
+     {"double", "f64"}, {"lreal", "f64"}, {"real64", "f64"}});
 
 // What a register's number in a device's manual means: 40201, 400201 and 4x0201 are holding
 // register 200 counted from 0, 30011 is input register 10.
@@ -332,10 +331,9 @@ hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings
   const CommLoss loss = read_comm_loss(in, kCommLoss, [&](MapReader& section) {
     hal::modbus::WatchdogRegister reg;
     reg.point.unit = command.unit;
-    if (std::optional<MapReader> spec =
-            section.need_section("register", "watchdog of the device, written at every connect")) {
-      reg.point.reg = read_register<Use::write>(*spec, "").spec;
-    }
+    section.need_section(
+        "register", "watchdog of the device, written at every connect",
+        [&](MapReader& spec) { reg.point.reg = read_register<Use::write>(spec, "").spec; });
     reg.value = section.need_number("value", {"", any_number(), "that is written to it"});
     watchdog = reg;
   });
@@ -417,13 +415,13 @@ void read_modbus(MapReader in, const IoContext& context, IoSection& section) {
   const Value<double> poll_period = read_poll_period(in, context, between(0.01, 60.0));
   settings.poll_period_ns = nanoseconds(poll_period);
   settings.max_command_age_ns = read_max_command_age(in, context);
-  if (std::optional<MapReader> transmitter = in.need_section("transmitter", "where PV is read")) {
-    read_transmitter(*transmitter, context, settings);
-  }
+  in.need_section("transmitter", "where PV is read", [&](MapReader& transmitter) {
+    read_transmitter(transmitter, context, settings);
+  });
   Value<double> watchdog_timeout;
-  if (std::optional<MapReader> positioner = in.need_section("positioner", "where CO is written")) {
-    read_positioner(*positioner, context, settings, section, watchdog_timeout);
-  }
+  in.need_section("positioner", "where CO is written", [&](MapReader& positioner) {
+    read_positioner(positioner, context, settings, section, watchdog_timeout);
+  });
   check_timeout(in, watchdog_timeout, poll_period, settings.positioner_link);
   section.io = std::move(settings);
 }

@@ -15,9 +15,10 @@ namespace {
 
 using LossAction = ModbusServer::LossAction;
 
-constexpr std::array kLossActions{Choice<LossAction>{"report", LossAction::report},
-                                  Choice<LossAction>{"manual", LossAction::manual},
-                                  Choice<LossAction>{"automatic", LossAction::automatic}};
+constexpr auto kLossActions =
+    std::to_array<Choice<LossAction>>({{"report", LossAction::report},
+                                       {"manual", LossAction::manual},
+                                       {"automatic", LossAction::automatic}});
 
 void read_client(MapReader& in, ModbusServer& server) {
   const Value<std::string> peer =
@@ -39,7 +40,7 @@ void read_heartbeat(MapReader& in, ModbusServer& server) {
   server.master_timeout_s = in.need_number(
       "timeout",
       {"s", between(0.5, 3600.0), "without a new number in master_heartbeat, after the first one"});
-  server.on_master_loss = in.one_of(
+  in.set_one_of(
       "action", kLossActions,
       "report: a bit and a line in the journal; manual: every loop to manual, its output stays; "
       "automatic: every loop to automatic on its last set point",
@@ -49,8 +50,7 @@ void read_heartbeat(MapReader& in, ModbusServer& server) {
 void read_serial(MapReader& in, ModbusServer& server) {
   ModbusServer::Serial serial;
   read_serial_line(in, serial.line);
-  serial.unit = static_cast<std::uint8_t>(
-      in.integer("unit", {1, 247, "", "unit identifier on this line"}, serial.unit));
+  in.set_integer("unit", {1, 247, "", "unit identifier on this line"}, serial.unit);
   serial.writes =
       in.flag("writes",
               "masters on this line may write, where modbus_server.writes is true as well", false);
@@ -68,26 +68,23 @@ ModbusServer read_modbus_server(MapReader& in) {
     in.error("address",
              fmt::format("must be a numeric address (got '{}')", quotable(address.value)));
   }
-  server.port = static_cast<std::uint16_t>(in.integer(
-      "port", {1, 65535, "", "TCP port; below 1024 needs CAP_NET_BIND_SERVICE"}, server.port));
-  server.unit = static_cast<std::uint8_t>(in.integer(
-      "unit", {1, 247, "", "unit identifier; 0 and 255 are answered as well"}, server.unit));
-  server.word_order = in.one_of("word_order", kByteOrders,
-                                "of 32-bit values, in either case; abcd: most significant first",
-                                server.word_order, {.any_case = true});
-  server.most_clients = static_cast<std::size_t>(
-      in.integer("max_clients",
+  in.set_integer("port", {1, 65535, "", "TCP port; below 1024 needs CAP_NET_BIND_SERVICE"},
+                 server.port);
+  in.set_integer("unit", {1, 247, "", "unit identifier; 0 and 255 are answered as well"},
+                 server.unit);
+  in.set_one_of("word_order", kByteOrders,
+                "of 32-bit values, in either case; abcd: most significant first", server.word_order,
+                {.any_case = true});
+  in.set_integer("max_clients",
                  {1, 500, "",
                   "connections; when all are taken, the one goes that has been silent for longest"},
-                 static_cast<std::int64_t>(server.most_clients)));
-  server.idle_timeout_s =
-      in.number("idle_timeout", {"s", between(1.0, 86400.0), "without a sound request"},
+                 server.most_clients);
+  in.set_number("idle_timeout", {"s", between(1.0, 86400.0), "without a sound request"},
                 server.idle_timeout_s);
-  server.requests_per_second =
-      in.number("request_rate", {"1/s", between(1.0, 10000.0), "of one client; more waits"},
+  in.set_number("request_rate", {"1/s", between(1.0, 10000.0), "of one client; more waits"},
                 server.requests_per_second);
-  server.writes = in.flag("writes", "true: clients whose entry says so may write; false: nobody",
-                          server.writes);
+  in.set_flag("writes", "true: clients whose entry says so may write; false: nobody",
+              server.writes);
   const bool listed = in.given("clients");
   for (MapReader& client :
        in.maybe_list("clients", "who may connect; default: this host alone, without writes")) {
@@ -97,14 +94,11 @@ ModbusServer read_modbus_server(MapReader& in) {
     server.clients = {{*base::parse_network("127.0.0.1"), false},
                       {*base::parse_network("::1"), false}};
   }
-  if (std::optional<MapReader> heartbeat = in.maybe_section(
-          "master_heartbeat", "what to do when the master that leads the loops falls silent")) {
-    read_heartbeat(*heartbeat, server);
-  }
-  if (std::optional<MapReader> serial =
-          in.maybe_section("serial", "the same map on a serial line, as a Modbus RTU slave")) {
-    read_serial(*serial, server);
-  }
+  in.maybe_section("master_heartbeat",
+                   "what to do when the master that leads the loops falls silent",
+                   [&](MapReader& heartbeat) { read_heartbeat(heartbeat, server); });
+  in.maybe_section("serial", "the same map on a serial line, as a Modbus RTU slave",
+                   [&](MapReader& serial) { read_serial(serial, server); });
   return server;
 }
 
@@ -118,15 +112,15 @@ Alarms read_alarms(MapReader& in) {
       in.number("shelve_limit",
                 {"h", {.low = 0.0, .high = 24.0, .low_is_open = true}, "longest time on the shelf"},
                 8.0));
-  alarms.severe_percent = in.number(
+  in.set_number(
       "severe",
       {"% of CO span", between(0.0, 100.0),
        "a valve fault of this size is out of specification (NE 107), a smaller one maintenance"},
       alarms.severe_percent);
-  alarms.most_evidence = static_cast<std::size_t>(in.integer(
+  in.set_integer(
       "evidence",
       {0, 100'000, "", "alarms whose evidence is kept, the newest, about 200 kB each; 0: none"},
-      static_cast<std::int64_t>(alarms.most_evidence)));
+      alarms.most_evidence);
   return alarms;
 }
 

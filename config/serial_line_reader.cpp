@@ -10,14 +10,17 @@ namespace {
 
 using hal::modbus::Parity;
 
-constexpr std::array kParities{Choice<Parity>{"none", Parity::none},
-                               Choice<Parity>{"even", Parity::even},
-                               Choice<Parity>{"odd", Parity::odd}};
-constexpr std::array kBauds{Choice<int>{"1200", 1200},   Choice<int>{"2400", 2400},
-                            Choice<int>{"4800", 4800},   Choice<int>{"9600", 9600},
-                            Choice<int>{"19200", 19200}, Choice<int>{"38400", 38400},
-                            Choice<int>{"57600", 57600}, Choice<int>{"115200", 115200}};
-constexpr std::array kStopBits{Choice<int>{"1", 1}, Choice<int>{"2", 2}};
+constexpr auto kParities = std::to_array<Choice<Parity>>(
+    {{"none", Parity::none}, {"even", Parity::even}, {"odd", Parity::odd}});
+constexpr auto kBauds = std::to_array<Choice<int>>({{"1200", 1200},
+                                                    {"2400", 2400},
+                                                    {"4800", 4800},
+                                                    {"9600", 9600},
+                                                    {"19200", 19200},
+                                                    {"38400", 38400},
+                                                    {"57600", 57600},
+                                                    {"115200", 115200}});
+constexpr auto kStopBits = std::to_array<Choice<int>>({{"1", 1}, {"2", 2}});
 
 }  // namespace
 
@@ -29,10 +32,10 @@ void read_serial_line(MapReader& in, hal::modbus::LinkSettings& line) {
   if (device.given && device.valid && !device.value.starts_with('/')) {
     in.error("device", fmt::format("must be an absolute path (got '{}')", quotable(device.value)));
   }
-  line.baud = in.one_of("baud", kBauds, "line speed, 8 data bits", line.baud);
-  line.parity = in.one_of("parity", kParities, "parity bit", line.parity);
-  line.stop_bits = in.one_of("stop_bits", kStopBits, "stop bits", line.stop_bits);
-  line.rs485 = in.flag("rs485", "let the kernel's driver switch the transmitter", line.rs485);
+  in.set_one_of("baud", kBauds, "line speed, 8 data bits", line.baud);
+  in.set_one_of("parity", kParities, "parity bit", line.parity);
+  in.set_one_of("stop_bits", kStopBits, "stop bits", line.stop_bits);
+  in.set_flag("rs485", "let the kernel's driver switch the transmitter", line.rs485);
 }
 
 }  // namespace loopwarden::config

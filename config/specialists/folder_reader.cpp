@@ -6,11 +6,10 @@
 #include <set>
 
 #include "config/map_reader.hpp"
-#include "config/source_file.hpp"
+#include "config/document.hpp"
 #include "config/specialists/checksum.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "config/specialists/weights_text.hpp"
-#include "config/yaml_document.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -23,8 +22,8 @@ constexpr std::size_t kMostSpecialists = 64;
 constexpr std::size_t kInputsOfVersion1 = 53;
 
 enum class Form { explaining, signature };
-constexpr std::array kForms{Choice<Form>{"explaining", Form::explaining},
-                            Choice<Form>{"signature", Form::signature}};
+constexpr auto kForms =
+    std::to_array<Choice<Form>>({{"explaining", Form::explaining}, {"signature", Form::signature}});
 
 // "31-10-10-31"; nothing if it is none.
 std::optional<NetworkShape> parse_layers(std::string_view text) {
@@ -260,10 +259,9 @@ Loaded<SpecialistFolder> read_specialists(const std::filesystem::path& folder) {
   SpecialistFolder specialists;
   std::vector<Diagnostic> of_weights;
   if (const std::optional<std::string> text = read_source_file(path, report)) {
-    if (std::optional<YamlNode> root = parse_yaml(*text, report)) {
-      specialists = ManifestReader(MapReader(*root, "", report), folder, of_weights).read();
-      report_unknown_keys(*root, report);
-    }
+    read_document(*text, report, [&](MapReader& in) {
+      specialists = ManifestReader(in, folder, of_weights).read();
+    });
   }
   Loaded<SpecialistFolder> result = loaded(std::move(specialists), report);
   for (Diagnostic& d : of_weights) result.diagnostics.push_back(std::move(d));

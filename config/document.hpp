@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// A document as a whole: what its reader makes of the keys, and errors for those that it did not ask for.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "config/diagnostic.hpp"
+#include "config/key_reference.hpp"
+#include "config/map_reader.hpp"
+#include "config/source_file.hpp"
+#include "config/yaml_document.hpp"
+
+namespace loopwarden::config {
+
+// Calls `read` with the document's root, if it has one.
+template <class Read>
+void read_document(std::string_view text, Report& report, Read read) {
+  std::optional<YamlNode> root = parse_yaml(text, report);
+  if (!root) return;
+  MapReader in(*root, "", report);
+  read(in);
+  report_unknown_keys(*root, report);
+}
+
+// What `read` makes of the root of the document `text`; messages call it `file`.
+template <class T, class Read>
+Loaded<T> load_text(const std::string& file, std::string_view text, Read read) {
+  Report report(file);
+  T value;
+  read_document(text, report, [&](MapReader& in) { value = read(in); });
+  return loaded(std::move(value), report);
+}
+
+// `read_text` is called with the file's name and text.
+template <class T>
+Loaded<T> load_file(const std::filesystem::path& path,
+                    Loaded<T> (*read_text)(const std::string& file, std::string_view text)) {
+  Report report(path.string());
+  const std::optional<std::string> text = read_source_file(path, report);
+  return text ? read_text(path.string(), *text) : Loaded<T>{std::nullopt, report.take()};
+}
+
+// The keys that `read` asks for.
+template <class Read>
+KeyReference keys_of(Read read) {
+  Report unused("");
+  KeyReference reference;
+  MapReader in(reference, "", unused);
+  read(in);
+  return reference;
+}
+
+}  // namespace loopwarden::config
