@@ -1,51 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
-
-#include "base/exit_code.hpp"
 #include "base/standard_streams.hpp"
-#include "workbench/command_line/program.hpp"
 #include "workbench/commands/subcommands.hpp"
-#include "workbench/files/installed_files.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App app("loopwarden - the workbench: simulate, check and watch flow loops", "loopwarden");
-  app.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
-  app.footer(
+  Program program(
+      "loopwarden", "loopwarden - the workbench: simulate, check and watch flow loops",
       "Exit codes: 0 done, 64 usage, 65 bad data, 74 I/O, 75 try again, 78 bad configuration.\n"
       "Each subcommand has its own --help; `loopwarden help COMMAND` prints it.");
-  int exit_code = kExitOk;
-  add_check(app, exit_code);
-  add_simulate(app, exit_code);
-  add_top(app, exit_code);
-  add_set(app, exit_code);
-  add_reload(app, exit_code);
-  add_record(app, exit_code);
-  add_alarms(app, exit_code);
-  add_register_map(app, exit_code);
-  add_export(app, exit_code);
-  add_import(app, exit_code);
-  add_survey(app, exit_code);
-  add_batch(app, exit_code);
-  add_diagnose(app, exit_code);
-  add_train(app, exit_code);
-  add_classify(app, exit_code);
-  add_replay(app, exit_code);
-  add_explain(app, exit_code);
-  add_gap(app, exit_code);
-  add_commission(app, exit_code);
-  add_demo(app, exit_code);
-  add_effects(app, exit_code);
-  add_identify(app, exit_code);
-  add_compare(app, exit_code);
-  add_limit_cycle(app, exit_code);
-  add_valve_test(app, exit_code);
-  add_autotune(app, exit_code);
-  add_tune(app, exit_code);
-  look_in_package(app);
-  return run_program(app, exit_code, argc, argv);
+  for (const auto add :
+       {add_check,      add_simulate,     add_top,      add_set,      add_reload,  add_record,
+        add_alarms,     add_register_map, add_export,   add_import,   add_survey,  add_batch,
+        add_diagnose,   add_train,        add_classify, add_replay,   add_explain, add_gap,
+        add_commission, add_demo,         add_effects,  add_identify, add_compare, add_limit_cycle,
+        add_valve_test, add_autotune,     add_tune}) {
+    add(program);
+  }
+  return program.run(argc, argv);
 }
 
 }  // namespace

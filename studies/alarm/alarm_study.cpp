@@ -286,12 +286,12 @@ int run_replay(const AlarmStudyOptions& options) {
 
 int run_alarm_study(const AlarmStudyOptions& options) {
   if (!options.records.empty()) return run_replay(options);
-  const auto model =
+  const plant::LoopModel model =
       workbench::load_model((std::filesystem::path(options.specialists) / "model.yaml").string());
   const auto loaded = config::read_specialists(options.specialists);
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
-  if (!model || !loaded || !loaded->team) return kExitConfiguration;
-  AlarmStudy study(options, *model, *loaded->team);
+  if (!loaded || !loaded->team) return kExitConfiguration;
+  AlarmStudy study(options, model, *loaded->team);
   if (options.runs > 0) study.delays();
   if (options.days > 0) study.healthy();
   if (options.json) fmt::print("{}\n", study.found().dump(2));

@@ -90,11 +90,11 @@ class Study {
   bool load() {
     for (const char* name : {"plant1", "plant2", "plant3"}) {
       const fs::path folder = fs::path(options_.data) / name;
-      auto model = workbench::load_model((folder / "model.yaml").string());
+      plant::LoopModel model = workbench::load_model((folder / "model.yaml").string());
       auto specialists = config::read_specialists(folder);
       fmt::print(stderr, "{}", config::to_text(specialists.diagnostics));
-      if (!model || !specialists || !specialists->team) return false;
-      plants_.push_back({std::move(*model), std::move(*specialists)});
+      if (!specialists || !specialists->team) return false;
+      plants_.push_back({std::move(model), std::move(*specialists)});
     }
     return true;
   }

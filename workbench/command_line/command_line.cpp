@@ -1,15 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/command_line/command_line.hpp"
 
-#include "workbench/live/daemon_client.hpp"
+#include <algorithm>
+#include <array>
 
 namespace loopwarden::workbench {
 
-void add_socket_option(CLI::App& sub, std::string& socket) {
-  socket = DaemonClient::kDefaultSocket;
-  sub.add_option("--socket", socket, "the daemon's control socket")
-      ->envname("LOOPWARDEN_SOCKET")
-      ->capture_default_str();
+namespace {
+
+// Of options and positional arguments that are read. Nothing that is written stands here.
+constexpr std::array kRead{"record", "model",     "target",   "files",         "--model",
+                           "--data", "--records", "--config", "--specialists", "--signatures"};
+
+}  // namespace
+
+void look_in_package(CLI::App& app, const std::string& share) {
+  for (CLI::App* sub : app.get_subcommands([](CLI::App*) { return true; })) {
+    look_in_package(*sub, share);
+    for (CLI::Option* option : sub->get_options()) {
+      const bool read = std::any_of(kRead.begin(), kRead.end(), [option](const char* name) {
+        return option->check_name(name);
+      });
+      if (read) {
+        option->transform([share](const std::string& path) { return installed(path, share); });
+      }
+    }
+  }
 }
 
 CLI::Option* add_json_flag(CLI::App& sub, bool& json) {

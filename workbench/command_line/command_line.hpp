@@ -7,15 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "workbench/files/installed_files.hpp"
+
 namespace loopwarden::workbench {
 
-// --socket, with the daemon of the package or LOOPWARDEN_SOCKET in its place.
-void add_socket_option(CLI::App& sub, std::string& socket);
 // --json, as every command that prints a result has it.
 CLI::Option* add_json_flag(CLI::App& sub, bool& json);
 
 // `help COMMAND` and `version` as options.
 std::vector<std::string> in_options(std::vector<std::string> words);
+
+// Looks in the package (installed()) for all that commands read of records, models, specialists and configurations.
+void look_in_package(CLI::App& app, const std::string& share = kShare);
 
 // Counts are not negative: CLI11 takes -1 for 18446744073709551615.
 void refuse_negative_counts(CLI::App& app);

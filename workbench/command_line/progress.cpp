@@ -39,6 +39,10 @@ void Progress::update(std::uint64_t done) {
              kBarWidth - filled, share * 100.0, left_s);
 }
 
+void Progress::update_share(double share) {
+  update(static_cast<std::uint64_t>(share * static_cast<double>(total_)));
+}
+
 void say_if_long(const std::string& record, std::size_t rows) {
   if (rows < kLongRecord) return;
   fmt::print(stderr, "{}: {} rows: this may take minutes; a stretch of the record takes less\n",

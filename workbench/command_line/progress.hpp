@@ -19,6 +19,8 @@ class Progress {
   ~Progress();
 
   void update(std::uint64_t done);
+  // `share` of the total, 0 to 1.
+  void update_share(double share);
 
  private:
   std::string what_;

@@ -4,16 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <ctime>
-#include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "config/diagnostic.hpp"
 #include "model/monitor/alarm_kind.hpp"
-#include "workbench/command_line/command_line.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -92,11 +91,7 @@ std::string no_alarm(const std::string& word) {
 int run_list(const Options& options) {
   DaemonClient daemon(options.socket);
   const json answer = daemon.alarms();
-  if (options.json) {
-    fmt::print("{}\n", answer.dump(2));
-  } else {
-    print_table(answer, options.all);
-  }
+  options.json ? show_json(answer) : print_table(answer, options.all);
   return kExitOk;
 }
 
@@ -108,7 +103,7 @@ int run_action(const Options& options, const char* action) {
   if (!options.reason.empty()) order["reason"] = options.reason;
   const json answer = daemon.act(options.loop, order);
   if (options.json) {
-    fmt::print("{}\n", answer.dump(2));
+    show_json(answer);
   } else {
     fmt::print("{} of {}: {}{}\n", options.alarm, options.loop,
                answer.at("alarm").at("state").get<std::string>(),
@@ -124,7 +119,7 @@ int run_veto(const Options& options, bool veto) {
   loop_index(daemon.status(), options.loop);
   const json answer = daemon.veto(options.loop, veto, options.reason);
   if (options.json) {
-    fmt::print("{}\n", answer.dump(2));
+    show_json(answer);
   } else {
     fmt::print("corrective action of {}: {}{}\n", options.loop, veto ? "vetoed" : "allowed",
                answer.at("on_disk").get<bool>() ? "" : "; the journal can't write");
@@ -214,7 +209,7 @@ int run_explain(const Options& options) {
   loop_index(daemon.status(), options.loop);
   const json answer = daemon.explain(options.loop, options.alarm);
   if (options.json) {
-    fmt::print("{}\n", answer.dump(2));
+    show_json(answer);
     return kExitOk;
   }
   if (is_process_alarm(options.alarm)) {
@@ -242,8 +237,7 @@ int run_explain(const Options& options) {
   }
   fmt::print(
       "\noscillation index {:.2f}, period {:.1f} s; variability {:.2f} % of PV span; {:.1f} % of "
-      "the "
-      "time saturated\ntravel {:.0f} % of CO span/h, {:.0f} reversals/h; stick {}\n\n",
+      "the time saturated\ntravel {:.0f} % of CO span/h, {:.0f} reversals/h; stick {}\n\n",
       m.value("oscillation_index", 0.0), m.value("oscillation_period_s", 0.0),
       m.value("variability_percent", 0.0), m.value("saturated_percent", 0.0),
       m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
@@ -275,7 +269,7 @@ int run_journal(const Options& options) {
   }
   const json lines = daemon.journal(options.lines, options.loop);
   if (options.json) {
-    fmt::print("{}\n", lines.dump(2));
+    show_json(lines);
     return kExitOk;
   }
   // The newest last, as in a log.
@@ -287,40 +281,30 @@ int run_journal(const Options& options) {
 
 }  // namespace
 
-void add_alarms(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* sub =
-      app.add_subcommand("alarms", "a running daemon's alarms: list, ack, shelve, explain");
-  sub->require_subcommand(0, 1);
-  add_socket_option(*sub, options->socket);
-  sub->add_flag("--json", options->json, "print JSON");
-  sub->add_flag("--all", options->all, "list those that are off, too");
-  sub->fallthrough();
-  sub->footer(
+void add_alarms(Program& program) {
+  const auto made =
+      program.command("alarms", "a running daemon's alarms: list, ack, shelve, explain", run_list);
+  Command command = made.command;
+  Options& o = made.options;
+  command.socket(o.socket);
+  command.flag("--json", o.json, "print JSON");
+  command.flag("--all", o.all, "list those that are off, too");
+  command.footer(
       // One line, which the completion of the shell reads.
       fmt::format("Alarms: {}.\n", fmt::join(alarm_names(), ", ")) +
       "Example: loopwarden alarms shelve FIC-101 stiction --minutes 120 --reason \"packing "
       "ordered\"");
 
-  const auto action = [=, &exit_code](const char* name, const char* wire, const char* meaning) {
-    CLI::App* verb = sub->add_subcommand(name, meaning);
-    verb->fallthrough();
-    verb->add_option("loop", options->loop, "tag of the loop")->required();
-    verb->add_option("alarm", options->alarm, "name of the alarm")
-        ->required()
-        ->check([](const std::string& word) { return no_alarm(word); });
-    if (std::string(wire) == "shelve") {
-      verb->add_option("--minutes", options->minutes, "time on the shelf")
-          ->check(CLI::Range(1, 1440))
-          ->capture_default_str();
-    }
-    if (std::string(wire) != "explain") {
-      verb->add_option("--reason", options->reason, "why, for the journal");
-    }
-    verb->callback([=, &exit_code] {
-      exit_code =
-          std::string(wire) == "explain" ? run_explain(*options) : run_action(*options, wire);
+  const auto action = [&](const char* name, const char* wire, const char* meaning) {
+    const bool explains = std::string(wire) == "explain";
+    Command verb = command.verb(name, meaning, [&o, wire, explains] {
+      return explains ? run_explain(o) : run_action(o, wire);
     });
+    verb.required("loop", o.loop, "tag of the loop");
+    verb.required("alarm", o.alarm, "name of the alarm", checked(no_alarm));
+    if (std::string(wire) == "shelve")
+      verb.setting("--minutes", o.minutes, "time on the shelf", between(1, 1440));
+    if (!explains) verb.option("--reason", o.reason, "why, for the journal");
   };
   action("ack", "acknowledge", "acknowledge an alarm");
   action("reset", "reset", "reset an alarm that is latched");
@@ -329,27 +313,19 @@ void add_alarms(CLI::App& app, int& exit_code) {
   action("explain", "explain", "what an alarm means, what was measured, and its history");
 
   for (const bool veto : {true, false}) {
-    CLI::App* verb =
-        sub->add_subcommand(veto ? "veto" : "allow",
-                            veto ? "stop a loop's corrective action: the jacket goes back to shadow"
-                                 : "lift the veto of a loop's corrective action");
-    verb->fallthrough();
-    verb->add_option("loop", options->loop, "tag of the loop")->required();
-    verb->add_option("--reason", options->reason, "why, for the journal");
-    verb->callback([=, &exit_code] { exit_code = run_veto(*options, veto); });
+    Command verb =
+        command.verb(veto ? "veto" : "allow",
+                     veto ? "stop a loop's corrective action: the jacket goes back to shadow"
+                          : "lift the veto of a loop's corrective action",
+                     [&o, veto] { return run_veto(o, veto); });
+    verb.required("loop", o.loop, "tag of the loop");
+    verb.option("--reason", o.reason, "why, for the journal");
   }
 
-  CLI::App* journal = sub->add_subcommand("journal", "the newest lines of the journal");
-  journal->fallthrough();
-  journal->add_option("loop", options->loop, "tag of a loop; every loop without it");
-  journal->add_option("--lines", options->lines, "how many")
-      ->check(CLI::Range(1, 200))
-      ->capture_default_str();
-  journal->callback([=, &exit_code] { exit_code = run_journal(*options); });
-
-  sub->callback([=, &exit_code] {
-    if (sub->get_subcommands().empty()) exit_code = run_list(*options);
-  });
+  Command journal =
+      command.verb("journal", "the newest lines of the journal", [&o] { return run_journal(o); });
+  journal.option("loop", o.loop, "tag of a loop; every loop without it");
+  journal.setting("--lines", o.lines, "how many", between(1, 200));
 }
 
 }  // namespace loopwarden::workbench

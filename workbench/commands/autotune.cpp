@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/analysis/relay_test.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/commands/bench_options.hpp"
 #include "workbench/commands/subcommands.hpp"
 
@@ -27,11 +28,10 @@ struct AutotuneOptions {
 };
 
 int run_autotune(const AutotuneOptions& options) {
-  if (!limits_make_sense(options.bench)) return kExitUsage;
+  check_limits(options.bench);
   std::optional<analysis::RelayResult> found;
   try {
     const std::unique_ptr<TestBench> bench = bench_of(options.bench);
-    if (!bench) return kExitConfiguration;
     const double span = bench->output_high() - bench->output_low();
     const double amplitude = options.amplitude.value_or(0.05 * span);
     const double low = options.bench.low.value_or(bench->output_low());
@@ -67,8 +67,7 @@ int run_autotune(const AutotuneOptions& options) {
     }
     found = relay.result();
   } catch (const TestAborted& e) {
-    fmt::print(stderr, "{}: autotune ended: {}\n", options.bench.target, e.what());
-    return kExitTryAgain;
+    fail(kExitTryAgain, "{}: autotune ended: {}", options.bench.target, e.what());
   }
   const control::PidGains calm = found->tyreus_luyben();
   const control::PidGains lively = found->ziegler_nichols();
@@ -79,41 +78,34 @@ int run_autotune(const AutotuneOptions& options) {
                          {"periods", found->periods},
                          {"tyreus_luyben", {{"kp", calm.kp}, {"ki", calm.ki}}},
                          {"ziegler_nichols", {{"kp", lively.kp}, {"ki", lively.ki}}}};
-    fmt::print("{}\n", result.dump(2));
+    show_json(result);
     return kExitOk;
   }
   fmt::print("ultimate gain {:.4g}, ultimate period {:.4g} s (PV +-{:.4g}, {} periods)\n",
              found->ultimate_gain, found->ultimate_period_s, found->amplitude, found->periods);
   fmt::print("Recommended (Tyreus and Luyben):\n  kp: {:.5g}\n  ki: {:.5g}\n", calm.kp, calm.ki);
   fmt::print(
-      "Livelier (Ziegler and Nichols): kp {:.4g}, ki {:.4g}\nNothing was changed: the settings "
-      "go into the loop's file.\n",
+      "Livelier (Ziegler and Nichols): kp {:.4g}, ki {:.4g}\nNothing was changed: the settings go "
+      "into the loop's file.\n",
       lively.kp, lively.ki);
   return kExitOk;
 }
 
 }  // namespace
 
-void add_autotune(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<AutotuneOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "autotune", "controller settings from a relay experiment, simulated or live");
-  add_bench_options(*sub, options->bench);
-  sub->add_option("--amplitude", options->amplitude, "CO units, of the relay; 5 % of the range")
-      ->check(CLI::PositiveNumber);
-  sub->add_option("--hysteresis", options->hysteresis, "PV units; four times PV's noise")
-      ->check(CLI::NonNegativeNumber);
-  sub->add_option("--time-limit", options->time_limit_s, "s of the loop's time")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  sub->add_option("--action", options->action, "of the controller")
-      ->check(CLI::IsMember({"reverse", "direct"}))
-      ->capture_default_str();
-  sub->add_flag("--json", options->json, "print the result as JSON");
-  sub->footer(
+void add_autotune(Program& program) {
+  auto [command, o] = program.command(
+      "autotune", "controller settings from a relay experiment, simulated or live", run_autotune);
+  add_bench_options(command, o.bench);
+  command.option("--amplitude", o.amplitude, "CO units, of the relay; 5 % of the range",
+                 above_zero());
+  command.option("--hysteresis", o.hysteresis, "PV units; four times PV's noise", not_below_zero());
+  command.setting("--time-limit", o.time_limit_s, "s of the loop's time", above_zero());
+  command.setting("--action", o.action, "of the controller", one_of({"reverse", "direct"}));
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer(
       "Example: loopwarden autotune FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 "
       "--amplitude 0.5");
-  sub->callback([options, &exit_code] { exit_code = run_autotune(*options); });
 }
 
 }  // namespace loopwarden::workbench

@@ -19,6 +19,7 @@
 
 #include "base/child_process.hpp"
 #include "base/file.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/command_line/share.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -80,7 +81,7 @@ std::vector<std::string> words_of(const std::string& text, const std::string& pl
       within = true;
     }
   }
-  if (quote != '\0') throw CommandError(kExitData, place + ": no closing quote");
+  if (quote != '\0') fail(kExitData, "{}: no closing quote", place);
   if (within) words.push_back(word);
   return words;
 }
@@ -88,8 +89,7 @@ std::vector<std::string> words_of(const std::string& text, const std::string& pl
 std::vector<Job> read_jobs(const std::string& path, const fs::path& out) {
   std::ifstream in(path);
   if (!in) {
-    throw CommandError(kExitIo,
-                       fmt::format("{}: can't be opened: {}", path, base::error_text(errno)));
+    fail(kExitIo, "{}: can't be opened: {}", path, base::error_text(errno));
   }
   std::vector<Job> jobs;
   std::string text;
@@ -105,20 +105,19 @@ std::vector<Job> read_jobs(const std::string& path, const fs::path& out) {
             .result = {}};
     if (job.words.front() == "loopwarden") job.words.erase(job.words.begin());
     if (job.words.empty() || job.words.front() == "batch") {
-      throw CommandError(kExitData,
-                         place + ": a row is one loopwarden command, and none of them is batch");
+      fail(kExitData, "{}: a row is one loopwarden command, and none of them is batch", place);
     }
     const std::string name = fmt::format("{:016x}", stable_hash(job.text));
     job.log = out / (name + ".log");
     job.result = out / (name + ".json");
     for (const Job& other : jobs) {
       if (other.log == job.log) {
-        throw CommandError(kExitData, fmt::format("{}: the same as line {}", place, other.line));
+        fail(kExitData, "{}: the same as line {}", place, other.line);
       }
     }
     jobs.push_back(std::move(job));
   }
-  if (jobs.empty()) throw CommandError(kExitData, path + ": no command in it");
+  if (jobs.empty()) fail(kExitData, "{}: no command in it", path);
   return jobs;
 }
 
@@ -140,13 +139,12 @@ struct Running {
 std::optional<Running> start(const Job& job) {
   const base::File log(job.log, O_WRONLY | O_CREAT, 0644);
   if (!log.is_open()) {
-    throw CommandError(kExitIo, fmt::format("{}: can't be written: {}", job.log.string(),
-                                            base::error_text(errno)));
+    fail(kExitIo, "{}: can't be written: {}", job.log.string(), base::error_text(errno));
   }
   // The child keeps the lock with its output, also when this batch is killed.
   if (::flock(log.fd(), LOCK_EX | LOCK_NB) != 0) return std::nullopt;
   if (::ftruncate(log.fd(), 0) != 0) {
-    throw CommandError(kExitIo, fmt::format("{}: can't be written", job.log.string()));
+    fail(kExitIo, "{}: can't be written", job.log.string());
   }
   return Running{
       &job,
@@ -229,7 +227,7 @@ int run_batch(const BatchCommand& options) {
     }
   }
   if (options.json) {
-    fmt::print("{}\n", list.dump(2));
+    show_json(list);
   } else {
     fmt::print("{} commands, {} of them failed; {}\n", jobs.size(), failed, out.string());
   }
@@ -238,26 +236,23 @@ int run_batch(const BatchCommand& options) {
 
 }  // namespace
 
-void add_batch(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<BatchCommand>();
-  CLI::App* sub = app.add_subcommand(
+void add_batch(Program& program) {
+  auto [command, o] = program.command(
       "batch",
-      "many loopwarden command lines, each once, in shares where one machine is not enough");
-  sub->add_option("jobs", options->jobs_file,
-                  "a command line a row, with or without 'loopwarden'; # begins a comment")
-      ->required();
-  sub->add_option("--out", options->out,
-                  "folder for exit codes and outputs; default JOBS.results; an earlier run in it "
-                  "is gone on with");
-  sub->add_option("--shard", options->shard, "k/N: of N shares the k-th, by row");
-  sub->add_option("--jobs", options->jobs, "commands at a time; most use all cores by themselves")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  sub->add_flag("--retry", options->retry, "those that failed once more");
-  sub->add_flag("--json", options->json, "print all rows with their exit codes");
-  sub->footer(
+      "many loopwarden command lines, each once, in shares where one machine is not enough",
+      run_batch);
+  command.required("jobs", o.jobs_file,
+                   "a command line a row, with or without 'loopwarden'; # begins a comment");
+  command.option("--out", o.out,
+                 "folder for exit codes and outputs; default JOBS.results; an earlier run in it is "
+                 "gone on with");
+  command.option("--shard", o.shard, "k/N: of N shares the k-th, by row");
+  command.setting("--jobs", o.jobs, "commands at a time; most use all cores by themselves",
+                  between(1, 1024));
+  command.flag("--retry", o.retry, "those that failed once more");
+  command.flag("--json", o.json, "print all rows with their exit codes");
+  command.footer(
       "Exit code 65 where a command failed.\nExample: loopwarden batch jobs.txt --shard 1/4");
-  sub->callback([options, &exit_code] { exit_code = run_batch(*options); });
 }
 
 }  // namespace loopwarden::workbench

@@ -2,12 +2,11 @@
 // Where valve-test and autotune work: on a model, or on a loop of the running daemon within limits.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "workbench/command_line/command.hpp"
 #include "workbench/live/test_bench.hpp"
 
 namespace loopwarden::workbench {
@@ -20,12 +19,12 @@ struct BenchOptions {
   std::optional<double> pv_low, pv_high;  // PV units
 };
 
-void add_bench_options(CLI::App& sub, BenchOptions& options);
+void add_bench_options(Command& command, BenchOptions& options);
 
-// Prints what is wrong with them.
-bool limits_make_sense(const BenchOptions& options);
+// Throws CommandError if a lower limit is not below its upper one.
+void check_limits(const BenchOptions& options);
 
-// Null where the model is none; that has been printed. Throws TestAborted.
+// Throws CommandError if the model is not usable, TestAborted if the loop is not.
 std::unique_ptr<TestBench> bench_of(const BenchOptions& options);
 
 }  // namespace loopwarden::workbench

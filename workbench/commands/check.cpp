@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -116,14 +115,12 @@ int run_check(const CheckOptions& options) {
 
 }  // namespace
 
-void add_check(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<CheckOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "check", "validate configuration folders, loop files, models and specialists");
-  sub->add_option("files", options->files, "files or folders")->required();
-  sub->add_flag("--json", options->json, "print the diagnostics as JSON");
-  sub->footer("Example: loopwarden check /etc/loopwardend config/examples/models/plant1.yaml");
-  sub->callback([options, &exit_code] { exit_code = run_check(*options); });
+void add_check(Program& program) {
+  auto [command, o] = program.command(
+      "check", "validate configuration folders, loop files, models and specialists", run_check);
+  command.required("files", o.files, "files or folders");
+  command.flag("--json", o.json, "print the diagnostics as JSON");
+  command.footer("Example: loopwarden check /etc/loopwardend config/examples/models/plant1.yaml");
 }
 
 }  // namespace loopwarden::workbench

@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/command_line/frame.hpp"
+#include "workbench/files/model_file.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/text/json_number.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -117,7 +118,7 @@ void print_json(const std::vector<JudgedWindow>& rows) {
                        {"severity_percent", finite_or_null(row.severity_percent)},
                        {"mse", std::move(mse)}});
   }
-  fmt::print("{}\n", nlohmann::json{{"windows", std::move(windows)}}.dump(2));
+  show_json(nlohmann::json{{"windows", std::move(windows)}});
 }
 
 void print_text(const std::vector<JudgedWindow>& rows, bool explaining) {
@@ -135,74 +136,59 @@ void print_text(const std::vector<JudgedWindow>& rows, bool explaining) {
     for (const NamedError& e : row.errors) fmt::print(" {:9.4g}", e.mse);
     fmt::print("\n");
   }
-  fmt::print("{}\n",
-             explaining
-                 ? "mean square errors of the explanations in (% of CO span)^2, severity in % "
-                   "of CO span"
-                 : "mean square errors in (PV units)^2; the lowest decides");
+  fmt::print(
+      "{}\n",
+      explaining
+          ? "mean square errors of the explanations in (% of CO span)^2, severity in % of CO span"
+          : "mean square errors in (PV units)^2; the lowest decides");
 }
 
 int run_classify(const ClassifyOptions& options) {
-  const auto loaded = config::read_specialists(options.specialists);
-  fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
-  if (!loaded) return kExitConfiguration;
-  try {
-    const record::Record record = options.input.read(options.record).record;
-    const bool explaining = options.form == "auto" ? loaded->team.has_value() && record.has_co
-                                                   : options.form == "explaining";
-    if (explaining ? !loaded->team : loaded->signatures.empty()) {
-      fmt::print(stderr, "{}: no specialists of the {} form{}\n", options.specialists,
-                 explaining ? "explaining" : "signature",
-                 record.has_co ? "" : ", and the record has no column 'co' for the explaining one");
-      return kExitData;
-    }
-    if (explaining && !record.has_co) {
-      fmt::print(stderr, "{}: no column 'co': the explaining form needs it\n", options.record);
-      return kExitData;
-    }
-    if (record.size() < kWindowSamples) {
-      fmt::print(stderr, "{}: {} samples; a window takes {}\n", options.record, record.size(),
-                 kWindowSamples);
-      return kExitData;
-    }
-    if (explaining) {
-      const double period_s = loaded->team->facts.period_s;
-      if (std::abs(record.period_s - period_s) > kPeriodTolerance * period_s) {
-        fmt::print(stderr, "{}: its period is {:g} s, the specialists know loops with {:g} s\n",
-                   options.record, record.period_s, period_s);
-        return kExitData;
-      }
-    }
-    const std::vector<JudgedWindow> rows = explaining
-                                               ? by_team(*loaded->team, record, options)
-                                               : by_signatures(loaded->signatures, record, options);
-    options.json ? print_json(rows) : print_text(rows, explaining);
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  const auto specialists = usable(config::read_specialists(options.specialists));
+  const record::Record record = options.input.read(options.record).record;
+  const bool explaining = options.form == "auto" ? specialists.team.has_value() && record.has_co
+                                                 : options.form == "explaining";
+  if (explaining ? !specialists.team : specialists.signatures.empty()) {
+    fail(kExitData, "{}: no specialists of the {} form{}", options.specialists,
+         explaining ? "explaining" : "signature",
+         record.has_co ? "" : ", and the record has no column 'co' for the explaining one");
   }
+  if (explaining && !record.has_co) {
+    fail(kExitData, "{}: no column 'co': the explaining form needs it", options.record);
+  }
+  if (record.size() < kWindowSamples) {
+    fail(kExitData, "{}: {} samples; a window takes {}", options.record, record.size(),
+         kWindowSamples);
+  }
+  if (explaining) {
+    const double period_s = specialists.team->facts.period_s;
+    if (std::abs(record.period_s - period_s) > kPeriodTolerance * period_s) {
+      fail(kExitData, "{}: its period is {:g} s, the specialists know loops with {:g} s",
+           options.record, record.period_s, period_s);
+    }
+  }
+  const std::vector<JudgedWindow> rows =
+      explaining ? by_team(*specialists.team, record, options)
+                 : by_signatures(specialists.signatures, record, options);
+  options.json ? print_json(rows) : print_text(rows, explaining);
   return kExitOk;
 }
 
 }  // namespace
 
-void add_classify(CLI::App& app, int& exit_code) {
-  const auto o = std::make_shared<ClassifyOptions>();
-  CLI::App* sub =
-      app.add_subcommand("classify", "the specialists' verdict on every window of a record");
-  sub->add_option("record", o->record, "record, CSV: time, pv, and co for the explaining form")
-      ->required();
-  sub->add_option("--specialists", o->specialists, "folder with manifest.yaml")->required();
-  sub->add_option("--form", o->form, "auto: explaining where folder and record allow it")
-      ->check(CLI::IsMember({"auto", "explaining", "signature"}))
-      ->capture_default_str();
-  sub->add_option("--every", o->every_s, "s from window to window; 0: half a window")
-      ->check(CLI::Range(0.0, 1e9))
-      ->capture_default_str();
-  sub->add_flag("--json", o->json, "print the windows as JSON");
-  o->input.add_options(*sub);
-  sub->footer("Example: loopwarden classify run.csv --specialists data/specialists/plant1 --json");
-  sub->callback([o, &exit_code] { exit_code = run_classify(*o); });
+void add_classify(Program& program) {
+  auto [command, o] = program.command(
+      "classify", "the specialists' verdict on every window of a record", run_classify);
+  command.required("record", o.record, "record, CSV: time, pv, and co for the explaining form");
+  command.required("--specialists", o.specialists, "folder with manifest.yaml");
+  command.setting("--form", o.form, "auto: explaining where folder and record allow it",
+                  one_of({"auto", "explaining", "signature"}));
+  command.setting("--every", o.every_s, "s from window to window; 0: half a window",
+                  between(0.0, 1e9));
+  command.flag("--json", o.json, "print the windows as JSON");
+  o.input.add_options(command);
+  command.footer(
+      "Example: loopwarden classify run.csv --specialists data/specialists/plant1 --json");
 }
 
 }  // namespace loopwarden::workbench

@@ -4,23 +4,20 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "config/loop_model_writer.hpp"
 #include "config/specialists/specialist_folder.hpp"
-#include "base/parallel.hpp"
 #include "model/commission/changes.hpp"
 #include "model/commission/sight.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -53,12 +50,8 @@ struct CommissionOptions {
 
 commission::HealthyRecord healthy_record(const std::string& path, const RecordInput& input) {
   const record::Record file = input.read(path).record;
-  commission::HealthyRecord out;
-  out.columns = {file.period_s, file.pv, file.has_sp ? file.sp : std::vector<double>(),
-                 file.has_co ? file.co : std::vector<double>(),
-                 file.has_stem ? file.stem : std::vector<double>()};
-  if (file.has_mode) out.automatic = file.automatic;
-  return out;
+  return {.columns = {file.period_s, file.pv, file.sp, file.co, file.stem},
+          .automatic = file.automatic};
 }
 
 const char* advice(Verdict verdict) {
@@ -142,10 +135,7 @@ int run_commission(const CommissionOptions& options) {
                               .healthy_limit_percent = options.healthy_limit_percent,
                               .accept_short = options.accept_short};
   const std::string& start = options.again.empty() ? options.model : options.again;
-  if (!start.empty()) {
-    request.model = load_model(start);
-    if (!request.model) return kExitConfiguration;
-  }
+  if (!start.empty()) request.model = load_model(start);
   const std::optional<plant::LoopModel> before =
       options.again.empty() ? std::nullopt : request.model;
   std::vector<std::string> inputs = options.records;
@@ -154,11 +144,8 @@ int run_commission(const CommissionOptions& options) {
   const fs::path out(options.out);
   files.make_folder(out);
   for (const char* name : {"commission.json", "report.html"}) files.stage(out / name);
-  const unsigned jobs =
-      options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
-  const auto parallel = [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
-    base::parallel_for(count, jobs, body);
-  };
+  const unsigned jobs = threads(options.jobs);
+  const ParallelFor parallel = on_threads(jobs);
   try {
     for (const std::string& path : options.records) {
       request.records.push_back(healthy_record(path, options.input));
@@ -166,8 +153,7 @@ int run_commission(const CommissionOptions& options) {
     }
     std::optional<Progress> progress(std::in_place, "twin", 100);
     const commission::Commissioning made = commission::commission(
-        request, parallel,
-        [&](double share) { progress->update(static_cast<std::uint64_t>(100.0 * share)); });
+        request, parallel, [&](double share) { progress->update_share(share); });
     progress.reset();
     std::optional<commission::Sight> sight;
     if (made.verdict == Verdict::commissioned && !made.twin.process.integrating()) {
@@ -188,9 +174,8 @@ int run_commission(const CommissionOptions& options) {
                                   files.add(out / "specialists" / name, text);
                                 });
       progress.emplace("what can be seen", 100);
-      sight = commission::look(
-          made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
-          [&](double share) { progress->update(static_cast<std::uint64_t>(100.0 * share)); });
+      sight = commission::look(made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
+                               [&](double share) { progress->update_share(share); });
       progress.reset();
     }
     const double seconds =
@@ -211,66 +196,54 @@ int run_commission(const CommissionOptions& options) {
                                                    request.records.front().columns, seconds));
     files.commit();
     if (options.json) {
-      fmt::print("{}\n", answer.dump(2));
+      show_json(answer);
     } else {
       print_changes(changes);
       print_result(made, sight ? &*sight : nullptr, options.out);
     }
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
   } catch (const effects::EffectError& e) {
-    fmt::print(stderr, "{}: {}\n", start, e.what());
-    return kExitConfiguration;
+    fail(kExitConfiguration, "{}: {}", start, e.what());
   }
   return kExitOk;
 }
 
 }  // namespace
 
-void add_commission(CLI::App& app, int& exit_code) {
-  const auto o = std::make_shared<CommissionOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "commission",
-      "from a healthy record the loop's twin, its specialists, and what they can see");
-  sub->add_option(
-         "records", o->records,
-         "records of the loop while it works, CSV: time, sp, pv, co, and where known mode, "
-         "stem; 20 to 60 minutes with a few set-point moves. The first makes the twin, the "
-         "others must agree with it")
-      ->required();
-  CLI::Option* model = sub->add_option(
-      "--model", o->model,
-      "loop model to start from, YAML, however rough; without it one is identified");
-  sub->add_option("--again", o->again,
-                  "twin.yaml of an earlier commissioning to start from: what has changed since is "
-                  "shown. It is left as it is")
-      ->excludes(model);
-  sub->add_option("--out", o->out,
-                  "folder for twin.yaml, specialists, commission.json, report.html")
-      ->required();
-  sub->add_option("--healthy-limit", o->healthy_limit_percent,
-                  "friction or play of a healthy valve, % of the CO span; above it the verdict is "
-                  "not_healthy")
-      ->check(CLI::Range(0.0, 20.0))
-      ->capture_default_str();
-  sub->add_flag("--accept-short", o->accept_short,
-                "take less than 20 minutes too, and with --model a record without CO");
-  sub->add_option("--plant", o->plant, "what the specialists' names begin with")
-      ->capture_default_str();
-  sub->add_option("--seed", o->seed, "of all random numbers")->capture_default_str();
-  sub->add_option("--windows", o->windows, "simulated windows that the specialists learn from")
-      ->check(CLI::Range(700, 1000000))
-      ->capture_default_str();
-  sub->add_option("--jobs", o->jobs, "threads; 0: one a core. The result does not depend on it")
-      ->capture_default_str();
-  sub->add_flag("--json", o->json, "print commission.json");
-  o->input.add_options(*sub);
-  sub->footer(
+void add_commission(Program& program) {
+  auto [command, o] = program.command(
+      "commission", "from a healthy record the loop's twin, its specialists, and what they can see",
+      run_commission);
+  command.required("records", o.records,
+                   "records of the loop while it works, CSV: time, sp, pv, co, and where known "
+                   "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
+                   "twin, the others must agree with it");
+  Option model =
+      command.option("--model", o.model,
+                     "loop model to start from, YAML, however rough; without it one is identified");
+  command
+      .option("--again", o.again,
+              "twin.yaml of an earlier commissioning to start from: what has changed since is "
+              "shown. It is left as it is")
+      .excludes(model);
+  command.required("--out", o.out,
+                   "folder for twin.yaml, specialists, commission.json, report.html");
+  command.setting(
+      "--healthy-limit", o.healthy_limit_percent,
+      "friction or play of a healthy valve, % of the CO span; above it the verdict is not_healthy",
+      between(0.0, 20.0));
+  command.flag("--accept-short", o.accept_short,
+               "take less than 20 minutes too, and with --model a record without CO");
+  command.setting("--plant", o.plant, "what the specialists' names begin with");
+  command.setting("--seed", o.seed, "of all random numbers");
+  command.setting("--windows", o.windows, "simulated windows that the specialists learn from",
+                  between(700, 1000000));
+  command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
+  command.flag("--json", o.json, "print commission.json");
+  o.input.add_options(command);
+  command.footer(
       "A verdict is a result: exit code 0. Twin and specialists are written only when it is "
       "`commissioned`.\n"
       "Example: loopwarden commission healthy.csv --model rough.yaml --out commissioned");
-  sub->callback([o, &exit_code] { exit_code = run_commission(*o); });
 }
 
 }  // namespace loopwarden::workbench

@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden compare: the valve compensators side by side on a loop model.
-#include <memory>
-
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/compare/comparison.hpp"
 
 namespace loopwarden::workbench {
 
-void add_compare(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ComparisonOptions>();
-  CLI::App* sub = app.add_subcommand("compare", "the valve compensators side by side on a model");
-  add_comparison_options(*sub, *options);
-  sub->footer("Example: loopwarden compare config/examples/models/plant1.yaml --out compare");
-  sub->callback([options, &exit_code] { exit_code = run_comparison(*options); });
+void add_compare(Program& program) {
+  auto [command, o] =
+      program.command("compare", "the valve compensators side by side on a model", run_comparison);
+  add_comparison_options(command, o);
+  command.footer("Example: loopwarden compare config/examples/models/plant1.yaml --out compare");
 }
 
 }  // namespace loopwarden::workbench

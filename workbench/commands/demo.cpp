@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <memory>
 #include <optional>
 #include <set>
 #include <span>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -20,7 +20,7 @@
 
 #include "base/child_process.hpp"
 #include "model/analysis/loop_metrics.hpp"
-#include "workbench/command_line/command_line.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -160,7 +160,7 @@ class Demo {
     }
     const nlohmann::json result = {
         {"loop", loop_}, {"phases", std::move(phases)}, {"alarms", alarms_}, {"record", record_}};
-    fmt::print("{}\n", result.dump(2));
+    show_json(result);
   }
 
   void print_alarms() {
@@ -340,18 +340,16 @@ int run_demo(const DemoOptions& options) {
 
 }  // namespace
 
-void add_demo(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<DemoOptions>();
-  CLI::App* sub = app.add_subcommand("demo", "the demonstration that ./demo shows");
-  add_socket_option(*sub, options->socket);
-  sub->add_option("--loop", options->loop, "tag of the demonstrated loop")->capture_default_str();
-  sub->add_option("--page", options->page, "address of a loopwarden-page that shows this daemon");
-  sub->add_flag("--open", options->open_page, "open it where the valve begins to stick")
-      ->needs("--page");
-  sub->add_flag("--keep", options->keep, "go on watching until q is pressed");
-  add_json_flag(*sub, options->json);
-  sub->footer("Example: ./demo (starts the daemon, then this)");
-  sub->callback([options, &exit_code] { exit_code = run_demo(*options); });
+void add_demo(Program& program) {
+  auto [command, o] = program.command("demo", "the demonstration that ./demo shows", run_demo);
+  command.socket(o.socket);
+  command.setting("--loop", o.loop, "tag of the demonstrated loop");
+  const Option page =
+      command.option("--page", o.page, "address of a loopwarden-page that shows this daemon");
+  command.flag("--open", o.open_page, "open it where the valve begins to stick").needs(page);
+  command.flag("--keep", o.keep, "go on watching until q is pressed");
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer("Example: ./demo (starts the daemon, then this)");
 }
 
 }  // namespace loopwarden::workbench

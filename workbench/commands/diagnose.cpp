@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -16,6 +14,7 @@
 #include "model/diagnosis/archive_rule.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/scales.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/report/diagnosis_page.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/text/diagnose_text.hpp"
@@ -111,7 +110,7 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
   const std::size_t first = loop.windows.size();
   loop.windows.resize(first + stretches.size());
   base::parallel_for(
-      stretches.size(), std::max(1U, std::thread::hardware_concurrency()),
+      stretches.size(), threads(0),
       [&](std::size_t w) {
         const auto [from, size] = stretches[w];
         DiagnosedWindow& window = loop.windows[first + w];
@@ -138,29 +137,21 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
 
 int run_diagnose(const DiagnoseOptions& options) {
   if (!(options.co_range[1] > options.co_range[0])) {
-    fmt::print(stderr, "--co-range: the upper end must be above the lower one\n");
-    return kExitUsage;
+    fail(kExitUsage, "--co-range: the upper end must be above the lower one");
   }
   DiagnosedLoop loop;
   loop.co_range = options.co_range;
-  try {
-    for (const std::string& path : options.records) {
-      record::Imported imported = options.input.read(path);
-      if (!imported.record.has_co) {
-        fmt::print(stderr,
-                   "{}: no column 'co': nothing can be said about a valve without it; signatures "
-                   "of PV alone are "
-                   "judged by 'loopwarden classify --specialists DIR'\n",
-                   path);
-        return kExitData;
-      }
-      const LoopKind kind = options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
-                                                 : *diagnosis::loop_kind(options.kind);
-      diagnose_record(path, imported, kind, loop);
+  for (const std::string& path : options.records) {
+    record::Imported imported = options.input.read(path);
+    if (!imported.record.has_co) {
+      fail(kExitData,
+           "{}: no column 'co': nothing can be said about a valve without it; signatures of PV "
+           "alone are judged by 'loopwarden classify --specialists DIR'",
+           path);
     }
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+    const LoopKind kind = options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
+                                               : *diagnosis::loop_kind(options.kind);
+    diagnose_record(path, imported, kind, loop);
   }
   std::vector<diagnosis::Diagnosis> windows;
   windows.reserve(loop.windows.size());
@@ -174,7 +165,7 @@ int run_diagnose(const DiagnoseOptions& options) {
     write_output(options.report, diagnosis_page(loop), options.records);
   }
   if (options.json) {
-    fmt::print("{}\n", diagnosis_json(loop).dump(2));
+    show_json(diagnosis_json(loop));
   } else {
     fmt::print("{}", diagnosis_text(loop));
   }
@@ -183,25 +174,21 @@ int run_diagnose(const DiagnoseOptions& options) {
 
 }  // namespace
 
-void add_diagnose(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<DiagnoseOptions>();
-  CLI::App* sub =
-      app.add_subcommand("diagnose", "valve effect or other cause, from records and no model");
-  sub->add_option(
-         "record", options->records,
-         "routine records of one loop in the order of time, CSV: time, pv, co, and sp if known")
-      ->required();
-  sub->add_option(
-         "--kind", options->kind,
-         "what the loop controls; else from the file's name where it holds a tag such as FIC101")
-      ->check(CLI::IsMember({"flow", "pressure", "level", "temperature", "unknown"}));
-  sub->add_option("--co-range", options->co_range, "lower and upper end of CO, default 0 100")
-      ->expected(2);
-  sub->add_option("--report", options->report, "write a page with pictures here, HTML");
-  sub->add_flag("--json", options->json, "print the result as JSON");
-  options->input.add_options(*sub);
-  sub->footer("Example: loopwarden diagnose data/routine/r22.csv --json");
-  sub->callback([options, &exit_code] { exit_code = run_diagnose(*options); });
+void add_diagnose(Program& program) {
+  auto [command, o] = program.command(
+      "diagnose", "valve effect or other cause, from records and no model", run_diagnose);
+  command.required(
+      "record", o.records,
+      "routine records of one loop in the order of time, CSV: time, pv, co, and sp if known");
+  command.option(
+      "--kind", o.kind,
+      "what the loop controls; else from the file's name where it holds a tag such as FIC101",
+      one_of({"flow", "pressure", "level", "temperature", "unknown"}));
+  command.option("--co-range", o.co_range, "lower and upper end of CO, default 0 100").takes(2);
+  command.option("--report", o.report, "write a page with pictures here, HTML");
+  command.flag("--json", o.json, "print the result as JSON");
+  o.input.add_options(command);
+  command.footer("Example: loopwarden diagnose data/routine/r22.csv --json");
 }
 
 }  // namespace loopwarden::workbench

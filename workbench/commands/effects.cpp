@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden effects: the catalogue of effects, as text, JSON, or documents with pictures.
+#include "workbench/command_line/frame.hpp"
 #include "workbench/commands/effects.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <vector>
 
 #include "model/effects/catalogue.hpp"
@@ -146,11 +145,7 @@ int run_effects(const EffectsOptions& options) {
     files.add(out / "effects.md", effects_markdown());
     files.commit();
   }
-  if (options.json) {
-    fmt::print("{}\n", as_json().dump(2));
-  } else {
-    print_text();
-  }
+  options.json ? show_json(as_json()) : print_text();
   return kExitOk;
 }
 
@@ -202,15 +197,12 @@ std::string effects_markdown() {
   return text;
 }
 
-void add_effects(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<EffectsOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "effects", "the catalogue of effects: parameters, signatures, look-alikes");
-  sub->add_option("--out", options->out,
-                  "folder for effects.md and a picture of each effect's signature");
-  sub->add_flag("--json", options->json, "print the catalogue as JSON");
-  sub->footer("Example: loopwarden effects --out docs");
-  sub->callback([options, &exit_code] { exit_code = run_effects(*options); });
+void add_effects(Program& program) {
+  auto [command, o] = program.command(
+      "effects", "the catalogue of effects: parameters, signatures, look-alikes", run_effects);
+  command.option("--out", o.out, "folder for effects.md and a picture of each effect's signature");
+  command.flag("--json", o.json, "print the catalogue as JSON");
+  command.footer("Example: loopwarden effects --out docs");
 }
 
 }  // namespace loopwarden::workbench

@@ -9,16 +9,14 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "config/loop_model_writer.hpp"
 #include "base/child_process.hpp"
-#include "base/parallel.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
@@ -88,19 +86,16 @@ int run_explain(const ExplainOptions& options) {
   const fs::path minutes = folder / "minutes.csv";
   const fs::path twin_file = folder / "twin.yaml";
   if (!fs::exists(twin_file)) {
-    fmt::print(stderr, "{}: no twin.yaml: alarms of loops with a twin have one\n", options.folder);
-    return kExitData;
+    fail(kExitData, "{}: no twin.yaml: alarms of loops with a twin have one", options.folder);
   }
-  const auto twin = load_model(twin_file.string());
-  if (!twin) return kExitConfiguration;
+  const plant::LoopModel twin = load_model(twin_file.string());
   OutputFiles files({minutes.string(), twin_file.string()});
   try {
     const Raised raised = read_raised(folder);
     const fs::path record_file = fs::exists(minutes) ? minutes : folder / "record.csv";
     const record::Record record = record::read_record(record_file);
     if (!record.has_co) {
-      fmt::print(stderr, "{}: no column 'co'\n", record_file.string());
-      return kExitData;
+      fail(kExitData, "{}: no column 'co'", record_file.string());
     }
     // minutes.csv counts its time from the alarm; a record alone ends with it.
     const double half_s = 0.5 * record.period_s;
@@ -108,14 +103,9 @@ int run_explain(const ExplainOptions& options) {
     const bool from_alarm = record_file == minutes && at != record.time_s.end();
     const std::size_t alarm =
         from_alarm ? static_cast<std::size_t>(at - record.time_s.begin()) : record.size() - 1;
-    const unsigned jobs = options.background ? 1
-                          : options.jobs > 0 ? options.jobs
-                                             : std::max(1U, std::thread::hardware_concurrency());
-    const commission::Explanation explanation = commission::explain(
-        {record.period_s, record.pv, record.has_sp ? record.sp : std::vector<double>(), record.co},
-        *twin, alarm, [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
-          base::parallel_for(count, jobs, body);
-        });
+    const commission::Explanation explanation =
+        commission::explain({record.period_s, record.pv, record.sp, record.co}, twin, alarm,
+                            on_threads(options.background ? 1 : threads(options.jobs)));
     const std::optional<AlarmKind> name = commission::final_name(explanation, raised.alarm);
     const double first_s = record.time_s.front() - record.time_s[alarm];
     json out = explanation_json(explanation, name.value_or(raised.alarm), first_s, record.period_s);
@@ -144,44 +134,37 @@ int run_explain(const ExplainOptions& options) {
     files.add(folder / "report.html", gap_report_html(explanation.result, context));
     files.commit();
     if (options.json) {
-      fmt::print("{}\n", out.dump(2));
+      show_json(out);
     } else if (!options.background) {
       print_result(out, options.folder);
     }
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   } catch (const effects::EffectError& e) {
-    fmt::print(stderr, "{}: {}\n", twin_file.string(), e.what());
-    return kExitConfiguration;
-  } catch (const OutputError&) {
+    fail(kExitConfiguration, "{}: {}", twin_file.string(), e.what());
+  } catch (const CommandError&) {
+    throw;
+  } catch (const record::RecordError&) {
     throw;
   } catch (const std::runtime_error& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return kExitData;
+    fail(kExitData, "{}", e.what());
   }
   return kExitOk;
 }
 
 }  // namespace
 
-void add_explain(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ExplainOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "explain", "why an alarm came: its newest minutes against the loop's twin");
-  sub->add_option("evidence", options->folder, "folder of the alarm's evidence")
-      ->required()
-      ->check(CLI::ExistingDirectory);
-  sub->add_option("--jobs", options->jobs, "threads; 0: one a core")->capture_default_str();
-  sub->add_flag("--background", options->background,
-                "as the daemon runs it: one thread of idle priority, at most 1 GB of memory and 15 "
-                "min of processor time, nothing printed");
-  sub->add_flag("--json", options->json, "print the explanation as JSON");
-  sub->footer(
+void add_explain(Program& program) {
+  auto [command, o] = program.command(
+      "explain", "why an alarm came: its newest minutes against the loop's twin", run_explain);
+  command.required("evidence", o.folder, "folder of the alarm's evidence", existing_folder());
+  command.setting("--jobs", o.jobs, "threads; 0: one a core");
+  command.flag("--background", o.background,
+               "as the daemon runs it: one thread of idle priority, at most 1 GB of memory and 15 "
+               "min of processor time, nothing printed");
+  command.flag("--json", o.json, "print the explanation as JSON");
+  command.footer(
       "Reads minutes.csv and twin.yaml, writes explanation.json and report.html there.\n"
       "Example: loopwarden explain "
       "/var/lib/loopwardend/evidence/20261121T233348123Z-FIC-101-model_gap");
-  sub->callback([options, &exit_code] { exit_code = run_explain(*options); });
 }
 
 }  // namespace loopwarden::workbench

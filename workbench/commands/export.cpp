@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "record/record_csv.hpp"
 #include "record/segment_export.hpp"
-#include "workbench/command_line/command_line.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/commands/subcommands.hpp"
 
@@ -75,14 +74,13 @@ int run_export(const ExportOptions& options) {
 
 }  // namespace
 
-void add_export(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ExportOptions>();
-  CLI::App* sub = app.add_subcommand("export", "recordings of the daemon as CSV records");
-  sub->add_option("folder", options->folder, "a loop's folder of segments")->required();
-  sub->add_option("--out", options->out, "folder for the records")->required();
-  add_json_flag(*sub, options->json);
-  sub->footer("Example: loopwarden export /var/lib/loopwardend/segments/FIC-101 --out .");
-  sub->callback([options, &exit_code] { exit_code = run_export(*options); });
+void add_export(Program& program) {
+  auto [command, o] =
+      program.command("export", "recordings of the daemon as CSV records", run_export);
+  command.required("folder", o.folder, "a loop's folder of segments");
+  command.required("--out", o.out, "folder for the records");
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer("Example: loopwarden export /var/lib/loopwardend/segments/FIC-101 --out .");
 }
 
 }  // namespace loopwarden::workbench

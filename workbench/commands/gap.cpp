@@ -9,10 +9,8 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
 
 #include "config/loop_model_writer.hpp"
 #include "model/analysis/identification.hpp"
@@ -22,13 +20,13 @@
 #include "model/gap/constants.hpp"
 #include "model/gap/other_unit.hpp"
 #include "model/gap/sample_time.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/text/gap_json.hpp"
 #include "workbench/text/import_json.hpp"
 #include "workbench/report/gap_report.hpp"
 #include "workbench/files/output_files.hpp"
-#include "base/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
 
@@ -267,80 +265,76 @@ std::string source_text(const record::ImportNotes& notes) {
   return text + ".";
 }
 
-int run_gap(GapOptions options) {
-  for (const std::vector<double>* range : {&options.pv_range, &options.co_range}) {
-    if (!range->empty() && !((*range)[0] < (*range)[1])) {
-      fmt::print(stderr, "a range needs a lower and an upper end, as 0 100\n");
-      return kExitUsage;
-    }
-  }
-  const auto begin = std::chrono::steady_clock::now();
-  const auto model = load_model(options.model);
-  if (!model) return kExitConfiguration;
-  const std::filesystem::path out(options.out);
-  OutputFiles files({options.record, options.model});
-  files.make_folder(out);  // before the work, not after it
-  for (const char* name : {"model.corrected.yaml", "gap.json", "report.html"}) {
-    files.stage(out / name);
-  }
+struct Found {
   gap::Result result;
   record::ImportNotes notes;
-  std::optional<double> sees_from_percent;
+  std::optional<double> sees_from_percent;  // where an archive compressed the record
+};
+
+Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
+  Found found;
   try {
     double first_s = 0.0;
     record::Imported imported = options.input.read(options.record);
     choose_stretch(imported, options);
-    convert_units(imported.record, *model, options);
+    convert_units(imported.record, model, options);
     draw_for_judging(imported);
     gap::Record record = stretch_of(imported.record, options, first_s);
     if (!options.controller_known) record.sp.clear();
     say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
-    const unsigned jobs =
-        options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
-    const auto parallel = [jobs](std::size_t count, const std::function<void(std::size_t)>& body) {
-      base::parallel_for(count, jobs, body);
-    };
-    const auto told = [&progress](double share) {
-      progress.update(static_cast<std::uint64_t>(100.0 * share));
-    };
-    const gap::Deviations deviations = deviations_of(imported.notes, *model);
-    const std::optional<gap::OnePeriod> drawn = gap::on_one_period(record, *model);
+    const ParallelFor parallel = on_threads(threads(options.jobs));
+    const auto told = [&progress](double share) { progress.update_share(share); };
+    const gap::Deviations deviations = deviations_of(imported.notes, model);
+    const std::optional<gap::OnePeriod> drawn = gap::on_one_period(record, model);
     const double record_period_s = record.period_s;
     gap::Options how = search_options(options);
     if (drawn) {
       record = drawn->record;
       how.search.without.emplace_back("controller_mismatch");
     }
-    const plant::LoopModel& at_period = drawn ? drawn->model : *model;
+    const plant::LoopModel& at_period = drawn ? drawn->model : model;
     if (options.controller_known && options.pv_range.empty() && options.co_range.empty()) {
       if (const std::string question = unit_question(record, at_period); !question.empty()) {
-        fmt::print(stderr, "{}: {}\n", options.record, question);
-        return kExitData;
+        fail(kExitData, "{}: {}", options.record, question);
       }
     }
     if (imported.notes.compressed()) {
-      result = gap::find_gap_archived(record, at_period, how, deviations, parallel, told);
+      found.result = gap::find_gap_archived(record, at_period, how, deviations, parallel, told);
       if (deviations.known)
-        sees_from_percent = 100.0 * gap::sees_from(*model, deviations) / output_span(*model);
+        found.sees_from_percent = 100.0 * gap::sees_from(model, deviations) / output_span(model);
     } else {
-      result = gap::find_gap(record, at_period, how, parallel, told);
+      found.result = gap::find_gap(record, at_period, how, parallel, told);
     }
-    if (drawn) gap::say_other_period(result, *model, record_period_s);
-    notes = imported.notes;
-    if (const std::string source = source_text(notes); !source.empty())
-      result.check.notes.push_back({"source", source});
+    if (drawn) gap::say_other_period(found.result, model, record_period_s);
+    found.notes = std::move(imported.notes);
+    if (const std::string source = source_text(found.notes); !source.empty())
+      found.result.check.notes.push_back({"source", source});
     if (first_s != 0.0) {
-      result.check.notes.push_back(
+      found.result.check.notes.push_back(
           {"stretch", fmt::format("Times count from {:g} s of the record.", first_s)});
     }
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
+    return found;
   } catch (const effects::EffectError& e) {
-    fmt::print(stderr, "{}: {}\n", options.model, e.what());
-    return kExitConfiguration;
+    fail(kExitConfiguration, "{}: {}", options.model, e.what());
   }
+}
+
+int run_gap(const GapOptions& options) {
+  for (const std::vector<double>* range : {&options.pv_range, &options.co_range}) {
+    if (!range->empty() && !((*range)[0] < (*range)[1])) {
+      fail(kExitUsage, "a range needs a lower and an upper end, as 0 100");
+    }
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const plant::LoopModel model = load_model(options.model);
+  const std::filesystem::path out(options.out);
+  OutputFiles files({options.record, options.model});
+  files.make_folder(out);  // before the work, not after it
+  for (const char* name : {"model.corrected.yaml", "gap.json", "report.html"}) {
+    files.stage(out / name);
+  }
+  const auto [result, notes, sees_from_percent] = look_for_gap(options, model);
   GapReportContext context{
       .record = options.record,
       .model = options.model,
@@ -353,7 +347,7 @@ int run_gap(GapOptions options) {
       .version = LOOPWARDEN_VERSION};
   nlohmann::json answer = gap_json(result);
   answer["import"] =
-      import_json(notes, {model->transmitter.high - model->transmitter.low, output_span(*model)},
+      import_json(notes, {model.transmitter.high - model.transmitter.low, output_span(model)},
                   sees_from_percent);
   if (!result.check.usable) {
     fmt::print(stderr, "{}: {}\n", options.record, result.check.refusal);
@@ -366,11 +360,7 @@ int run_gap(GapOptions options) {
   files.add(out / "gap.json", answer.dump(2) + "\n");
   files.add(out / "report.html", gap_report_html(result, context));
   files.commit();
-  if (options.json) {
-    fmt::print("{}\n", answer.dump(2));
-  } else {
-    print_result(result, options.out);
-  }
+  options.json ? show_json(answer) : print_result(result, options.out);
   return kExitOk;
 }
 
@@ -386,9 +376,8 @@ int run_gap_on_assumed_model(GapOptions options) {
     choose_stretch(imported, options);
     const gap::Record record = stretch_of(imported.record, options, first_s, &mode);
     if (!record.has_co()) {
-      fmt::print(stderr, "{}: has no column co; a model can't be identified without it: --model\n",
-                 options.record);
-      return kExitData;
+      fail(kExitData, "{}: has no column co; a model can't be identified without it: --model",
+           options.record);
     }
     const analysis::AssumedModel assumed =
         analysis::assumed_model({.co = record.co,
@@ -397,9 +386,8 @@ int run_gap_on_assumed_model(GapOptions options) {
                                  .mode = mode,
                                  .sample_time_s = record.period_s});
     if (!assumed.model) {
-      fmt::print(stderr, "{}: no model can be identified: {} {}\n", options.record,
-                 assumed.identification.reason, assumed.identification.settle);
-      return kExitData;
+      fail(kExitData, "{}: no model can be identified: {} {}", options.record,
+           assumed.identification.reason, assumed.identification.settle);
     }
     std::string heading = "assumed by loopwarden gap from " + options.record;
     for (const std::string& assumption : assumed.assumptions) {
@@ -411,58 +399,47 @@ int run_gap_on_assumed_model(GapOptions options) {
     files.add(options.model, config::write_model(*assumed.model, heading));
     files.commit();
   } catch (const analysis::IdentificationError& e) {
-    fmt::print(stderr, "{}: no model can be identified: {}\n", options.record, e.what());
-    return kExitData;
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
+    fail(kExitData, "{}: no model can be identified: {}", options.record, e.what());
   }
   return run_gap(options);
 }
 
+int run_any_gap(const GapOptions& options) {
+  return options.model.empty() ? run_gap_on_assumed_model(options) : run_gap(options);
+}
+
 }  // namespace
 
-void add_gap(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<GapOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "gap", "where a model and a record disagree, the missing effect, the corrected model");
-  sub->add_option("record", options->record,
-                  "measured record, CSV: time, pv, and where known sp, co")
-      ->required();
-  sub->add_option(
-      "--model", options->model,
-      "loop model as its engineers believe it, YAML; without it, one is identified from the "
-      "record itself and written to model.assumed.yaml");
-  sub->add_option("--out", options->out, "folder for gap.json, model.corrected.yaml, report.html")
-      ->required();
-  sub->add_option("--from", options->from_s, "leave out what lies before, s of the record");
-  sub->add_option("--to", options->to_s, "leave out what lies behind, s of the record");
-  sub->add_option("--largest-load", options->largest_load_percent,
-                  "unmeasured load up to here is no gap, % of PV span per root second")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
-  sub->add_option("--without", options->without,
-                  "leave a step out, or an effect by its name, to see what it brings: several, "
-                  "load, allowances, learned, "
-                  "stiction, ...; may be given several times")
-      ->check(CLI::IsMember(words_without()));
-  sub->add_option("--jobs", options->jobs,
-                  "threads; 0: one a core. The answer does not depend on it")
-      ->capture_default_str();
-  sub->add_flag("--json", options->json, "print gap.json");
-  sub->add_option("--pv-range", options->pv_range,
-                  "what PV and SP in the record are at the ends of the model's range, where units "
-                  "differ: 0 100 for %")
-      ->expected(2);
-  sub->add_option("--co-range", options->co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
-      ->expected(2);
-  sub->add_flag("--clip-co", options->clip_co,
-                "CO was logged before its limits: take it at the model's");
-  options->input.add_options(*sub);
-  sub->footer("Example: loopwarden gap record.csv --model model.yaml --out result");
-  sub->callback([options, &exit_code] {
-    exit_code = options->model.empty() ? run_gap_on_assumed_model(*options) : run_gap(*options);
-  });
+void add_gap(Program& program) {
+  auto [command, o] = program.command(
+      "gap", "where a model and a record disagree, the missing effect, the corrected model",
+      run_any_gap);
+  command.required("record", o.record, "measured record, CSV: time, pv, and where known sp, co");
+  command.option("--model", o.model,
+                 "loop model as its engineers believe it, YAML; without it, one is identified from "
+                 "the record itself and written to model.assumed.yaml");
+  command.required("--out", o.out, "folder for gap.json, model.corrected.yaml, report.html");
+  command.option("--from", o.from_s, "leave out what lies before, s of the record");
+  command.option("--to", o.to_s, "leave out what lies behind, s of the record");
+  command.setting("--largest-load", o.largest_load_percent,
+                  "unmeasured load up to here is no gap, % of PV span per root second",
+                  between(0.0, 100.0));
+  command.option("--without", o.without,
+                 "leave a step out, or an effect by its name, to see what it brings: several, "
+                 "load, allowances, learned, stiction, ...; may be given several times",
+                 one_of(words_without()));
+  command.setting("--jobs", o.jobs, "threads; 0: one a core. The answer does not depend on it");
+  command.flag("--json", o.json, "print gap.json");
+  command
+      .option("--pv-range", o.pv_range,
+              "what PV and SP in the record are at the ends of the model's range, where units "
+              "differ: 0 100 for %")
+      .takes(2);
+  command.option("--co-range", o.co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
+      .takes(2);
+  command.flag("--clip-co", o.clip_co, "CO was logged before its limits: take it at the model's");
+  o.input.add_options(command);
+  command.footer("Example: loopwarden gap record.csv --model model.yaml --out result");
 }
 
 }  // namespace loopwarden::workbench

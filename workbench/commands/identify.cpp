@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "record/record_csv.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
 #include "model/analysis/identification.hpp"
 #include "model/analysis/step_metrics.hpp"
@@ -161,8 +161,8 @@ void print_found(const IdentifyFindings& f) {
                f.tangent->process.gain, f.tangent->process.time_constant_s,
                f.tangent->process.dead_time_s);
     fmt::print(
-        "Step: half after {:.4g} s, rise (10 to 90 %) {:.4g} s, overshoot {:.3g} %, within "
-        "2 % after {:.4g} s\n",
+        "Step: half after {:.4g} s, rise (10 to 90 %) {:.4g} s, overshoot {:.3g} %, within 2 % "
+        "after {:.4g} s\n",
         f.metrics->delay_s, f.metrics->rise_10_90_s, 100.0 * f.metrics->overshoot,
         f.metrics->settling_2_s);
   } else {
@@ -195,7 +195,11 @@ void print_text(const IdentifyFindings& f) {
 
 std::string picture(const record::Record& record, const IdentifyFindings& f) {
   const std::vector<double> t = time_axis(record.size(), record.period_s);
-  Chart chart{.title = "Record and model", .x_label = "s", .y_label = "PV", .lines = {}};
+  Chart chart{
+      .title = "Record and model",
+      .x_label = "s",
+      .y_label = "PV",
+  };
   chart.lines.push_back({"measured", palette::kGrey, t, record.pv});
   const analysis::SamplesUsed& used = f.process.used;
   if (f.process.can_tell()) {
@@ -222,46 +226,35 @@ int run_identify(const IdentifyOptions& options) {
   try {
     record::Record record = options.input.read(options.record).record;
     if (!record.has_co) {
-      fmt::print(stderr, "{}: has no column co; a process can't be identified without it\n",
-                 options.record);
-      return kExitData;
+      fail(kExitData, "{}: has no column co; a process can't be identified without it",
+           options.record);
     }
     keep_telling_part(record, kLongestIdentified, options.record);
     say_if_long(options.record, record.size());
     const IdentifyFindings f = look_at(record);
     if (!options.out.empty()) write_output(options.out, picture(record, f), {options.record});
-    if (options.json) {
-      fmt::print("{}\n", as_json(f, record).dump(2));
-    } else {
-      print_text(f);
-    }
+    options.json ? show_json(as_json(f, record)) : print_text(f);
     if (!f.process.can_tell()) return kExitData;
   } catch (const analysis::IdentificationError& e) {
-    fmt::print(stderr, "{}: {}\n", options.record, e.what());
-    return kExitData;
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::data ? kExitData : kExitIo;
+    fail(kExitData, "{}: {}", options.record, e.what());
   }
   return kExitOk;
 }
 
 }  // namespace
 
-void add_identify(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<IdentifyOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "identify", "process model from a record, in open or closed loop, with intervals");
-  sub->add_option("record", options->record, "record with co and pv, CSV; in closed loop also sp")
-      ->required();
-  sub->add_option("--out", options->out, "picture to write, SVG");
-  sub->add_flag("--json", options->json, "print the result as JSON");
-  options->input.add_options(*sub);
-  sub->footer(
+void add_identify(Program& program) {
+  auto [command, o] = program.command(
+      "identify", "process model from a record, in open or closed loop, with intervals",
+      run_identify);
+  command.required("record", o.record, "record with co and pv, CSV; in closed loop also sp");
+  command.option("--out", o.out, "picture to write, SVG");
+  command.flag("--json", o.json, "print the result as JSON");
+  o.input.add_options(command);
+  command.footer(
       "Where the record can't tell, there is no number but the reason and what would help, and the "
       "exit code is 65.\n"
       "Example: loopwarden identify step.csv --out step.svg");
-  sub->callback([options, &exit_code] { exit_code = run_identify(*options); });
 }
 
 }  // namespace loopwarden::workbench

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "record/import/importer.hpp"
 #include "base/text.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/output_files.hpp"
@@ -35,7 +35,6 @@ struct ImportCommand {
 };
 
 constexpr std::uint64_t kAtOnceBytes = 512ULL * 1024ULL * 1024ULL;  // of values in memory
-constexpr int kProgressParts = 1000;
 constexpr std::array kShown{Role::pv, Role::sp, Role::co, Role::stem, Role::mode};
 
 nlohmann::json loop_json(const record::Importer& importer, const record::FoundLoop& loop) {
@@ -208,12 +207,11 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
   if (!options.check) files.make_folder(options.out);
   const std::vector<std::size_t> usable = usable_loops(importer, options.input);
   if (usable.empty() && !options.input.loop().empty()) {
-    fmt::print(stderr, "no loop {} with a PV; --list shows those that were found\n",
-               base::in_quotes(options.input.loop()));
-    return kExitData;
+    fail(kExitData, "no loop {} with a PV; --list shows those that were found",
+         base::in_quotes(options.input.loop()));
   }
   ImportedLoops loops(importer, options, files);
-  Progress progress("import", kProgressParts);
+  Progress progress("import", 1000);
   for (std::size_t from = 0; from < usable.size();) {
     std::size_t to = from;
     for (std::uint64_t bytes = 0; to < usable.size() && (to == from || bytes < kAtOnceBytes);
@@ -227,9 +225,9 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
           loops.fail(loop, file, error);
         },
         [&](double share) {
-          const double done = (static_cast<double>(from) + share * static_cast<double>(to - from)) /
-                              static_cast<double>(usable.size());
-          progress.update(static_cast<std::uint64_t>(done * kProgressParts));
+          progress.update_share(
+              (static_cast<double>(from) + share * static_cast<double>(to - from)) /
+              static_cast<double>(usable.size()));
         });
     from = to;
   }
@@ -244,59 +242,48 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
   loops.write_note();
   std::fflush(stdout);
   fmt::print(stderr, "{}\n", loops.count_text(usable.size()));
-  if (options.json) fmt::print("{}\n", loops.note().dump(2));
+  if (options.json) show_json(loops.note());
   return loops.note()["failed"].empty() ? kExitOk : kExitData;
 }
 
 int run_import(const ImportCommand& options) {
   if (!options.list && !options.check && options.out.empty()) {
-    fmt::print(
-        stderr,
-        "import: --out DIR writes the records, --list shows the loops, --check reads them\n");
-    return kExitUsage;
+    fail(kExitUsage,
+         "import: --out DIR writes the records, --list shows the loops, --check reads them");
   }
-  try {
-    record::Importer importer({options.files.begin(), options.files.end()},
-                              options.input.options());
-    if (!options.list) return read_all(importer, options);
-    if (options.json) {
-      nlohmann::json entry = {{"loops", nlohmann::json::array()},
-                              {"not_used", importer.other_names()},
-                              {"failed", problems_json(importer)},
-                              {"passed_over", importer.passed_over()}};
-      for (const record::FoundLoop& loop : importer.loops())
-        entry["loops"].push_back(loop_json(importer, loop));
-      fmt::print("{}\n", entry.dump(2));
-    } else {
-      print_list(importer);
-    }
-    if (importer.loops().empty() && importer.problems().empty())
-      fmt::print(stderr, "{}\n", importer.no_pv());
-    return importer.loops().empty() || !importer.problems().empty() ? kExitData : kExitOk;
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
+  record::Importer importer({options.files.begin(), options.files.end()}, options.input.options());
+  if (!options.list) return read_all(importer, options);
+  if (options.json) {
+    nlohmann::json entry = {{"loops", nlohmann::json::array()},
+                            {"not_used", importer.other_names()},
+                            {"failed", problems_json(importer)},
+                            {"passed_over", importer.passed_over()}};
+    for (const record::FoundLoop& loop : importer.loops())
+      entry["loops"].push_back(loop_json(importer, loop));
+    show_json(entry);
+  } else {
+    print_list(importer);
   }
+  if (importer.loops().empty() && importer.problems().empty())
+    fmt::print(stderr, "{}\n", importer.no_pv());
+  return importer.loops().empty() || !importer.problems().empty() ? kExitData : kExitOk;
 }
 
 }  // namespace
 
-void add_import(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ImportCommand>();
-  CLI::App* sub = app.add_subcommand("import", "any historian's export as records");
-  sub->add_option("file", options->files,
-                  "exports: text, also gzip; folders of them; - for standard input")
-      ->required();
-  sub->add_option("--out", options->out, "folder for a record a loop, import.json and import.txt");
-  sub->add_flag("--list", options->list, "print the loops that were found, write nothing");
-  sub->add_flag("--check", options->check, "read all of it, say what would be done, write nothing");
-  sub->add_flag("--json", options->json, "print what --list or import.json has");
-  options->input.add_options(*sub);
-  sub->footer(
+void add_import(Program& program) {
+  auto [command, o] = program.command("import", "any historian's export as records", run_import);
+  command.required("file", o.files,
+                   "exports: text, also gzip; folders of them; - for standard input");
+  command.option("--out", o.out, "folder for a record a loop, import.json and import.txt");
+  command.flag("--list", o.list, "print the loops that were found, write nothing");
+  command.flag("--check", o.check, "read all of it, say what would be done, write nothing");
+  command.flag("--json", o.json, "print what --list or import.json has");
+  o.input.add_options(command);
+  command.footer(
       "What an export looks like is found out and said; every command that takes a record reads "
       "such exports by itself. Exit code 65: something could not be read; the rest was.\n"
       "Example: loopwarden import export.csv --list");
-  sub->callback([options, &exit_code] { exit_code = run_import(*options); });
 }
 
 }  // namespace loopwarden::workbench

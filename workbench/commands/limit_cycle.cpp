@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -17,6 +14,7 @@
 #include "model/analysis/loop_metrics.hpp"
 #include "model/analysis/tuning_rules.hpp"
 #include "model/numeric/statistics.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/text/json_number.hpp"
@@ -186,10 +184,9 @@ void print_grid(const std::vector<Row>& rows) {
   };
   fmt::print(
       "\nWhether it cycles: {} of {} as predicted. Simulated cycles without a predicted one: {}, "
-      "of them {} "
-      "with L(jw)\ncrossing the negative imaginary axis below pi S/(4 J), where -1/N begins. "
-      "Predicted over simulated, median (least to "
-      "largest):\n  period {}\n  PV amplitude {}\n  CO amplitude {}\n",
+      "of them {} with L(jw)\ncrossing the negative imaginary axis below pi S/(4 J), where -1/N "
+      "begins. Predicted over simulated, median (least to largest):\n  period {}\n  PV amplitude "
+      "{}\n  CO amplitude {}\n",
       agree, rows.size(), missed, out_of_reach,
       spread([](const Row& r) { return r.predicted->period_s / r.simulated.period_s; }),
       spread([](const Row& r) { return r.predicted->pv_amplitude / r.simulated.pv_amplitude; }),
@@ -219,7 +216,6 @@ std::string nyquist(const analysis::LinearLoop& loop, const analysis::ValveNonli
   Chart chart{.title = "Nyquist curve and -1/N",
               .x_label = "real",
               .y_label = "imaginary",
-              .lines = {},
               .width = 620.0,
               .height = 560.0};
   ChartLine l{"open loop L(jw)", palette::kBlue, {}, {}};
@@ -258,10 +254,9 @@ std::string missed_why(const analysis::AxisReach& reach, const Row& row) {
   if (reach.loop < reach.valve && std::isfinite(reach.valve)) {
     return fmt::format(
         "           L(jw) crosses the negative imaginary axis at {:.3g}, below {:.3g} = pi S/(4 J) "
-        "where "
-        "-1/N begins:\n           they don't meet. The describing function takes CO for a "
-        "sinusoid; here it is a "
-        "triangle\n           with steps, so that this none is no evidence of rest",
+        "where -1/N begins:\n           they don't meet. The describing function takes CO for a "
+        "sinusoid; here it is a triangle\n           with steps, so that this none is no evidence "
+        "of rest",
         reach.loop, reach.valve);
   }
   return "           the describing function takes CO for a sinusoid: its none is no evidence of "
@@ -308,30 +303,28 @@ std::optional<analysis::ValveNonlinearity> wanted_valve(const LimitCycleOptions&
 }
 
 int run_limit_cycle(const LimitCycleOptions& options) {
-  const auto model = load_model(options.model);
-  if (!model) return kExitConfiguration;
+  const plant::LoopModel model = load_model(options.model);
   if (options.grid) {
-    const std::vector<Row> rows = grid_of(*model);
+    const std::vector<Row> rows = grid_of(model);
     if (!options.json) {
       print_grid(rows);
       return kExitOk;
     }
     nlohmann::json list = nlohmann::json::array();
     for (const Row& row : rows) list.push_back(as_json(row));
-    fmt::print("{}\n", list.dump(2));
+    show_json(list);
     return kExitOk;
   }
-  const auto valve = wanted_valve(options, *model);
+  const auto valve = wanted_valve(options, model);
   if (!valve) {
-    fmt::print(stderr,
-               "{}: has neither stiction nor backlash; name one with --s and --j, or --backlash\n",
-               options.model);
-    return kExitUsage;
+    fail(kExitUsage,
+         "{}: has neither stiction nor backlash; name one with --s and --j, or --backlash",
+         options.model);
   }
-  const analysis::LinearLoop loop = analysis::linear_loop(*model);
+  const analysis::LinearLoop loop = analysis::linear_loop(model);
   const analysis::Margins m = analysis::margins(loop);
   const std::vector<analysis::LimitCycle> cycles = limit_cycles(loop, *valve);
-  const Row row = compared("model", *model, *valve);
+  const Row row = compared("model", model, *valve);
   if (!options.out.empty()) {
     write_output(options.out, nyquist(loop, *valve, cycles), {options.model});
   }
@@ -343,7 +336,7 @@ int run_limit_cycle(const LimitCycleOptions& options) {
     result["gain_margin"] = m.gain_margin;
     result["phase_margin_deg"] = m.phase_margin_deg;
     result["sensitivity"] = m.sensitivity;
-    fmt::print("{}\n", result.dump(2));
+    show_json(result);
   } else {
     print_one(loop, m, row, cycles);
   }
@@ -352,27 +345,25 @@ int run_limit_cycle(const LimitCycleOptions& options) {
 
 }  // namespace
 
-void add_limit_cycle(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<LimitCycleOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "limit-cycle", "the limit cycle that stiction or backlash makes: predicted and simulated");
-  sub->add_option("model", options->model, "loop model, YAML")->required();
-  auto* s =
-      sub->add_option("--s", options->s, "CO units, stiction of this S instead of the model's")
-          ->check(CLI::PositiveNumber);
-  sub->add_option("--j", options->j, "CO units, its slip jump; 0.3 S without it")
-      ->needs(s)
-      ->check(CLI::NonNegativeNumber);
-  sub->add_option("--backlash", options->backlash, "CO units, backlash of this dead band instead")
-      ->excludes(s)
-      ->check(CLI::PositiveNumber);
-  sub->add_flag("--grid", options->grid, "agreement over gains and valves");
-  sub->add_option("--out", options->out, "Nyquist picture to write, SVG");
-  sub->add_flag("--json", options->json, "print the result as JSON");
-  sub->footer(
-      "Example: loopwarden limit-cycle config/examples/models/plant1.yaml --s 1 --j 0.4 "
-      "--out nyquist.svg");
-  sub->callback([options, &exit_code] { exit_code = run_limit_cycle(*options); });
+void add_limit_cycle(Program& program) {
+  auto [command, o] = program.command(
+      "limit-cycle", "the limit cycle that stiction or backlash makes: predicted and simulated",
+      run_limit_cycle);
+  command.required("model", o.model, "loop model, YAML");
+  Option s = command.option("--s", o.s, "CO units, stiction of this S instead of the model's",
+                            above_zero());
+  command.option("--j", o.j, "CO units, its slip jump; 0.3 S without it", not_below_zero())
+      .needs(s);
+  command
+      .option("--backlash", o.backlash, "CO units, backlash of this dead band instead",
+              above_zero())
+      .excludes(s);
+  command.flag("--grid", o.grid, "agreement over gains and valves");
+  command.option("--out", o.out, "Nyquist picture to write, SVG");
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer(
+      "Example: loopwarden limit-cycle config/examples/models/plant1.yaml --s 1 --j 0.4 --out "
+      "nyquist.svg");
 }
 
 }  // namespace loopwarden::workbench

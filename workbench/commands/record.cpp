@@ -2,10 +2,11 @@
 // loopwarden record: a CSV record of a running loop on demand.
 #include <fmt/format.h>
 
-#include <memory>
+#include <optional>
+#include <nlohmann/json.hpp>
 #include <string>
 
-#include "workbench/command_line/command_line.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
@@ -16,22 +17,23 @@ namespace {
 struct RecordOptions {
   std::string socket;
   std::string loop;
-  std::string start;
+  std::optional<std::string> start;
   bool stop = false;
   bool json = false;
 };
 
 int run_record(const RecordOptions& options) {
+  if (!options.start && !options.stop) require("--start or --stop");
   DaemonClient daemon(options.socket);
   loop_index(daemon.status(), options.loop);
   const std::string file = options.stop ? daemon.stop_record(options.loop)
-                                        : daemon.start_record(options.loop, options.start);
+                                        : daemon.start_record(options.loop, *options.start);
   if (options.json) {
     const nlohmann::json result = {
         {"loop", options.loop},
         {"recording", !options.stop},
         {"file", file.empty() ? nlohmann::json(nullptr) : nlohmann::json(file)}};
-    fmt::print("{}\n", result.dump(2));
+    show_json(result);
   } else if (options.stop) {
     fmt::print("{}\n", file.empty() ? "no record was being written" : file);
   } else {
@@ -42,19 +44,15 @@ int run_record(const RecordOptions& options) {
 
 }  // namespace
 
-void add_record(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<RecordOptions>();
-  CLI::App* sub = app.add_subcommand("record", "start or stop a CSV record of a running loop");
-  sub->add_option("loop", options->loop, "tag of the loop")->required();
-  add_socket_option(*sub, options->socket);
-  auto* start = sub->add_option("--start", options->start, "name of the record, without .csv");
-  sub->add_flag("--stop", options->stop, "end the record")->excludes(start);
-  add_json_flag(*sub, options->json);
-  sub->footer("Example: loopwarden record FIC-101 --start after-repair");
-  sub->callback([=, &exit_code] {
-    if (start->empty() && !options->stop) throw CLI::RequiredError("--start or --stop");
-    exit_code = run_record(*options);
-  });
+void add_record(Program& program) {
+  auto [command, o] =
+      program.command("record", "start or stop a CSV record of a running loop", run_record);
+  command.required("loop", o.loop, "tag of the loop");
+  command.socket(o.socket);
+  const Option start = command.option("--start", o.start, "name of the record, without .csv");
+  command.flag("--stop", o.stop, "end the record").excludes(start);
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer("Example: loopwarden record FIC-101 --start after-repair");
 }
 
 }  // namespace loopwarden::workbench

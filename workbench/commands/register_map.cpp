@@ -4,10 +4,11 @@
 
 #include <cstdint>
 #include <map>
-#include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "config/config_reader.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/text/register_map_text.hpp"
 
@@ -22,7 +23,7 @@ struct RegisterMapOptions {
   bool json = false;
 };
 
-int run(const RegisterMapOptions& options) {
+int run_register_map(const RegisterMapOptions& options) {
   MapOptions map_options;
   if (!options.config.empty()) {
     const auto configuration = config::read_configuration(options.config);
@@ -50,7 +51,7 @@ int run(const RegisterMapOptions& options) {
       {"javascript", map_javascript},
       {"node-red", map_node_red}};
   if (options.json) {
-    fmt::print("{}\n", map_json(map_options).dump(2));
+    show_json(map_json(map_options));
     return kExitOk;
   }
   fmt::print("{}", kFormats.at(options.format)(map_options));
@@ -59,23 +60,18 @@ int run(const RegisterMapOptions& options) {
 
 }  // namespace
 
-void add_register_map(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<RegisterMapOptions>();
-  CLI::App* sub =
-      app.add_subcommand("register-map", "the daemon's Modbus map, for people and for masters");
-  sub->add_option("--format", options->format,
-                  "markdown, csv, mbpoll, pymodbus, javascript, telegraf or node-red")
-      ->check(CLI::IsMember(
-          {"markdown", "csv", "mbpoll", "pymodbus", "javascript", "telegraf", "node-red"}))
-      ->capture_default_str();
-  sub->add_option("--config", options->config,
-                  "the daemon's configuration folder: its loops, port, unit and word order");
-  sub->add_option("--host", options->host, "the daemon's address as masters see it");
-  sub->add_option("--port", options->port, "port, if it differs from the configuration")
-      ->check(CLI::Range(1, 65535));
-  sub->add_flag("--json", options->json, "print every address as JSON, instead of a format");
-  sub->footer("Example: loopwarden register-map --format pymodbus --config /etc/loopwardend");
-  sub->callback([options, &exit_code] { exit_code = run(*options); });
+void add_register_map(Program& program) {
+  auto [command, o] = program.command(
+      "register-map", "the daemon's Modbus map, for people and for masters", run_register_map);
+  command.setting(
+      "--format", o.format, "markdown, csv, mbpoll, pymodbus, javascript, telegraf or node-red",
+      one_of({"markdown", "csv", "mbpoll", "pymodbus", "javascript", "telegraf", "node-red"}));
+  command.option("--config", o.config,
+                 "the daemon's configuration folder: its loops, port, unit and word order");
+  command.option("--host", o.host, "the daemon's address as masters see it");
+  command.option("--port", o.port, "port, if it differs from the configuration", between(1, 65535));
+  command.flag("--json", o.json, "print every address as JSON, instead of a format");
+  command.footer("Example: loopwarden register-map --format pymodbus --config /etc/loopwardend");
 }
 
 }  // namespace loopwarden::workbench

@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <memory>
 #include <string>
 #include <thread>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 
-#include "workbench/command_line/command_line.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/live/daemon_client.hpp"
 
@@ -69,13 +67,12 @@ int exit_code_of(const nlohmann::json& result) {
 int run_reload(const ReloadOptions& options) {
   DaemonClient daemon(options.socket);
   const nlohmann::json result = outcome_of(daemon, daemon.reload(options.dry_run));
-  if (options.json) fmt::print("{}\n", result.dump(2));
+  if (options.json) show_json(result);
   if (result.at("state") != "done") {
-    fmt::print(stderr,
-               "loopwarden: the daemon has not finished within {} s ({}); the loops run on as "
-               "before, and its log says what comes of it\n",
-               kPatience.count(), result.at("state").get<std::string>());
-    return kExitTryAgain;
+    fail(kExitTryAgain,
+         "loopwarden: the daemon has not finished within {} s ({}); the loops run on as before, "
+         "and its log says what comes of it",
+         kPatience.count(), result.at("state").get<std::string>());
   }
   if (!options.json) {
     print(result, options.dry_run);
@@ -88,14 +85,13 @@ int run_reload(const ReloadOptions& options) {
 
 }  // namespace
 
-void add_reload(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ReloadOptions>();
-  CLI::App* sub =
-      app.add_subcommand("reload", "have the running daemon read its configuration again");
-  add_socket_option(*sub, options->socket);
-  sub->add_flag("--dry-run", options->dry_run, "print what would become of it; changes nothing");
-  add_json_flag(*sub, options->json);
-  sub->footer(
+void add_reload(Program& program) {
+  auto [command, o] =
+      program.command("reload", "have the running daemon read its configuration again", run_reload);
+  command.socket(o.socket);
+  command.flag("--dry-run", o.dry_run, "print what would become of it; changes nothing");
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer(
       "Each loop takes all that can be applied, or nothing where a unit, a range, the sample time "
       "or\n"
       "io differs; the valve does not move by it. Exit code 0: everything in the files is in "
@@ -103,7 +99,6 @@ void add_reload(CLI::App& app, int& exit_code) {
       "75: something waits for a restart, or for CO to come inside new limits; 78: the files have\n"
       "errors, nothing has changed.\n"
       "Example: loopwarden reload --dry-run");
-  sub->callback([options, &exit_code] { exit_code = run_reload(*options); });
 }
 
 }  // namespace loopwarden::workbench

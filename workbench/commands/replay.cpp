@@ -6,18 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "base/parallel.hpp"
 #include "model/commission/explain.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/loop_monitor.hpp"
@@ -95,19 +93,14 @@ monitor::WindowSettings settings_of(const record::Record& record, const ReplayOp
 class Explainer {
  public:
   Explainer(const record::Record& record, const plant::LoopModel& twin, unsigned jobs)
-      : record_{record.period_s, record.pv, record.has_sp ? record.sp : std::vector<double>(),
-                record.co},
+      : record_{record.period_s, record.pv, record.sp, record.co},
         first_s_(record.time_s.front()),
         twin_(twin),
-        jobs_(jobs > 0 ? jobs : std::max(1U, std::thread::hardware_concurrency())) {}
+        jobs_(threads(jobs)) {}
 
   const commission::Explanation& at(std::size_t sample) {
     if (!newest_ || sample >= newest_->stretch.end) {
-      newest_ = commission::explain(
-          record_, twin_, sample,
-          [this](std::size_t count, const std::function<void(std::size_t)>& body) {
-            base::parallel_for(count, jobs_, body);
-          });
+      newest_ = commission::explain(record_, twin_, sample, on_threads(jobs_));
     }
     return *newest_;
   }
@@ -228,11 +221,10 @@ void print_json(const Replay& result, bool with_twin) {
     if (line.first_name) one["first_name"] = to_text(*line.first_name);
     transitions.push_back(std::move(one));
   }
-  fmt::print("{}\n", nlohmann::json{{"transitions", std::move(transitions)},
-                                    {"windows", result.windows},
-                                    {"suppressed_windows", result.suppressed},
-                                    {"routine_windows", result.routine_windows}}
-                         .dump(2));
+  show_json(nlohmann::json{{"transitions", std::move(transitions)},
+                           {"windows", result.windows},
+                           {"suppressed_windows", result.suppressed},
+                           {"routine_windows", result.routine_windows}});
 }
 
 void print_text(const Replay& result) {
@@ -267,93 +259,73 @@ int run_replay(const ReplayOptions& options) {
   }
   for (const std::vector<double>* range : {&options.pv_range, &options.co_range}) {
     if (!((*range)[0] < (*range)[1])) {
-      fmt::print(stderr, "a range needs a lower and an upper end, as 0 100\n");
-      return kExitUsage;
+      fail(kExitUsage, "a range needs a lower and an upper end, as 0 100");
     }
   }
   std::optional<plant::LoopModel> twin;
-  if (!options.twin.empty()) {
-    twin = load_model(options.twin);
-    if (!twin) return kExitConfiguration;
-  }
+  if (!options.twin.empty()) twin = load_model(options.twin);
   std::optional<config::SpecialistFolder> folder;
   if (!options.specialists.empty()) {
-    auto loaded = config::read_specialists(options.specialists);
-    fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
-    if (!loaded) return kExitConfiguration;
-    if (!loaded->team) {
-      fmt::print(stderr, "{}: no specialists of the explaining form\n", options.specialists);
-      return kExitConfiguration;
+    folder = usable(config::read_specialists(options.specialists));
+    if (!folder->team) {
+      fail(kExitConfiguration, "{}: no specialists of the explaining form", options.specialists);
     }
-    folder = std::move(*loaded);
   }
   try {
     const record::Record record = options.input.read(options.record).record;
     if (!record.has_co) {
-      fmt::print(stderr, "{}: no column 'co': without it nothing can be said of the valve\n",
-                 options.record);
-      return kExitData;
+      fail(kExitData, "{}: no column 'co': without it nothing can be said of the valve",
+           options.record);
     }
     if (folder) {
       const double sample_s = folder->team->facts.period_s;
       const double cycles = std::max(1.0, std::round(sample_s / record.period_s));
       if (std::abs(cycles * record.period_s - sample_s) > kSamePeriod * sample_s) {
-        fmt::print(stderr,
-                   "{}: its period is {:g} s, of which no whole number makes the {:g} s that the "
-                   "specialists know\n",
-                   options.record, record.period_s, sample_s);
-        return kExitData;
+        fail(kExitData,
+             "{}: its period is {:g} s, of which no whole number makes the {:g} s that the "
+             "specialists know",
+             options.record, record.period_s, sample_s);
       }
     }
     if (twin && std::abs(twin->sample_time_s - record.period_s) > kSamePeriod * record.period_s) {
-      fmt::print(stderr, "{}: its period is {:g} s, the twin's sample_time {:g} s\n",
-                 options.record, record.period_s, twin->sample_time_s);
-      return kExitData;
+      fail(kExitData, "{}: its period is {:g} s, the twin's sample_time {:g} s", options.record,
+           record.period_s, twin->sample_time_s);
     }
     const Replay result =
         Replayer(record, folder ? &*folder->team : nullptr, twin ? &*twin : nullptr, options).run();
     options.json ? print_json(result, twin.has_value()) : print_text(result);
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
   } catch (const effects::EffectError& e) {
-    fmt::print(stderr, "{}: {}\n", options.twin, e.what());
-    return kExitConfiguration;
+    fail(kExitConfiguration, "{}: {}", options.twin, e.what());
   }
   return kExitOk;
 }
 
 }  // namespace
 
-void add_replay(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ReplayOptions>();
-  CLI::App* sub = app.add_subcommand("replay", "the daemon's monitor and alarms over a record");
-  sub->add_option(
-         "record", options->record,
-         "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's "
-         "evidence")
-      ->required();
-  sub->add_option("--specialists", options->specialists,
-                  "folder with manifest.yaml; evidence has its own. Without it only routine "
-                  "evidence is weighed");
-  sub->add_option("--twin", options->twin,
-                  "twin.yaml of `loopwarden commission`: the alarm model_gap is watched for, and "
-                  "every alarm is explained");
-  sub->add_flag("!--no-explain", options->explain, "leave the explanations out");
-  sub->add_option("--jobs", options->jobs, "threads of the explanations; 0: one a core")
-      ->capture_default_str();
-  sub->add_option("--pv-range", options->pv_range, "PV units, without specialists")->expected(2);
-  sub->add_option("--co-range", options->co_range, "CO units, without specialists")->expected(2);
-  sub->add_option("--overlap", options->overlap, "share of a window that the next has in common")
-      ->check(CLI::Range(0.0, 0.95))
-      ->capture_default_str();
-  sub->add_flag("--json", options->json, "print the transitions as JSON");
-  options->input.add_options(*sub);
-  sub->footer(
+void add_replay(Program& program) {
+  auto [command, o] =
+      program.command("replay", "the daemon's monitor and alarms over a record", run_replay);
+  command.required(
+      "record", o.record,
+      "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's evidence");
+  command.option("--specialists", o.specialists,
+                 "folder with manifest.yaml; evidence has its own. Without it only routine "
+                 "evidence is weighed");
+  command.option("--twin", o.twin,
+                 "twin.yaml of `loopwarden commission`: the alarm model_gap is watched for, and "
+                 "every alarm is explained");
+  command.flag("!--no-explain", o.explain, "leave the explanations out");
+  command.setting("--jobs", o.jobs, "threads of the explanations; 0: one a core");
+  command.option("--pv-range", o.pv_range, "PV units, without specialists").takes(2);
+  command.option("--co-range", o.co_range, "CO units, without specialists").takes(2);
+  command.setting("--overlap", o.overlap, "share of a window that the next has in common",
+                  between(0.0, 0.95));
+  command.flag("--json", o.json, "print the transitions as JSON");
+  o.input.add_options(command);
+  command.footer(
       "A row without pv and co is a missing cycle; one without pv alone is a bad PV.\n"
       "Of evidence: exit code 0 if the verdict is the same, 65 if it is not.\n"
       "Example: loopwarden replay run.csv --specialists data/specialists/plant1 --json");
-  sub->callback([options, &exit_code] { exit_code = run_replay(*options); });
 }
 
 }  // namespace loopwarden::workbench

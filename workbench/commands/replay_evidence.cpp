@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "workbench/command_line/frame.hpp"
 #include "workbench/commands/replay_evidence.hpp"
 
 #include <fmt/chrono.h>
@@ -138,14 +139,13 @@ const char* kind_of(const Evidence& e) {
 
 void print_json(const Evidence& e, const std::string& then, const std::string& now,
                 double severity_percent, bool agree) {
-  fmt::print("{}\n", json{{"loop", e.loop},
-                          {"alarm", to_text(e.alarm)},
-                          {"kind", kind_of(e)},
-                          {"verdict_then", then},
-                          {"verdict_now", now},
-                          {"severity_percent", finite_or_null(severity_percent)},
-                          {"same", agree}}
-                         .dump(2));
+  show_json(json{{"loop", e.loop},
+                 {"alarm", to_text(e.alarm)},
+                 {"kind", kind_of(e)},
+                 {"verdict_then", then},
+                 {"verdict_now", now},
+                 {"severity_percent", finite_or_null(severity_percent)},
+                 {"same", agree}});
 }
 
 int conclude(bool agree, bool as_json) {
@@ -161,19 +161,16 @@ int replay_routine(const Evidence& e, bool as_json) {
                                                 .co_low = e.co_low,
                                                 .co_high = e.co_high});
   const bool agree = same(*e.routine, now);
-  if (as_json) {
-    print_json(e, to_text(e.routine->verdict), to_text(now.verdict), now.severity_percent, agree);
-  } else {
-    print_routine(e, now);
-  }
+  as_json ? print_json(e, to_text(e.routine->verdict), to_text(now.verdict), now.severity_percent,
+                       agree)
+          : print_routine(e, now);
   return conclude(agree, as_json);
 }
 
 // The watch over the same minutes. It began earlier in the daemon: what it holds in the end may differ a little.
 int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_json) {
-  const auto twin = load_model((folder / "twin.yaml").string());
-  if (!twin) return kExitConfiguration;
-  monitor::TwinWatch watch(*twin);
+  const plant::LoopModel twin = load_model((folder / "twin.yaml").string());
+  monitor::TwinWatch watch(twin);
   for (std::size_t k = 0; k < e.pv.size(); ++k) watch.add(e.pv[k], e.co[k]);
   const char* now = watch.on() ? to_text(e.alarm) : "no gap";
   if (as_json) {
@@ -199,23 +196,18 @@ int replay_evidence(const std::filesystem::path& folder, bool as_json) {
   try {
     evidence = evidence::read_evidence(folder);
   } catch (const evidence::EvidenceError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return kExitData;
+    fail(kExitData, "{}", e.what());
   }
   if (evidence.routine) return replay_routine(evidence, as_json);
   if (evidence.by_twin) return replay_twin(evidence, folder, as_json);
-  const auto loaded = config::read_specialists(evidence::specialists_of(folder));
-  fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
-  if (!loaded || !loaded->team) return kExitConfiguration;
-  monitor::SpecialistJudge judge(*loaded->team);
+  const auto specialists = usable(config::read_specialists(evidence::specialists_of(folder)));
+  if (!specialists.team) return kExitConfiguration;
+  monitor::SpecialistJudge judge(*specialists.team);
   const WindowJudgement now = judge.judge(evidence.window());
   const WindowMeasures measures = monitor::measure(evidence.window());
   const bool agree = same(evidence.judgement, now);
-  if (as_json) {
-    print_json(evidence, name_of(evidence.judgement), name_of(now), severity_of(now), agree);
-  } else {
-    print_text(evidence, now, measures);
-  }
+  as_json ? print_json(evidence, name_of(evidence.judgement), name_of(now), severity_of(now), agree)
+          : print_text(evidence, now, measures);
   return conclude(agree, as_json);
 }
 

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <memory>
 #include <optional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 
 #include "config/diagnostic.hpp"
-#include "workbench/command_line/command_line.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -35,6 +35,11 @@ std::string mode_word(const std::string& word) {
   return {};
 }
 
+// What is wrong with the word; empty: nothing.
+std::string no_mode(const std::string& word) {
+  return mode_word(word).empty() ? "is auto or man (got '" + config::quotable(word) + "')" : "";
+}
+
 nlohmann::json loop_of(DaemonClient& daemon, const std::string& name) {
   const nlohmann::json status = daemon.status();
   return status.at("loops")[loop_index(status, name)];
@@ -55,6 +60,9 @@ std::string summary(const nlohmann::json& loop) {
 }
 
 int run_set(const SetOptions& options) {
+  if (!options.set_point && !options.output && !options.mode && !options.jacket) {
+    require("one of --sp, --output, --mode, --jacket");
+  }
   nlohmann::json request = nlohmann::json::object();
   if (options.set_point) request["set_point"] = *options.set_point;
   if (options.output) request["output"] = *options.output;
@@ -67,11 +75,9 @@ int run_set(const SetOptions& options) {
   try {
     on_disk = daemon.set(options.loop, request, kForDisk);
   } catch (const DaemonRefused& e) {
-    fmt::print(stderr, "loopwarden: {}: {}\n", options.loop, e.what());
-    return kExitData;
+    fail(kExitData, "loopwarden: {}: {}", options.loop, e.what());
   } catch (const OrderNotTaken& e) {
-    fmt::print(stderr, "loopwarden: {}\n", e.what());
-    return kExitTryAgain;
+    fail(kExitTryAgain, "loopwarden: {}", e.what());
   }
   // The loop takes it over at its next cycle; the state printed must be from after that.
   const double sample_time_s = before.at("sample_time_s").get<double>();
@@ -83,7 +89,7 @@ int run_set(const SetOptions& options) {
   if (options.json) {
     const nlohmann::json result = {
         {"loop", options.loop}, {"before", before}, {"after", after}, {"on_disk", on_disk}};
-    fmt::print("{}\n", result.dump(2));
+    show_json(result);
     return kExitOk;
   }
   fmt::print("{}: before: {}\n{:{}}  after:  {}\n", options.loop, summary(before), "",
@@ -94,33 +100,21 @@ int run_set(const SetOptions& options) {
 
 }  // namespace
 
-void add_set(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<SetOptions>();
-  CLI::App* sub = app.add_subcommand("set", "set point, mode, output or jacket of a running loop");
-  sub->add_option("loop", options->loop, "tag of the loop")->required();
-  add_socket_option(*sub, options->socket);
-  auto* sp = sub->add_option("--sp", options->set_point, "set point, PV units");
-  auto* out = sub->add_option("--output", options->output, "output in manual, CO units");
-  auto* mode = sub->add_option("--mode", options->mode, "auto (automatic) or man (manual)")
-                   ->check([](const std::string& word) {
-                     return mode_word(word).empty()
-                                ? "is auto or man (got '" + config::quotable(word) + "')"
-                                : std::string();
-                   });
-  auto* jacket = sub->add_option("--jacket", options->jacket, "off, shadow or on")
-                     ->check(CLI::IsMember({"off", "shadow", "on"}));
-  add_json_flag(*sub, options->json);
-  sub->footer(
+void add_set(Program& program) {
+  auto [command, o] =
+      program.command("set", "set point, mode, output or jacket of a running loop", run_set);
+  command.required("loop", o.loop, "tag of the loop");
+  command.socket(o.socket);
+  command.option("--sp", o.set_point, "set point, PV units");
+  command.option("--output", o.output, "output in manual, CO units");
+  command.option("--mode", o.mode, "auto (automatic) or man (manual)", checked(no_mode));
+  command.option("--jacket", o.jacket, "off, shadow or on", one_of({"off", "shadow", "on"}));
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer(
       "What is ordered together takes effect in one cycle, mode first. An order that can't act is\n"
       "refused with exit code 65: an output in automatic, a set point that follows PV in manual,\n"
       "a value beyond its limits.\n"
       "Example: loopwarden set FIC-101 --mode man --output 30");
-  sub->callback([=, &exit_code] {
-    if (sp->empty() && out->empty() && mode->empty() && jacket->empty()) {
-      throw CLI::RequiredError("one of --sp, --output, --mode, --jacket");
-    }
-    exit_code = run_set(*options);
-  });
 }
 
 }  // namespace loopwarden::workbench

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "record/record_csv.hpp"
 #include "model/analysis/loop_metrics.hpp"
 #include "model/plant/simulated_loop.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/command_line/progress.hpp"
@@ -83,7 +83,7 @@ void report(const plant::LoopModel& model, const SimulateOptions& options, const
                                    {"period_s", m.period_s},
                                    {"travel_per_hour", m.travel_per_hour},
                                    {"reversals_per_hour", m.reversals_per_hour}};
-    fmt::print("{}\n", result.dump(2));
+    show_json(result);
     return;
   }
   fmt::print("{}: {} samples of {:g} s, seed {}, {:.1f} s simulated in {:.3f} s\n", options.out,
@@ -98,43 +98,39 @@ void report(const plant::LoopModel& model, const SimulateOptions& options, const
 }
 
 int run_simulate(const SimulateOptions& options) {
-  auto model = load_model(options.model);
-  if (!model) return kExitConfiguration;
-  if (options.duration_s) model->scenario.duration_s = *options.duration_s;
-  if (options.seed) model->scenario.seed = *options.seed;
+  plant::LoopModel model = load_model(options.model);
+  if (options.duration_s) model.scenario.duration_s = *options.duration_s;
+  if (options.seed) model.scenario.seed = *options.seed;
   OutputFiles files({options.model});
   try {
     record::RecordColumns columns;
     if (options.truth) columns.more = {"true_pv", "fault_severity"};
     record::RecordCsvWriter writer(files.stage(options.out), columns);
-    const Run run = simulate(*model, options, writer);
+    const Run run = simulate(model, options, writer);
     writer.finish();
     files.commit();
-    report(*model, options, run);
+    report(model, options, run);
   } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", files.in_users_words(e.what()));
-    return kExitIo;
+    fail(kExitIo, "{}", files.in_users_words(e.what()));
   }
   return kExitOk;
 }
 
 }  // namespace
 
-void add_simulate(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<SimulateOptions>();
-  CLI::App* sub = app.add_subcommand("simulate", "closed-loop run of a loop model into a record");
-  sub->add_option("model", options->model, "loop model, YAML")->required();
-  sub->add_option("--out", options->out, "record to write, CSV")->required();
-  sub->add_option("--duration", options->duration_s, "s, instead of the scenario's")
-      ->check(CLI::Range(0.0, 1e9));
-  sub->add_option("--seed", options->seed, "of the noise, instead of the scenario's");
-  sub->add_option("--output-bits", options->output_bits, "resolution of CO, bits over its range")
-      ->check(CLI::Range(1.0, 32.0));
-  sub->add_flag("--truth", options->truth, "also write true_pv and fault_severity");
-  sub->add_flag("--json", options->json, "print the result as JSON");
-  sub->footer(
+void add_simulate(Program& program) {
+  auto [command, o] =
+      program.command("simulate", "closed-loop run of a loop model into a record", run_simulate);
+  command.required("model", o.model, "loop model, YAML");
+  command.required("--out", o.out, "record to write, CSV");
+  command.option("--duration", o.duration_s, "s, instead of the scenario's", between(0.0, 1e9));
+  command.option("--seed", o.seed, "of the noise, instead of the scenario's");
+  command.option("--output-bits", o.output_bits, "resolution of CO, bits over its range",
+                 between(1.0, 32.0));
+  command.flag("--truth", o.truth, "also write true_pv and fault_severity");
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer(
       "Example: loopwarden simulate config/examples/models/plant1.yaml --out run.csv --seed 7");
-  sub->callback([options, &exit_code] { exit_code = run_simulate(*options); });
 }
 
 }  // namespace loopwarden::workbench

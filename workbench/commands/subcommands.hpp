@@ -1,40 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every subcommand is a file that registers itself with its options. The exit code of the one that
-// ran ends up in `exit_code`.
+// Every subcommand is a file that registers itself with its options.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
-#include "base/exit_code.hpp"
+#include "workbench/command_line/command.hpp"
 
 namespace loopwarden::workbench {
 
-void add_check(CLI::App& app, int& exit_code);
-void add_simulate(CLI::App& app, int& exit_code);
-void add_top(CLI::App& app, int& exit_code);
-void add_set(CLI::App& app, int& exit_code);
-void add_record(CLI::App& app, int& exit_code);
-void add_reload(CLI::App& app, int& exit_code);
-void add_alarms(CLI::App& app, int& exit_code);
-void add_register_map(CLI::App& app, int& exit_code);
-void add_export(CLI::App& app, int& exit_code);
-void add_import(CLI::App& app, int& exit_code);
-void add_survey(CLI::App& app, int& exit_code);
-void add_batch(CLI::App& app, int& exit_code);
-void add_diagnose(CLI::App& app, int& exit_code);
-void add_commission(CLI::App& app, int& exit_code);
-void add_gap(CLI::App& app, int& exit_code);
-void add_demo(CLI::App& app, int& exit_code);
-void add_train(CLI::App& app, int& exit_code);
-void add_classify(CLI::App& app, int& exit_code);
-void add_replay(CLI::App& app, int& exit_code);
-void add_explain(CLI::App& app, int& exit_code);
-void add_effects(CLI::App& app, int& exit_code);
-void add_identify(CLI::App& app, int& exit_code);
-void add_compare(CLI::App& app, int& exit_code);
-void add_limit_cycle(CLI::App& app, int& exit_code);
-void add_valve_test(CLI::App& app, int& exit_code);
-void add_autotune(CLI::App& app, int& exit_code);
-void add_tune(CLI::App& app, int& exit_code);
+void add_check(Program& program);
+void add_simulate(Program& program);
+void add_top(Program& program);
+void add_set(Program& program);
+void add_record(Program& program);
+void add_reload(Program& program);
+void add_alarms(Program& program);
+void add_register_map(Program& program);
+void add_export(Program& program);
+void add_import(Program& program);
+void add_survey(Program& program);
+void add_batch(Program& program);
+void add_diagnose(Program& program);
+void add_commission(Program& program);
+void add_gap(Program& program);
+void add_demo(Program& program);
+void add_train(Program& program);
+void add_classify(Program& program);
+void add_replay(Program& program);
+void add_explain(Program& program);
+void add_effects(Program& program);
+void add_identify(Program& program);
+void add_compare(Program& program);
+void add_limit_cycle(Program& program);
+void add_valve_test(Program& program);
+void add_autotune(Program& program);
+void add_tune(Program& program);
 
 }  // namespace loopwarden::workbench

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden survey: all loops of a plant, ranked.
+#include "workbench/command_line/frame.hpp"
 #include "workbench/survey/survey.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <fstream>
-#include <memory>
 #include <set>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "workbench/command_line/share.hpp"
@@ -84,7 +82,7 @@ nlohmann::json read_survey(const fs::path& out) {
 
 void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_json) {
   if (as_json) {
-    fmt::print("{}\n", survey.dump(2));
+    show_json(survey);
     return;
   }
   fmt::print("{:>5}  {:<28} {:<16} {:>6} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "p %",
@@ -115,9 +113,7 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
 
 int run_survey(const SurveyCommand& options) {
   if (options.merge.empty() == options.paths.empty()) {
-    fmt::print(stderr,
-               "survey: exports or folders of them, or --merge with the folders of shares\n");
-    return kExitUsage;
+    fail(kExitUsage, "survey: exports or folders of them, or --merge with the folders of shares");
   }
   const fs::path out(options.out);
   if (!options.merge.empty()) {
@@ -126,35 +122,24 @@ int run_survey(const SurveyCommand& options) {
     print_survey(survey, out, options.json);
     return exit_code_of(survey.at("failed"));
   }
-  SurveyRun run{
-      .paths = options.paths,
-      .out = out,
-      .import = options.input.options(),
-      .settings = {.window_s = 3600.0 * options.window_h,
-                   .co_range = options.co_range,
-                   .kind = options.kind},
-      .jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency())};
+  SurveyRun run{.paths = options.paths,
+                .out = out,
+                .import = options.input.options(),
+                .settings = {.window_s = 3600.0 * options.window_h,
+                             .co_range = options.co_range,
+                             .kind = options.kind},
+                .jobs = threads(options.jobs)};
   if (!options.co_range.empty() && !(options.co_range[0] < options.co_range[1])) {
-    fmt::print(stderr, "--co-range: the upper end must be above the lower one\n");
-    return kExitUsage;
+    fail(kExitUsage, "--co-range: the upper end must be above the lower one");
   }
-  if (!options.shard.empty()) {
-    run.share = share_from(options.shard);
-  }
-  SurveyCount count;
-  try {
-    count = judge_all(run);
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
-  }
+  run.share = share_from(options.shard);
+  const SurveyCount count = judge_all(run);
   if (!count.passed_over.empty()) fmt::print(stderr, "{}\n", count.passed_over);
   if (count.loops == 0 && run.share.of == 1) {
     print_failed(count.failed);
-    fmt::print(stderr,
-               "no loop with PV and CO was found; 'loopwarden import --list' shows what was, --map "
-               "pv=NAME,co=NAME says which columns or tags are one\n");
-    return kExitData;
+    fail(kExitData,
+         "no loop with PV and CO was found; 'loopwarden import --list' shows what was, --map "
+         "pv=NAME,co=NAME says which columns or tags are one");
   }
   write_survey({out}, out);
   const nlohmann::json survey = read_survey(out);
@@ -165,35 +150,29 @@ int run_survey(const SurveyCommand& options) {
 
 }  // namespace
 
-void add_survey(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<SurveyCommand>();
-  CLI::App* sub = app.add_subcommand(
-      "survey", "all loops of a plant, ranked: which are sick, and what to do next");
-  sub->add_option("path", options->paths, "exports with any number of loops, and folders of them");
-  sub->add_option(
-         "--out", options->out,
-         "folder for survey.html, survey.csv, survey.json; an earlier run in it is gone on with")
-      ->required();
-  sub->add_option("--window", options->window_h, "hours that are judged at a time")
-      ->check(CLI::Range(0.01, 10000.0))
-      ->capture_default_str();
-  sub->add_option("--shard", options->shard, "k/N: of N shares the k-th, by loop");
-  sub->add_option("--merge", options->merge, "folders of shares, to be joined");
-  sub->add_option("--co-range", options->co_range,
-                  "lower and upper end of CO; else 0 100, 0 1 or 4 20 as the values suggest")
-      ->expected(2);
-  sub->add_option("--kind", options->kind, "what the loops control; else from their tags")
-      ->check(CLI::IsMember({"flow", "pressure", "level", "temperature", "unknown"}));
-  sub->add_option("--jobs", options->jobs,
-                  "threads; 0: one a core. The result does not depend on it")
-      ->capture_default_str();
-  sub->add_flag("--json", options->json, "print survey.json");
-  options->input.add_options(*sub, false);
-  sub->footer(
+void add_survey(Program& program) {
+  auto [command, o] = program.command(
+      "survey", "all loops of a plant, ranked: which are sick, and what to do next", run_survey);
+  command.option("path", o.paths, "exports with any number of loops, and folders of them");
+  command.required(
+      "--out", o.out,
+      "folder for survey.html, survey.csv, survey.json; an earlier run in it is gone on with");
+  command.setting("--window", o.window_h, "hours that are judged at a time",
+                  between(0.01, 10000.0));
+  command.option("--shard", o.shard, "k/N: of N shares the k-th, by loop");
+  command.option("--merge", o.merge, "folders of shares, to be joined");
+  command
+      .option("--co-range", o.co_range,
+              "lower and upper end of CO; else 0 100, 0 1 or 4 20 as the values suggest")
+      .takes(2);
+  command.option("--kind", o.kind, "what the loops control; else from their tags",
+                 one_of({"flow", "pressure", "level", "temperature", "unknown"}));
+  command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
+  command.flag("--json", o.json, "print survey.json");
+  o.input.add_options(command, false);
+  command.footer(
       "No model, no tuning, no configuration. Exit code 65: something could not be read; the rest "
-      "was "
-      "judged.\nExample: loopwarden survey exports/ --out survey");
-  sub->callback([options, &exit_code] { exit_code = run_survey(*options); });
+      "was judged.\nExample: loopwarden survey exports/ --out survey");
 }
 
 }  // namespace loopwarden::workbench

@@ -8,10 +8,11 @@
 #include <exception>
 #include <memory>
 #include <optional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "workbench/command_line/command_line.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -120,7 +121,7 @@ int run_top(const TopOptions& options) {
   }
   DaemonClient daemon(options.socket);
   if (options.json) {
-    fmt::print("{}\n", daemon.status().dump(2));
+    show_json(daemon.status());
   } else {
     use_colours(is_terminal(STDOUT_FILENO));
     print_once(daemon.status(), options.loop);
@@ -130,16 +131,13 @@ int run_top(const TopOptions& options) {
 
 }  // namespace
 
-void add_top(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<TopOptions>();
-  CLI::App* sub = app.add_subcommand("top", "live view of a running daemon");
-  sub->add_option("loop", options->loop,
-                  "tag of the loop to begin with; with --once, to say more of");
-  add_socket_option(*sub, options->socket);
-  sub->add_flag("--once", options->once, "print the state once, without the live view");
-  sub->add_flag("--json", options->json, "print the state once as JSON");
-  sub->footer("Example: loopwarden top --once FIC-101");
-  sub->callback([options, &exit_code] { exit_code = run_top(*options); });
+void add_top(Program& program) {
+  auto [command, o] = program.command("top", "live view of a running daemon", run_top);
+  command.option("loop", o.loop, "tag of the loop to begin with; with --once, to say more of");
+  command.socket(o.socket);
+  command.flag("--once", o.once, "print the state once, without the live view");
+  command.flag("--json", o.json, "print the state once as JSON");
+  command.footer("Example: loopwarden top --once FIC-101");
 }
 
 }  // namespace loopwarden::workbench

@@ -8,15 +8,14 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "record/record_csv.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/training/specialist_training.hpp"
@@ -47,11 +46,6 @@ struct TrainOptions {
   bool json = false;
 };
 
-// What is wrong with the data, with its place.
-struct BadData : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 std::vector<std::string> cells_of(std::string line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
   std::vector<std::string> cells;
@@ -63,12 +57,12 @@ std::vector<std::string> cells_of(std::string line) {
 std::vector<double> read_signature(const fs::path& path) {
   const record::Record record = record::read_record(path);
   if (record.size() != specialist::kSignatureSamples) {
-    throw BadData(fmt::format("{}: a signature has {} samples (got {})", path.string(),
-                              specialist::kSignatureSamples, record.size()));
+    fail(kExitData, "{}: a signature has {} samples (got {})", path.string(),
+         specialist::kSignatureSamples, record.size());
   }
   for (const double value : record.pv) {
     if (!std::isfinite(value)) {
-      throw BadData(fmt::format("{}: a signature has no missing samples", path.string()));
+      fail(kExitData, "{}: a signature has no missing samples", path.string());
     }
   }
   return record.pv;
@@ -79,15 +73,15 @@ std::vector<specialist::Signature> read_signatures(const fs::path& folder,
                                                    const std::string& plant) {
   const fs::path path = folder / "labels.csv";
   std::ifstream in(path);
-  if (!in) throw BadData(fmt::format("{}: can't be read", path.string()));
+  if (!in) fail(kExitData, "{}: can't be read", path.string());
   std::string line;
   std::getline(in, line);
   const std::vector<std::string> header = cells_of(line);
   const auto column = [&](const std::string& name) {
     const auto found = std::find(header.begin(), header.end(), name);
     if (found == header.end()) {
-      throw BadData(fmt::format("{}:1: no column '{}'; columns are file, class, plant, role",
-                                path.string(), name));
+      fail(kExitData, "{}:1: no column '{}'; columns are file, class, plant, role", path.string(),
+           name);
     }
     return static_cast<std::size_t>(found - header.begin());
   };
@@ -104,10 +98,10 @@ std::vector<specialist::Signature> read_signatures(const fs::path& folder,
     if (cells[of_plant] != plant) continue;
     const auto known = specialist::condition_of(cells[condition]);
     if (!known) {
-      throw BadData(
-          fmt::format("{}:{}: unknown class '{}'; one of no_fault, stiction, backlash, "
-                      "hysteresis, low_air_supply",
-                      path.string(), number, cells[condition]));
+      fail(kExitData,
+           "{}:{}: unknown class '{}'; one of no_fault, stiction, backlash, hysteresis, "
+           "low_air_supply",
+           path.string(), number, cells[condition]);
     }
     specialist::Signature s;
     s.condition = *known;
@@ -120,14 +114,14 @@ std::vector<specialist::Signature> read_signatures(const fs::path& folder,
     } else if (word == "test") {
       s.role = specialist::Role::test;
     } else if (!word.empty()) {
-      throw BadData(fmt::format("{}:{}: unknown role '{}'; training, validation, test or empty",
-                                path.string(), number, word));
+      fail(kExitData, "{}:{}: unknown role '{}'; training, validation, test or empty",
+           path.string(), number, word);
     }
     s.pv = read_signature(folder / cells[file]);
     signatures.push_back(std::move(s));
   }
   if (signatures.empty()) {
-    throw BadData(fmt::format("{}: no signature of plant '{}'", path.string(), plant));
+    fail(kExitData, "{}: no signature of plant '{}'", path.string(), plant);
   }
   return signatures;
 }
@@ -159,7 +153,7 @@ void print_summary(const TrainOptions& options, const TrainingResult& result, do
                         {"undecided_percent", f.figures->undecided_percent},
                         {"calibration_error", f.figures->calibration_error}};
     }
-    fmt::print("{}\n", out.dump(2));
+    show_json(out);
     return;
   }
   fmt::print("{}: {} specialists in {:.1f} s, seed {}\n", options.out,
@@ -209,23 +203,20 @@ void warn_of_effects(const plant::LoopModel& model) {
 }
 
 // A folder is written again only where the manifest is one of ours: its user may need what it holds.
-bool may_replace(const fs::path& folder) {
+void check_replaceable(const fs::path& folder) {
   const fs::path manifest = folder / "manifest.yaml";
   std::ifstream in(manifest);
-  if (!in) return true;
-  std::string line;
-  while (std::getline(in, line)) {
-    if (line.starts_with("format: loopwarden-specialists")) return true;
+  if (!in) return;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("format: loopwarden-specialists")) return;
   }
-  fmt::print(stderr, "{}: not written by loopwarden train; give --out another folder\n",
-             manifest.string());
-  return false;
+  fail(kExitUsage, "{}: not written by loopwarden train; give --out another folder",
+       manifest.string());
 }
 
 int run_train(const TrainOptions& options) {
   if (options.model.empty() == options.signatures.empty()) {
-    fmt::print(stderr, "train: give a model, or --signatures, and not both\n");
-    return kExitUsage;
+    fail(kExitUsage, "train: give a model, or --signatures, and not both");
   }
   TrainingJob job;
   job.plant = options.plant;
@@ -235,8 +226,7 @@ int run_train(const TrainOptions& options) {
   job.explaining = form != "signature" && !options.model.empty();
   job.signature = form != "explaining";
   if (!job.explaining && !job.signature) {
-    fmt::print(stderr, "train: the explaining form needs a model: signatures have no CO\n");
-    return kExitUsage;
+    fail(kExitUsage, "train: the explaining form needs a model: signatures have no CO");
   }
   job.team.seed = job.growing.seed = options.seed;
   job.team.windows = options.windows;
@@ -250,21 +240,18 @@ int run_train(const TrainOptions& options) {
       job.conditions.push_back(*specialist::condition_of(name));
     }
   }
-  job.threads = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+  job.threads = threads(options.jobs);
   job.checkpoint = fs::path(options.out) / "unfinished";
-  if (!may_replace(options.out)) return kExitUsage;
+  check_replaceable(options.out);
   OutputFiles files({options.model});
   files.make_folder(options.out);
   try {
     if (!options.model.empty()) {
       job.model = load_model(options.model);
-      if (!job.model) return kExitConfiguration;
       if (job.model->process.integrating()) {
-        fmt::print(
-            stderr,
-            "{}: specialists know processes that settle, not integrating ones (process.kind)\n",
-            options.model);
-        return kExitConfiguration;
+        fail(kExitConfiguration,
+             "{}: specialists know processes that settle, not integrating ones (process.kind)",
+             options.model);
       }
       warn_of_effects(*job.model);
       job.source = "simulated loop of " + fs::path(options.model).filename().string();
@@ -284,72 +271,57 @@ int run_train(const TrainOptions& options) {
     files.commit();
     TrainingCheckpoint::remove(*job.checkpoint);
     print_summary(options, result, seconds);
-  } catch (const record::RecordError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return e.kind() == record::RecordError::Kind::io ? kExitIo : kExitData;
-  } catch (const BadData& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return kExitData;
   } catch (const std::invalid_argument& e) {
-    fmt::print(stderr, "train: {}\n", e.what());
-    return options.model.empty() ? kExitData : kExitConfiguration;
+    fail(options.model.empty() ? kExitData : kExitConfiguration, "train: {}", e.what());
   }
   return kExitOk;
 }
 
 }  // namespace
 
-void add_train(CLI::App& app, int& exit_code) {
-  const auto o = std::make_shared<TrainOptions>();
-  CLI::App* sub = app.add_subcommand("train", "specialists that tell valve faults apart");
-  sub->add_option("model", o->model, "loop model, YAML: train on its simulation");
-  sub->add_option("--signatures", o->signatures,
-                  "folder of measured signatures with labels.csv: file, class, plant, role");
-  sub->add_option("--out", o->out, "folder for the specialists")->required();
-  sub->add_option("--plant", o->plant, "what their names begin with; of --signatures, which to use")
-      ->capture_default_str()
-      ->check([](const std::string& name) {
-        const bool good =
-            !name.empty() && name.size() <= 16 && std::all_of(name.begin(), name.end(), [](char c) {
-              return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                     c == '-' || c == '_';
-            });
-        return good ? std::string() : std::string("letters, digits, - and _, at most 16");
-      });
-  sub->add_option(
-         "--form", o->form,
-         "explaining: any window, from CO and PV, the default with a model; signature: the "
-         "thesis's networks, with --signatures the only ones; both takes minutes")
-      ->check(CLI::IsMember({"both", "explaining", "signature"}));
-  sub->add_option("--seed", o->seed, "of all random numbers")->capture_default_str();
-  sub->add_option("--windows", o->windows, "simulated windows of the explaining form")
-      ->check(CLI::Range(700, 1000000))
-      ->capture_default_str();
-  sub->add_option("--restarts", o->restarts,
-                  "starts of each network; default 2, of the signature form 1")
-      ->check(CLI::Range(1, 32));
-  sub->add_option("--components", o->components,
-                  "principal components that the signature form reduces its inputs to; 31: none")
-      ->check(CLI::Range(1, 31))
-      ->capture_default_str();
-  sub->add_option("--epochs", o->most_epochs, "most epochs of the signature form")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  sub->add_option("--sizes", o->sizes, "neurons of the hidden layers to grow over")
-      ->check(CLI::Range(1, 64))
-      ->delimiter(',')
-      ->capture_default_str();
-  sub->add_option("--classes", o->classes, "of the signature form with a model; default: all five")
-      ->check(CLI::IsMember({"no_fault", "stiction", "backlash", "hysteresis", "low_air_supply"}))
-      ->delimiter(',');
-  sub->add_option("--jobs", o->jobs, "threads; 0: one a core. The result does not depend on it")
-      ->capture_default_str();
-  sub->add_flag("--json", o->json, "print the result as JSON");
-  sub->footer(
+void add_train(Program& program) {
+  auto [command, o] =
+      program.command("train", "specialists that tell valve faults apart", run_train);
+  command.option("model", o.model, "loop model, YAML: train on its simulation");
+  command.option("--signatures", o.signatures,
+                 "folder of measured signatures with labels.csv: file, class, plant, role");
+  command.required("--out", o.out, "folder for the specialists");
+  command.setting("--plant", o.plant, "what their names begin with; of --signatures, which to use",
+                  checked([](const std::string& name) {
+                    const bool good = !name.empty() && name.size() <= 16 &&
+                                      std::all_of(name.begin(), name.end(), [](char c) {
+                                        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                                               (c >= '0' && c <= '9') || c == '-' || c == '_';
+                                      });
+                    return good ? std::string()
+                                : std::string("letters, digits, - and _, at most 16");
+                  }));
+  command.option("--form", o.form,
+                 "explaining: any window, from CO and PV, the default with a model; signature: the "
+                 "thesis's networks, with --signatures the only ones; both takes minutes",
+                 one_of({"both", "explaining", "signature"}));
+  command.setting("--seed", o.seed, "of all random numbers");
+  command.setting("--windows", o.windows, "simulated windows of the explaining form",
+                  between(700, 1000000));
+  command.option("--restarts", o.restarts,
+                 "starts of each network; default 2, of the signature form 1", between(1, 32));
+  command.setting("--components", o.components,
+                  "principal components that the signature form reduces its inputs to; 31: none",
+                  between(1, 31));
+  command.setting("--epochs", o.most_epochs, "most epochs of the signature form",
+                  between(1, 100000));
+  command.setting("--sizes", o.sizes, "neurons of the hidden layers to grow over", between(1, 64))
+      .delimiter(',');
+  command
+      .option("--classes", o.classes, "of the signature form with a model; default: all five",
+              one_of({"no_fault", "stiction", "backlash", "hysteresis", "low_air_supply"}))
+      .delimiter(',');
+  command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer(
       "A run that was interrupted or killed goes on when it is started again the same way: what is "
       "in DIR/unfinished\nis not made again, a network that was in training begins anew.\n"
       "Example: loopwarden train config/examples/models/plant1-believed.yaml --out specialists");
-  sub->callback([o, &exit_code] { exit_code = run_train(*o); });
 }
 
 }  // namespace loopwarden::workbench

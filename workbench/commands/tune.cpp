@@ -2,10 +2,8 @@
 // loopwarden tune: controller settings for a loop model by named rules, with what each would do.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -13,6 +11,7 @@
 
 #include "model/analysis/loop_frequency.hpp"
 #include "model/analysis/tuning_rules.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/files/model_file.hpp"
 #include "model/analysis/loop_trial.hpp"
@@ -106,7 +105,7 @@ void print_json(const std::vector<RuleRow>& rows, const RuleRow* best) {
   const nlohmann::json result = {
       {"rules", std::move(list)},
       {"recommended", best != nullptr ? nlohmann::json(best->name) : nlohmann::json(nullptr)}};
-  fmt::print("{}\n", result.dump(2));
+  show_json(result);
 }
 
 std::string number(double value, const char* format) {
@@ -147,12 +146,12 @@ void print_text(const plant::LoopModel& model, const std::vector<RuleRow>& rows,
   line(heads());
   for (const RuleRow& row : rows) line(cells(row));
   fmt::print(
-      "\nrise, overshoot and settling (2 %) of a set-point step; load IAE: integral of |SP - "
-      "PV| after a load step of 10 % of the range.\n");
+      "\nrise, overshoot and settling (2 %) of a set-point step; load IAE: integral of |SP - PV| "
+      "after a load step of 10 % of the range.\n");
   if (best != nullptr) {
     fmt::print(
-        "Recommended: {} (least load IAE of the rules that scale with the gain, with Ms at "
-        "most {:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
+        "Recommended: {} (least load IAE of the rules that scale with the gain, with Ms at most "
+        "{:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
         best->name, kMostSensitivity, best->gains.kp, best->gains.ki);
     if (best->gains.kd > 0.0) {
       fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
@@ -169,7 +168,6 @@ std::string page(const std::string& model_file, const std::vector<RuleRow>& rows
   Chart pv{.title = "Set-point step, then a load step",
            .x_label = "s",
            .y_label = "PV",
-           .lines = {},
            .width = 1100.0,
            .height = 360.0};
   Chart co = pv;
@@ -193,45 +191,38 @@ std::string page(const std::string& model_file, const std::vector<RuleRow>& rows
     }
     table += "</tr>\n";
   }
-  return html_page("Tuning of " + model_file,
-                   table +
-                       "</table>\n<p class=\"note\">Bold: recommended. Unstable settings are "
-                       "not drawn.</p>\n" +
-                       chart_svg(pv) + chart_svg(co));
+  return html_page(
+      "Tuning of " + model_file,
+      table +
+          "</table>\n<p class=\"note\">Bold: recommended. Unstable settings are not drawn.</p>\n" +
+          chart_svg(pv) + chart_svg(co));
 }
 
 int run_tune(const TuneOptions& options) {
-  const auto model = load_model(options.model);
-  if (!model) return kExitConfiguration;
-  const std::vector<RuleRow> rows = rows_of(*model, options);
+  const plant::LoopModel model = load_model(options.model);
+  const std::vector<RuleRow> rows = rows_of(model, options);
   const RuleRow* best = recommended(rows);
   if (!options.out.empty()) {
     write_output(options.out,
                  page(std::filesystem::path(options.model).filename().string(), rows, best),
                  {options.model});
   }
-  if (options.json) {
-    print_json(rows, best);
-  } else {
-    print_text(*model, rows, best);
-  }
+  options.json ? print_json(rows, best) : print_text(model, rows, best);
   return kExitOk;
 }
 
 }  // namespace
 
-void add_tune(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<TuneOptions>();
-  CLI::App* sub =
-      app.add_subcommand("tune", "controller settings by named rules, and what each would do");
-  sub->add_option("model", options->model, "loop model, YAML")->required();
-  sub->add_option("--lambda", options->lambda_s, "s, closed-loop time constant of the lambda rule")
-      ->check(CLI::PositiveNumber);
-  sub->add_flag("--pid", options->pid, "PID settings instead of PI, of the rules that have them");
-  sub->add_option("--out", options->out, "report with the predicted responses to write, HTML");
-  sub->add_flag("--json", options->json, "print the result as JSON");
-  sub->footer("Example: loopwarden tune config/examples/models/plant1.yaml --out tuning.html");
-  sub->callback([options, &exit_code] { exit_code = run_tune(*options); });
+void add_tune(Program& program) {
+  auto [command, o] = program.command(
+      "tune", "controller settings by named rules, and what each would do", run_tune);
+  command.required("model", o.model, "loop model, YAML");
+  command.option("--lambda", o.lambda_s, "s, closed-loop time constant of the lambda rule",
+                 above_zero());
+  command.flag("--pid", o.pid, "PID settings instead of PI, of the rules that have them");
+  command.option("--out", o.out, "report with the predicted responses to write, HTML");
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer("Example: loopwarden tune config/examples/models/plant1.yaml --out tuning.html");
 }
 
 }  // namespace loopwarden::workbench

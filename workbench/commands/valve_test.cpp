@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "model/analysis/valve_test.hpp"
+#include "workbench/command_line/frame.hpp"
 #include "workbench/commands/bench_options.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/text/json_number.hpp"
@@ -87,7 +88,6 @@ Chart chart_of(const TestResult& r) {
   Chart chart{.title = analysis::to_text(r.test),
               .x_label = scan ? "CO" : "s",
               .y_label = scan ? "position" : "CO, position",
-              .lines = {},
               .width = 560.0,
               .height = 260.0};
   if (scan) {
@@ -159,20 +159,18 @@ std::string page(const std::vector<TestResult>& results, const json& commissioni
 }
 
 int run_valve_test(const ValveTestOptions& options) {
-  if (!limits_make_sense(options.bench)) return kExitUsage;
+  check_limits(options.bench);
   json commissioning = json::object();
   if (!options.commissioning.empty()) {
     std::ifstream file(options.commissioning);
     commissioning = json::parse(file, nullptr, false);
     if (!commissioning.is_object()) {
-      fmt::print(stderr, "{}: is no result of valve-test\n", options.commissioning);
-      return kExitData;
+      fail(kExitData, "{}: is no result of valve-test", options.commissioning);
     }
   }
   std::vector<TestResult> results;
   try {
     const std::unique_ptr<TestBench> bench = bench_of(options.bench);
-    if (!bench) return kExitConfiguration;
     const double span = bench->output_high() - bench->output_low();
     const analysis::ValveTestSettings settings{
         .low = options.bench.low.value_or(bench->output_low() + 0.1 * span),
@@ -187,8 +185,7 @@ int run_valve_test(const ValveTestOptions& options) {
       if (wanted) results.push_back(run_test(*bench, test, options, settings));
     }
   } catch (const TestAborted& e) {
-    fmt::print(stderr, "{}: test ended: {}\n", options.bench.target, e.what());
-    return kExitTryAgain;
+    fail(kExitTryAgain, "{}: test ended: {}", options.bench.target, e.what());
   }
   const json result = as_json(results, options);
   if (!options.out.empty()) {
@@ -199,39 +196,33 @@ int run_valve_test(const ValveTestOptions& options) {
     files.add(folder / "report.html", page(results, commissioning, options.bench.target));
     files.commit();
   }
-  if (options.json) {
-    fmt::print("{}\n", result.dump(2));
-  } else {
-    print_text(results, commissioning);
-  }
+  options.json ? show_json(result) : print_text(results, commissioning);
   return kExitOk;
 }
 
 }  // namespace
 
-void add_valve_test(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ValveTestOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "valve-test", "step, ramp, resolution, scans and sines on a valve, simulated or live");
-  add_bench_options(*sub, options->bench);
+void add_valve_test(Program& program) {
+  auto [command, o] = program.command(
+      "valve-test", "step, ramp, resolution, scans and sines on a valve, simulated or live",
+      run_valve_test);
+  add_bench_options(command, o.bench);
   std::vector<std::string> names;
   for (const ValveTest test : analysis::kValveTests) names.emplace_back(analysis::to_text(test));
-  sub->add_option("--test", options->tests, "which; all without it")->check(CLI::IsMember(names));
-  sub->add_option("--hold", options->hold_s, "s at each point, 20 without it")
-      ->check(CLI::PositiveNumber);
-  sub->add_option("--gain", options->gain,
-                  "PV units/CO unit, to take the position from PV where there is no read-back");
-  sub->add_option("--commissioning", options->commissioning,
-                  "valve-test.json of an earlier run to compare with");
-  sub->add_option("--out", options->out, "folder for valve-test.json and report.html");
-  sub->add_flag("--json", options->json, "print the result as JSON");
-  sub->footer(
+  command.option("--test", o.tests, "which; all without it", one_of(names));
+  command.option("--hold", o.hold_s, "s at each point, 20 without it", above_zero());
+  command.option("--gain", o.gain,
+                 "PV units/CO unit, to take the position from PV where there is no read-back");
+  command.option("--commissioning", o.commissioning,
+                 "valve-test.json of an earlier run to compare with");
+  command.option("--out", o.out, "folder for valve-test.json and report.html");
+  command.flag("--json", o.json, "print the result as JSON");
+  command.footer(
       "Live, it needs --low, --high, --pv-low and --pv-high, and puts output, mode and set point "
       "back\n"
       "however it ends, also after Ctrl-C. Exit code 75: ended early.\n"
       "Example: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 --out "
       "test");
-  sub->callback([options, &exit_code] { exit_code = run_valve_test(*options); });
 }
 
 }  // namespace loopwarden::workbench

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "workbench/command_line/frame.hpp"
 #include "workbench/compare/comparison.hpp"
 
 #include <fmt/format.h>
@@ -9,7 +10,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "model/numeric/statistics.hpp"
@@ -38,7 +38,7 @@ std::vector<Outcome> run_all(const plant::LoopModel& model, ComparedPlants plant
     outcomes.push_back({std::move(one), {}, {}});
   Progress progress("compare", outcomes.size());
   base::parallel_for(
-      outcomes.size(), std::max(1U, std::thread::hardware_concurrency()),
+      outcomes.size(), threads(0),
       [&](std::size_t i) {
         Outcome& outcome = outcomes[i];
         for (const Contender& contender : contenders(outcome.one, estimate)) {
@@ -150,9 +150,8 @@ void print_text(const std::vector<Outcome>& outcomes, double pv_span, double est
   fmt::print(
       "{} cases, {} settings each; compensators sized by {:g} of the true severity.\n"
       "Factors against the same loop without compensator, medians; falls, rises: share of "
-      "cases whose\nvariability (RMS of settled SP - PV) changes by more than 5 %; error: "
-      "integral of |SP - PV| with the moves;\nover: overshoot of set-point moves, % of the "
-      "move.\n",
+      "cases whose\nvariability (RMS of settled SP - PV) changes by more than 5 %; error: integral "
+      "of |SP - PV| with the moves;\nover: overshoot of set-point moves, % of the move.\n",
       outcomes.size(), outcomes.front().names.size(), estimate);
   for (const std::string& fault : faults_in(outcomes)) {
     fmt::print("\n{}\n", fault);
@@ -185,7 +184,7 @@ void print_json(const std::vector<Outcome>& outcomes) {
                       {"reversals_per_hour", r.reversals_per_hour}});
     }
   }
-  fmt::print("{}\n", nlohmann::json{{"cases", std::move(list)}}.dump(2));
+  show_json(nlohmann::json{{"cases", std::move(list)}});
 }
 
 // PV of each compensator at the second and third set point, on the model's own plant.
@@ -206,7 +205,6 @@ std::string trends(const Outcome& outcome, double estimate) {
     Chart chart{.title = contender.name,
                 .x_label = "s",
                 .y_label = "PV, SP",
-                .lines = {},
                 .width = 380.0,
                 .height = 180.0};
     chart.lines.push_back({"", palette::kGrey, t, cut(r.sp), true});
@@ -228,7 +226,6 @@ std::string overview(const std::vector<Outcome>& outcomes, double pv_span) {
     Chart chart{.title = fault,
                 .x_label = "factor against none",
                 .y_label = "",
-                .lines = {},
                 .width = 380.0,
                 .height = 240.0};
     ChartLine variability{"variability", palette::kBlue, {}, {}, false, true};
@@ -260,9 +257,9 @@ void write_report(const ComparisonOptions& options, const std::vector<Outcome>& 
   const std::string summary = overview(outcomes, pv_span);
   files.add(folder / "overview.svg", summary);
   std::string body = fmt::format(
-      "<p>{} cases: faults of 2, 5 and 10 % of the CO range, {}, with and without noise, "
-      "four set points. Compensators are sized by {:g} of the true severity. Factors are medians "
-      "against the same loop without compensator.</p>\n{}",
+      "<p>{} cases: faults of 2, 5 and 10 % of the CO range, {}, with and without noise, four set "
+      "points. Compensators are sized by {:g} of the true severity. Factors are medians against "
+      "the same loop without compensator.</p>\n{}",
       outcomes.size(), options.plants == ComparedPlants::own ? "the model's plant" : "three plants",
       options.estimate, summary);
   for (const std::string& fault : faults_in(outcomes)) {
@@ -297,24 +294,21 @@ void write_report(const ComparisonOptions& options, const std::vector<Outcome>& 
 }  // namespace
 
 int run_comparison(const ComparisonOptions& options) {
-  const auto model = load_model(options.model);
-  if (!model) return kExitConfiguration;
-  const double pv_span = model->transmitter.high - model->transmitter.low;
-  const std::vector<Outcome> outcomes = run_all(*model, options.plants, options.estimate);
+  const plant::LoopModel model = load_model(options.model);
+  const double pv_span = model.transmitter.high - model.transmitter.low;
+  const std::vector<Outcome> outcomes = run_all(model, options.plants, options.estimate);
   if (!options.out.empty()) write_report(options, outcomes, pv_span);
   options.json ? print_json(outcomes) : print_text(outcomes, pv_span, options.estimate);
   return kExitOk;
 }
 
-void add_comparison_options(CLI::App& sub, ComparisonOptions& options) {
-  sub.add_option("model", options.model, "loop model, YAML; its own faults are left out")
-      ->required();
-  sub.add_option("--estimate", options.estimate,
-                 "size the compensators are set to, share of the true severity")
-      ->check(CLI::Range(0.05, 3.0))
-      ->capture_default_str();
-  sub.add_option("--out", options.out, "folder for report.html and pictures");
-  sub.add_flag("--json", options.json, "print every case as JSON");
+void add_comparison_options(Command& command, ComparisonOptions& options) {
+  command.required("model", options.model, "loop model, YAML; its own faults are left out");
+  command.setting("--estimate", options.estimate,
+                  "size the compensators are set to, share of the true severity",
+                  between(0.05, 3.0));
+  command.option("--out", options.out, "folder for report.html and pictures");
+  command.flag("--json", options.json, "print every case as JSON");
 }
 
 }  // namespace loopwarden::workbench

@@ -2,10 +2,9 @@
 // The valve compensators side by side: tables, JSON, and a page with pictures.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <string>
 
+#include "workbench/command_line/command.hpp"
 #include "workbench/compare/compare_cases.hpp"
 
 namespace loopwarden::workbench {
@@ -18,7 +17,7 @@ struct ComparisonOptions {
   ComparedPlants plants = ComparedPlants::own;
 };
 
-void add_comparison_options(CLI::App& sub, ComparisonOptions& options);
+void add_comparison_options(Command& command, ComparisonOptions& options);
 
 // Returns the exit code.
 int run_comparison(const ComparisonOptions& options);

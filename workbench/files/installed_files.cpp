@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/files/installed_files.hpp"
 
-#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <string_view>
@@ -17,10 +16,6 @@ struct Place {
 
 constexpr std::array kPlaces{Place{"data/", "loopwarden/"},
                              Place{"config/examples/", "doc/loopwarden/examples/"}};
-
-// Of options and positional arguments that are read. Nothing that is written stands here.
-constexpr std::array kRead{"record", "model",     "target",   "files",         "--model",
-                           "--data", "--records", "--config", "--specialists", "--signatures"};
 
 bool is_there(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -39,20 +34,6 @@ std::string installed(const std::string& path, const std::string& share) {
     if (is_there(in_package)) return in_package;
   }
   return path;
-}
-
-void look_in_package(CLI::App& app, const std::string& share) {
-  for (CLI::App* sub : app.get_subcommands([](CLI::App*) { return true; })) {
-    look_in_package(*sub, share);
-    for (CLI::Option* option : sub->get_options()) {
-      const bool read = std::any_of(kRead.begin(), kRead.end(), [option](const char* name) {
-        return option->check_name(name);
-      });
-      if (read) {
-        option->transform([share](const std::string& path) { return installed(path, share); });
-      }
-    }
-  }
 }
 
 }  // namespace loopwarden::workbench

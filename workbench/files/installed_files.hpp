@@ -4,8 +4,6 @@
 // it put them.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <string>
 
 namespace loopwarden::workbench {
@@ -14,8 +12,5 @@ inline constexpr const char* kShare = "/usr/share";
 
 // `path` itself if it is there, or if the package has nothing for it either.
 std::string installed(const std::string& path, const std::string& share = kShare);
-
-// Does so for all that commands read of records, models, specialists and configurations.
-void look_in_package(CLI::App& app, const std::string& share = kShare);
 
 }  // namespace loopwarden::workbench

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/files/model_file.hpp"
 
-#include <fmt/format.h>
-
-#include <cstdio>
 #include <fstream>
 #include <sstream>
 
@@ -11,10 +8,8 @@
 
 namespace loopwarden::workbench {
 
-std::optional<plant::LoopModel> load_model(const std::string& path) {
-  auto model = config::read_model_file(path);
-  fmt::print(stderr, "{}", config::to_text(model.diagnostics));
-  return std::move(model.value);
+plant::LoopModel load_model(const std::string& path) {
+  return usable(config::read_model_file(path));
 }
 
 std::string text_of(const std::string& path) {

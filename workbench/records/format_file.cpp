@@ -5,9 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "config/document.hpp"
 #include "config/map_reader.hpp"
-#include "config/source_file.hpp"
-#include "config/yaml_document.hpp"
 #include "record/import/time_text.hpp"
 #include "base/text.hpp"
 
@@ -97,27 +96,16 @@ record::ImportOptions read_format(MapReader in) {
 }  // namespace
 
 config::Loaded<ImportOptions> read_format_text(const std::string& file, std::string_view text) {
-  config::Report report(file);
-  ImportOptions options;
-  if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
-    options = read_format(MapReader(*root, "", report));
-    config::report_unknown_keys(*root, report);
-  }
-  return config::loaded(std::move(options), report);
+  return config::load_text<ImportOptions>(file, text,
+                                          [&](MapReader& in) { return read_format(in); });
 }
 
 config::Loaded<ImportOptions> read_format_file(const std::filesystem::path& path) {
-  config::Report report(path.string());
-  const std::optional<std::string> text = config::read_source_file(path, report);
-  if (!text) return config::loaded(ImportOptions{}, report);
-  return read_format_text(path.string(), *text);
+  return config::load_file(path, read_format_text);
 }
 
 config::KeyReference describe_format() {
-  config::Report unused("");
-  config::KeyReference reference;
-  read_format(MapReader(reference, "", unused));
-  return reference;
+  return config::keys_of([](MapReader& in) { read_format(in); });
 }
 
 }  // namespace loopwarden::workbench

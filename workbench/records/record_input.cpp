@@ -18,8 +18,6 @@ namespace {
 using analysis::ArchiveKind;
 using record::Role;
 
-constexpr const char* kGroup = "Reading of the record";
-
 std::vector<std::string> split_at(const std::string& text, char at) {
   std::vector<std::string> parts;
   std::size_t from = 0;
@@ -73,45 +71,33 @@ std::string archive_text(const char* signal, const analysis::ArchivedSignal& fou
 
 }  // namespace
 
-void RecordInput::add_options(CLI::App& sub, bool one_loop) {
-  if (one_loop) {
-    sub.add_option("--loop", loop_, "of a file with several loops the one with this tag")
-        ->group(kGroup);
-  }
-  sub.add_option(
-         "--map", map_,
-         "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)")
-      ->group(kGroup);
-  sub.add_option("--format", format_, "YAML that says how the export is laid out (docs/import.md)")
-      ->group(kGroup);
-  sub.add_option("--time", time_,
+void RecordInput::add_options(Command& command, bool one_loop) {
+  Command reading = command.group("Reading of the record");
+  if (one_loop)
+    reading.option("--loop", loop_, "of a file with several loops the one with this tag");
+  reading.option(
+      "--map", map_,
+      "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)");
+  reading.option("--format", format_, "YAML that says how the export is laid out (docs/import.md)");
+  reading.option("--time", time_,
                  "what times are: seconds, minutes, hours, epoch-s, epoch-ms, epoch-us, epoch-ns, "
-                 "excel, ymd, dmy, mdy")
-      ->check(CLI::IsMember({"seconds", "minutes", "hours", "epoch-s", "epoch-ms", "epoch-us",
-                             "epoch-ns", "excel", "ymd", "dmy", "mdy"}))
-      ->group(kGroup);
-  sub.add_option("--time-column", time_column_, "its name, or its number from 1")->group(kGroup);
-  sub.add_option("--zone", zone_, "of local times: +01:00, UTC")->group(kGroup);
-  sub.add_option("--delimiter", delimiter_, "comma, semicolon, tab, bar, space or one character")
-      ->group(kGroup);
-  sub.add_option("--decimal", decimal_, "point or comma")
-      ->check(CLI::IsMember({"point", "comma"}))
-      ->group(kGroup);
-  sub.add_option("--encoding", encoding_, "utf-8, utf-16 or latin-1")
-      ->check(CLI::IsMember({"utf-8", "utf-16", "latin-1"}))
-      ->group(kGroup);
-  sub.add_option("--header-rows", header_rows_, "lines before the first row of data")
-      ->check(CLI::Range(0, 1000))
-      ->group(kGroup);
-  sub.add_option("--bad-value", bad_values_,
-                 "a word that stands for a bad value; may be given several times")
-      ->group(kGroup);
-  sub.add_option("--period", period_s_, "s, of the samples; else chosen from the data")
-      ->check(CLI::Range(1e-6, 1e7))
-      ->group(kGroup);
-  sub.add_option("--fill", fill_, "between values that an archive stored: held or linear")
-      ->check(CLI::IsMember({"held", "linear"}))
-      ->group(kGroup);
+                 "excel, ymd, dmy, mdy",
+                 one_of({"seconds", "minutes", "hours", "epoch-s", "epoch-ms", "epoch-us",
+                         "epoch-ns", "excel", "ymd", "dmy", "mdy"}));
+  reading.option("--time-column", time_column_, "its name, or its number from 1");
+  reading.option("--zone", zone_, "of local times: +01:00, UTC");
+  reading.option("--delimiter", delimiter_, "comma, semicolon, tab, bar, space or one character");
+  reading.option("--decimal", decimal_, "point or comma", one_of({"point", "comma"}));
+  reading.option("--encoding", encoding_, "utf-8, utf-16 or latin-1",
+                 one_of({"utf-8", "utf-16", "latin-1"}));
+  reading.option("--header-rows", header_rows_, "lines before the first row of data",
+                 between(0, 1000));
+  reading.option("--bad-value", bad_values_,
+                 "a word that stands for a bad value; may be given several times");
+  reading.option("--period", period_s_, "s, of the samples; else chosen from the data",
+                 between(1e-6, 1e7));
+  reading.option("--fill", fill_, "between values that an archive stored: held or linear",
+                 one_of({"held", "linear"}));
 }
 
 record::ImportOptions RecordInput::options() const {
@@ -158,12 +144,10 @@ record::ImportOptions RecordInput::options() const {
 }
 
 record::Imported RecordInput::read(const std::filesystem::path& path) const {
-  constexpr std::uint64_t kParts = 1000;
   const record::ImportOptions how = options();
-  Progress progress(path.string(), kParts);
-  record::Imported imported = record::import_record(path, loop_, how, [&](double share) {
-    progress.update(static_cast<std::uint64_t>(share * static_cast<double>(kParts)));
-  });
+  Progress progress(path.string(), 1000);
+  record::Imported imported =
+      record::import_record(path, loop_, how, [&](double share) { progress.update_share(share); });
   fmt::print(stderr, "{}", import_text(imported));
   return imported;
 }

@@ -3,13 +3,12 @@
 // same options everywhere, and a line on the error output that says what was found and done.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "record/import/importer.hpp"
+#include "workbench/command_line/command.hpp"
 #include "workbench/files/command_error.hpp"
 
 namespace loopwarden::workbench {
@@ -23,7 +22,7 @@ class RecordInputError : public CommandError {
 class RecordInput {
  public:
   // `one_loop`: the command takes one loop, by --loop where a file has several.
-  void add_options(CLI::App& sub, bool one_loop = true);
+  void add_options(Command& command, bool one_loop = true);
   // Throws RecordInputError.
   record::ImportOptions options() const;
   // Throws RecordError, RecordInputError. Shows progress with a large file.

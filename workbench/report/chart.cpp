@@ -76,47 +76,58 @@ std::vector<std::size_t> kept(const ChartLine& line) {
   return indices;
 }
 
-std::string legend(const Chart& chart) {
+struct Legend {
   std::string text;
+  std::size_t lines = 0;
+};
+
+// `first_y`: where its first line stands.
+Legend legend(const Chart& chart, double first_y) {
+  Legend made;
   double at = kLeft;
-  double line_y = chart.height - 4.0;
   for (const ChartLine& line : chart.lines) {
     if (line.name.empty()) continue;
     const double needs = 30.0 + 6.2 * static_cast<double>(line.name.size());
+    if (made.lines == 0) made.lines = 1;
     if (at + needs > chart.width && at > kLeft) {
       at = kLeft;
-      line_y += kLegendLine;
+      ++made.lines;
     }
-    fmt::format_to(std::back_inserter(text),
+    const double y = first_y + kLegendLine * static_cast<double>(made.lines - 1);
+    fmt::format_to(std::back_inserter(made.text),
                    "<path class=\"l\" stroke=\"{}\"{} d=\"M{:.0f} {:.0f}h16\"/><text x=\"{:.0f}\" "
                    "y=\"{:.0f}\">{}</text>\n",
-                   line.colour, line.dashed ? " stroke-dasharray=\"5 3\"" : "", at, line_y - 4.0,
-                   at + 20.0, line_y, escaped(line.name));
+                   line.colour, line.dashed ? " stroke-dasharray=\"5 3\"" : "", at, y - 4.0,
+                   at + 20.0, y, escaped(line.name));
     at += needs;
   }
-  return text;
+  return made;
 }
 
-std::size_t legend_lines(const Chart& chart) {
-  std::size_t lines = 0;
-  double at = kLeft;
-  for (const ChartLine& line : chart.lines) {
-    if (line.name.empty()) continue;
-    if (lines == 0) lines = 1;
-    const double needs = 30.0 + 6.2 * static_cast<double>(line.name.size());
-    if (at + needs > chart.width && at > kLeft) {
-      at = kLeft;
-      ++lines;
-    }
-    at += needs;
+using Names = std::vector<std::pair<double, std::string>>;
+
+// What stands at an axis: the chart's own names, else numbers.
+Names names_at(const Names& given, const PlotRange& range, int count, bool logarithmic) {
+  if (!given.empty()) return given;
+  Names names;
+  for (const Tick& tick : ticks(range, count)) {
+    names.emplace_back(tick.value, logarithmic ? power_text(tick.value) : tick.text);
   }
-  return lines;
+  return names;
+}
+
+std::string svg(const std::string& title, double width, double height, const std::string& content) {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" role=\"img\" "
+      "width=\"{0:g}\" height=\"{1:g}\"><title>{2}</title>\n{3}"
+      "<rect width=\"100%\" height=\"100%\" fill=\"{4}\"/>\n{5}</svg>\n",
+      width, height, escaped(title), style(), palette::kPaper, content);
 }
 
 }  // namespace
 
 double chart_height(const Chart& chart) {
-  return chart.height + kLegendLine * static_cast<double>(legend_lines(chart));
+  return chart.height + kLegendLine * static_cast<double>(legend(chart, 0.0).lines);
 }
 
 std::string chart_group(const Chart& chart, double at_x, double at_y) {
@@ -138,25 +149,15 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
                    band.colour, band.opacity, from, kTop, std::max(0.0, to - from), height,
                    band.meaning.empty() ? "" : "<title>" + escaped(band.meaning) + "</title>");
   }
-  std::vector<std::pair<double, std::string>> x_names = chart.x_names;
-  if (x_names.empty()) {
-    for (const Tick& tick : ticks(across, chart.width < 400.0 ? 4 : 7)) {
-      x_names.emplace_back(tick.value, chart.logarithmic_x ? power_text(tick.value) : tick.text);
-    }
-  }
-  for (const auto& [value, name] : x_names) {
+  for (const auto& [value, name] :
+       names_at(chart.x_names, across, chart.width < 400.0 ? 4 : 7, chart.logarithmic_x)) {
     fmt::format_to(out,
                    "<path class=\"g\" d=\"M{:.1f} {:g}v{:.1f}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" "
                    "text-anchor=\"middle\">{}</text>\n",
                    x_of(value), kTop, height, x_of(value), kTop + height + 14.0, escaped(name));
   }
-  std::vector<std::pair<double, std::string>> names = chart.y_names;
-  if (names.empty()) {
-    for (const Tick& tick : ticks(up, height < 100.0 ? 4 : 5)) {
-      names.emplace_back(tick.value, chart.logarithmic_y ? power_text(tick.value) : tick.text);
-    }
-  }
-  for (const auto& [value, name] : names) {
+  for (const auto& [value, name] :
+       names_at(chart.y_names, up, height < 100.0 ? 4 : 5, chart.logarithmic_y)) {
     fmt::format_to(out,
                    "<path class=\"g\" d=\"M{:g} {:.1f}h{:.1f}\"/><text x=\"{:g}\" y=\"{:.1f}\" "
                    "text-anchor=\"end\">{}</text>\n",
@@ -206,31 +207,20 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
                  "<text x=\"{6:g}\" y=\"{8:.1f}\" text-anchor=\"end\">{9}</text>\n",
                  left, kTop, width, height, kTop - 9.0, escaped(chart.title), left + width,
                  escaped(chart.y_label), kTop + height + 28.0, escaped(chart.x_label));
-  Chart below = chart;
-  below.height = chart.height + kLegendLine - 4.0;
-  return text + legend(below) + "</g>\n";
+  return text + legend(chart, chart.height + kLegendLine - 8.0).text + "</g>\n";
 }
 
 std::string sheet_svg(const std::string& title, double width, double height,
                       const std::string& groups) {
-  return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" role=\"img\" "
-      "width=\"{0:g}\" height=\"{1:g}\"><title>{2}</title>\n{3}"
-      "<rect width=\"100%\" height=\"100%\" fill=\"{4}\"/>\n{5}{6}</svg>\n",
-      width, height, escaped(title), style(), palette::kPaper,
-      title.empty()
-          ? std::string()
-          : fmt::format("<text class=\"h\" x=\"{:g}\" y=\"18\">{}</text>\n", kLeft, escaped(title)),
-      groups);
+  if (title.empty()) return svg(title, width, height, groups);
+  return svg(
+      title, width, height,
+      fmt::format("<text class=\"h\" x=\"{:g}\" y=\"18\">{}</text>\n", kLeft, escaped(title)) +
+          groups);
 }
 
 std::string chart_svg(const Chart& chart) {
-  return fmt::format(
-             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" role=\"img\" "
-             "width=\"{0:g}\" height=\"{1:g}\"><title>{2}</title>\n{3}"
-             "<rect width=\"100%\" height=\"100%\" fill=\"{4}\"/>\n",
-             chart.width, chart_height(chart), escaped(chart.title), style(), palette::kPaper) +
-         chart_group(chart) + "</svg>\n";
+  return svg(chart.title, chart.width, chart_height(chart), chart_group(chart));
 }
 
 std::string chart_sheet(const std::string& title, const std::vector<Chart>& charts,

@@ -2,7 +2,7 @@
 // From the results of the loops to the ranked list: groups of loops that swing together, order, what to do next.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

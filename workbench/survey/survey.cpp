@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -140,12 +140,9 @@ void forget_others(const fs::path& folder, const std::set<fs::path>& wanted) {
 }  // namespace
 
 SurveyCount judge_all(const SurveyRun& run) {
-  constexpr std::uint64_t kParts = 1000;
-  std::optional<Progress> looking(std::in_place, "survey: looking at files", kParts);
-  record::Importer importer(
-      {run.paths.begin(), run.paths.end()}, run.import, true, [&looking](double share) {
-        looking->update(static_cast<std::uint64_t>(share * static_cast<double>(kParts)));
-      });
+  std::optional<Progress> looking(std::in_place, "survey: looking at files", 1000);
+  record::Importer importer({run.paths.begin(), run.paths.end()}, run.import, true,
+                            [&looking](double share) { looking->update_share(share); });
   looking.reset();
   OutputFiles folders;
   folders.make_folder(run.out);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+
 #include "workbench/text/commission_json.hpp"
 
 #include <fmt/format.h>

@@ -2,6 +2,7 @@
 #include "workbench/text/import_json.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <cctype>
 
 namespace loopwarden::workbench {
@@ -21,7 +22,7 @@ nlohmann::json percent(const ArchivedSignal& signal, const std::optional<double>
 nlohmann::json import_json(const record::ImportNotes& notes, const ImportSpans& spans,
                            std::optional<double> sees_from_percent) {
   const ArchiveKind kind = notes.pv.kind != ArchiveKind::none ? notes.pv.kind : notes.co.kind;
-  nlohmann::json json = {
+  nlohmann::json made = {
       {"period_s", notes.period_s},
       {"missing", notes.missing},
       {"resampled", !notes.resampled.empty()},
@@ -43,12 +44,12 @@ nlohmann::json import_json(const record::ImportNotes& notes, const ImportSpans& 
       {"questionable", notes.questionable},
       {"same_time", notes.same_time},
       {"remarks", notes.remarks}};
-  json["units"] = nlohmann::json::object();
+  made["units"] = nlohmann::json::object();
   for (const record::Role role : {record::Role::pv, record::Role::co}) {
     const std::string& unit = notes.units[index_of(role)];
-    if (!unit.empty()) json["units"][to_text(role)] = unit;
+    if (!unit.empty()) made["units"][to_text(role)] = unit;
   }
-  return json;
+  return made;
 }
 
 std::string file_name_for(const std::string& tag) {

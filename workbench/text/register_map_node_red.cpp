@@ -71,115 +71,44 @@ std::vector<RegisterBlock> blocks_of(const MapOptions& options) {
   return blocks;
 }
 
-json flow_node(const std::string& id, const char* type, const std::string& name, int x, int y) {
-  return {{"id", id}, {"type", type}, {"z", kFlowTab}, {"name", name}, {"x", x}, {"y", y}};
+// What all nodes of the kind have, with what this one has of its own.
+json node(const char* type, const json& own) {
+  static const json kinds = json::parse(kNodeRedNodes);
+  json made = kinds.at(type);
+  made.update(own);
+  return made;
+}
+
+json flow_node(const std::string& id, const char* type, const std::string& name, int x, int y,
+               const json& own = json::object()) {
+  json made =
+      node(type, {{"id", id}, {"type", type}, {"z", kFlowTab}, {"name", name}, {"x", x}, {"y", y}});
+  made.update(own);
+  return made;
 }
 
 json function_node(const std::string& id, const std::string& name, std::string code, int x, int y,
                    const char* to) {
-  json made = flow_node(id, "function", name, x, y);
-  made.update({{"func", std::move(code)},
-               {"outputs", 1},
-               {"noerr", 0},
-               {"initialize", ""},
-               {"finalize", ""},
-               {"libs", json::array()},
-               {"wires", json::array({json::array({to})})}});
-  return made;
-}
-
-json client_node(const MapOptions& options) {
-  return {{"id", "lw-client"},
-          {"type", "modbus-client"},
-          {"name", "Loopwarden"},
-          {"clienttype", "tcp"},
-          {"bufferCommands", true},
-          {"stateLogEnabled", false},
-          {"queueLogEnabled", false},
-          {"failureLogEnabled", true},
-          {"tcpHost", options.host},
-          {"tcpPort", fmt::format("{}", options.port)},
-          {"tcpType", "DEFAULT"},
-          {"serialPort", "/dev/ttyUSB"},
-          {"serialType", "RTU-BUFFERD"},
-          {"serialBaudrate", "9600"},
-          {"serialDatabits", "8"},
-          {"serialStopbits", "1"},
-          {"serialParity", "none"},
-          {"serialConnectionDelay", "100"},
-          {"serialAsciiResponseStartDelimiter", "0x3A"},
-          {"unit_id", options.unit},
-          {"commandDelay", 1},
-          {"clientTimeout", 1000},
-          {"reconnectOnTimeout", true},
-          {"reconnectTimeout", 2000},
-          {"parallelUnitIdsAllowed", true}};
+  return flow_node(id, "function", name, x, y,
+                   {{"func", std::move(code)}, {"wires", json::array({json::array({to})})}});
 }
 
 json read_node(const MapOptions& options, const RegisterBlock& block, std::size_t number, int y) {
-  json made = flow_node(fmt::format("lw-read-{}", number), "modbus-read", block.name, kReadX, y);
-  made.update({{"topic", ""},
-               {"showStatusActivities", false},
-               {"logIOActivities", false},
-               {"showErrors", true},
-               {"unitid", fmt::format("{}", options.unit)},
-               {"dataType", flow_data_type(block.table)},
-               {"adr", fmt::format("{}", block.first)},
-               {"quantity", fmt::format("{}", block.quantity)},
-               {"rate", fmt::format("{}", block.seconds)},
-               {"rateUnit", "s"},
-               {"delayOnStart", false},
-               {"startDelayTime", ""},
-               {"server", "lw-client"},
-               {"useIOFile", false},
-               {"ioFile", ""},
-               {"useIOForPayload", false},
-               {"emptyMsgOnFail", false},
-               {"wires", {{"lw-decode"}, json::array()}}});
-  return made;
-}
-
-json debug_node(const char* id, const char* name, int x, int y) {
-  json made = flow_node(id, "debug", name, x, y);
-  made.update({{"active", false},
-               {"tosidebar", true},
-               {"console", false},
-               {"tostatus", false},
-               {"complete", "true"},
-               {"targetType", "full"},
-               {"statusVal", ""},
-               {"statusType", "auto"},
-               {"wires", json::array()}});
-  return made;
+  return flow_node(fmt::format("lw-read-{}", number), "modbus-read", block.name, kReadX, y,
+                   {{"unitid", fmt::format("{}", options.unit)},
+                    {"dataType", flow_data_type(block.table)},
+                    {"adr", fmt::format("{}", block.first)},
+                    {"quantity", fmt::format("{}", block.quantity)},
+                    {"rate", fmt::format("{}", block.seconds)}});
 }
 
 // Sends what the register reads now: a press changes nothing until somebody puts a value of his own in its place.
 json inject_node(const std::string& id, const std::string& owner, const std::string& name, int x,
                  int y) {
-  json made = flow_node(id, "inject", owner + " " + name, x, y);
   const std::string value = "$lookup($lookup($flowContext(\"loopwarden\"), " + quoted(owner) +
                             "), " + quoted("set/" + name) + ")";
-  made.update({{"props", {{{"p", "payload"}}, {{"p", "topic"}, {"vt", "str"}}}},
-               {"repeat", ""},
-               {"crontab", ""},
-               {"once", false},
-               {"onceDelay", 0.1},
-               {"topic", owner + "/" + name},
-               {"payload", value},
-               {"payloadType", "jsonata"},
-               {"wires", json::array({json::array({"lw-order"})})}});
-  return made;
-}
-
-json write_node(int x, int y) {
-  json made = flow_node("lw-write", "modbus-flex-write", "write", x, y);
-  made.update({{"showStatusActivities", false},
-               {"showErrors", true},
-               {"server", "lw-client"},
-               {"emptyMsgOnFail", false},
-               {"keepMsgProperties", false},
-               {"wires", {{"lw-written"}, json::array()}}});
-  return made;
+  return flow_node(id, "inject", owner + " " + name, x, y,
+                   {{"topic", owner + "/" + name}, {"payload", value}});
 }
 
 std::string decode_code(const MapOptions& options) {
@@ -208,25 +137,21 @@ std::string write_code(const MapOptions& options) {
 
 std::string map_node_red(const MapOptions& options) {
   json flow = json::array();
-  flow.push_back(
-      {{"id", kFlowTab},
-       {"type", "tab"},
-       {"label", "Loopwarden"},
-       {"disabled", false},
-       {"info",
-        "Made by loopwarden register-map --format node-red. Needs node-red-contrib-modbus 5.23."}});
-  flow.push_back(client_node(options));
+  flow.push_back(node("tab", json::object()));
+  flow.push_back(node("modbus-client", {{"tcpHost", options.host},
+                                        {"tcpPort", fmt::format("{}", options.port)},
+                                        {"unit_id", options.unit}}));
   int y = kFlowRow;
   flow.push_back(
       function_node("lw-decode", "values by name", decode_code(options), kDecodeX, y, "lw-values"));
-  flow.push_back(debug_node("lw-values", "values", kShowX, y));
+  flow.push_back(flow_node("lw-values", "debug", "values", kShowX, y));
   const std::vector<RegisterBlock> blocks = blocks_of(options);
   for (std::size_t i = 0; i < blocks.size(); ++i, y += kFlowRow)
     flow.push_back(read_node(options, blocks[i], i, y));
   y += kFlowRow;
   flow.push_back(function_node("lw-order", "order", write_code(options), kDecodeX, y, "lw-write"));
-  flow.push_back(write_node(kDecodeX + 140, y));
-  flow.push_back(debug_node("lw-written", "written", kShowX + 60, y));
+  flow.push_back(flow_node("lw-write", "modbus-flex-write", "write", kDecodeX + 140, y));
+  flow.push_back(flow_node("lw-written", "debug", "written", kShowX + 60, y));
   flow.push_back(inject_node("lw-acknowledge", "box", "acknowledge_all", kReadX, y));
   for (std::size_t loop = 0; loop < options.loops.size(); ++loop) {
     for (const char* name : {"mode", "sp", "output"}) {

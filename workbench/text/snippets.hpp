@@ -5,6 +5,12 @@
 
 namespace loopwarden::workbench {
 
+extern const char* const kMapIntroduction;    // map_introduction.md
+extern const char* const kMapConditions;      // map_conditions.md
+extern const char* const kMapThirdRegisters;  // map_third_registers.md
+extern const char* const kReadPython;         // read.py
+extern const char* const
+    kNodeRedNodes;  // node_red_nodes.json: what nodes of each kind have in common
 extern const char* const kReadScript;      // read.sh
 extern const char* const kReadJavaScript;  // read.js
 extern const char* const kNodeRedDecode;   // node_red_decode.js

@@ -53,13 +53,19 @@ void write(const std::filesystem::path& path, const json& content) {
   std::filesystem::rename(temporary, path, ignored);
 }
 
-// Null if there is none of this run.
-json read(const std::filesystem::path& path, const std::string& key) {
+// What `take` makes of the file's content; nullopt if there is none of this run, or it can't be used.
+template <class Take>
+auto read(const std::filesystem::path& path, const std::string& key, Take take)
+    -> decltype(take(json())) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) return nullptr;
-  json content = json::parse(in, nullptr, false);
-  if (!content.is_object() || content.value("key", std::string()) != key) return nullptr;
-  return content;
+  if (!in) return std::nullopt;
+  const json content = json::parse(in, nullptr, false);
+  if (!content.is_object() || content.value("key", std::string()) != key) return std::nullopt;
+  try {
+    return take(content);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -68,9 +74,7 @@ TrainingCheckpoint::TrainingCheckpoint(std::filesystem::path folder, std::string
     : folder_(std::move(folder)), key_(std::move(key)) {}
 
 std::optional<Learned> TrainingCheckpoint::find_network(const std::string& name) const {
-  const json content = read(folder_ / (name + ".json"), key_);
-  if (content.is_null()) return std::nullopt;
-  try {
+  return read(folder_ / (name + ".json"), key_, [&](const json& content) -> std::optional<Learned> {
     Learned learned;
     learned.network = network_of(content.at("network"));
     learned.best = content.at("best").get<std::size_t>();
@@ -80,9 +84,7 @@ std::optional<Learned> TrainingCheckpoint::find_network(const std::string& name)
     }
     if (learned.best >= learned.epochs.size()) return std::nullopt;
     return learned;
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
+  });
 }
 
 void TrainingCheckpoint::keep_network(const std::string& name, const Learned& learned) const {
@@ -99,24 +101,22 @@ void TrainingCheckpoint::keep_network(const std::string& name, const Learned& le
 
 std::optional<std::vector<specialist::Example>> TrainingCheckpoint::find_examples(
     const std::string& name, std::size_t count) const {
-  const json content = read(folder_ / (name + ".json"), key_);
-  if (content.is_null()) return std::nullopt;
-  try {
-    std::vector<specialist::Example> examples;
-    for (const json& kept : content.at("examples")) {
-      specialist::Example& example = examples.emplace_back();
-      example.condition = static_cast<specialist::Condition>(kept.at("condition").get<int>());
-      example.log_misfit = kept.at("log_misfit").get<double>();
-      if (kept.at("evidence").size() != example.inputs.size()) return std::nullopt;
-      for (std::size_t i = 0; i < example.inputs.size(); ++i) {
-        example.inputs[i] = kept["evidence"][i].get<double>();
-      }
-    }
-    if (examples.size() != count) return std::nullopt;
-    return examples;
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
+  return read(folder_ / (name + ".json"), key_,
+              [&](const json& content) -> std::optional<std::vector<specialist::Example>> {
+                std::vector<specialist::Example> examples;
+                for (const json& kept : content.at("examples")) {
+                  specialist::Example& example = examples.emplace_back();
+                  example.condition =
+                      static_cast<specialist::Condition>(kept.at("condition").get<int>());
+                  example.log_misfit = kept.at("log_misfit").get<double>();
+                  if (kept.at("evidence").size() != example.inputs.size()) return std::nullopt;
+                  for (std::size_t i = 0; i < example.inputs.size(); ++i) {
+                    example.inputs[i] = kept["evidence"][i].get<double>();
+                  }
+                }
+                if (examples.size() != count) return std::nullopt;
+                return examples;
+              });
 }
 
 void TrainingCheckpoint::keep_examples(const std::string& name,
@@ -131,21 +131,18 @@ void TrainingCheckpoint::keep_examples(const std::string& name,
 }
 
 std::optional<TeamRestart> TrainingCheckpoint::find_team(const std::string& name) const {
-  const json content = read(folder_ / (name + ".json"), key_);
-  if (content.is_null()) return std::nullopt;
-  try {
-    TeamRestart restart;
-    for (std::size_t c = 0; c < specialist::kConditions; ++c) {
-      restart.networks[c] = network_of(content.at("networks").at(c));
-    }
-    restart.validation = content.at("validation");
-    for (const json& e : content.at("epochs")) {
-      restart.epochs.push_back({e.at(0), e.at(1), e.at(2), e.at(3)});
-    }
-    return restart;
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
+  return read(folder_ / (name + ".json"), key_,
+              [&](const json& content) -> std::optional<TeamRestart> {
+                TeamRestart restart;
+                for (std::size_t c = 0; c < specialist::kConditions; ++c) {
+                  restart.networks[c] = network_of(content.at("networks").at(c));
+                }
+                restart.validation = content.at("validation");
+                for (const json& e : content.at("epochs")) {
+                  restart.epochs.push_back({e.at(0), e.at(1), e.at(2), e.at(3)});
+                }
+                return restart;
+              });
 }
 
 void TrainingCheckpoint::keep_team(const std::string& name, const TeamRestart& restart) const {

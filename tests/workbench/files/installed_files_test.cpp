@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "workbench/command_line/command_line.hpp"
 #include "workbench/files/installed_files.hpp"
 
 #include <catch2/catch.hpp>
