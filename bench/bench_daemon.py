@@ -11,7 +11,8 @@ import tempfile
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-PROGRAM = os.path.join(ROOT, "build/release/bin/loopwardend")
+BIN = os.environ.get("LOOPWARDEN_BIN_DIR", os.path.join(ROOT, "build/release/bin"))
+PROGRAM = os.path.join(BIN, "loopwardend")
 
 LOOP = """loop: {tag}
 sample_time: {period}

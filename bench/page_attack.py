@@ -25,7 +25,7 @@ import time
 import bench_attack
 import bench_daemon
 
-PAGE = os.path.join(bench_daemon.ROOT, "build/release/bin/loopwarden-page")
+PAGE = os.path.join(bench_daemon.BIN, "loopwarden-page")
 HOST = b"Host: 127.0.0.1\r\n"
 SEEDS = [b"GET / HTTP/1.1\r\n" + HOST + b"\r\n",
          b"GET /api/session HTTP/1.1\r\n" + HOST + b"\r\n",

@@ -18,7 +18,7 @@ import time
 import psycopg2
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-BIN = pathlib.Path(os.environ.get('LOOPWARDEN_BIN', ROOT / 'build/release/bin'))
+BIN = pathlib.Path(os.environ.get('LOOPWARDEN_BIN_DIR', ROOT / 'build/release/bin'))
 
 
 def postgres_folder():
