@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/key_reference.hpp"
 
-#include <array>
-#include <cstdio>
 #include <cstdlib>
-#include <memory>
 
 #include "tests/config/config_support.hpp"
+#include "tests/support/shell.hpp"
 
 namespace key_reference_test {
 
@@ -15,17 +13,6 @@ using namespace loopwarden::config;
 namespace {
 
 constexpr const char* kDocument = LOOPWARDEN_SOURCE_DIR "/docs/configuration.md";
-
-std::string output_of(const std::string& command) {
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-  REQUIRE(pipe);
-  std::string text;
-  std::array<char, 4096> part{};
-  while (const std::size_t size = fread(part.data(), 1, part.size(), pipe.get())) {
-    text.append(part.data(), size);
-  }
-  return text;
-}
 
 }  // namespace
 
@@ -39,8 +26,8 @@ TEST_CASE("docs/configuration.md says what the readers say", "[config][reference
 }
 
 TEST_CASE("loopwardend.yaml(5) names every key", "[config][reference]") {
-  const std::string page = output_of(
-      std::string("awk -f " LOOPWARDEN_SOURCE_DIR "/docs/man/configuration.awk ") + kDocument);
+  const std::string script = LOOPWARDEN_SOURCE_DIR "/docs/man/configuration.awk";
+  const std::string page = loopwarden::tests::run("awk -f " + script + " " + kDocument).text;
   for (const KeyReference& reference : {describe_daemon(), describe_loop(), describe_model()}) {
     CHECK(reference.keys().size() > 20);
     for (const KeyDescription& key : reference.keys()) {
