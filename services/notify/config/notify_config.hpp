@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// notify.yaml: what loopwarden-notify watches, its channels, who is told what. docs/notify.md lists every key.
+// notify.yaml: what loopwarden-notify watches, its channels, who is told what. docs/notify-keys.md lists every key.
 #pragma once
 
 #include <filesystem>
