@@ -12,9 +12,10 @@
 
 #include "config/command_line/service.hpp"
 #include "config/config_reader.hpp"
-#include "daemon/app/app.hpp"
+#include "daemon/app/lifecycle.hpp"
 #include "daemon/app/log_queue.hpp"
 #include "daemon/app/specialist_files.hpp"
+#include "daemon/app/stop_actions.hpp"
 #include "base/exit_code.hpp"
 #include "base/signals.hpp"
 #include "base/standard_streams.hpp"
