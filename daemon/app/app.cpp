@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "config/loop_model_writer.hpp"
 #include "daemon/explain/explanation_file.hpp"
 #include "daemon/explain/pending_explanation.hpp"
@@ -64,12 +65,6 @@ std::int64_t monotonic_ns() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   return now.tv_sec * kSecond + now.tv_nsec;
-}
-
-std::int64_t utc_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
 }
 
 std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
@@ -151,7 +146,7 @@ App::App(config::Configuration configuration, std::filesystem::path config_path,
     : configuration_(std::move(configuration)),
       config_path_(std::move(config_path)),
       started_ns_(clock_.now_ns()),
-      started_ms_(utc_ms()),
+      started_ms_(base::utc_ms()),
       historian_(loops_, configuration_.daemon.state_directory),
       journal_({.folder = configuration_.daemon.state_directory}),
       board_(watched_loops(configuration_), configuration_.daemon.alarms.settings, journal_,
@@ -295,7 +290,7 @@ void App::report_evidence(const evidence::Evidence& evidence, const std::filesys
                           const std::string& why) {
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::system;
-  entry.utc_ms = utc_ms();
+  entry.utc_ms = base::utc_ms();
   entry.loop = evidence.loop;
   entry.alarm = loopwarden::monitor::to_text(evidence.alarm);
   entry.what = "evidence";
@@ -308,7 +303,7 @@ void App::report_evidence(const evidence::Evidence& evidence, const std::filesys
 void App::report_evidence_stays(const std::string& why) {
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::system;
-  entry.utc_ms = utc_ms();
+  entry.utc_ms = base::utc_ms();
   entry.what = "evidence";
   entry.result = "old evidence is not removed: " + why;
   journal_.post(std::move(entry));
@@ -344,7 +339,7 @@ void App::report_explanation(const ExplainJob& job, const Explanation* explanati
   Explanation none;
   none.alarm = job.alarm;
   none.raised_ms = job.raised_ms;
-  none.ended_ms = utc_ms();
+  none.ended_ms = base::utc_ms();
   none.verdict = kNotExplained;
   none.sentence = "Not explained: " + why + ".";
   none.folder = job.folder;
@@ -751,7 +746,7 @@ gateway::BoxReading App::box_reading() const {
   const journal::JournalStatus lines = journal_.status();
   const monitor::MonitorStatus watched = monitor_->status();
   gateway::BoxReading box;
-  box.utc_ms = utc_ms();
+  box.utc_ms = base::utc_ms();
   box.uptime_s = static_cast<double>(monotonic_ns() - started_ns_) / 1e9;
   box.overruns = runner.overruns;
   box.wake_up_worst_us = static_cast<double>(runner.wake_up.worst_ns) / 1000.0;

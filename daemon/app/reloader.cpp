@@ -10,8 +10,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/clock.hpp"
+#include "base/digest/digest.hpp"
 #include "config/config_reader.hpp"
-#include "record/segment_format.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -25,15 +26,7 @@ constexpr std::size_t kMostKept = 16;
 constexpr std::chrono::seconds kTakingPatience{2};  // a slow loop takes its settings later
 constexpr const char* kBySignal = "SIGHUP";
 
-std::uint32_t hash_of(const std::string& text) {
-  return record::crc32(std::span(text.data(), text.size()));
-}
-
-std::int64_t utc_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
+std::uint32_t hash_of(const std::string& text) { return base::crc32(text); }
 
 // What is in force while something waits is no set of files: its hash is equal to that of none, and
 // the same only where the same of the same files is in force.
@@ -293,7 +286,7 @@ void Reloader::follow_offers() {
         spdlog::info("reload: {}: in force now", planned.loop);
         journal::JournalEntry line;
         line.kind = journal::JournalEntry::Kind::system;
-        line.utc_ms = utc_ms();
+        line.utc_ms = base::utc_ms();
         line.loop = planned.loop;
         line.what = "reload";
         line.result = "done: what had waited is in force";
@@ -375,7 +368,7 @@ void Reloader::finish(const char* outcome, nlohmann::json result, std::vector<st
 std::uint64_t Reloader::write_down(const Job& job, const std::string& result) const {
   journal::JournalEntry line;
   line.kind = journal::JournalEntry::Kind::operator_action;
-  line.utc_ms = utc_ms();
+  line.utc_ms = base::utc_ms();
   line.peer = job.peer;
   line.what = "reload";
   line.old_value = fmt::format("{:08x}", hash_before_);

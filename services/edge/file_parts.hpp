@@ -14,9 +14,6 @@
 
 namespace loopwarden::edge {
 
-// SHA-256 of a file, in hexadecimal. Throws std::runtime_error.
-std::string sha256_of(const std::filesystem::path& file);
-
 class FileParts {
  public:
   static constexpr std::size_t kMostFolders = 16;
