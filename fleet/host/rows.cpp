@@ -91,8 +91,8 @@ class Reducer {
     const std::int64_t time_ms = time_of(metric);
     const sparkplug::Value value = sparkplug::retyped(metric.value, info->type);
     take_value(metric, *info, time_ms, value);
-    if (begins_with(info->name, kAlarm)) take_alarm_part(info->name, time_ms, value);
-    if (begins_with(info->name, kExplanation)) take_explanation_part(info->name, time_ms, value);
+    if (info->name.starts_with(kAlarm)) take_alarm_part(info->name, time_ms, value);
+    if (info->name.starts_with(kExplanation)) take_explanation_part(info->name, time_ms, value);
     if (info->name == "order/result") take_refusal(value);
   }
 
@@ -155,7 +155,7 @@ class Reducer {
 
   void take_refusal(const sparkplug::Value& value) {
     const auto* text = std::get_if<std::string>(&value);
-    if (text == nullptr || !begins_with(*text, kRequest)) return;
+    if (text == nullptr || !text->starts_with(kRequest)) return;
     const std::size_t refused = text->find(kRefused, kRequest.size());
     if (refused == std::string::npos) return;
     rows_.refusals.push_back({book_, text->substr(kRequest.size(), refused - kRequest.size()),
