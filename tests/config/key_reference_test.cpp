@@ -2,6 +2,7 @@
 #include "config/key_reference.hpp"
 
 #include <cstdlib>
+#include <fstream>
 
 #include "tests/config/config_support.hpp"
 
@@ -18,7 +19,7 @@ void check_document(const std::string& name, const std::string& described) {
     std::ofstream(path, std::ios::binary) << described;
   }
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_config '[reference]'");
-  CHECK((test::file_text(path) == described));
+  CHECK((loopwarden::tests::read_file(path) == described));
 }
 
 }  // namespace
