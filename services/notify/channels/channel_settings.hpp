@@ -52,7 +52,7 @@ struct EmailSettings {
 
 struct WebhookSettings {
   std::string url;
-  base::Secret url_secret;  // in place of `url`, where it holds a key
+  base::Secret url_secret;  // in place of `url`, if that holds a key
   base::Secret key;         // of the signature; none: not signed
   TlsFiles tls;
   TimeOuts time_outs;
