@@ -53,10 +53,10 @@ http::Assets built_in_site() {
 
 http::ServerSettings server_settings(const PageSettings& settings) {
   http::ServerSettings server;
-  server.door = {.clients = settings.clients,
-                 .per_address = std::max<std::size_t>(1, settings.clients / 4),
-                 .loopback = std::max<std::size_t>(1, settings.clients / 2),
-                 .requests_per_s = settings.requests_per_s};
+  server.limits = {.clients = settings.clients,
+                   .per_address = std::max<std::size_t>(1, settings.clients / 4),
+                   .loopback = std::max<std::size_t>(1, settings.clients / 2),
+                   .requests_per_s = settings.requests_per_s};
   if (settings.has_tls()) server.tls = http::TlsFiles{settings.certificate, settings.key};
   return server;
 }
@@ -187,7 +187,7 @@ class App {
   Sessions sessions_;
   LogInGuard guard_;
   history::History history_;
-  files::ReportShelf reports_;
+  files::ReportStore reports_;
   std::unique_ptr<fleet::FleetDatabase> fleet_;
   api::HostNames hosts_;
   api::Router router_;
