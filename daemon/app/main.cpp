@@ -89,7 +89,7 @@ int run_command_line(int argc, char** argv) {
       ->excludes(check_flag);
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  return loopwarden::config::run_service(cli, argc, argv,
+  return loopwarden::config::run_service(cli, {argv + 1, argv + argc},
                                          [&] { return run(directory, check, safe); });
 }
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "record/segment_format.hpp"
+#include "base/digest/digest.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -25,7 +25,7 @@ std::uint32_t hash_of_mixture(std::uint32_t start, std::uint32_t files, const re
   };
   add(plan.daemon, {});
   for (const reload::LoopPlan& loop : plan.loops) add(loop.keys, loop.waiting_for_output);
-  return record::crc32(std::span(text.data(), text.size()));
+  return base::crc32(text);
 }
 
 void add_keys(nlohmann::json& all, const std::string& file,

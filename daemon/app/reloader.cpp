@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/clock.hpp"
-#include "record/segment_format.hpp"
+#include "base/digest/digest.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -22,7 +22,7 @@ using State = ReloadJob::State;
 constexpr std::chrono::seconds kTakingPatience{2};  // a slow loop takes its settings later
 
 std::uint32_t hash_of(const std::string& text) {
-  return record::crc32(std::span(text.data(), text.size()));
+  return base::crc32(text);
 }
 
 std::string first_error(std::span<const config::Diagnostic> diagnostics) {

@@ -2,12 +2,14 @@
 #include "daemon/console/metrics.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <array>
-#include <fstream>
 #include <iterator>
 #include <system_error>
 #include <utility>
+
+#include "base/file.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -214,18 +216,11 @@ std::string metrics_text(const json& d, std::size_t loops,
 }
 
 bool write_metrics(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path fresh = path.string() + ".tmp";
-  {
-    std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
-    file << text;
-    file.close();
-    if (!file) return false;
-  }
-  constexpr auto kEveryoneReads = static_cast<std::filesystem::perms>(0644);
-  std::error_code error;
-  std::filesystem::permissions(fresh, kEveryoneReads, error);
-  std::filesystem::rename(fresh, path, error);
-  return !error;
+  // Written anew every few seconds: not worth a wait for the disk.
+  return !base::replace_file(path, text, {.wait_for_disk = false, .prepare = [](int fd) {
+                                            constexpr mode_t kEveryoneReads = 0644;
+                                            ::fchmod(fd, kEveryoneReads);
+                                          }});
 }
 
 }  // namespace loopwarden::daemon

@@ -2,6 +2,7 @@
 #include "config/key_reference.hpp"
 
 #include <cstdlib>
+#include <fstream>
 
 #include "tests/config/config_support.hpp"
 #include "tests/support/shell.hpp"
@@ -22,7 +23,7 @@ TEST_CASE("docs/configuration.md says what the readers say", "[config][reference
     std::ofstream(kDocument, std::ios::binary) << described;
   }
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_config '[reference]'");
-  CHECK((test::file_text(kDocument) == described));
+  CHECK((loopwarden::tests::read_file(kDocument) == described));
 }
 
 TEST_CASE("loopwardend.yaml(5) names every key", "[config][reference]") {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <mutex>
 
+#include "base/digest/digest.hpp"
 #include "config/loop_model_writer.hpp"
-#include "config/specialists/checksum.hpp"
 #include "base/parallel.hpp"
 #include "workbench/training/training_checkpoint.hpp"
 
@@ -34,7 +34,7 @@ std::string key_of(const TrainingJob& job) {
                       t.most_epochs, t.patience, g.seed, g.components, g.learning.most_epochs);
   for (const std::size_t size : g.sizes) text += fmt::format(" {}", size);
   for (const std::string_view name : specialist::kInputNames) text += fmt::format(" {}", name);
-  return config::sha256_of(text);
+  return base::sha256_hex(text);
 }
 
 std::vector<specialist::Signature> simulated_signatures(const TrainingJob& job) {

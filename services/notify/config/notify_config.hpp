@@ -20,7 +20,7 @@ struct NotifyConfig {
   std::string state_directory;
   std::string log_level;
   const date::time_zone* zone = nullptr;  // of times in texts
-  std::string page_url;                   // without a slash behind it; empty: none
+  std::string page_url;                   // without a slash at the end; empty: none
   RuleSettings rules;
   std::vector<ChannelSettings> channels;  // in the order of rules.channels
 };

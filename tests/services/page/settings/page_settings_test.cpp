@@ -94,7 +94,7 @@ TEST_CASE("a fleet's database, its password elsewhere") {
   CHECK(trouble("fleet: {database: \"postgresql://u:secret@h/d\"}\n")
             .find("holds a password; use password with") != std::string::npos);
   CHECK(trouble("fleet: {database: \"postgresql:///d\", password: {}}\n")
-            .find("one of credential and file") != std::string::npos);
+            .find("either `credential` or `file`") != std::string::npos);
 }
 
 TEST_CASE("a machine without a daemon shows the fleet or nothing") {

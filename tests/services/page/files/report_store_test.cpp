@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/page/files/report_shelf.hpp"
+#include "services/page/files/report_store.hpp"
 
 #include <catch2/catch.hpp>
 #include <sys/stat.h>
@@ -9,7 +9,7 @@
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::tests::report_shelf_test {
+namespace loopwarden::tests::report_store_test {
 
 using namespace page::files;
 
@@ -29,8 +29,8 @@ TEST_CASE("reports below the state directory, by kind, title and loop") {
   write_file(folder / "segments/FIC-101/x.html", html("not looked for"));
   write_file(folder / ".hidden/x.html", html("hidden"));
   std::filesystem::create_symlink("/etc", folder / "link");
-  ReportShelf shelf(folder.path());
-  const auto list = shelf.reports();
+  ReportStore store(folder.path());
+  const auto list = store.reports();
   const auto& reports = *list;
   REQUIRE(reports.size() == 6);
   const auto kind = [&](const std::string& title) {
@@ -54,17 +54,17 @@ TEST_CASE("a report is read by its id, and what lies beside it") {
   write_file(folder / "plant/assets/survey.css", "b {}");
   write_file(folder / "plant/secret.key", "secret");
   write_file(folder / "users", "secret");
-  ReportShelf shelf(folder.path());
-  const std::string id = shelf.reports()->at(0).id;
-  ReportShelf fresh(folder.path());
+  ReportStore store(folder.path());
+  const std::string id = store.reports()->at(0).id;
+  ReportStore fresh(folder.path());
   CHECK(fresh.name(id) == "survey.html");
   CHECK(fresh.read(id, {"survey.html"})->type == "text/html; charset=utf-8");
   CHECK_FALSE(fresh.read(id, {}));
-  CHECK(shelf.read(id, {"assets", "survey.css"})->bytes == "b {}");
-  CHECK_FALSE(shelf.read(id, {"secret.key"}));
-  CHECK_FALSE(shelf.read(id, {"..", "users"}));
-  CHECK_FALSE(shelf.read(id, {"assets"}));
-  CHECK_FALSE(shelf.read("0000000000000000", {"survey.html"}));
+  CHECK(store.read(id, {"assets", "survey.css"})->bytes == "b {}");
+  CHECK_FALSE(store.read(id, {"secret.key"}));
+  CHECK_FALSE(store.read(id, {"..", "users"}));
+  CHECK_FALSE(store.read(id, {"assets"}));
+  CHECK_FALSE(store.read("0000000000000000", {"survey.html"}));
 }
 
 TEST_CASE(
@@ -72,10 +72,10 @@ TEST_CASE(
     "earlier") {
   const TemporaryFolder folder;
   write_file(folder / "gap/report.html", html("Gap: boiler"));
-  ReportShelf lasting(folder.path(), std::chrono::hours(1));
+  ReportStore lasting(folder.path(), std::chrono::hours(1));
   CHECK(lasting.reports()->size() == 1);
   write_file(folder / "gap2/report.html", html("Gap: reflux"));
-  ReportShelf other(folder.path());
+  ReportStore other(folder.path());
   std::string id;
   for (const Report& report : *other.reports()) {
     if (report.title == "Gap: reflux") id = report.id;
@@ -84,7 +84,7 @@ TEST_CASE(
   CHECK_FALSE(lasting.name(id));
   CHECK_FALSE(lasting.read(id, {"report.html"}));
   CHECK(lasting.reports()->size() == 1);
-  ReportShelf brief(folder.path(), std::chrono::milliseconds(0));
+  ReportStore brief(folder.path(), std::chrono::milliseconds(0));
   CHECK(brief.reports()->size() == 2);
   write_file(folder / "gap3/report.html", html("Gap: quench"));
   CHECK(test::eventually([&] { return brief.reports()->size() == 3; }));
@@ -97,17 +97,17 @@ TEST_CASE("no link and no odd file leads out") {
   std::filesystem::create_symlink(folder / "secret.html", folder / "state/evidence/one/link.html");
   std::filesystem::create_symlink(folder.path(), folder / "state/evidence/up");
   REQUIRE(::mkfifo((folder / "state/evidence/one/pipe.html").c_str(), 0600) == 0);
-  ReportShelf shelf(folder / "state");
-  CHECK(shelf.reports()->empty());
-  CHECK(shelf.evidence_file("one", "evidence.json") == "{}");
-  CHECK(shelf.evidence_files("one") == std::vector<std::string>{"evidence.json"});
+  ReportStore store(folder / "state");
+  CHECK(store.reports()->empty());
+  CHECK(store.evidence_file("one", "evidence.json") == "{}");
+  CHECK(store.evidence_files("one") == std::vector<std::string>{"evidence.json"});
   for (const char* id : {"", ".", "..", "up", "one/..", "../state", "/etc"}) {
-    CHECK_FALSE(shelf.evidence_file(id, "secret.html"));
-    CHECK(shelf.evidence_files(id).empty());
+    CHECK_FALSE(store.evidence_file(id, "secret.html"));
+    CHECK(store.evidence_files(id).empty());
   }
-  CHECK_FALSE(shelf.evidence_file("one", "link.html"));
-  CHECK_FALSE(shelf.evidence_file("one", "pipe.html"));
-  CHECK_FALSE(shelf.evidence_file("one", "../one/evidence.json"));
+  CHECK_FALSE(store.evidence_file("one", "link.html"));
+  CHECK_FALSE(store.evidence_file("one", "pipe.html"));
+  CHECK_FALSE(store.evidence_file("one", "../one/evidence.json"));
 }
 
-}  // namespace loopwarden::tests::report_shelf_test
+}  // namespace loopwarden::tests::report_store_test

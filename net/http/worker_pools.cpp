@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net/http/lanes.hpp"
+#include "net/http/worker_pools.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -12,8 +12,8 @@ constexpr std::size_t kStackBytes = 1024UL * 1024UL;
 
 }  // namespace
 
-Lanes::Lanes(const std::array<LaneSize, kLanes>& sizes) {
-  for (std::size_t i = 0; i < kLanes; ++i) {
+WorkerPools::WorkerPools(const std::array<PoolSize, kPools>& sizes) {
+  for (std::size_t i = 0; i < kPools; ++i) {
     Queue& queue = queues_[i];
     queue.most = sizes[i].queue;
     for (std::size_t n = 0; n < sizes[i].threads; ++n) {
@@ -24,8 +24,8 @@ Lanes::Lanes(const std::array<LaneSize, kLanes>& sizes) {
   }
 }
 
-bool Lanes::begin(Lane lane, const std::string& whose, Work work) {
-  Queue& queue = queues_[static_cast<std::size_t>(lane)];
+bool WorkerPools::begin(Pool pool, const std::string& whose, Work work) {
+  Queue& queue = queues_[static_cast<std::size_t>(pool)];
   {
     const std::lock_guard lock(queue.mutex);
     const auto same = static_cast<std::size_t>(std::count_if(
@@ -40,7 +40,7 @@ bool Lanes::begin(Lane lane, const std::string& whose, Work work) {
   return true;
 }
 
-void Lanes::run(Queue& queue) {
+void WorkerPools::run(Queue& queue) {
   for (;;) {
     Item item;
     {
@@ -54,7 +54,7 @@ void Lanes::run(Queue& queue) {
   }
 }
 
-void Lanes::stop() {
+void WorkerPools::stop() {
   for (Queue& queue : queues_) {
     {
       const std::lock_guard lock(queue.mutex);

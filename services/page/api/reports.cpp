@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cctype>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "record/record_csv.hpp"
@@ -44,20 +44,6 @@ json samples_json(const std::string& csv) {
   return samples;
 }
 
-// For a path.
-std::string encoded(const std::string& name) {
-  std::string text;
-  for (const char c : name) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (std::isalnum(byte) != 0 || c == '.' || c == '-' || c == '_') {
-      text += c;
-    } else {
-      text += fmt::format("%{:02X}", byte);
-    }
-  }
-  return text;
-}
-
 json parsed(const std::optional<std::string>& text) {
   json value = text ? json::parse(*text, nullptr, false) : json();
   return value.is_discarded() ? json() : value;
@@ -87,7 +73,8 @@ http::Response report(Context& context, const Call& call) {
     const auto name = context.reports.name(path[1]);
     if (!name) throw ApiError(404, "there is no such report");
     response.status = 302;
-    response.headers.emplace_back("Location", "/reports/" + path[1] + "/" + encoded(*name));
+    response.headers.emplace_back("Location",
+                                  "/reports/" + path[1] + "/" + base::percent_encoded(*name));
     return response;
   }
   auto content = path.size() < 2 ? std::nullopt

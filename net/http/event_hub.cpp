@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net/http/event_board.hpp"
+#include "net/http/event_hub.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@ constexpr auto kDescribe = static_cast<std::size_t>(EventKind::describe);
 
 }  // namespace
 
-void EventBoard::publish(EventKind kind, std::string_view data) {
+void EventHub::publish(EventKind kind, std::string_view data) {
   const auto index = static_cast<std::size_t>(kind);
   Slot& slot = slots_[index];
   ++slot.version;
@@ -19,7 +19,7 @@ void EventBoard::publish(EventKind kind, std::string_view data) {
       fmt::format("event: {}\ndata: {}\n\n", kNames[index], data));
 }
 
-std::vector<Frame> EventBoard::news(Cursor& cursor) const {
+std::vector<Frame> EventHub::news(Cursor& cursor) const {
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     if (cursor.seen[i] == slots_[i].version) continue;
@@ -29,7 +29,7 @@ std::vector<Frame> EventBoard::news(Cursor& cursor) const {
   return frames;
 }
 
-EventBoard::Cursor EventBoard::newcomer() const {
+EventHub::Cursor EventHub::newcomer() const {
   Cursor cursor;
   cursor.seen[kDescribe] = slots_[kDescribe].version;
   return cursor;

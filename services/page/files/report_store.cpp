@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/page/files/report_shelf.hpp"
+#include "services/page/files/report_store.hpp"
 
 #include <fmt/format.h>
 
@@ -100,7 +100,7 @@ std::string type_of(std::string_view name) {
 
 }  // namespace
 
-Report ReportShelf::look_at(const fs::path& path, std::int64_t utc_ms, std::uintmax_t bytes) {
+Report ReportStore::look_at(const fs::path& path, std::int64_t utc_ms, std::uintmax_t bytes) {
   Report report;
   report.parts = parts_of(path);
   report.id = id_of(path.string());
@@ -113,7 +113,7 @@ Report ReportShelf::look_at(const fs::path& path, std::int64_t utc_ms, std::uint
   return report;
 }
 
-void ReportShelf::look_into(const fs::directory_entry& entry, std::map<std::string, Known>& found) {
+void ReportStore::look_into(const fs::directory_entry& entry, std::map<std::string, Known>& found) {
   std::error_code gone;
   if (entry.path().extension() != ".html" || !entry.is_regular_file(gone)) return;
   const std::string path = entry.path().lexically_relative(folder_.path()).string();
@@ -126,7 +126,7 @@ void ReportShelf::look_into(const fs::directory_entry& entry, std::map<std::stri
   found[path] = same ? known->second : Known{utc_ms, bytes, look_at(path, utc_ms, bytes)};
 }
 
-void ReportShelf::walk() {
+void ReportStore::walk() {
   const auto begun = Clock::now();
   std::map<std::string, Known> found;
   std::error_code error;
@@ -157,7 +157,7 @@ void ReportShelf::walk() {
   due_ = ended + std::max<Clock::duration>(fresh_, 9 * (ended - begun));
 }
 
-ReportShelf::List ReportShelf::reports() {
+ReportStore::List ReportStore::reports() {
   const auto now_there = [this](Clock::time_point now) {
     const std::lock_guard lock(mutex_);
     return std::pair(index_, index_ != nullptr && now < due_);
@@ -172,7 +172,7 @@ ReportShelf::List ReportShelf::reports() {
   return now_there(Clock::now()).first;
 }
 
-std::optional<std::vector<std::string>> ReportShelf::parts_of_report(const std::string& id) {
+std::optional<std::vector<std::string>> ReportStore::parts_of_report(const std::string& id) {
   List index = [this] {
     const std::lock_guard lock(mutex_);
     return index_;
@@ -183,12 +183,12 @@ std::optional<std::vector<std::string>> ReportShelf::parts_of_report(const std::
   return report == index->end() ? std::nullopt : std::optional(report->parts);
 }
 
-std::optional<std::string> ReportShelf::name(const std::string& id) {
+std::optional<std::string> ReportStore::name(const std::string& id) {
   const auto parts = parts_of_report(id);
   return parts ? std::optional(parts->back()) : std::nullopt;
 }
 
-std::optional<ReportShelf::Content> ReportShelf::read(const std::string& id,
+std::optional<ReportStore::Content> ReportStore::read(const std::string& id,
                                                       const std::vector<std::string>& below) {
   auto parts = parts_of_report(id);
   const std::string type = below.empty() ? std::string() : type_of(below.back());
@@ -205,16 +205,16 @@ std::optional<ReportShelf::Content> ReportShelf::read(const std::string& id,
   return Content{type, std::move(*bytes)};
 }
 
-std::vector<std::string> ReportShelf::evidence_files(const std::string& id) const {
+std::vector<std::string> ReportStore::evidence_files(const std::string& id) const {
   return folder_.list({"evidence", id}, 100);
 }
 
-std::optional<std::string> ReportShelf::evidence_file(const std::string& id,
+std::optional<std::string> ReportStore::evidence_file(const std::string& id,
                                                       const std::string& name) const {
   return folder_.read({"evidence", id, name}, kMostEvidenceBytes);
 }
 
-fs::path ReportShelf::evidence_folder(const std::string& id) const {
+fs::path ReportStore::evidence_folder(const std::string& id) const {
   return folder_.path() / "evidence" / id;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "net/http/doorkeeper.hpp"
+#include "net/http/admission_control.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,23 +17,24 @@ double seconds(Moment from, Moment to) { return std::chrono::duration<double>(to
 
 }  // namespace
 
-std::optional<std::uint64_t> Doorkeeper::who_goes(const std::string* address) const {
+std::optional<std::uint64_t> AdmissionControl::displaceable(const std::string* address) const {
   std::optional<std::uint64_t> goes;
-  for (const auto& [id, guest] : guests_) {
-    if (guest.busy || (address != nullptr && guest.address != *address)) continue;
-    if (!guest.served) return id;  // the oldest of those
-    if (!goes || guest.silent_since < guests_.at(*goes).silent_since) goes = id;
+  for (const auto& [id, client] : clients_) {
+    if (client.busy || (address != nullptr && client.address != *address)) continue;
+    if (!client.served) return id;  // the oldest of those
+    if (!goes || client.silent_since < clients_.at(*goes).silent_since) goes = id;
   }
   return goes;
 }
 
-Doorkeeper::Admission Doorkeeper::admit(const std::string& address, bool loopback, Moment now) {
+AdmissionControl::Admission AdmissionControl::admit(const std::string& address, bool loopback,
+                                                    Moment now) {
   const auto same = by_address_.find(address);
   const bool crowd = same != by_address_.end() && same->second >= most_of(loopback);
-  const bool full = guests_.size() >= limits_.clients;
+  const bool full = clients_.size() >= limits_.clients;
   Admission admission;
   if (crowd || full) {
-    admission.displaced = who_goes(crowd ? &address : nullptr);
+    admission.displaced = displaceable(crowd ? &address : nullptr);
     if (!admission.displaced) {
       ++turned_away_;
       return admission;
@@ -42,36 +43,36 @@ Doorkeeper::Admission Doorkeeper::admit(const std::string& address, bool loopbac
   }
   // What may throw comes first: then nobody has come and nobody has gone.
   std::size_t& count = by_address_[address];
-  guests_[next_] = {.address = address, .silent_since = now, .loopback = loopback};
+  clients_[next_] = {.address = address, .silent_since = now, .loopback = loopback};
   ++count;
   admission.id = next_++;
   if (admission.displaced) left(*admission.displaced);
   return admission;
 }
 
-void Doorkeeper::left(std::uint64_t id) {
-  const auto guest = guests_.find(id);
-  if (guest == guests_.end()) return;
-  const auto count = by_address_.find(guest->second.address);
+void AdmissionControl::left(std::uint64_t id) {
+  const auto client = clients_.find(id);
+  if (client == clients_.end()) return;
+  const auto count = by_address_.find(client->second.address);
   if (count != by_address_.end() && --count->second == 0) by_address_.erase(count);
-  guests_.erase(guest);
+  clients_.erase(client);
 }
 
-void Doorkeeper::busy(std::uint64_t id) {
-  const auto guest = guests_.find(id);
-  if (guest == guests_.end()) return;
-  guest->second.busy = true;
-  guest->second.served = true;
+void AdmissionControl::busy(std::uint64_t id) {
+  const auto client = clients_.find(id);
+  if (client == clients_.end()) return;
+  client->second.busy = true;
+  client->second.served = true;
 }
 
-void Doorkeeper::idle(std::uint64_t id, Moment now) {
-  const auto guest = guests_.find(id);
-  if (guest == guests_.end()) return;
-  guest->second.busy = false;
-  guest->second.silent_since = now;
+void AdmissionControl::idle(std::uint64_t id, Moment now) {
+  const auto client = clients_.find(id);
+  if (client == clients_.end()) return;
+  client->second.busy = false;
+  client->second.silent_since = now;
 }
 
-unsigned Doorkeeper::wait_s(const std::string& address, Moment now) {
+unsigned AdmissionControl::retry_after_s(const std::string& address, Moment now) {
   if (buckets_.size() >= kMostBuckets) forget_full_buckets(now);
   const double full = limits_.requests_per_s * kBurst_s;
   const auto [it, is_new] = buckets_.try_emplace(address, Bucket{full, now});
@@ -86,23 +87,23 @@ unsigned Doorkeeper::wait_s(const std::string& address, Moment now) {
   return 0;
 }
 
-bool Doorkeeper::stream(std::uint64_t id) {
-  const auto guest = guests_.find(id);
-  if (guest == guests_.end()) return false;
+bool AdmissionControl::stream(std::uint64_t id) {
+  const auto client = clients_.find(id);
+  if (client == clients_.end()) return false;
   std::size_t all = 0;
   std::size_t same = 0;
-  for (const auto& [other, one] : guests_) {
+  for (const auto& [other, one] : clients_) {
     if (!one.stream) continue;
     ++all;
-    if (one.address == guest->second.address) ++same;
+    if (one.address == client->second.address) ++same;
   }
-  guest->second.stream =
-      all < most_streams(limits_.clients) && same < most_streams(most_of(guest->second.loopback));
-  return guest->second.stream;
+  client->second.stream =
+      all < most_streams(limits_.clients) && same < most_streams(most_of(client->second.loopback));
+  return client->second.stream;
 }
 
 // Those that would be full by now say nothing that a new one would not.
-void Doorkeeper::forget_full_buckets(Moment now) {
+void AdmissionControl::forget_full_buckets(Moment now) {
   std::erase_if(buckets_,
                 [&](const auto& bucket) { return seconds(bucket.second.at, now) > kBurst_s; });
   if (buckets_.size() >= kMostBuckets) buckets_.clear();

@@ -28,10 +28,10 @@ struct Report {
 
 // Any thread. Reports are in an index, which one caller at a time makes anew by a walk through the state directory, at most every few
 // seconds; all others get the index that is there.
-class ReportShelf {
+class ReportStore {
  public:
   // `fresh`: how long an index lasts; one that took long to make lasts longer, so that walks take a tenth of one thread's time.
-  explicit ReportShelf(std::filesystem::path state_directory,
+  explicit ReportStore(std::filesystem::path state_directory,
                        std::chrono::milliseconds fresh = std::chrono::seconds(5))
       : folder_(std::move(state_directory)), fresh_(fresh) {}
 
@@ -39,8 +39,8 @@ class ReportShelf {
   // Every *.html, at most kMost, newest first.
   List reports();
 
-  // Both know the reports of the index and never walk for one that is not there. The report's file name; nothing where there is none
-  // of this id.
+  // name() and read() know the reports of the index and never walk for one that is not in it. The report's file name; nullopt if
+  // there is none of this id.
   std::optional<std::string> name(const std::string& id);
 
   struct Content {

@@ -20,7 +20,7 @@ using Frame = std::shared_ptr<const std::string>;
 // The last frame of a stream whose reader may not stay.
 inline constexpr std::string_view kEndOfStream = "event: ended\ndata: {}\n\n";
 
-class EventBoard {
+class EventHub {
  public:
   // Where one client stands.
   struct Cursor {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads that make answers: a few of each lane, with a bounded queue.
+// The threads that make answers: a few of each pool, with a bounded queue.
 #pragma once
 
 #include <array>
@@ -18,23 +18,23 @@
 
 namespace loopwarden::http {
 
-struct LaneSize {
+struct PoolSize {
   const char* thread_name = "";  // at most 15 characters
   std::size_t threads = 0;
   std::size_t queue = 0;
 };
 
-class Lanes {
+class WorkerPools {
  public:
   using Work = std::function<void()>;
 
-  explicit Lanes(const std::array<LaneSize, kLanes>& sizes);
-  Lanes(const Lanes&) = delete;
-  Lanes& operator=(const Lanes&) = delete;
-  ~Lanes() { stop(); }
+  explicit WorkerPools(const std::array<PoolSize, kPools>& sizes);
+  WorkerPools(const WorkerPools&) = delete;
+  WorkerPools& operator=(const WorkerPools&) = delete;
+  ~WorkerPools() { stop(); }
 
-  // `work` throws nothing. False: the lane's queue is full, or one client (`whose`) has half of it already.
-  bool begin(Lane lane, const std::string& whose, Work work);
+  // `work` throws nothing. False: the pool's queue is full, or one client (`whose`) has half of it already.
+  bool begin(Pool pool, const std::string& whose, Work work);
   // Ends the threads; what still waits in a queue is dropped.
   void stop();
 
@@ -53,7 +53,7 @@ class Lanes {
   };
   static void run(Queue& queue);
 
-  std::array<Queue, kLanes> queues_;
+  std::array<Queue, kPools> queues_;
 };
 
 }  // namespace loopwarden::http

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may hold a connection, and who goes for a newcomer. No sockets, no clock of its own; one thread.
+// Which clients may hold a connection, and whose is closed to make room for a new one. No sockets, no clock of its own;
+// one thread.
 #pragma once
 
 #include <chrono>
@@ -13,23 +14,23 @@ namespace loopwarden::http {
 
 using Moment = std::chrono::steady_clock::time_point;
 
-struct DoorLimits {
+struct ClientLimits {
   std::size_t clients = 200;     // connections in all
   std::size_t per_address = 50;  // of one address that is not this host's own
   std::size_t loopback = 100;    // of this host itself, where a proxy may stand
   double requests_per_s = 50.0;  // of one address, on average; bursts of four seconds
 };
 
-class Doorkeeper {
+class AdmissionControl {
  public:
-  explicit Doorkeeper(DoorLimits limits) : limits_(limits) {}
+  explicit AdmissionControl(ClientLimits limits) : limits_(limits) {}
 
   struct Admission {
     std::uint64_t id = 0;                                   // 0: there is no room
     std::optional<std::uint64_t> displaced = std::nullopt;  // whose connection is to be closed
   };
-  // Where all places are taken the one goes that never sent a sound request, the oldest of them, else the one that
-  // has been silent for longest; nobody whose request is being answered.
+  // If all places are taken, the oldest connection that never sent a sound request is displaced, else the one that has
+  // been silent for longest; never one whose request is being answered.
   Admission admit(const std::string& address, bool loopback, Moment now);
   void left(std::uint64_t id);
 
@@ -41,15 +42,15 @@ class Doorkeeper {
   // who only asks always finds one.
   bool stream(std::uint64_t id);
 
-  // 0: a request of this address may be answered; else how many seconds it should wait.
-  unsigned wait_s(const std::string& address, Moment now);
+  // 0 if a request of this address may be answered, else after how many seconds it may be repeated (Retry-After).
+  unsigned retry_after_s(const std::string& address, Moment now);
 
-  std::size_t clients() const noexcept { return guests_.size(); }
+  std::size_t clients() const noexcept { return clients_.size(); }
   std::uint64_t displaced() const noexcept { return displaced_; }
   std::uint64_t turned_away() const noexcept { return turned_away_; }
 
  private:
-  struct Guest {
+  struct Client {
     std::string address;
     Moment silent_since;
     bool loopback = false;
@@ -64,11 +65,11 @@ class Doorkeeper {
   std::size_t most_of(bool loopback) const noexcept {
     return loopback ? limits_.loopback : limits_.per_address;
   }
-  std::optional<std::uint64_t> who_goes(const std::string* address) const;
+  std::optional<std::uint64_t> displaceable(const std::string* address) const;
   void forget_full_buckets(Moment now);
 
-  DoorLimits limits_;
-  std::map<std::uint64_t, Guest> guests_;  // by age
+  ClientLimits limits_;
+  std::map<std::uint64_t, Client> clients_;  // by age
   std::map<std::string, std::size_t> by_address_;
   std::map<std::string, Bucket> buckets_;
   std::uint64_t next_ = 1;
