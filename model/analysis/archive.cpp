@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "model/numeric/statistics.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::analysis {
 namespace {
@@ -163,13 +164,8 @@ bool steps_of_the_signal(const Points& levels) {
 }  // namespace
 
 const char* to_text(ArchiveKind kind) noexcept {
-  switch (kind) {
-    case ArchiveKind::none: return "none";
-    case ArchiveKind::exception: return "exception";
-    case ArchiveKind::swinging_door: return "swinging_door";
-    case ArchiveKind::unknown: return "unknown";
-  }
-  return "";
+  return numeric::enum_name<ArchiveKind::unknown>(
+      kind, {"none", "exception", "swinging_door", "unknown"});
 }
 
 ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const double> values,

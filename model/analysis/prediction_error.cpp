@@ -11,6 +11,7 @@
 #include <span>
 
 #include "model/numeric/least_squares.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::analysis {
 namespace {
@@ -381,13 +382,8 @@ PredictionFit over_neighbours(const Samples& s, PredictionFit fit) {
 }  // namespace
 
 const char* to_text(ProcessForm form) noexcept {
-  switch (form) {
-    case ProcessForm::one_lag: return "one lag";
-    case ProcessForm::two_lags: return "two lags";
-    case ProcessForm::integrating: return "integrating";
-    case ProcessForm::integrating_lag: break;
-  }
-  return "integrating with a lag";
+  return numeric::enum_name<ProcessForm::integrating_lag>(
+      form, {"one lag", "two lags", "integrating", "integrating with a lag"});
 }
 
 std::size_t PredictionFit::parameters() const noexcept {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "model/analysis/step_metrics.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::analysis {
 namespace {
@@ -186,15 +187,8 @@ ValveFigures sine_figures(const ValveTestSettings& s, std::span<const HeldPositi
 }  // namespace
 
 const char* to_text(ValveTest test) noexcept {
-  switch (test) {
-    case ValveTest::step_change: return "step_change";
-    case ValveTest::stepped_ramp: return "stepped_ramp";
-    case ValveTest::step_study: return "step_study";
-    case ValveTest::static_scan: return "static_scan";
-    case ValveTest::dynamic_scan: return "dynamic_scan";
-    case ValveTest::sine: break;
-  }
-  return "sine";
+  return numeric::enum_name<ValveTest::sine>(
+      test, {"step_change", "stepped_ramp", "step_study", "static_scan", "dynamic_scan", "sine"});
 }
 
 std::vector<Hold> plan(ValveTest test, const ValveTestSettings& s) {

@@ -17,6 +17,7 @@
 #include "model/gap/prove.hpp"
 #include "model/gap/text.hpp"
 #include "model/monitor/twin_watch.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::commission {
 namespace {
@@ -517,14 +518,9 @@ class Commissioner {
 }  // namespace
 
 const char* to_text(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::commissioned: return "commissioned";
-    case Verdict::not_enough_movement: return "not_enough_movement";
-    case Verdict::not_healthy: return "not_healthy";
-    case Verdict::not_explained: return "not_explained";
-    case Verdict::not_usable: break;
-  }
-  return "not_usable";
+  return numeric::enum_name<Verdict::not_usable>(
+      verdict,
+      {"commissioned", "not_enough_movement", "not_healthy", "not_explained", "not_usable"});
 }
 
 double size_percent(const plant::EffectSpec& spec, double co_span) {

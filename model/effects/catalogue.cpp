@@ -193,6 +193,11 @@ std::string_view SpecReader::option(const char* name) const {
   return option->values.front();
 }
 
+void refuse(const SpecReader& read, const char* key, const std::string& rule) {
+  throw EffectError(
+      key, std::string(key) + " must be " + rule + " (got " + number_text(read.value(key)) + ")");
+}
+
 std::string number_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%g", value);
@@ -207,6 +212,19 @@ double SearchRange::value(double position) const noexcept {
 double SearchRange::position(double value) const noexcept {
   const double v = std::clamp(value, low, high);
   return logarithmic ? std::log(v / low) / std::log(high / low) : (v - low) / (high - low);
+}
+
+EffectSpec Candidate::effect(Values searched, Values solved_values) const {
+  if (spec != nullptr) return spec(*this, searched, solved_values);
+  EffectSpec out{name};
+  for (std::size_t i = 0; i < search.size(); ++i) {
+    if (search[i].name != std::string_view(kStart.name))
+      out.parameters[search[i].name] = searched[i];
+  }
+  for (std::size_t i = 0; i < std::min(solved.size(), solved_values.size()); ++i) {
+    out.parameters[solved[i]] = solved_values[i];
+  }
+  return out;
 }
 
 SearchRange between(const char* name, double low, double high, bool logarithmic, int grid) {

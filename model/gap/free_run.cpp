@@ -109,7 +109,7 @@ void FreeRun::show(const Terms& terms, const Point& point, std::vector<double>& 
   plant::EffectChain reading = reading_effects_;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (!terms[i]->hides) continue;
-    reading.add(effects::make_effect(terms[i]->spec(*terms[i], point.searched[i], {}), context_));
+    reading.add(effects::make_effect(terms[i]->effect(point.searched[i], {}), context_));
   }
   if (reading.empty() || pv.empty()) return;
   pv[0] = reading.reset(pv[0], 0.0);
@@ -150,8 +150,7 @@ FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
   std::vector<EffectSpec> process_effects = model_.process_effects;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (!terms[i]->in_path()) continue;
-    EffectSpec spec =
-        with_actuator(*terms[i], terms[i]->spec(*terms[i], point.searched[i], {}), point);
+    EffectSpec spec = with_actuator(*terms[i], terms[i]->effect(point.searched[i], {}), point);
     if (terms[i]->block == Block::valve) {
       place_in_valve(valve, std::move(spec));
     } else {
@@ -356,7 +355,7 @@ plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,
                   solved.begin() + static_cast<std::ptrdiff_t>(next),
                   solved.begin() + static_cast<std::ptrdiff_t>(next + term.linear_columns()));
     next += term.linear_columns();
-    EffectSpec spec = with_actuator(term, term.spec(term, point.searched[i], own), point);
+    EffectSpec spec = with_actuator(term, term.effect(point.searched[i], own), point);
     switch (term.block) {
       case Block::valve: place_in_valve(model.valve_effects, std::move(spec)); break;
       case Block::process: model.process_effects.push_back(std::move(spec)); break;

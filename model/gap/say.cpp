@@ -22,6 +22,9 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
   const std::vector<double>& searched = fit.point.searched[index];
   std::map<std::string, double> deviations;
   for (std::size_t j = 0; j < term.search.size(); ++j) deviations[term.search[j].name] = spread[j];
+  for (std::size_t j = 0; j < term.solved.size(); ++j) {
+    deviations[term.solved[j]] = spread[term.search.size() + j];
+  }
   if (term.deviations != nullptr) term.deviations(searched, spread, spec, deviations);
   std::map<std::string, std::array<double, 2>> out;
   for (const auto& [name, value] : spec.parameters) {

@@ -33,6 +33,8 @@
 
 #include <cstdint>
 
+#include "model/numeric/enum_name.hpp"
+
 namespace loopwarden::monitor {
 
 // The numbers are those of the register map and never change.
@@ -49,17 +51,9 @@ enum class AlarmState : std::uint8_t {
 inline constexpr std::uint8_t kAlarmStates = 8;
 
 constexpr const char* to_text(AlarmState state) noexcept {
-  switch (state) {
-    case AlarmState::normal: return "normal";
-    case AlarmState::unacknowledged: return "unacknowledged";
-    case AlarmState::acknowledged: return "acknowledged";
-    case AlarmState::returned_unacknowledged: return "returned_unacknowledged";
-    case AlarmState::latched_unacknowledged: return "latched_unacknowledged";
-    case AlarmState::latched_acknowledged: return "latched_acknowledged";
-    case AlarmState::shelved: return "shelved";
-    case AlarmState::suppressed: break;
-  }
-  return "suppressed";
+  return numeric::enum_name<AlarmState::suppressed>(
+      state, {"normal", "unacknowledged", "acknowledged", "returned_unacknowledged",
+              "latched_unacknowledged", "latched_acknowledged", "shelved", "suppressed"});
 }
 
 struct AlarmSettings {

@@ -9,6 +9,7 @@
 #include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "model/training/team_training.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::specialist {
 namespace {
@@ -82,12 +83,7 @@ Network on_columns(const Network& network, const Components& components) {
 }  // namespace
 
 const char* to_text(Role role) noexcept {
-  switch (role) {
-    case Role::training: return "training";
-    case Role::validation: return "validation";
-    case Role::test: break;
-  }
-  return "test";
+  return numeric::enum_name<Role::test>(role, {"training", "validation", "test"});
 }
 
 Role role_of(std::size_t place) noexcept {

@@ -266,8 +266,8 @@ int train_table(const StudyOptions& options) {
       });
   workbench::write_output(
       options.train,
-      table_source(table, fmt::format("loopwarden-study diagnose --train FILE --cases {} --seed {}",
-                                      options.cases, options.seed)));
+      table_text(table, fmt::format("loopwarden-study diagnose --train FILE --cases {} --seed {}",
+                                    options.cases, options.seed)));
   fmt::print("{}: {} trees from {} cases\n", options.train, table.trees.size(), cases.size());
   return kExitOk;
 }

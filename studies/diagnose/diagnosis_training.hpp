@@ -38,7 +38,7 @@ using ParallelFor = std::function<void(std::size_t, const std::function<void(std
 TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSettings& settings,
                    const ParallelFor& parallel);
 
-// The source text of model/diagnosis/classifier_table.hpp.
-std::string table_source(const TrainedTable& table, const std::string& provenance);
+// The text of model/diagnosis/classifier.table.
+std::string table_text(const TrainedTable& table, const std::string& provenance);
 
 }  // namespace loopwarden::studies
