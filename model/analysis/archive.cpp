@@ -133,10 +133,7 @@ bool drawn_by_lines(std::span<const double> x) {
 }
 
 double variation(const std::vector<double>& lengths) {
-  const double middle = numeric::mean(lengths);
-  double sum = 0.0;
-  for (const double length : lengths) sum += (length - middle) * (length - middle);
-  return std::sqrt(sum / static_cast<double>(lengths.size())) / middle;
+  return numeric::deviation(lengths) / numeric::mean(lengths);
 }
 
 // Steps between levels, not those of an archive: all multiples of the smallest, or at equal intervals.

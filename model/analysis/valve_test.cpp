@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "model/analysis/step_metrics.hpp"
+#include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::analysis {
@@ -59,10 +60,8 @@ std::vector<Hold> sine_plan(const ValveTestSettings& s) {
 
 double settled(const HeldPosition& hold) {
   const std::size_t n = hold.position.size();
-  const std::size_t tail = std::max<std::size_t>(1, n / 3);
-  double sum = 0.0;
-  for (std::size_t k = n - std::min(tail, n); k < n; ++k) sum += hold.position[k];
-  return n == 0 ? std::nan("") : sum / static_cast<double>(std::min(tail, n));
+  if (n == 0) return std::nan("");
+  return numeric::mean(std::span(hold.position).last(std::max<std::size_t>(1, n / 3)));
 }
 
 void add_step(ValveFigures& out, const std::string& name, const HeldPosition& before,
@@ -134,11 +133,9 @@ ValveFigures scan_figures(std::span<const HeldPosition> holds, double span) {
   for (const auto& [x, y] : mean) {
     off = std::max(off, std::abs(y - (sum_y / n + slope * (x - sum_x / n))));
   }
-  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
-                   gaps.end());
   out["hysteresis_and_dead_band_percent"] = 100.0 * greatest / span;
   out["dead_band_percent"] =
-      slope > 0.0 ? 100.0 * std::abs(gaps[gaps.size() / 2]) / slope / span : 0.0;
+      slope > 0.0 ? 100.0 * std::abs(numeric::quantile_in_place(gaps, 0.5)) / slope / span : 0.0;
   out["slope"] = slope;
   out["linearity_percent"] = 100.0 * off / span;
   return out;

@@ -210,6 +210,28 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   }
 }
 
+std::array<double, 2> FreeRun::past(const Point& point,
+                                    const std::vector<std::vector<double>>& columns,
+                                    const std::vector<double>& pv,
+                                    const std::vector<bool>& measured, std::size_t fitted) const {
+  const double memory_s =
+      point.dead_time_s + 6.0 * (point.time_constant_s + model_.process.second_time_constant_s);
+  const std::size_t head =
+      model_.process.integrating()
+          ? fitted
+          : std::min(pv.size(), static_cast<std::size_t>(memory_s / model_.sample_time_s) + 2);
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  for (std::size_t k = 0; k < head; ++k) {
+    if (!measured[k]) continue;
+    const Eigen::Vector2d row(columns[1][k], columns[2][k]);
+    normal += row * row.transpose();
+    right += row * (pv[k] - offset_[k] - columns[0][k]);
+  }
+  const Eigen::Vector2d solved = normal.ldlt().solve(right);
+  return {solved(0), solved(1)};
+}
+
 std::vector<double> FreeRun::flow(const Point& point, Block block) const {
   Chains c = chains({}, point);
   std::vector<double> out(co_.size());

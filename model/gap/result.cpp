@@ -5,8 +5,8 @@
 
 namespace loopwarden::gap {
 
-const char* to_text(Verdict verdict) noexcept {
-  return numeric::enum_name<Verdict::unexplained>(verdict,
+const char* to_text(Outcome outcome) noexcept {
+  return numeric::enum_name<Outcome::unexplained>(outcome,
                                                   {"missing_effect", "no_gap", "unexplained"});
 }
 

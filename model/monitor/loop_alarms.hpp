@@ -93,7 +93,6 @@ class LoopAlarms {
                    std::int64_t until_ms = 0) noexcept;
 
   const Alarm& alarm(AlarmKind kind) const noexcept { return alarms_[index_of(kind)]; }
-  bool any_unacknowledged() const noexcept;
   bool any_shelved() const noexcept;
   bool any_suppressed() const noexcept;
 

@@ -59,8 +59,9 @@ inline Ne107 condensed(const LoopCondition& loop, const LoopAlarms& alarms,
   for (const AlarmKind kind : kValveAlarms) {
     const Alarm& alarm = alarms.alarm(kind);
     if (!alarm.active()) continue;
-    const bool severe = kind == AlarmKind::low_air_supply ||
-                        (!alarm.explained() && alarm.memory().severity_percent >= severe_percent);
+    const bool severe =
+        kind == AlarmKind::low_air_supply ||
+        (!alarm.is_consequence() && alarm.memory().severity_percent >= severe_percent);
     state = gravest(state, severe ? Ne107::out_of_specification : Ne107::maintenance_required);
   }
   return state;

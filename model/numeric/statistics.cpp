@@ -41,6 +41,17 @@ double rms(std::span<const double> x) {
   return std::sqrt(sum / static_cast<double>(x.size()));
 }
 
+double rms_apart(std::span<const double> x, std::span<const double> y) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (!std::isfinite(y[k])) continue;
+    sum += (x[k] - y[k]) * (x[k] - y[k]);
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
 double skewness(std::span<const double> x) {
   const double v = variance(x);
   return v > 0.0 ? central_moment(x, 3) / (v * std::sqrt(v)) : 0.0;
@@ -76,10 +87,16 @@ double quantile(std::vector<double> x, double p) { return quantile_in_place(x, p
 
 double median(std::vector<double> x) { return quantile_in_place(x, 0.5); }
 
-double mad(std::vector<double> x) {
-  const double middle = quantile_in_place(x, 0.5);
-  for (double& v : x) v = std::abs(v - middle);
-  return quantile_in_place(x, 0.5);
+Range range_of(std::span<const double> x) noexcept {
+  Range range;
+  bool any = false;
+  for (const double v : x) {
+    if (!std::isfinite(v)) continue;
+    if (!any) range = {v, v};
+    any = true;
+    range = {std::min(range.low, v), std::max(range.high, v)};
+  }
+  return range;
 }
 
 }  // namespace loopwarden::numeric

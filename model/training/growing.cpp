@@ -119,8 +119,8 @@ Signature simulate_signature(const plant::LoopModel& believed, Condition conditi
   numeric::Random random(seed);
   plant::LoopModel m = believed;
   const control::PidSettings& pid = believed.controller.pid;
-  const double co_span = pid.output_high - pid.output_low;
-  const double pv_span = m.transmitter.high - m.transmitter.low;
+  const double co_span = pid.output_span();
+  const double pv_span = m.transmitter.span();
   m.controller.pid.gains.kp *= random.uniform(0.9, 1.1);
   m.controller.pid.gains.ki *= random.uniform(0.9, 1.1);
   if (m.transmitter.noise == 0.0) m.transmitter.noise = 0.001 * pv_span;

@@ -117,7 +117,7 @@ Tree grow(const Binned& binned, const std::vector<std::size_t>& rows,
 }  // namespace
 
 TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSettings& settings,
-                   const ParallelFor& parallel) {
+                   const numeric::ParallelFor& parallel) {
   TrainedTable table;
   const Binned binned = bin(cases);
   const std::size_t n = cases.size();

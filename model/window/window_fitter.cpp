@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/window/explainer.hpp"
+#include "model/window/window_fitter.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -70,7 +70,7 @@ LoopFacts facts_of(const plant::LoopModel& model) {
 
 // One stem to try: which law, its numbers in % and blocks, and where the stem starts, -1 to 1 of what friction
 // or play leaves free.
-struct Explainer::Trial {
+struct WindowFitter::Trial {
   enum class Law { none, play, plays, he, choudhury, low_air };
   Law law = Law::none;
   double size = 0.0;
@@ -186,7 +186,7 @@ Eigen::Vector4d solved(const System& system, const Eigen::Vector4d& deviation,
 
 }  // namespace
 
-Explainer::Explainer(const LoopFacts& facts) : facts_(facts) {
+WindowFitter::WindowFitter(const LoopFacts& facts) : facts_(facts) {
   const double h = facts.period_s;
   samples_per_block_ =
       static_cast<std::size_t>(std::clamp(std::floor(facts.time_constant_s / (4.0 * h)), 1.0, 4.0));
@@ -227,7 +227,7 @@ Explainer::Explainer(const LoopFacts& facts) : facts_(facts) {
   target_lanes_.resize(blocks_);
 }
 
-void Explainer::project(std::vector<double>& column) const noexcept {
+void WindowFitter::project(std::vector<double>& column) const noexcept {
   for (const std::vector<double>& direction : basis_) {
     double along = 0.0;
     for (std::size_t b = 0; b < blocks_; ++b) along += column[b] * direction[b];
@@ -235,7 +235,7 @@ void Explainer::project(std::vector<double>& column) const noexcept {
   }
 }
 
-bool Explainer::prepare(const LoopWindow& window, Explanations& explanations) noexcept {
+bool WindowFitter::prepare(const LoopWindow& window, WindowFits& found) noexcept {
   if (window.pv.size() != kWindowSamples || window.co.size() != kWindowSamples) return false;
   if (static_cast<double>(blocks_) < kFewestBlocks) return false;
   const double co_scale = 100.0 / (facts_.co_high - facts_.co_low);
@@ -281,7 +281,7 @@ bool Explainer::prepare(const LoopWindow& window, Explanations& explanations) no
   }
   u_mean_ /= static_cast<double>(blocks_);
   const auto [low, high] = std::minmax_element(target_.begin(), target_.end());
-  explanations.pv_range = *high - *low;
+  found.pv_range = *high - *low;
   // Second differences of white noise have six times its variance. Slips and spikes are cut off at three
   // standard deviations of the first estimate.
   double square = 0.0;
@@ -294,8 +294,8 @@ bool Explainer::prepare(const LoopWindow& window, Explanations& explanations) no
     }
     square = sum / static_cast<double>(kWindowSamples - 2);
   }
-  explanations.noise = std::max(kLeastNoise, std::sqrt(square * share / 6.0));
-  enough_ = kEnough * explanations.noise * explanations.noise * static_cast<double>(blocks_);
+  found.noise = std::max(kLeastNoise, std::sqrt(square * share / 6.0));
+  enough_ = kEnough * found.noise * found.noise * static_cast<double>(blocks_);
   project(target_);
   target_square_ = 0.0;
   for (std::size_t b = 0; b < blocks_; ++b) {
@@ -313,45 +313,45 @@ bool Explainer::prepare(const LoopWindow& window, Explanations& explanations) no
   return true;
 }
 
-void Explainer::measure_movement(Explanations& explanations) const noexcept {
-  explanations.co_range = u_high_ - u_low_;
+void WindowFitter::measure_movement(WindowFits& found) const noexcept {
+  found.co_range = u_high_ - u_low_;
   double extreme = u_[0];
   double direction = 0.0;
-  const double least_turn = 4.0 * explanations.noise;
+  const double least_turn = 4.0 * found.noise;
   std::size_t shut = 0;
   for (std::size_t b = 1; b < blocks_; ++b) {
     const double change = u_[b] - u_[b - 1];
-    explanations.co_travel += std::abs(change);
-    explanations.co_fastest = std::max(explanations.co_fastest, std::abs(change) / block_s_);
+    found.co_travel += std::abs(change);
+    found.co_fastest = std::max(found.co_fastest, std::abs(change) / block_s_);
     const double co = u_[b] + u_mean_;
     if (co < 0.1 || co > 99.9) ++shut;
     const double away = u_[b] - extreme;
     if (direction == 0.0) {
       if (std::abs(away) > least_turn) direction = std::copysign(1.0, away);
     } else if (away * direction < -least_turn) {
-      ++explanations.reversals;
+      ++found.reversals;
       direction = -direction;
       extreme = u_[b];
     }
     if (away * direction > 0.0) extreme = u_[b];
   }
-  explanations.shut_share = static_cast<double>(shut) / static_cast<double>(blocks_);
+  found.shut_share = static_cast<double>(shut) / static_cast<double>(blocks_);
 }
 
 // What a row of candidates leaves of the target once gain and basis have taken their best.
-struct Explainer::Projection {
+struct WindowFitter::Projection {
   Lanes first;  // a constant is free: near zero the sums keep their digits
   Lanes square = every(0.0F);
   Lanes with_target = every(0.0F);
   Lanes along[3] = {every(0.0F), every(0.0F), every(0.0F)};
 
-  void add(const Explainer& e, std::size_t b, Lanes y) noexcept {
+  void add(const WindowFitter& e, std::size_t b, Lanes y) noexcept {
     y = y - first;
     square = square + y * y;
     with_target = with_target + y * every(e.target_lanes_[b]);
     for (std::size_t i = 0; i < 3; ++i) along[i] = along[i] + y * every(e.basis_lanes_[i][b]);
   }
-  void judge(const Explainer& e, Trial* candidates) const noexcept {
+  void judge(const WindowFitter& e, Trial* candidates) const noexcept {
     for (std::size_t i = 0; i < numeric::kLanes; ++i) {
       float own = square[i];
       for (std::size_t k = 0; k < 3; ++k) own -= along[k][i] * along[k][i];
@@ -366,7 +366,7 @@ struct Explainer::Projection {
 
 // A row of stems with the lag behind them.
 template <class Stem>
-struct Explainer::Row {
+struct WindowFitter::Row {
   Stem stem;
   Lanes state;
   Projection sums;
@@ -376,8 +376,8 @@ struct Explainer::Row {
 
 // A batch of stems block by block; each gets the misfit that its best gain leaves.
 template <class Stem>
-void Explainer::try_blocks(Trial* candidates, const Stem& first,
-                           const Stem& second) const noexcept {
+void WindowFitter::try_blocks(Trial* candidates, const Stem& first,
+                              const Stem& second) const noexcept {
   const Lanes keep = every(static_cast<float>(keep_));
   const Lanes take = every(static_cast<float>(1.0 - keep_));
   const Lanes mean_keep = every(static_cast<float>(mean_keep_));
@@ -401,8 +401,8 @@ void Explainer::try_blocks(Trial* candidates, const Stem& first,
 
 // The same sample by sample, with the process as it was found.
 template <class Stem>
-void Explainer::try_samples(Trial* candidates, const Stem& first,
-                            const Stem& second) const noexcept {
+void WindowFitter::try_samples(Trial* candidates, const Stem& first,
+                               const Stem& second) const noexcept {
   const float kept = static_cast<float>(process_.keep);
   const Lanes keep = every(kept);
   const Lanes take = every(1.0F - kept);
@@ -431,7 +431,7 @@ void Explainer::try_samples(Trial* candidates, const Stem& first,
 }
 
 // `candidates` are a batch of one law.
-void Explainer::evaluate(Trial* candidates, Grain grain) const noexcept {
+void WindowFitter::evaluate(Trial* candidates, Grain grain) const noexcept {
   const auto u0 = static_cast<double>(grain == Grain::block ? u_lanes_[0] : co_at(0));
   const double period_s = grain == Grain::block ? block_s_ : facts_.period_s;
   Trial::with_stem(candidates[0].law, u0, period_s, [&](auto make) {
@@ -443,7 +443,7 @@ void Explainer::evaluate(Trial* candidates, Grain grain) const noexcept {
 }
 
 // The stem of one candidate into v_, sample by sample.
-void Explainer::trace(const Trial& candidate) noexcept {
+void WindowFitter::trace(const Trial& candidate) noexcept {
   if (candidate.law == Trial::Law::none) {
     for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(co_at(k));
     return;
@@ -456,9 +456,9 @@ void Explainer::trace(const Trial& candidate) noexcept {
 }
 
 // A search keeps the best of all that it tries.
-class Explainer::Search {
+class WindowFitter::Search {
  public:
-  Search(const Explainer& explainer, Grain grain) : explainer_(explainer), grain_(grain) {}
+  Search(const WindowFitter& fitter, Grain grain) : fitter_(fitter), grain_(grain) {}
 
   // `change` makes lane i of eight from the best one so far.
   template <class Change>
@@ -467,7 +467,7 @@ class Explainer::Search {
       lanes_[i] = best;
       change(lanes_[i], static_cast<double>(i));
     }
-    explainer_.evaluate(lanes_.data(), grain_);
+    fitter_.evaluate(lanes_.data(), grain_);
     Trial found = best;
     for (const Trial& c : lanes_) {
       if (c.misfit < found.misfit) found = c;
@@ -520,7 +520,7 @@ class Explainer::Search {
   Trial best;
 
  private:
-  const Explainer& explainer_;
+  const WindowFitter& fitter_;
   Grain grain_;
   std::array<Trial, kStems> lanes_;
   std::array<Trial, kStems> kept_;
@@ -543,7 +543,7 @@ double gene_of_force(double log_force) noexcept {
 
 }  // namespace
 
-void Explainer::Search::evolve(int generations) {
+void WindowFitter::Search::evolve(int generations) {
   const auto genes_of = [](const Trial& c) {
     const double force = gene_of_force(std::log(0.5 * c.size * (1.0 + c.shape)));
     return Genes{std::clamp(force, 0.0, 1.0), std::clamp(2.0 * c.shape / (1.0 + c.shape), 0.0, 1.0),
@@ -558,12 +558,12 @@ void Explainer::Search::evolve(int generations) {
   };
   const auto judge = [&](std::span<const Genes> trials, std::span<double> costs) {
     std::transform(trials.begin(), trials.end(), lanes_.begin(), express);
-    explainer_.evaluate(lanes_.data(), grain_);
+    fitter_.evaluate(lanes_.data(), grain_);
     std::transform(lanes_.begin(), lanes_.end(), costs.begin(),
                    [](const Trial& c) { return c.misfit; });
   };
   // One stream, the same for every window: what a window shows must not depend on chance. The shipped networks
-  // have learned what it finds; with another one in ten sticking windows is explained otherwise.
+  // have learned what it finds; with another one in ten sticking windows is fitted otherwise.
   numeric::ShortRandom random;
   std::array<Genes, 2 * kStems> members;
   std::array<double, 2 * kStems> costs{};
@@ -590,9 +590,9 @@ void Explainer::Search::evolve(int generations) {
   best.misfit = costs[found];
 }
 
-Explainer::Trial Explainer::search_play(Explanation explanation) noexcept {
+WindowFitter::Trial WindowFitter::search_play(FaultModel fault) noexcept {
   Search search(*this, Grain::block);
-  const auto law = explanation == Explanation::backlash ? Trial::Law::play : Trial::Law::plays;
+  const auto law = fault == FaultModel::backlash ? Trial::Law::play : Trial::Law::plays;
   for (const double start : kStarts) {
     search.try_eight([&](Trial& c, double i) {
       c.law = law;
@@ -606,7 +606,7 @@ Explainer::Trial Explainer::search_play(Explanation explanation) noexcept {
   return search.best;
 }
 
-Explainer::Trial Explainer::search_stiction() noexcept {
+WindowFitter::Trial WindowFitter::search_stiction() noexcept {
   Search search(*this, Grain::block);
   for (const double start : kStarts) {
     for (const double jump : kJumps) {
@@ -626,7 +626,7 @@ Explainer::Trial Explainer::search_stiction() noexcept {
   return search.best;
 }
 
-Explainer::Trial Explainer::search_low_air() noexcept {
+WindowFitter::Trial WindowFitter::search_low_air() noexcept {
   Search search(*this, Grain::block);
   const double range = u_high_ - u_low_;
   for (const double short_of_top : {-0.05, 0.2, 0.5}) {
@@ -644,7 +644,7 @@ Explainer::Trial Explainer::search_low_air() noexcept {
   return search.best;
 }
 
-void Explainer::believe(double dead_time_off_s, double lag_off_s) noexcept {
+void WindowFitter::believe(double dead_time_off_s, double lag_off_s) noexcept {
   process_.shift = static_cast<std::ptrdiff_t>(std::lround(dead_time_off_s / facts_.period_s));
   process_.dead_time_off_s = static_cast<double>(process_.shift) * facts_.period_s;
   process_.time_constant_s =
@@ -652,10 +652,9 @@ void Explainer::believe(double dead_time_off_s, double lag_off_s) noexcept {
   process_.keep = std::exp(-facts_.period_s / process_.time_constant_s);
 }
 
-ExplanationFit Explainer::settle(Explanation explanation, const Trial& start,
-                                 double noise) noexcept {
+FaultFit WindowFitter::settle(FaultModel fault, const Trial& start, double noise) noexcept {
   believe(0.0, 0.0);
-  ExplanationFit best = fit(explanation, start, noise);
+  FaultFit best = fit_stem(fault, start, noise);
   Search search(*this, Grain::sample);
   search.best = start;
   const double range = u_high_ - u_low_;
@@ -691,7 +690,7 @@ ExplanationFit Explainer::settle(Explanation explanation, const Trial& start,
       }
       case Trial::Law::low_air: search.air(step, range); break;
     }
-    const ExplanationFit now = fit(explanation, search.best, noise);
+    const FaultFit now = fit_stem(fault, search.best, noise);
     if (now.mse < best.mse) best = now;
   }
   if (search.best.law == Trial::Law::play || search.best.law == Trial::Law::plays) {
@@ -700,7 +699,7 @@ ExplanationFit Explainer::settle(Explanation explanation, const Trial& start,
       for (int i = 0; i < kMostSteps; ++i) {
         Trial next = search.best;
         next.size *= ratio;
-        const ExplanationFit now = fit(explanation, next, noise);
+        const FaultFit now = fit_stem(fault, next, noise);
         if (now.mse >= best.mse) break;
         best = now;
         search.best = next;
@@ -710,8 +709,7 @@ ExplanationFit Explainer::settle(Explanation explanation, const Trial& start,
   return best;
 }
 
-ExplanationFit Explainer::fit(Explanation explanation, const Trial& candidate,
-                              double noise) noexcept {
+FaultFit WindowFitter::fit_stem(FaultModel fault, const Trial& candidate, double noise) noexcept {
   trace(candidate);
   const double time_constant = process_.time_constant_s;
   const double keep = process_.keep;
@@ -739,8 +737,8 @@ ExplanationFit Explainer::fit(Explanation explanation, const Trial& candidate,
     }
     for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i][b] = sums[i] * share;
   }
-  const Prior& prior = explanation == Explanation::other_process ? kUnsure : kBelieved;
-  const bool with_offset = explanation == Explanation::hysteresis_offset;
+  const Prior& prior = fault == FaultModel::other_process ? kUnsure : kBelieved;
+  const bool with_offset = fault == FaultModel::hysteresis_offset;
   const std::size_t count = with_offset ? 4 : 3;
   // The last one's is no prior at all.
   const Eigen::Vector4d deviation{prior.gain,
@@ -767,7 +765,7 @@ ExplanationFit Explainer::fit(Explanation explanation, const Trial& candidate,
     const Eigen::Vector4d off = (taken + solution).cwiseQuotient(deviation);
     if (off.head<3>().cwiseAbs().maxCoeff() <= kMostOff) break;
   }
-  ExplanationFit result;
+  FaultFit result;
   double slow = 0.0;
   double squares = 0.0;
   double innovations = 0.0;
@@ -791,30 +789,30 @@ ExplanationFit Explainer::fit(Explanation explanation, const Trial& candidate,
   result.size = candidate.size;
   result.shape = candidate.shape;
   if (with_offset) result.size = solution[3];
-  if (explanation == Explanation::low_air_supply) {
+  if (fault == FaultModel::low_air_supply) {
     result.size = largest;
     result.limit = std::max(0.0, u_high_ - candidate.limit);
   }
   return result;
 }
 
-Explanations Explainer::explain(const LoopWindow& window) noexcept {
-  Explanations explanations;
-  if (!prepare(window, explanations)) return explanations;
-  explanations.usable = true;
-  measure_movement(explanations);
+WindowFits WindowFitter::fit(const LoopWindow& window) noexcept {
+  WindowFits found;
+  if (!prepare(window, found)) return found;
+  found.usable = true;
+  measure_movement(found);
   const Trial healthy;
-  const auto put = [&](Explanation e, const Trial& c) {
-    explanations.fits[static_cast<std::size_t>(e)] = settle(e, c, explanations.noise);
+  const auto put = [&](FaultModel e, const Trial& c) {
+    found.fits[static_cast<std::size_t>(e)] = settle(e, c, found.noise);
   };
-  put(Explanation::healthy, healthy);
-  put(Explanation::other_process, healthy);
-  put(Explanation::backlash, search_play(Explanation::backlash));
-  put(Explanation::stiction, search_stiction());
-  put(Explanation::hysteresis_width, search_play(Explanation::hysteresis_width));
-  put(Explanation::hysteresis_offset, healthy);
-  put(Explanation::low_air_supply, search_low_air());
-  return explanations;
+  put(FaultModel::healthy, healthy);
+  put(FaultModel::other_process, healthy);
+  put(FaultModel::backlash, search_play(FaultModel::backlash));
+  put(FaultModel::stiction, search_stiction());
+  put(FaultModel::hysteresis_width, search_play(FaultModel::hysteresis_width));
+  put(FaultModel::hysteresis_offset, healthy);
+  put(FaultModel::low_air_supply, search_low_air());
+  return found;
 }
 
 }  // namespace loopwarden::specialist
