@@ -2,10 +2,7 @@
 #include "model/analysis/identification.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <numeric>
 #include <utility>
 
 #include "model/analysis/excitation.hpp"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <numbers>
 
 #include "model/numeric/root_sum_square.hpp"

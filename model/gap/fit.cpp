@@ -4,10 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <limits>
 #include <numbers>
-#include <numeric>
 #include <span>
 
 #include "model/gap/constants.hpp"

@@ -2,7 +2,6 @@
 // Where the search for one more effect starts from.
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <utility>
 
 #include "model/gap/fit_work.hpp"

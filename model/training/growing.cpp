@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "model/numeric/random.hpp"
