@@ -68,7 +68,7 @@ std::string loop_text(const specialist::Team& team) {
       f.pv_high, team.temperature);
   for (std::size_t i = 0; i < specialist::kNetworkInputs; ++i) {
     text += fmt::format("  - [{}, {}]  # {}\n", static_cast<float>(team.centre[i]),
-                        static_cast<float>(team.scale[i]), specialist::kInputNames[i]);
+                        static_cast<float>(team.scale[i]), specialist::input_name(i));
   }
   return text;
 }

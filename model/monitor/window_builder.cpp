@@ -45,7 +45,7 @@ WindowState WindowBuilder::usable(const Cycle& cycle) const noexcept {
   return WindowState::valid;
 }
 
-WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
+WindowBuilder::Progress WindowBuilder::add(const Cycle& cycle) noexcept {
   // A number that goes back is another run: as much of a gap as any.
   const std::uint64_t missing = any_ ? cycle.period_index - last_period_ - 1 : 0;
   any_ = true;
@@ -56,16 +56,16 @@ WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
     start_over();
     broken_ = true;
     state_ = can_use;
-    return news ? Event::broken : Event::none;
+    return news ? Progress::broken : Progress::none;
   }
-  Event event = Event::none;
+  Progress event = Progress::none;
   if (broken_) {
     state_ = WindowState::filling;
   } else if (missing > 0) {
     if (missing > kLongestBridge * settings_.decimation || !bridge(cycle, missing)) {
       start_over();
       state_ = WindowState::gap;
-      event = Event::broken;
+      event = Progress::broken;
     }
   }
   broken_ = false;
@@ -75,7 +75,7 @@ WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
   window_in_stretch_ = true;
   state_ = WindowState::valid;
   put_in_order();
-  return Event::full;
+  return Progress::full;
 }
 
 std::size_t WindowBuilder::bridged_in_window() const noexcept {

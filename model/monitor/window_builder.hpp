@@ -54,13 +54,13 @@ class WindowBuilder {
  public:
   explicit WindowBuilder(const WindowSettings& settings);
 
-  enum class Event : std::uint8_t {
+  enum class Progress : std::uint8_t {
     none,
     broken,  // what was gathered is lost; state() says why. Once for each stretch that can't be used
     full     // window() holds a window until the next call of add()
   };
   // No allocation.
-  Event add(const Cycle& cycle) noexcept;
+  Progress add(const Cycle& cycle) noexcept;
 
   // Of the newest window; while the first one of a stretch is being gathered, filling or gap.
   WindowState state() const noexcept { return state_; }

@@ -33,7 +33,9 @@ std::string key_of(const TrainingJob& job) {
   text += fmt::format("{} {} {} {} {} {} {} {} {}", t.seed, t.windows, t.hidden, t.restarts,
                       t.most_epochs, t.patience, g.seed, g.components, g.learning.most_epochs);
   for (const std::size_t size : g.sizes) text += fmt::format(" {}", size);
-  for (const std::string_view name : specialist::kInputNames) text += fmt::format(" {}", name);
+  for (std::size_t i = 0; i < specialist::kNetworkInputs; ++i) {
+    text += fmt::format(" {}", specialist::input_name(i));
+  }
   return base::sha256_hex(text);
 }
 

@@ -76,9 +76,9 @@ void copy_version_1(const std::filesystem::path& to) {
                         std::filesystem::copy_options::recursive);
 }
 
-// Explanations with another value in every place.
-specialist::Explanations varied_explanations() {
-  specialist::Explanations f;
+// WindowFits with another value in every place.
+specialist::WindowFits varied_explanations() {
+  specialist::WindowFits f;
   f.usable = true;
   f.noise = 0.1;
   f.co_range = 10.0;
@@ -87,7 +87,7 @@ specialist::Explanations varied_explanations() {
   f.co_fastest = 1.5;
   f.reversals = 6.0;
   double k = 0.0;
-  for (specialist::ExplanationFit& fit : f.fits) {
+  for (specialist::FaultFit& fit : f.fits) {
     k += 1.0;
     fit.mse = 0.01 + 0.004 * k * k;
     fit.innovation = 0.009 + 0.001 * k;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Explains a window by the healthy loop and by each valve fault, from CO to PV.
+// Fits the healthy loop and the loop with each valve fault to a window, from CO to PV.
 //
 // In % of the CO span, u = CO and p = PV over the gain, both as means of blocks of a few samples:
 //
@@ -20,7 +20,7 @@
 //
 //   p, u, v, r  % of CO span     D, s, offset  % of CO span, >= 0     R  %/s     l  s
 //
-// Errors: none. Without movement every explanation is as good as the other, and the evidence says so.
+// Errors: none. Without movement every fault model is as good as the other, and the evidence says so.
 // What it can't do: loops that integrate, oscillate by themselves or have a bent characteristic beyond
 // what g takes up; a dead time of more than half the window.
 //
@@ -38,7 +38,7 @@
 namespace loopwarden::specialist {
 
 // `other_process` is the healthy valve with a belief that may be wrong by half.
-enum class Explanation : std::size_t {
+enum class FaultModel : std::size_t {
   healthy,
   other_process,
   backlash,
@@ -47,9 +47,9 @@ enum class Explanation : std::size_t {
   hysteresis_offset,
   low_air_supply
 };
-inline constexpr std::size_t kExplanations = 7;
+inline constexpr std::size_t kFaultModels = 7;
 
-struct ExplanationFit {
+struct FaultFit {
   double mse = 0.0;              // mean of r^2, (% of CO span)^2
   double innovation = 0.0;       // the same of r less its own slow course
   double size = 0.0;             // %: D, s, offset; of low air the largest |u - v|
@@ -62,7 +62,7 @@ struct ExplanationFit {
   double lag_off_s = 0.0;        // dT
 };
 
-struct Explanations {
+struct WindowFits {
   bool usable = false;      // enough samples, none missing for long, the loop fits the window
   double noise = 0.0;       // % of CO span, standard deviation of a block
   double co_range = 0.0;    // % of CO span, from its least to its largest block
@@ -71,16 +71,16 @@ struct Explanations {
   double reversals = 0.0;   // of CO by more than four times the noise
   double pv_range = 0.0;    // % of CO span
   double shut_share = 0.0;  // share of the blocks with CO at an end of its range
-  std::array<ExplanationFit, kExplanations> fits{};
-  const ExplanationFit& of(Explanation e) const { return fits[static_cast<std::size_t>(e)]; }
+  std::array<FaultFit, kFaultModels> fits{};
+  const FaultFit& of(FaultModel e) const { return fits[static_cast<std::size_t>(e)]; }
 };
 
-class Explainer {
+class WindowFitter {
  public:
-  explicit Explainer(const LoopFacts& facts);
+  explicit WindowFitter(const LoopFacts& facts);
 
   // No allocation. Missing samples hold the last one.
-  Explanations explain(const LoopWindow& window) noexcept;
+  WindowFits fit(const LoopWindow& window) noexcept;
 
   const LoopFacts& facts() const noexcept { return facts_; }
 
@@ -90,7 +90,7 @@ class Explainer {
   template <class Stem>
   struct Row;
   class Search;
-  // The loop as one explanation finds it, beside what was believed.
+  // The loop as one fault model finds it, beside what was believed.
   struct Process {
     std::ptrdiff_t shift = 0;  // samples of dead time more
     double dead_time_off_s = 0.0;
@@ -100,8 +100,8 @@ class Explainer {
   // A search goes by blocks with the believed process first, then sample by sample with the one found.
   enum class Grain { block, sample };
 
-  bool prepare(const LoopWindow& window, Explanations& explanations) noexcept;
-  void measure_movement(Explanations& explanations) const noexcept;
+  bool prepare(const LoopWindow& window, WindowFits& found) noexcept;
+  void measure_movement(WindowFits& found) const noexcept;
   template <class Stem>
   void try_blocks(Trial* candidates, const Stem& first, const Stem& second) const noexcept;
   template <class Stem>
@@ -109,9 +109,9 @@ class Explainer {
   void evaluate(Trial* candidates, Grain grain) const noexcept;
   void trace(const Trial& candidate) noexcept;
   void believe(double dead_time_off_s, double lag_off_s) noexcept;
-  ExplanationFit fit(Explanation explanation, const Trial& candidate, double noise) noexcept;
-  ExplanationFit settle(Explanation explanation, const Trial& start, double noise) noexcept;
-  Trial search_play(Explanation explanation) noexcept;
+  FaultFit fit_stem(FaultModel fault, const Trial& candidate, double noise) noexcept;
+  FaultFit settle(FaultModel fault, const Trial& start, double noise) noexcept;
+  Trial search_play(FaultModel fault) noexcept;
   Trial search_stiction() noexcept;
   Trial search_low_air() noexcept;
   void project(std::vector<double>& column) const noexcept;

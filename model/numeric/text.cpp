@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/gap/text.hpp"
+#include "model/numeric/text.hpp"
 
 #include <array>
 #include <cstdarg>
 #include <cstdio>
 
-namespace loopwarden::gap {
+namespace loopwarden::numeric {
 
 // NOLINTNEXTLINE(cert-dcl50-cpp): checked against its format by the compiler
 std::string text(const char* format, ...) {
@@ -17,4 +17,4 @@ std::string text(const char* format, ...) {
   return out.data();
 }
 
-}  // namespace loopwarden::gap
+}  // namespace loopwarden::numeric

@@ -4,9 +4,9 @@
 
 #include <string>
 
-namespace loopwarden::gap {
+namespace loopwarden::numeric {
 
 // As printf, up to 511 characters.
 [[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...);
 
-}  // namespace loopwarden::gap
+}  // namespace loopwarden::numeric
