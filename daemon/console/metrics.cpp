@@ -6,6 +6,7 @@
 
 #include <array>
 #include <iterator>
+#include <numeric>
 #include <system_error>
 #include <utility>
 
@@ -69,6 +70,8 @@ class Page {
     sample((base + "_count").c_str(), {}, below);
   }
   void append(Page& other) { text_ += std::exchange(other.text_, {}); }
+  void reserve(std::size_t more) { text_.reserve(text_.size() + more); }
+  std::size_t size() const noexcept { return text_.size(); }
   std::string take() { return std::move(text_); }
 
  private:
@@ -168,6 +171,10 @@ class LoopPages {
   }
 
   void append_to(Page& page) {
+    page.reserve(std::accumulate(
+        values_.begin(), values_.end(),
+        input_age_.size() + fault_.size() + automatic_.size() + alarm_.size() + condition_.size(),
+        [](std::size_t sum, const Page& family) { return sum + family.size(); }));
     for (Page* family : {&input_age_, &fault_, &automatic_, &alarm_, &condition_}) {
       page.append(*family);
     }

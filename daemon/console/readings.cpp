@@ -137,7 +137,8 @@ std::string Readings::status() const {
   for (std::size_t i = 0; i < parts_.loops.size(); ++i) {
     put_item(text, loop_status(parts_, i));
   }
-  return text + R"(],"ok":true})";
+  text += R"(],"ok":true})";
+  return text;
 }
 
 json Readings::trend(const json& request) const {
@@ -173,7 +174,8 @@ std::string Readings::alarms() const {
       put_item(text, alarm_json(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
     }
   }
-  return text + R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
+  text += R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
+  return text;
 }
 
 json Readings::describe() const {
