@@ -40,42 +40,6 @@ std::string name_in(const std::string& section, const KeyDescription& key) {
   return section.empty() ? key.path : key.path.substr(section.size() + 1);
 }
 
-// Markdown of paragraphs, lists, code and `words` as scdoc has it.
-std::string to_scdoc(std::string_view markdown) {
-  std::string text;
-  bool code = false;
-  for (std::size_t i = 0; i < markdown.size(); ++i) {
-    if (markdown.substr(i).starts_with("```")) {
-      code = !code;
-      text += "```";
-      i += 2;
-    } else if (!code && markdown[i] == '`') {
-      text += '*';
-    } else {
-      const bool marks = !code && std::string_view("*_\\").find(markdown[i]) != std::string::npos;
-      if (marks) text += '\\';
-      text += markdown[i];
-    }
-  }
-  return text;
-}
-
-std::string manual_of(const KeyReference& reference) {
-  std::string text;
-  for (const std::string& section : sections_of(reference)) {
-    if (!section.empty()) text += fmt::format("\n## {}\n", section);
-    for (const KeyDescription& key : reference.keys()) {
-      if (section_of(key.path) != section) continue;
-      const std::string fallback = key.fallback.empty()         ? ""
-                                   : key.fallback == "required" ? "; required"
-                                                                : "; default: " + key.fallback;
-      text += fmt::format("\n*{}*: {}\n\t{}\n", to_scdoc(name_in(section, key)),
-                          to_scdoc(key.value + fallback), to_scdoc(key.meaning));
-    }
-  }
-  return text;
-}
-
 }  // namespace
 
 void KeyReference::add(KeyDescription description) {
@@ -100,7 +64,7 @@ std::string to_markdown(const KeyReference& reference) {
 }
 
 std::string describe_configuration() {
-  std::string text = std::string(kIntroduction) + kRules;
+  std::string text = kIntroduction;
   text += "\n## The daemon: `loopwardend.yaml`\n" + to_markdown(describe_daemon());
   text += "\n## A loop: `loops.d/*.yaml`\n";
   text += kLoopNotes + to_markdown(describe_loop());
@@ -108,15 +72,6 @@ std::string describe_configuration() {
   text += "\n## A loop model\n" + to_markdown(describe_model());
   text += "\n## Effects\n\nOf a model's valve, process, transmitter, disturbances and faults.\n\n";
   return text + describe_effects();
-}
-
-std::string manual_page() {
-  std::string text = kManualHead + to_scdoc(kRules);
-  text += "\n# THE DAEMON: loopwardend.yaml\n" + manual_of(describe_daemon());
-  text += "\n# A LOOP: loops.d\n" + to_scdoc(kLoopNotes) + manual_of(describe_loop());
-  text += "\n# WIRING BY REGISTERS AND COUNTS\n" + to_scdoc(kWiringNotes);
-  text += "\n# A LOOP MODEL\n" + manual_of(describe_model());
-  return text + kManualTail;
 }
 
 }  // namespace loopwarden::config

@@ -5,9 +5,9 @@
 #include <charconv>
 #include <set>
 
-#include "config/map_reader.hpp"
+#include "base/digest/digest.hpp"
 #include "config/document.hpp"
-#include "config/specialists/checksum.hpp"
+#include "config/map_reader.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "config/specialists/weights_text.hpp"
 
@@ -233,7 +233,7 @@ class ManifestReader {
     }
     const std::optional<std::string> text = read_source_file(path, report);
     if (!text) return fail();
-    const std::string found = sha256_of(*text);
+    const std::string found = base::sha256_hex(*text);
     if (found != sum) {
       report.error({}, "", fmt::format("has another sha256 than the manifest says: {}", found));
       return fail();

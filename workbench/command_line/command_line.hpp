@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
-#include <vector>
 
 #include "workbench/files/installed_files.hpp"
 
@@ -13,9 +12,6 @@ namespace loopwarden::workbench {
 
 // --json, as every command that prints a result has it.
 CLI::Option* add_json_flag(CLI::App& sub, bool& json);
-
-// `help COMMAND` and `version` as options.
-std::vector<std::string> in_options(std::vector<std::string> words);
 
 // Looks in the package (installed()) for all that commands read of records, models, specialists and configurations.
 void look_in_package(CLI::App& app, const std::string& share = kShare);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/files/model_file.hpp"
 
-#include <fstream>
-#include <sstream>
+#include <fmt/format.h>
 
+#include "base/file.hpp"
 #include "config/loop_model_reader.hpp"
 
 namespace loopwarden::workbench {
@@ -12,12 +12,7 @@ plant::LoopModel load_model(const std::string& path) {
   return usable(config::read_model_file(path));
 }
 
-std::string text_of(const std::string& path) {
-  std::ifstream in(path);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+std::string text_of(const std::string& path) { return base::read_file(path).value_or(""); }
 
 std::string process_text(const plant::ProcessParameters& process) {
   std::string text =

@@ -162,25 +162,25 @@ std::string counts_html(const json& survey, const std::map<std::string, int>& ne
 }
 
 std::string list_head() {
-  struct Column {
+  struct Heading {
     const char* name;
     const char* type;
   };
-  constexpr std::array kColumns{Column{"#", ""},
-                                Column{"Loop", "text"},
-                                Column{"PV", "text"},
-                                Column{"Verdict", "text"},
-                                Column{"p %", "wide"},
-                                Column{"Period", "wide"},
-                                Column{"Group", "wide"},
-                                Column{"Automatic %", "wide"},
-                                Column{"At limit %", "wide"},
-                                Column{"Variability", "wide"},
-                                Column{"Travel /h", "wide"},
-                                Column{"Since", "text wide"},
-                                Column{"Next", "text"}};
+  constexpr std::array kColumns{Heading{"#", ""},
+                                Heading{"Loop", "text"},
+                                Heading{"PV", "text"},
+                                Heading{"Verdict", "text"},
+                                Heading{"p %", "wide"},
+                                Heading{"Period", "wide"},
+                                Heading{"Group", "wide"},
+                                Heading{"Automatic %", "wide"},
+                                Heading{"At limit %", "wide"},
+                                Heading{"Variability", "wide"},
+                                Heading{"Travel /h", "wide"},
+                                Heading{"Since", "text wide"},
+                                Heading{"Next", "text"}};
   std::string html = "<table class=\"loops\"><thead><tr>";
-  for (const Column& c : kColumns) {
+  for (const Heading& c : kColumns) {
     html += fmt::format("<th class=\"{}\"><button>{}</button></th>", c.type, c.name);
   }
   return html + "</tr></thead><tbody>\n";
