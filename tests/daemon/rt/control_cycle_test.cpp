@@ -934,6 +934,16 @@ TEST_CASE("an order that can't act is refused as a whole, and reported") {
   refused({.mode = Mode::automatic}, Refusal::manual_after_fault);
 }
 
+TEST_CASE("a value out of its limits is told from an order that comes at the wrong time") {
+  using daemon::rt::is_out_of_limits;
+  for (std::uint8_t code = 0; code <= static_cast<std::uint8_t>(Refusal::output_changed); ++code) {
+    const auto refusal = static_cast<Refusal>(code);
+    CHECK(is_out_of_limits(refusal) == (refusal == Refusal::set_point_out_of_limits ||
+                                        refusal == Refusal::output_out_of_limits ||
+                                        refusal == Refusal::gain_out_of_limits));
+  }
+}
+
 TEST_CASE("what is asked for and is so already is no offence") {
   Loop loop;
   loop.run(5);

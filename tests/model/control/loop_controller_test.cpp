@@ -75,6 +75,18 @@ TEST_CASE("automatic to manual holds what stands", "[control][modes]") {
   CHECK(controller.step(pv(20.0)).output == output);
 }
 
+TEST_CASE("to ask for manual once more does not stop an output on its way", "[control][modes]") {
+  ControllerSettings s = settings();
+  s.output.rate_per_s = 10.0;
+  LoopController controller(s, kPeriod, 50.0, 30.0);
+  controller.request_output(40.0);
+  controller.step(pv(42.0));
+  controller.request_mode(Mode::manual);
+  double output = 0.0;
+  for (int k = 0; k < 20; ++k) output = controller.step(pv(42.0)).output;
+  CHECK(output == 40.0);
+}
+
 TEST_CASE("out of fallback every way is bumpless", "[control][modes]") {
   LoopController controller = automatic(settings(), 50.0, 30.0);
   for (int k = 0; k < 20; ++k) controller.step(pv(45.0));

@@ -209,6 +209,16 @@ TEST_CASE("a difference within the tolerance is no windup", "[control][pid]") {
   CHECK(pid.integral() == Approx(before + 0.05));
 }
 
+TEST_CASE("an output that is shifted has not wound up", "[control][pid]") {
+  PidSettings settings = pi(2.0, 0.5);
+  settings.anti_windup = AntiWindup::back_calculation;
+  Pid pid(settings, kPeriod);
+  pid.initialise(4.0, 3.0, 3.0);
+  CHECK(pid.step(3.0, 3.0, 4.0, 0.0) == 4.0);
+  pid.shift(2.0);
+  CHECK(pid.step(3.0, 3.0, 6.0, 0.0) == 6.0);
+}
+
 TEST_CASE("the derivative acts on PV only", "[control][pid]") {
   PidSettings settings = pi(1.0, 0.0);
   settings.gains.kd = 2.0;
