@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "model/plant/backlash.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 
 namespace loopwarden::tests::control_cycle_test {
@@ -827,6 +828,61 @@ TEST_CASE("a reload puts the jacket back as its file has it, and says that it ca
   loop.run(1);
   CHECK(loop.row.jacket_rate == 0.0F);
   CHECK(loop.channels.settings_taken.load() == 1);
+}
+
+TEST_CASE("the jacket can go by a model of the valve") {
+  auto settings = plain_settings();
+  settings.controller.jacket.form = control::JacketForm::paper;
+  const bool with_play = GENERATE(true, false);
+  plant::EffectChain valve;
+  if (with_play) valve.add(plant::Effect(plant::Backlash(4.0)));
+  Loop loop(settings,
+            {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::go_to(40.0)},
+            daemon::rt::ValvePositionSource::model, valve);
+  loop.run(5);
+  loop.io.set_pv(45.0);
+  loop.run(5);
+  CHECK((loop.row.jacket_rate_shadow != 0.0F) == with_play);
+}
+
+TEST_CASE("a loop reports a change once, and nothing while nothing changes") {
+  Loop loop;
+  loop.run(5);
+  loop.take_events();
+  loop.run(50);
+  CHECK(loop.take_events().empty());
+  loop.order({.mode = Mode::manual});
+  loop.run(50);
+  auto events = loop.take_events();
+  REQUIRE(events.size() == 1);
+  CHECK(events[0].code == EventCode::mode_changed);
+  CHECK(static_cast<Mode>(events[0].a) == Mode::manual);
+  loop.channels.settings.publish({plain_settings(), 1});
+  loop.run(50);
+  events = loop.take_events();
+  REQUIRE(events.size() == 1);
+  CHECK(events[0].code == EventCode::settings_applied);
+}
+
+TEST_CASE(
+    "a fault's action is not ended by an order for an output that is known, or in a graver fault") {
+  Loop loop;
+  SECTION("commands don't reach the valve") {
+    loop.run(5);
+    loop.io.inputs.output_ok = false;
+    loop.io.inputs.output_reason = hal::Reason::link_lost;
+    loop.run(5);
+    REQUIRE(loop.fault() == Fault::output_lost);
+  }
+  SECTION("the contact is open, and nothing tells the output") {
+    loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
+    loop.io.inputs.enable = hal::Enable::open;
+    loop.run(5);
+    REQUIRE(loop.fault() == Fault::enable_open);
+  }
+  loop.order({.mode = Mode::manual, .output = 60.0});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::output_in_fault);
 }
 
 TEST_CASE("the jacket and a compensator never act together") {

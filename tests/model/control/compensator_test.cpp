@@ -191,6 +191,31 @@ TEST_CASE("the two-move method stops the cycle of a one-parameter sticking valve
   CHECK(swing(sticky, 2500.0, 4000.0).rms < 0.6);
 }
 
+TEST_CASE("the two-move method's first move lasts its time, and a new set point ends the second",
+          "[control][compensator]") {
+  Compensator c({.kind = CompensatorKind::two_move,
+                 .stick_band = 1.0,
+                 .move_time_s = 1.0,
+                 .max_mean_error = 5.0},
+                kPeriod);
+  CompensatorInputs in{.set_point = 5.0, .error = 0.0, .output = 5.0};
+  Correction found;
+  for (int k = 0; k < 2000 && !found.hold_integral; ++k) {
+    in.output = wave(k);
+    found = c.step(in);
+  }
+  REQUIRE(found.hold_integral);
+  int periods = 1;
+  while (periods < 100 && c.step(in).added == found.added) ++periods;
+  CHECK(periods == 10);
+  CHECK(c.step(in).hold_integral);
+  in.set_point = 5.1;
+  const Correction after = c.step(in);
+  CHECK(after.release);
+  CHECK(after.added == 0.0);
+  CHECK_FALSE(c.step(in).hold_integral);
+}
+
 TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing up",
           "[control][compensator]") {
   const auto kind =

@@ -190,6 +190,16 @@ TEST_CASE("the set point ramps, and from PV after a change of mode", "[control][
   CHECK(controller.step(pv(47.0)).set_point == Approx(47.1));
 }
 
+TEST_CASE("new limits of the set point hold at once", "[control][modes]") {
+  ControllerSettings s = settings();
+  LoopController controller = automatic(s, 50.0, 30.0);
+  controller.step(pv(50.0));
+  s.set_point.high = 40.0;
+  controller.configure(s);
+  CHECK(controller.step(pv(50.0)).set_point == 40.0);
+  CHECK(controller.set_point_target() == 40.0);
+}
+
 TEST_CASE("retuning while running moves nothing", "[control][modes]") {
   ControllerSettings s = settings();
   LoopController controller = automatic(s, 50.0, 30.0);

@@ -194,6 +194,10 @@ TEST_CASE("conditional integration stops only what would drive further away", "[
   pid.step(5.0, 4.0, 9.0, 0.0);  // more went out than was asked for: integration up helps
   CHECK(pid.integral() == Approx(held));
   CHECK(pid.error(5.0, 4.0) == 1.0);
+  const double u = pid.step(5.0, 4.0, 9.0, 0.0);
+  const double before = pid.integral();
+  pid.step(5.0, 4.0, u - 0.01, 0.0);  // however little
+  CHECK(pid.integral() == before);
 }
 
 TEST_CASE("a difference within the tolerance is no windup", "[control][pid]") {
