@@ -21,9 +21,7 @@ using State = ReloadJob::State;
 
 constexpr std::chrono::seconds kTakingPatience{2};  // a slow loop takes its settings later
 
-std::uint32_t hash_of(const std::string& text) {
-  return base::crc32(text);
-}
+std::uint32_t hash_of(const std::string& text) { return base::crc32(text); }
 
 std::string first_error(std::span<const config::Diagnostic> diagnostics) {
   const auto first = std::find_if(
