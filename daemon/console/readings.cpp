@@ -47,6 +47,12 @@ std::vector<std::string> classes() {
   return names;
 }
 
+// All loops as text, one after the other: as a tree they take some 30 kB each.
+void put_item(std::string& text, const json& item) {
+  if (text.back() != '[') text += ',';
+  text += text_of(item);
+}
+
 json loop_description(const LoopRuntime& loop, const Recorder& recorder) {
   const config::LoopConfig& config = loop.config;
   const bool judged = !config.monitor.specialists.empty();
@@ -96,10 +102,9 @@ journal::JournalQuery wanted_lines(const json& request) {
 
 std::size_t loop_index(const Parts& parts, const json& request) {
   const std::string name = wanted_text(request, "loop");
-  const auto it = std::find_if(parts.loops.begin(), parts.loops.end(),
-                               [&](const LoopRuntime& loop) { return loop.config.name == name; });
-  if (it == parts.loops.end()) throw RequestError("no loop '" + name + "'");
-  return static_cast<std::size_t>(it - parts.loops.begin());
+  const std::optional<std::size_t> found = find_loop(parts.loops, name);
+  if (!found) throw RequestError("no loop '" + name + "'");
+  return *found;
 }
 
 model::AlarmKind wanted_alarm(const json& request) {
@@ -115,9 +120,9 @@ model::AlarmKind wanted_alarm(const json& request) {
 }
 
 std::string Readings::answer(std::string_view what, const json& request) {
-  if (what == "status") return done(status());
+  if (what == "status") return status();
   if (what == "trend") return done(trend(request));
-  if (what == "alarms") return done(alarms());
+  if (what == "alarms") return alarms();
   if (what == "describe") return done(describe());
   if (what == "overview") return overview(parts_);
   if (what == "loop") return done(loop(request));
@@ -127,17 +132,20 @@ std::string Readings::answer(std::string_view what, const json& request) {
   return done(journal(request));
 }
 
-json Readings::status() const {
-  json loops = json::array();
-  for (std::size_t i = 0; i < parts_.loops.size(); ++i) loops.push_back(loop_status(parts_, i));
-  return {{"daemon", parts_.daemon_status()}, {"loops", std::move(loops)}};
+std::string Readings::status() const {
+  std::string text = R"({"daemon":)" + text_of(parts_.daemon_status()) + R"(,"loops":[)";
+  for (std::size_t i = 0; i < parts_.loops.size(); ++i) {
+    put_item(text, loop_status(parts_, i));
+  }
+  text += R"(],"ok":true})";
+  return text;
 }
 
 json Readings::trend(const json& request) const {
   const std::size_t index = loop_index(parts_, request);
   const std::uint64_t most =
       std::min<std::uint64_t>(optional_count(request, "most", kMostTrendRows), kMostTrendRows);
-  const auto rows = parts_.historian.rows(index, optional_count(request, "from", 0), most);
+  const auto rows = parts_.historian.trend(index, optional_count(request, "from", 0), most);
   json period = json::array();
   std::map<std::string, json> columns;
   for (const char* name : {"sp", "pv", "co", "stem", "jacket", "compensator", "mode"})
@@ -158,15 +166,16 @@ json Readings::trend(const json& request) const {
   return reply;
 }
 
-json Readings::alarms() const {
-  json all = json::array();
+std::string Readings::alarms() const {
+  std::string text = R"({"alarms":[)";
   for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
     const monitor::LoopWatch watch = parts_.board.watch(i);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
-      all.push_back(alarm_json(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
+      put_item(text, alarm_json(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
     }
   }
-  return {{"now_ms", parts_.board.now_ms()}, {"alarms", std::move(all)}};
+  text += R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
+  return text;
 }
 
 json Readings::describe() const {

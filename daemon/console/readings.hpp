@@ -29,11 +29,10 @@ class Readings {
   // The answer to a request that reads. Throws RequestError.
   std::string answer(std::string_view what, const nlohmann::json& request);
 
-  nlohmann::json status() const;
-
  private:
+  std::string status() const;
   nlohmann::json trend(const nlohmann::json& request) const;
-  nlohmann::json alarms() const;
+  std::string alarms() const;
   nlohmann::json describe() const;
   nlohmann::json loop(const nlohmann::json& request) const;
   nlohmann::json windows(const nlohmann::json& request) const;

@@ -19,6 +19,8 @@ class RequestError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// On one line; bytes that are no UTF-8 are replaced.
+std::string text_of(const nlohmann::json& value);
 // What a handler answers: a line without its end.
 std::string done(nlohmann::json reply);  // with "ok": true
 

@@ -143,7 +143,7 @@ json alarm_json(const std::string& loop, model::AlarmKind kind, const model::Ala
           {"state", model::to_text(alarm.state())},
           {"active", alarm.active()},
           {"unacknowledged", alarm.unacknowledged()},
-          {"consequence", alarm.explained() && alarm.active()},
+          {"consequence", alarm.is_consequence() && alarm.active()},
           {"raised_ms", memory.raised_ms},
           {"changed_ms", memory.changed_ms},
           {"times_raised", memory.times_raised},

@@ -21,7 +21,7 @@ class DaemonView {
   DaemonView(const std::filesystem::path& runtime_directory, DeadBands dead_bands,
              std::filesystem::path commissions);
 
-  // Asks for everything anew; true where the model is another one than before. Throws DaemonAway or, where it answers
+  // Asks for everything anew; true if the model is another one than before. Throws DaemonAway or, where it answers
   // in a way that can't be understood, DaemonRefused.
   bool look();
 
@@ -30,7 +30,7 @@ class DaemonView {
   Reading loop_reading(std::size_t loop) const;
   // Alarms of a loop that wait for the operator.
   std::vector<std::string> unacknowledged(std::size_t loop) const;
-  // The folder of an alarm's newest evidence, or the evidence folder of that name; nothing: none. Throws as look().
+  // The folder of an alarm's newest evidence, or the evidence folder of that name; nullopt if there is none. Throws as look().
   std::optional<std::filesystem::path> evidence(std::size_t loop, const std::string& wanted);
 
  private:

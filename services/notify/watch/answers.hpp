@@ -16,7 +16,7 @@ inline constexpr const char* kAlarmsRequest = R"({"request":"alarms"})";
 inline constexpr const char* kDescribeRequest = R"({"request":"describe"})";
 inline constexpr const char* kJournalRequest = R"({"request":"journal","most":200})";
 
-// Throw std::runtime_error where it is no such answer, or "ok" is not true.
+// Throw std::runtime_error if it is no such answer, or "ok" is not true.
 std::vector<AlarmReading> alarms_from(std::string_view answer);
 std::vector<JournalLine> journal_from(std::string_view answer);
 // What the loops are for, by their tags.

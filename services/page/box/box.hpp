@@ -17,7 +17,7 @@
 #include "services/page/box/daemon_door.hpp"
 #include "services/page/box/plant.hpp"
 #include "services/page/box/sparklines.hpp"
-#include "net/http/event_board.hpp"
+#include "net/http/event_hub.hpp"
 
 namespace loopwarden::page {
 

@@ -41,7 +41,7 @@ class Loop {
                                                    .output = control::OutputAction::go_to(40.0)},
                 daemon::rt::ValvePositionSource source = daemon::rt::ValvePositionSource::none,
                 plant::EffectChain valve_model = {})
-      : channels(1024),
+      : channels({.records = 1024, .watched = 1024}),
         cycle(0, kPeriod, settings, start, source, std::move(valve_model), io, channels, events) {
     io.set_pv(50.0);
   }

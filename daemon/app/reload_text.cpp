@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// A plan in words and as JSON.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/app/reload.hpp"
+#include "daemon/app/reload_keys.hpp"
+
+namespace loopwarden::daemon::reload {
+namespace {
+
+std::string text_of(const Change& change) {
+  if (change.from.empty()) return change.key;
+  return fmt::format("{} {} -> {}", change.key, change.from, change.to);
+}
+
+std::string text_of(const std::vector<Change>& changes) {
+  std::vector<std::string> texts;
+  for (const Change& change : changes) texts.push_back(text_of(change));
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+void add_lines(const std::string& name, const FilePlan& keys, std::vector<std::string>& lines) {
+  if (!keys.applied.empty()) {
+    lines.push_back(fmt::format("{}: applied: {}", name, text_of(keys.applied)));
+  }
+  if (!keys.waiting_for_restart.empty()) {
+    lines.push_back(
+        fmt::format("{}: waits for a restart: {}", name, text_of(keys.waiting_for_restart)));
+  }
+}
+
+std::string kept_line(const LoopPlan& loop) {
+  std::vector<Change> meaning;
+  std::vector<Change> with_it;
+  for (const Change& change : loop.keys.waiting_for_restart) {
+    (change.why == kMeaning ? meaning : with_it).push_back(change);
+  }
+  std::string line = fmt::format(
+      "{}: nothing is applied before a restart, since this changes what its numbers mean: {}",
+      loop.loop, text_of(meaning));
+  if (!with_it.empty()) line += "; with it waits: " + text_of(with_it);
+  return line;
+}
+
+nlohmann::json json_of(const std::vector<Change>& changes) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const Change& change : changes) {
+    nlohmann::json one = {{"key", change.key}};
+    if (!change.from.empty()) {
+      one["from"] = change.from;
+      one["to"] = change.to;
+    }
+    if (!change.why.empty()) one["why"] = change.why;
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::string> to_lines(const Plan& plan) {
+  std::vector<std::string> lines;
+  add_lines(plan.daemon.file, plan.daemon, lines);
+  for (const LoopPlan& loop : plan.loops) {
+    switch (loop.decision) {
+      case Decision::keep: lines.push_back(kept_line(loop)); break;
+      case Decision::came:
+      case Decision::gone:
+        lines.push_back(fmt::format("{}: {}", loop.loop, loop.keys.waiting_for_restart[0].why));
+        break;
+      case Decision::apply:
+      case Decision::wait_for_output:
+        add_lines(loop.loop, loop.keys, lines);
+        if (!loop.waiting_for_output.empty()) {
+          lines.push_back(fmt::format("{}: waits {}: {}", loop.loop, loop.waiting_for_output[0].why,
+                                      text_of(loop.waiting_for_output)));
+        }
+    }
+  }
+  return lines;
+}
+
+nlohmann::json to_json(const Plan& plan) {
+  nlohmann::json loops = nlohmann::json::array();
+  for (const LoopPlan& loop : plan.loops) {
+    loops.push_back({{"loop", loop.loop},
+                     {"file", loop.keys.file},
+                     {"decision", to_text(loop.decision)},
+                     {"applied", json_of(loop.keys.applied)},
+                     {"waiting_for_output", json_of(loop.waiting_for_output)},
+                     {"waiting_for_restart", json_of(loop.keys.waiting_for_restart)}});
+  }
+  return {{"daemon",
+           {{"file", plan.daemon.file},
+            {"applied", json_of(plan.daemon.applied)},
+            {"waiting_for_restart", json_of(plan.daemon.waiting_for_restart)}}},
+          {"loops", std::move(loops)}};
+}
+
+nlohmann::json to_json(std::span<const config::Diagnostic> diagnostics) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const config::Diagnostic& d : diagnostics) {
+    all.push_back({{"file", d.file},
+                   {"line", d.place.line},
+                   {"column", d.place.column},
+                   {"level", d.level == config::Diagnostic::Level::error ? "error" : "warning"},
+                   {"key", d.key},
+                   {"message", d.message}});
+  }
+  return all;
+}
+
+}  // namespace loopwarden::daemon::reload
