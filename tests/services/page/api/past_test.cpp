@@ -33,8 +33,8 @@ void write_run(const std::filesystem::path& folder, std::uint64_t sequence, std:
     record::RecordRow row;
     row.time_ns = static_cast<std::int64_t>(i) * 100'000'000;
     row.period_index = first_period + i;
-    row.pv = i == 2 ? std::numeric_limits<double>::quiet_NaN()
-                    : static_cast<double>(first_period + i);
+    row.pv =
+        i == 2 ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(first_period + i);
     row.sp = 5.0;
     row.co = 40.0;
     row.stem = 39.5;
