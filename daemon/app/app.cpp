@@ -651,27 +651,26 @@ console::Parts App::console_parts() {
       .modbus_server = [this] { return gateway_ ? gateway_->state() : gateway::ServerState{}; }};
 }
 
-nlohmann::json App::description() const {
+protocol::Description App::description() const {
   const auto rights = [](const config::SocketRights& r) {
-    return nlohmann::json{{"alarms", r.alarms}, {"control", r.control}};
+    return protocol::SocketRights{.alarms = r.alarms, .control = r.control};
   };
   const console::Rights now = control_.rights();
   const config::Alarms& alarms = configuration_.daemon.alarms;
-  return {{"version", LOOPWARDEN_VERSION},
-          {"config_hash", reloader_.config_hash()},
-          {"model_hash", model_hash_},
-          {"accelerate", configuration_.daemon.accelerate},
-          {"started_ms", started_ms_},
-          {"state_directory", configuration_.daemon.state_directory},
-          {"page", rights(now.page)},
-          {"edge", rights(now.edge)},
-          {"alarms",
-           {{"severe_percent", alarms.severe_percent},
-            {"latching", alarms.settings.latching},
-            {"shelve_limit_min", alarms.settings.shelve_limit_ms / 60'000}}}};
+  return {.version = LOOPWARDEN_VERSION,
+          .config_hash = reloader_.config_hash(),
+          .model_hash = model_hash_,
+          .accelerate = configuration_.daemon.accelerate,
+          .started_ms = started_ms_,
+          .state_directory = configuration_.daemon.state_directory,
+          .page = rights(now.page),
+          .edge = rights(now.edge),
+          .alarms = {.severe_percent = alarms.severe_percent,
+                     .latching = alarms.settings.latching,
+                     .shelve_limit_min = alarms.settings.shelve_limit_ms / 60'000}};
 }
 
-nlohmann::json App::status() const {
+protocol::DaemonStatus App::status() const {
   rt::RunnerStatus runner;
   {
     const std::lock_guard lock(status_mutex_);
@@ -679,67 +678,66 @@ nlohmann::json App::status() const {
   }
   const auto microseconds = [](std::int64_t ns) { return static_cast<double>(ns) / 1000.0; };
   const auto histogram = [&](const rt::LatencyHistogram& h) {
-    return nlohmann::json{{"p50", microseconds(h.quantile_ns(0.5))},
-                          {"p99", microseconds(h.quantile_ns(0.99))},
-                          {"p99_9", microseconds(h.quantile_ns(0.999))},
-                          {"worst", microseconds(h.worst_ns)},
-                          {"sum", microseconds(h.sum_ns)},
-                          {"bins", h.bins}};
+    return protocol::Histogram{.p50 = microseconds(h.quantile_ns(0.5)),
+                               .p99 = microseconds(h.quantile_ns(0.99)),
+                               .p99_9 = microseconds(h.quantile_ns(0.999)),
+                               .worst = microseconds(h.worst_ns),
+                               .sum = microseconds(h.sum_ns),
+                               .bins = {h.bins.begin(), h.bins.end()}};
   };
   const journal::JournalStatus lines = journal_.status();
   const monitor::MonitorStatus watched = monitor_->status();
   const EvidenceStatus kept = evidence_.status();
   const ExplainerStatus explained = explainer_.status();
-  nlohmann::json server = nullptr;
+  std::optional<protocol::ModbusServer> server;
   if (gateway_) {
     const gateway::TcpServerCounters c = gateway_->counters();
-    server = {{"port", gateway_->port()}, {"clients", c.clients}, {"requests", c.requests},
-              {"accepted", c.accepted},   {"refused", c.refused}, {"displaced", c.displaced},
-              {"malformed", c.malformed}};
+    server = protocol::ModbusServer{.port = gateway_->port(),
+                                    .clients = c.clients,
+                                    .requests = c.requests,
+                                    .accepted = c.accepted,
+                                    .refused = c.refused,
+                                    .displaced = c.displaced,
+                                    .malformed = c.malformed};
     if (const auto serial = gateway_->serial_counters()) {
-      server["serial"] = {
-          {"open", serial->open}, {"requests", serial->requests}, {"malformed", serial->malformed}};
+      server->serial = protocol::SerialServer{serial->open, serial->requests, serial->malformed};
     }
   }
   const std::int64_t now_ns = monotonic_ns();
-  return {{"version", LOOPWARDEN_VERSION},
-          {"config_hash", reloader_.config_hash()},
-          {"configuration", reloader_.status()},
-          {"recorder", {{"disk_wait_s", historian_.recorder().disk_wait_s()}}},
-          {"log_lines_lost", log_lines_lost_ ? log_lines_lost_() : 0},
-          {"model_hash", model_hash_},
-          {"journal",
-           {{"file", journal_.path().string()},
-            {"written", lines.written},
-            {"waiting", lines.waiting},
-            {"lost", lines.lost},
-            {"damaged", lines.damaged},
-            {"error", lines.error}}},
-          {"evidence",
-           {{"written", kept.written},
-            {"waiting", kept.waiting},
-            {"lost", kept.lost},
-            {"error", kept.error},
-            {"removal_error", kept.removal_error}}},
-          {"explanations",
-           {{"explained", explained.explained},
-            {"failed", explained.failed},
-            {"waiting", explained.waiting}}},
-          {"monitor",
-           {{"windows", watched.windows},
-            {"cycles", watched.cycles},
-            {"dropped", watched.dropped},
-            {"backlog", watched.backlog}}},
-          {"modbus_server", std::move(server)},
-          {"uptime_s", static_cast<double>(now_ns - started_ns_) / 1e9},
-          {"accelerate", configuration_.daemon.accelerate},
-          {"real_time_missing", rights_missing()},
-          {"ticks", runner.ticks},
-          {"overruns", runner.overruns},
-          {"skipped_ticks", runner.skipped_ticks},
-          {"events_dropped", events_.dropped()},
-          {"wake_up_us", histogram(runner.wake_up)},
-          {"work_us", histogram(runner.work)}};
+  return {.version = LOOPWARDEN_VERSION,
+          .config_hash = reloader_.config_hash(),
+          .model_hash = model_hash_,
+          .configuration = reloader_.status(),
+          .recorder = {historian_.recorder().disk_wait_s()},
+          .log_lines_lost = log_lines_lost_ ? log_lines_lost_() : 0,
+          .journal = {.error = lines.error,
+                      .file = journal_.path().string(),
+                      .written = lines.written,
+                      .waiting = lines.waiting,
+                      .lost = lines.lost,
+                      .damaged = lines.damaged},
+          .evidence = {.error = kept.error,
+                       .removal_error = kept.removal_error,
+                       .written = kept.written,
+                       .waiting = kept.waiting,
+                       .lost = kept.lost},
+          .explanations = {.explained = explained.explained,
+                           .failed = explained.failed,
+                           .waiting = explained.waiting},
+          .monitor = {.windows = watched.windows,
+                      .cycles = watched.cycles,
+                      .dropped = watched.dropped,
+                      .backlog = watched.backlog},
+          .modbus_server = std::move(server),
+          .uptime_s = static_cast<double>(now_ns - started_ns_) / 1e9,
+          .accelerate = configuration_.daemon.accelerate,
+          .real_time_missing = rights_missing(),
+          .ticks = runner.ticks,
+          .overruns = runner.overruns,
+          .skipped_ticks = runner.skipped_ticks,
+          .events_dropped = events_.dropped(),
+          .wake_up_us = histogram(runner.wake_up),
+          .work_us = histogram(runner.work)};
 }
 
 gateway::BoxReading App::box_reading() const {

@@ -13,8 +13,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
 #include "daemon/app/backend_factory.hpp"
@@ -80,8 +78,8 @@ class App {
   void report_evidence_stays(const std::string& why);
   void report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
                        const std::string& why);
-  nlohmann::json status() const;
-  nlohmann::json description() const;
+  protocol::DaemonStatus status() const;
+  protocol::Description description() const;  // without the loops
   // What the sockets show and order; of now only the references, the rest is asked for when it is needed.
   console::Parts console_parts();
   gateway::BoxReading box_reading() const;

@@ -116,28 +116,27 @@ void Reloader::by_signal() {
   while (jobs_.size() > kMostKept && jobs_.front()->state == State::done) jobs_.pop_front();
 }
 
-nlohmann::json Reloader::state(std::uint64_t number) const {
+std::optional<protocol::ReloadState> Reloader::state(std::uint64_t number) const {
   std::shared_ptr<const Job> job;
   const std::lock_guard lock(mutex_);
   for (const auto& one : jobs_) {
     if (one->number == number) job = one;
   }
-  if (!job) return nullptr;
+  if (!job) return std::nullopt;
   switch (job->state) {
-    case State::waiting: return {{"state", "waiting"}};
-    case State::reading: return {{"state", "reading"}};
-    case State::taking: return {{"state", "taking"}};
+    case State::waiting: return protocol::ReloadState{"waiting"};
+    case State::reading: return protocol::ReloadState{"reading"};
+    case State::taking: return protocol::ReloadState{"taking"};
     case State::done: break;
   }
-  nlohmann::json all = job->result;
-  all["state"] = "done";
-  all["dry_run"] = job->dry_run;
-  all["on_disk"] =
+  protocol::ReloadState all{"done", job->result};
+  all.outcome->dry_run = job->dry_run;
+  all.outcome->on_disk =
       job->dry_run || journal_.wait_written(job->journal_ticket, std::chrono::milliseconds(0));
   return all;
 }
 
-nlohmann::json Reloader::status() const {
+protocol::ConfigurationStatus Reloader::status() const {
   const std::lock_guard lock(mutex_);
   return status_;
 }
@@ -171,7 +170,7 @@ void Reloader::step() {
     const std::lock_guard lock(mutex_);
     reading_ = nullptr;
     refused_ = e.what();
-    job_->result = {{"outcome", "refused"}, {"why", e.what()}};
+    job_->result = {.outcome = "refused", .config_hash = config_hash(), .why = e.what()};
     job_->state = State::done;
     job_ = nullptr;
     ends_.ready();
@@ -218,13 +217,13 @@ void Reloader::take(const ReadFiles& read) {
     refuse(read);
     return;
   }
-  warnings_ = reload::to_json(read.files.diagnostics);
+  warnings_ = reload::told(read.files.diagnostics);
   const config::Configuration& wanted = *read.files;
   reload::Plan plan = reload::plan(in_force(), wanted, outputs());
   if (job_->dry_run) {
     const char* outcome = plan.all_in_force() ? "in_force" : "waits";
     std::vector<std::string> lines = reload::to_lines(plan);
-    finish(outcome, {{"plan", reload::to_json(plan)}}, std::move(lines));
+    finish({.outcome = outcome, .lines = std::move(lines), .plan = reload::told(plan)});
     return;
   }
   for (const config::Diagnostic& d : read.files.diagnostics) {
@@ -335,13 +334,15 @@ void Reloader::finish_taking() {
       *job_, waiting == 0 ? "done"
                           : fmt::format("done; {} key{} wait{}", waiting, waiting == 1 ? "" : "s",
                                         waiting == 1 ? "s" : ""));
-  finish(in_force ? "in_force" : "waits", {{"plan", reload::to_json(plan_)}}, std::move(lines));
+  finish({.outcome = in_force ? "in_force" : "waits",
+          .lines = std::move(lines),
+          .plan = reload::told(plan_)});
 }
 
 void Reloader::refuse(const ReadFiles& read) {
   const std::vector<config::Diagnostic>& diagnostics = read.files.diagnostics;
   const std::string why = read.error.empty() ? first_error(diagnostics) : read.error;
-  warnings_ = reload::to_json(diagnostics);
+  warnings_ = reload::told(diagnostics);
   std::vector<std::string> lines;
   for (const config::Diagnostic& d : diagnostics) lines.push_back(config::to_text(d));
   if (!read.error.empty()) lines.push_back(read.error);
@@ -354,14 +355,12 @@ void Reloader::refuse(const ReadFiles& read) {
     publish();
     job_->journal_ticket = write_down(*job_, "refused: " + why);
   }
-  finish("refused", {{"why", why}}, std::move(lines));
+  finish({.outcome = "refused", .lines = std::move(lines), .why = why});
 }
 
-void Reloader::finish(const char* outcome, nlohmann::json result, std::vector<std::string> lines) {
-  result["outcome"] = outcome;
-  result["lines"] = std::move(lines);
-  result["diagnostics"] = std::exchange(warnings_, nullptr);
-  result["config_hash"] = config_hash();
+void Reloader::finish(protocol::ReloadOutcome result) {
+  result.diagnostics = std::exchange(warnings_, std::nullopt);
+  result.config_hash = config_hash();
   const bool dry_run = job_->dry_run;
   {
     const std::lock_guard lock(mutex_);
@@ -386,25 +385,20 @@ std::uint64_t Reloader::write_down(const Job& job, const std::string& result) co
 
 // Status and hash follow from the plan as far as it has come.
 void Reloader::publish() {
-  nlohmann::json restart = nlohmann::json::array();
-  nlohmann::json output = nlohmann::json::array();
-  const auto add = [](nlohmann::json& all, const std::string& file,
-                      const std::vector<reload::Change>& changes) {
-    for (const reload::Change& change : changes) {
-      all.push_back({{"file", file}, {"key", change.key}, {"why", change.why}});
-    }
-  };
-  add(restart, plan_.daemon.file, plan_.daemon.waiting_for_restart);
-  for (const LoopPlan& loop : plan_.loops) {
-    add(restart, loop.keys.file, loop.keys.waiting_for_restart);
-    add(output, loop.keys.file, loop.waiting_for_output);
-  }
   const bool waits = !plan_.all_in_force();
-  nlohmann::json status = {{"files_hash", files_hash_},
-                           {"files_in_force", !waits && refused_.empty()},
-                           {"waiting_for_restart", std::move(restart)},
-                           {"waiting_for_output", std::move(output)},
-                           {"refused", refused_}};
+  protocol::ConfigurationStatus status;
+  status.refused = refused_;
+  status.files_hash = files_hash_;
+  status.files_in_force = !waits && refused_.empty();
+  const auto add = [](std::vector<protocol::WaitingKey>& all, const std::string& file,
+                      const std::vector<reload::Change>& changes) {
+    for (const reload::Change& change : changes) all.push_back({change.key, file, change.why});
+  };
+  add(status.waiting_for_restart, plan_.daemon.file, plan_.daemon.waiting_for_restart);
+  for (const LoopPlan& loop : plan_.loops) {
+    add(status.waiting_for_restart, loop.keys.file, loop.keys.waiting_for_restart);
+    add(status.waiting_for_output, loop.keys.file, loop.waiting_for_output);
+  }
   config_hash_ = waits ? hash_of_mixture(start_hash_, files_hash_, plan_) : files_hash_;
   const std::lock_guard lock(mutex_);
   status_ = std::move(status);

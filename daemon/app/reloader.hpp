@@ -17,8 +17,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
 #include "daemon/app/reload.hpp"
@@ -26,6 +24,7 @@
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/recorder/disk_errand.hpp"
 #include "daemon/recorder/historian.hpp"
+#include "protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 
@@ -57,10 +56,10 @@ class Reloader {
 
   // Any thread. The number to ask for with state(); throws std::runtime_error where too many wait.
   std::uint64_t post(const std::string& peer, bool dry_run);
-  // "state" is waiting, reading, taking or done; null: there is no such reload any more.
-  nlohmann::json state(std::uint64_t number) const;
+  // Nothing: there is no such reload any more.
+  std::optional<protocol::ReloadState> state(std::uint64_t number) const;
   // For the status: which files are in force, and what waits.
-  nlohmann::json status() const;
+  protocol::ConfigurationStatus status() const;
   // Of what is in force; of no set of files while something waits.
   std::uint32_t config_hash() const noexcept { return config_hash_.load(); }
 
@@ -72,7 +71,7 @@ class Reloader {
     bool by_signal = false;
     bool dry_run = false;
     State state = State::waiting;
-    nlohmann::json result;  // once it is done
+    protocol::ReloadOutcome result;  // once it is done
     std::uint64_t journal_ticket = 0;
   };
   // What the errand of lw-reload fills in.
@@ -99,7 +98,7 @@ class Reloader {
   void follow_offers();
   void finish_taking();
   void refuse(const ReadFiles& read);
-  void finish(const char* outcome, nlohmann::json result, std::vector<std::string> lines);
+  void finish(protocol::ReloadOutcome result);
   void set_state(State state);
   std::uint64_t write_down(const Job& job, const std::string& result) const;
   void publish();
@@ -121,7 +120,7 @@ class Reloader {
   std::uint32_t hash_before_ = 0;
   std::shared_ptr<Job> job_;            // the one that is being carried out
   std::shared_ptr<ReadFiles> reading_;  // null: no files are being read
-  nlohmann::json warnings_;
+  std::optional<std::vector<protocol::Diagnostic>> warnings_;
   std::chrono::steady_clock::time_point taking_since_{};
   bool slow_reported_ = false;
   DiskErrand reader_{"lw-reload"};
@@ -130,7 +129,7 @@ class Reloader {
   mutable std::mutex mutex_;  // for what follows
   std::deque<std::shared_ptr<Job>> jobs_;
   std::uint64_t newest_ = 0;
-  nlohmann::json status_;
+  protocol::ConfigurationStatus status_;
 };
 
 }  // namespace loopwarden::daemon

@@ -2,6 +2,7 @@
 // What the sockets answer, byte for byte: tests/protocol/golden has a line for each kind of answer. LOOPWARDEN_WRITE_GOLDEN=1 writes
 // them anew, for a change that is meant.
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +14,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "protocol/requests.hpp"
 #include "tests/daemon/console/console_bench.hpp"
 
 namespace loopwarden::daemon::golden_test {
@@ -73,7 +75,8 @@ std::map<std::string, std::string> answers() {
   Bench bench(kAll);
   std::map<std::string, std::string> told;
   const auto ask = [&](const char* name, json request, SocketName socket = SocketName::control) {
-    if (!request.contains("loop") && request.value("request", "") != "journal") request["loop"] = "FIC-101";
+    if (!request.contains("loop") && request.value("request", "") != "journal")
+      request["loop"] = "FIC-101";
     told[name] = line_of(bench, request, socket);
   };
   const auto written = [&](const char* name, const json& request) {
@@ -92,7 +95,10 @@ std::map<std::string, std::string> answers() {
   recorded(2);
 
   const json anna{{"user", "anna"}, {"address", "10.0.0.5"}};
-  json set{{"request", "set"}, {"loop", "FIC-101"}, {"set_point", 42.5}, {"expect", {{"set_point", 50.0}}}};
+  json set{{"request", "set"},
+           {"loop", "FIC-101"},
+           {"set_point", 42.5},
+           {"expect", {{"set_point", 50.0}}}};
   set.update(anna);
   ask("set", set, SocketName::page);
   ask("order_waiting", {{"request", "order"}, {"order", 1}}, SocketName::page);
@@ -106,7 +112,12 @@ std::map<std::string, std::string> answers() {
   ask("set_refused", {{"request", "set"}, {"output", 12.0}});
   ask("no_such_loop", {{"request", "loop"}, {"loop", "FIC-999"}});
   bench.now_ms += 1000;
-  bench.board.window_judged(0, {.oscillation_index = 1.5, .period_s = 20.0, .stick_percent = 6.5, .stick_source = model::StickSource::read_back}, stiction_seen(), console_bench::stiction_on());
+  bench.board.window_judged(0,
+                            {.oscillation_index = 1.5,
+                             .period_s = 20.0,
+                             .stick_percent = 6.5,
+                             .stick_source = model::StickSource::read_back},
+                            stiction_seen(), console_bench::stiction_on());
   bench.board.set_progress(0, model::ModeTimes(0.1), {.control_performance = 91.0, .valve = 40.5},
                            model::WindowState::valid);
   bench.board.explained(0, why());
@@ -121,7 +132,11 @@ std::map<std::string, std::string> answers() {
   ask("registers", {{"request", "registers"}});
   ask("registers_values_only", {{"request", "registers"}, {"values_only", true}});
   ask("alarms", {{"request", "alarms"}});
-  ask("alarm_shelved", {{"request", "alarm"}, {"alarm", "backlash"}, {"action", "shelve"}, {"minutes", 30}, {"reason", "packing"}});
+  ask("alarm_shelved", {{"request", "alarm"},
+                        {"alarm", "backlash"},
+                        {"action", "shelve"},
+                        {"minutes", 30},
+                        {"reason", "packing"}});
   ask("alarm_refused", {{"request", "alarm"}, {"alarm", "hysteresis"}, {"action", "acknowledge"}});
   bench.board.process_changed(0, {model::AlarmKind::output_lost, true}, "the device is gone");
   ask("acknowledge_all", {{"request", "acknowledge_all"}, {"reason", "seen"}});
@@ -138,6 +153,38 @@ std::map<std::string, std::string> answers() {
   return told;
 }
 
+// As it is once its struct has read and written it.
+template <class Answer>
+json again(const json& answer) {
+  return answer.get<Answer>();
+}
+
+using Again = json (*)(const json&);
+const std::map<std::string, Again> kAgain{
+    {"status_before_the_first_cycle", again<protocol::Status>},
+    {"status", again<protocol::Status>},
+    {"describe", again<protocol::Description>},
+    {"overview", again<protocol::Overview>},
+    {"registers", again<protocol::Registers>},
+    {"registers_values_only", again<protocol::Registers>},
+    {"loop", again<protocol::LoopAnswer>},
+    {"trend", again<protocol::Trend>},
+    {"windows", again<protocol::Windows>},
+    {"alarms", again<protocol::Alarms>},
+    {"explain", again<protocol::Explained>},
+    {"journal", again<protocol::Journal>},
+    {"set", again<protocol::OrderTaken>},
+    {"order_waiting", again<protocol::OrderState>},
+    {"order_done", again<protocol::OrderState>},
+    {"order_refused", again<protocol::OrderState>},
+    {"alarm_shelved", again<protocol::AlarmActed>},
+    {"acknowledge_all", again<protocol::AllAcknowledged>},
+    {"veto", again<protocol::Vetoed>},
+    {"record_started", again<protocol::RecordFile>},
+    {"record_stopped", again<protocol::RecordFile>},
+    {"reload", again<protocol::ReloadNumber>},
+    {"reload_state", again<protocol::ReloadState>}};
+
 }  // namespace
 
 TEST_CASE("the sockets answer as they always have", "[protocol]") {
@@ -151,6 +198,41 @@ TEST_CASE("the sockets answer as they always have", "[protocol]") {
     std::getline(stream, golden);
     CHECK(text == golden);
   }
+}
+
+TEST_CASE("an answer that its struct has read is written as it was", "[protocol]") {
+  for (const auto& [name, text] : answers()) {
+    INFO(name);
+    json answer = json::parse(text);
+    if (answer.at("ok") == false) continue;
+    json told = kAgain.at(name)(answer);
+    told["ok"] = true;
+    CHECK(told == answer);
+  }
+}
+
+TEST_CASE("what a daemon of another version does not send has a default", "[protocol]") {
+  const json old{{"alarms", {{{"loop", "FIC-101"}, {"alarm", "stiction"}, {"newer", 1}}}}};
+  const auto alarms = old.get<protocol::Alarms>();
+  REQUIRE(alarms.alarms.size() == 1);
+  CHECK(alarms.alarms[0].loop == "FIC-101");
+  CHECK_FALSE(alarms.alarms[0].active);
+  CHECK(std::isnan(alarms.alarms[0].severity_percent));
+  CHECK_THROWS_AS(json::object().get<protocol::Alarms>(), json::exception);
+  CHECK_THROWS_AS(json::array().get<protocol::Alarms>(), json::exception);
+}
+
+TEST_CASE("a request is what it was when it has been sent", "[protocol]") {
+  protocol::SetRequest set;
+  set.loop = "FIC-101";
+  set.output = 40.0;
+  set.expect = protocol::Expected{.set_point = {}, .output = protocol::kNone, .mode = "auto"};
+  const json sent = set;
+  CHECK(sent == json{{"request", "set"},
+                     {"loop", "FIC-101"},
+                     {"output", 40.0},
+                     {"expect", {{"output", nullptr}, {"mode", "auto"}}}});
+  CHECK(json(sent.get<protocol::SetRequest>()) == sent);
 }
 
 }  // namespace loopwarden::daemon::golden_test
