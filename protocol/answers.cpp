@@ -14,8 +14,8 @@ PROTOCOL_JSON(Explanation, alarm, final_name, raised_ms, ended_ms, verdict, effe
               low_percent, high_percent, confidence, alternatives, gap_closed, agrees, since_s,
               sentence, remedy, folder)
 
-PROTOCOL_JSON(JournalLine, id, utc_ms, kind, loop, alarm, from, to, severity_percent, peer, what, old_,
-              new_, result, reason)
+PROTOCOL_JSON(JournalLine, id, utc_ms, kind, loop, alarm, from, to, severity_percent, peer, what,
+              old_, new_, result, reason)
 PROTOCOL_JSON(Journal, lines)
 
 PROTOCOL_JSON(Condition, valve, control_performance, actuator, positioner, environment)
@@ -94,12 +94,12 @@ PROTOCOL_JSON(Status, loops, daemon)
 
 PROTOCOL_JSON(OrderTaken, order, sample_time_s)
 PROTOCOL_JSON(InForce, set_point, output, mode)
-PROTOCOL_JSON(OrderOutcome, why, now, on_disk)
+PROTOCOL_JSON(OrderOutcome, on_disk, why, now)
 PROTOCOL_LISTED(OrderState, state)
 template <>
 struct Members<OrderState> : WithPart<OrderState, OrderOutcome, &OrderState::outcome> {};
 PROTOCOL_DEFINE(OrderState)
-PROTOCOL_JSON(AlarmActed, alarm, on_disk)
+PROTOCOL_JSON(AlarmActed, on_disk, alarm)
 PROTOCOL_JSON(AcknowledgedAlarm, loop, alarm)
 PROTOCOL_JSON(AllAcknowledged, acknowledged, on_disk)
 PROTOCOL_JSON(Vetoed, on_disk)

@@ -238,7 +238,7 @@ struct Registers {
 
 struct Histogram {
   double p50 = 0.0, p99 = 0.0, p99_9 = 0.0, worst = 0.0, sum = 0.0;  // us
-  std::vector<std::uint64_t> bins{};                                   // each twice as wide as the one before
+  std::vector<std::uint64_t> bins{};  // each twice as wide as the one before
 };
 
 struct WaitingKey {
@@ -394,8 +394,9 @@ struct ReloadOutcome {
 };
 
 struct ReloadState {
-  std::string state{};                     // waiting, reading, taking, done
-  std::optional<ReloadOutcome> outcome{};  // its members stand beside the state; nothing: not done yet
+  std::string state{};  // waiting, reading, taking, done
+  std::optional<ReloadOutcome>
+      outcome{};  // its members stand beside the state; nothing: not done yet
 };
 
 }  // namespace loopwarden::protocol

@@ -32,15 +32,11 @@ struct WithPart {
 };
 
 template <class T>
-  requires std::is_aggregate_v<T>
-void to_json(nlohmann::json& to, const T& message) {
-  Members<T>::put(to, message);
-}
+requires std::is_aggregate_v<T>
+void to_json(nlohmann::json& to, const T& message) { Members<T>::put(to, message); }
 template <class T>
-  requires std::is_aggregate_v<T>
-void from_json(const nlohmann::json& from, T& message) {
-  Members<T>::take(from, message);
-}
+requires std::is_aggregate_v<T>
+void from_json(const nlohmann::json& from, T& message) { Members<T>::take(from, message); }
 
 // A key that is a word of C++ has an underscore behind it as a member.
 constexpr std::string_view key_of(std::string_view member) {
@@ -105,23 +101,22 @@ void check_there(const nlohmann::json&, const char*, const Maybe<T>&) {}
 #define PROTOCOL_WRITE(member) write(to, key_of(#member), message.member);
 #define PROTOCOL_READ(member) read(from, key_of(#member), message.member);
 
-#define PROTOCOL_LISTED(Type, first, ...)                                                        \
-  template <>                                                                                    \
-  struct Listed<Type> {                                                                          \
-    static constexpr const char* kFirst = #first;                                                \
-    static void put(nlohmann::json& to, const Type& message) {                                   \
-      NLOHMANN_JSON_EXPAND(                                                                      \
-          NLOHMANN_JSON_PASTE(PROTOCOL_WRITE, first __VA_OPT__(, ) __VA_ARGS__))                 \
-    }                                                                                            \
-    static void take(const nlohmann::json& from, Type& message) {                                \
-      check_there(from, kFirst, message.first);                                                  \
-      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_READ, first __VA_OPT__(, ) __VA_ARGS__)) \
-    }                                                                                            \
+#define PROTOCOL_LISTED(Type, first, ...)                                                         \
+  template <>                                                                                     \
+  struct Listed<Type> {                                                                           \
+    static constexpr const char* kFirst = #first;                                                 \
+    static void put(nlohmann::json& to, const Type& message) {                                    \
+      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_WRITE, first __VA_OPT__(, ) __VA_ARGS__)) \
+    }                                                                                             \
+    static void take(const nlohmann::json& from, Type& message) {                                 \
+      check_there(from, kFirst, message.first);                                                   \
+      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_READ, first __VA_OPT__(, ) __VA_ARGS__))  \
+    }                                                                                             \
   };
 
 // After Listed or Members of the type: what other sources call.
-#define PROTOCOL_DEFINE(Type)                           \
-  template void to_json(nlohmann::json&, const Type&);  \
+#define PROTOCOL_DEFINE(Type)                          \
+  template void to_json(nlohmann::json&, const Type&); \
   template void from_json(const nlohmann::json&, Type&);
 
 #define PROTOCOL_JSON(Type, ...)     \

@@ -24,10 +24,10 @@ struct Maybe : std::optional<T> {
 };
 
 template <class T>
-  requires std::is_aggregate_v<T>
+requires std::is_aggregate_v<T>
 void to_json(nlohmann::json& to, const T& message);
 template <class T>
-  requires std::is_aggregate_v<T>
+requires std::is_aggregate_v<T>
 void from_json(const nlohmann::json& from, T& message);
 
 }  // namespace loopwarden::protocol

@@ -14,8 +14,22 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<const char*, kColumns> kNames{"period", "pv", "sp", "co", "stem", "mode",
-                                                   "requested_mode", "fault", "quality", "flags", "pv_age_ms", "ne107", "alarm", "alarm_kind", "alarms_unacknowledged", "condition"};
+constexpr std::array<const char*, kColumns> kNames{"period",
+                                                   "pv",
+                                                   "sp",
+                                                   "co",
+                                                   "stem",
+                                                   "mode",
+                                                   "requested_mode",
+                                                   "fault",
+                                                   "quality",
+                                                   "flags",
+                                                   "pv_age_ms",
+                                                   "ne107",
+                                                   "alarm",
+                                                   "alarm_kind",
+                                                   "alarms_unacknowledged",
+                                                   "condition"};
 
 void put(std::string& text, double value, int digits) {
   if (!std::isfinite(value)) {
@@ -70,7 +84,8 @@ std::string to_text(const Registers& registers) {
   put(text, registers.box, kDigits);
   text += ",\"loops\":[";
   for (const LoopRegisters& loop : registers.loops) {
-    text += (text.back() == '[' ? "{\"tag\":" : ",{\"tag\":") + json(loop.tag).dump() + ",\"values\":";
+    text +=
+        (text.back() == '[' ? "{\"tag\":" : ",{\"tag\":") + json(loop.tag).dump() + ",\"values\":";
     put(text, loop.values, kDigits);
     text += '}';
   }
@@ -78,9 +93,8 @@ std::string to_text(const Registers& registers) {
 }
 
 bool same(const std::vector<double>& a, const std::vector<double>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
-    return x == y || (std::isnan(x) && std::isnan(y));
-  });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
 }
 
 }  // namespace loopwarden::protocol

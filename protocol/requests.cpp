@@ -48,26 +48,26 @@ void want(const json& from, const char* key, Maybe<T>& value) {
 
 #define PROTOCOL_TAKE(member) want(from, #member, message.member);
 
-#define PROTOCOL_REQUEST(Type, ...)                                                            \
-  template <>                                                                                  \
-  struct Members<Type> {                                                                       \
-    static void put(json& to, const Type& message) {                                           \
-      to["request"] = Type::kName;                                                             \
-      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_WRITE, __VA_ARGS__))                   \
-    }                                                                                          \
-    static void take(const json& from, Type& message) {                                        \
-      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_TAKE, __VA_ARGS__))                    \
-    }                                                                                          \
-  };                                                                                           \
+#define PROTOCOL_REQUEST(Type, ...)                                          \
+  template <>                                                                \
+  struct Members<Type> {                                                     \
+    static void put(json& to, const Type& message) {                         \
+      to["request"] = Type::kName;                                           \
+      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_WRITE, __VA_ARGS__)) \
+    }                                                                        \
+    static void take(const json& from, Type& message) {                      \
+      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_TAKE, __VA_ARGS__))  \
+    }                                                                        \
+  };                                                                         \
   PROTOCOL_DEFINE(Type)
 
 // What has nothing but its name.
-#define PROTOCOL_QUESTION(Type)                                                                \
-  template <>                                                                                  \
-  struct Members<Type> {                                                                       \
-    static void put(json& to, const Type&) { to["request"] = Type::kName; }                    \
-    static void take(const json&, Type&) {}                                                    \
-  };                                                                                           \
+#define PROTOCOL_QUESTION(Type)                                             \
+  template <>                                                               \
+  struct Members<Type> {                                                    \
+    static void put(json& to, const Type&) { to["request"] = Type::kName; } \
+    static void take(const json&, Type&) {}                                 \
+  };                                                                        \
   PROTOCOL_DEFINE(Type)
 
 template <>
