@@ -21,15 +21,15 @@ struct ChildSettings {
 // The child inherits no other files than its input and output, and no blocked signal.
 class ChildProcess {
  public:
-  // `arguments` without the program's name. Throws std::system_error where it can't be started.
+  // `arguments` without the program's name. Throws std::system_error if it can't be started.
   ChildProcess(const std::string& program, const std::vector<std::string>& arguments,
                ChildSettings wanted = {});
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
-  // Kills it where it still runs.
+  // Kills it if it still runs.
   ~ChildProcess();
 
-  // Its exit code, 128 + signal where a signal ended it; nothing while it runs.
+  // Its exit code, 128 + signal if a signal ended it; nullopt while it runs.
   std::optional<int> ended();
   pid_t pid() const noexcept { return pid_; }
 

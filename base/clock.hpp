@@ -24,4 +24,7 @@ class MonotonicClock final : public Clock {
   void sleep_until_ns(std::int64_t deadline_ns) noexcept override;
 };
 
+// UTC in ms since 1970, by the computer's clock, which may be set.
+std::int64_t utc_ms() noexcept;
+
 }  // namespace loopwarden::base

@@ -4,7 +4,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <system_error>
 
 namespace loopwarden::base {
@@ -24,6 +26,23 @@ bool File::close() noexcept {
   if (fd_ < 0) return true;
   // The descriptor is gone even when close() is interrupted.
   return ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR;
+}
+
+std::optional<std::string> File::read(std::size_t most_bytes) const {
+  constexpr std::size_t kLeastBytes = 64UL * 1024UL;
+  std::string text;
+  std::size_t size = 0;
+  while (size < most_bytes) {
+    // A pipe does not say how much there is.
+    if (size == text.size()) text.resize(std::min(std::max(2 * size, kLeastBytes), most_bytes));
+    const ssize_t got = ::read(fd_, text.data() + size, text.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
+  }
+  text.resize(size);
+  return text;
 }
 
 bool File::write(const void* data, std::size_t size) noexcept {
@@ -56,6 +75,39 @@ bool File::write_at(const void* data, std::size_t size, std::size_t offset) noex
 }
 
 bool File::sync() noexcept { return ::fdatasync(fd_) == 0; }
+
+std::optional<std::string> read_file(const std::filesystem::path& path, std::size_t most_bytes) {
+  const File file(path, O_RDONLY);
+  if (!file.is_open()) return std::nullopt;
+  std::optional<std::string> text = file.read(most_bytes + 1);
+  if (text && text->size() > most_bytes) {
+    errno = EFBIG;
+    return std::nullopt;
+  }
+  return text;
+}
+
+std::string FileError::text() const { return file.string() + ": " + error_text(error); }
+
+std::optional<FileError> replace_file(const std::filesystem::path& path, std::string_view text,
+                                      const Replacing& how) {
+  const std::filesystem::path temporary = path.string() + ".tmp";
+  File file(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, how.mode);
+  if (!file.is_open()) return FileError{temporary, errno};
+  const auto failed = [&](const std::filesystem::path& at) {
+    const int error = errno;
+    ::unlink(temporary.c_str());
+    return FileError{at, error};
+  };
+  if (how.prepare) how.prepare(file.fd());
+  const bool written = file.write(text.data(), text.size()) && (!how.wait_for_disk || file.sync());
+  if (!written || !file.close()) return failed(temporary);
+  if (::rename(temporary.c_str(), path.c_str()) != 0) return failed(path);
+  if (how.wait_for_disk && !sync_folder(path.parent_path())) {
+    return FileError{path.parent_path(), errno};
+  }
+  return std::nullopt;
+}
 
 bool sync_folder(const std::filesystem::path& folder) noexcept {
   const File handle(folder.empty() ? std::filesystem::path(".") : folder, O_RDONLY | O_DIRECTORY);

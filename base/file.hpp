@@ -3,7 +3,10 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace loopwarden::base {
@@ -14,6 +17,8 @@ class File {
   File() = default;
   // As open(2), close-on-exec. Not open, with the reason in errno, if that failed.
   File(const std::filesystem::path& path, int flags, unsigned mode = 0640) noexcept;
+  // Takes an open descriptor; -1 is none.
+  explicit File(int fd) noexcept : fd_(fd) {}
   File(File&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   File& operator=(File&& other) noexcept;
   ~File() { close(); }
@@ -22,7 +27,11 @@ class File {
   int fd() const noexcept { return fd_; }
   // False, with the reason in errno, if the last write turns out to have failed.
   bool close() noexcept;
+  // The caller closes the descriptor.
+  int release() noexcept { return std::exchange(fd_, -1); }
 
+  // What follows, at most `most_bytes`; nullopt, with the reason in errno, if it can't be read.
+  std::optional<std::string> read(std::size_t most_bytes) const;
   // All bytes, or false with the reason in errno.
   bool write(const void* data, std::size_t size) noexcept;
   bool write_at(const void* data, std::size_t size, std::size_t offset) noexcept;
@@ -32,6 +41,29 @@ class File {
  private:
   int fd_ = -1;
 };
+
+// All bytes of a file; nullopt, with the reason in errno, if it can't be read. EFBIG: it has more than `most_bytes`.
+std::optional<std::string> read_file(const std::filesystem::path& path,
+                                     std::size_t most_bytes = std::size_t{1} << 30U);
+
+struct FileError {
+  std::filesystem::path file;
+  int error = 0;             // as errno
+  std::string text() const;  // "FILE: reason"
+};
+
+struct Replacing {
+  unsigned mode = 0640;  // as for open(2)
+  // Without, a power failure soon after may leave an empty file.
+  bool wait_for_disk = true;
+  // Called before anything is written, to set owner or permissions; may throw.
+  std::function<void(int fd)> prepare{};
+};
+
+// Replaces a file at once or not at all: writes PATH.tmp, waits until the disk has it, renames it and waits for the
+// folder. Returns what failed, nullopt if all is done.
+std::optional<FileError> replace_file(const std::filesystem::path& path, std::string_view text,
+                                      const Replacing& how = {});
 
 // Makes new and removed names of a folder survive a power failure.
 bool sync_folder(const std::filesystem::path& folder) noexcept;

@@ -8,7 +8,7 @@
 
 namespace loopwarden::base {
 
-// The number of a group by its name; nothing: there is none. May ask a directory service: not for a thread in a hurry.
+// The number of a group by its name; nullopt if there is none. May ask a directory service: not for a thread in a hurry.
 std::optional<unsigned> group_id(const std::string& name);
 
 struct GroupRights {

@@ -14,7 +14,8 @@ sockaddr_un local_address(const std::string& path);
 // `what`, and errno in words.
 std::runtime_error socket_failure(const std::string& what);
 
-// A connection that never blocks, or -1 and errno: EAGAIN where somebody listens whose queue is full. Throws as local_address(), and where there is no descriptor.
+// A connection that never blocks, or -1 and errno: EAGAIN if the queue of who listens is full. Throws as local_address(), and if
+// there is no descriptor.
 int try_local_connection(const std::string& path);
 
 }  // namespace loopwarden::base

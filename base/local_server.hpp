@@ -54,7 +54,7 @@ class LocalServer {
   // Replaces a socket left over from a crash; refuses if another process still listens there. Throws
   // std::runtime_error.
   void listen(const LocalSocketSettings& settings, Handler handler);
-  // Ends its connections and removes it; nothing where there is none. Not from within a handler.
+  // Ends the socket's connections and removes it; does nothing if there is no such socket. Not from within a handler.
   void close(const std::string& path) noexcept;
   bool listens(const std::string& path) const noexcept;
 

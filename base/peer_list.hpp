@@ -24,7 +24,7 @@ struct Network {
   bool contains(const Address& address) const noexcept;
   friend bool operator==(const Network&, const Network&) = default;
 };
-// Nothing if that is no address, or a prefix with bits set behind its length.
+// Returns nullopt if that is no address, or a prefix with bits set after its length.
 std::optional<Network> parse_network(const std::string& text);
 
 struct PeerRule {

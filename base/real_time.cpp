@@ -16,7 +16,9 @@ std::string lock_memory() {
   mallopt(M_MMAP_MAX, 0);
   // One arena: every thread's own would be locked as well, some 64 MB of address space each.
   mallopt(M_ARENA_MAX, 1);
-  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
+  // What is there now, all code among it, comes into memory: a disk that hangs then keeps no thread from running on. What
+  // comes later, such as the threads' stacks, is locked as it is first used; it has no disk behind it.
+  if (mlockall(MCL_CURRENT) == 0 && mlockall(MCL_FUTURE | MCL_ONFAULT) == 0) return {};
   const int error = errno;
   munlockall();
   return std::string("memory could not be locked (") + std::strerror(error) +

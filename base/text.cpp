@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/text.hpp"
 
-#include <cctype>
-#include <cstddef>
+#include <utf8.h>
 
 namespace loopwarden::base {
 
@@ -14,7 +13,9 @@ std::string_view trimmed(std::string_view text) noexcept {
 
 std::string lower_case(std::string_view text) {
   std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
   return lower;
 }
 
@@ -26,6 +27,47 @@ std::string in_quotes(std::string_view text) {
     shown += byte < 0x20 || byte == 0x7F ? '?' : c;
   }
   return "'" + shown + (text.size() > kMostCharacters ? "...'" : "'");
+}
+
+std::string percent_encoded(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string encoded;
+  for (const char c : text) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       std::string_view("-._~").find(c) != std::string_view::npos;
+    if (plain) {
+      encoded += c;
+    } else {
+      const auto byte = static_cast<unsigned char>(c);
+      encoded += {'%', kDigits[byte >> 4U], kDigits[byte & 0xFU]};
+    }
+  }
+  return encoded;
+}
+
+std::size_t first_not_utf8(std::string_view text) { return utf8::find_invalid(text); }
+
+bool is_start_of_utf8(std::string_view text) {
+  const std::size_t sound = first_not_utf8(text);
+  if (sound == text.npos) return true;
+  try {
+    const char* at = text.data() + sound;
+    utf8::next(at, text.data() + text.size());
+  } catch (const utf8::not_enough_room&) {
+    return true;
+  } catch (const utf8::exception&) {
+  }
+  return false;
+}
+
+std::string_view cut(std::string_view text, std::size_t most_bytes) noexcept {
+  if (text.size() <= most_bytes) return text;
+  const auto continues = [&](std::size_t i) {
+    return (static_cast<unsigned char>(text[i]) & 0xC0U) == 0x80U;
+  };
+  std::size_t end = most_bytes;
+  while (end > 0 && continues(end)) --end;
+  return text.substr(0, end);
 }
 
 }  // namespace loopwarden::base

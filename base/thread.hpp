@@ -15,7 +15,7 @@ struct ThreadOptions {
   std::string name;                          // at most 15 characters, as ps and top show it
   int fifo_priority = 0;                     // SCHED_FIFO priority 1..99; 0: ordinary scheduling
   std::optional<int> cpu = std::nullopt;     // pin to this CPU
-  std::size_t stack_bytes = 256UL * 1024UL;  // locked in memory with the rest, so kept small
+  std::size_t stack_bytes = 256UL * 1024UL;  // locked in memory as it is used
 };
 
 // A joined-on-destruction thread with a name, a priority and a stack of stated size.

@@ -11,7 +11,8 @@ import tempfile
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-PROGRAM = os.path.join(ROOT, "build/release/bin/loopwardend")
+BIN = os.environ.get("LOOPWARDEN_BIN_DIR", os.path.join(ROOT, "build/release/bin"))
+PROGRAM = os.path.join(BIN, "loopwardend")
 
 LOOP = """loop: {tag}
 sample_time: {period}
@@ -29,16 +30,38 @@ io: {{backend: simulated, model: {root}/config/examples/models/plant1.yaml}}
 {more}"""
 
 
-def free_port():
-    """One that was free a moment ago, below those that the kernel gives to whoever connects meanwhile."""
+given_ports = set()
+
+
+def free_port(chance=random):
+    """One that was free a moment ago, below those that the kernel gives to whoever connects meanwhile; never the same twice."""
     while True:
-        port = random.randrange(15000, 32000)
+        port = chance.randrange(15000, 32000)
+        if port in given_ports:
+            continue
         with socket.socket() as tried:
             try:
                 tried.bind(("127.0.0.1", port))
+                given_ports.add(port)
                 return port
             except OSError:
                 continue
+
+
+def cpu_s(pid):
+    """Processor time of a process."""
+    with open(f"/proc/{pid}/stat") as file:
+        fields = file.read().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def status_kib(pid, name):
+    """VmRSS, VmHWM and the like of a process; 0 where it has ended."""
+    with open(f"/proc/{pid}/status") as file:
+        for line in file:
+            if line.startswith(name + ":"):
+                return int(line.split()[1])
+    return 0
 
 
 def ask(control_socket, request):
@@ -121,8 +144,4 @@ class Daemon:
         return times
 
     def memory_mb(self):
-        with open(f"/proc/{self.process.pid}/status") as file:
-            for line in file:
-                if line.startswith("VmRSS"):
-                    return int(line.split()[1]) / 1024
-        return 0.0
+        return status_kib(self.process.pid, "VmRSS") / 1024

@@ -11,7 +11,7 @@ namespace loopwarden::bench {
 struct BenchLoop {
   BenchLoop(const plant::LoopModel& model, base::SpscRing<daemon::rt::Event>& events)
       : io({.model = model, .output_resolution = 10.0 / 4096.0, .io_faults = {}}),
-        channels(64),
+        channels({.records = 64, .watched = 64}),
         cycle(0, model.sample_time_s, settings(model),
               {.mode = control::Mode::automatic, .set_point = 5.0, .output = {}},
               daemon::rt::ValvePositionSource::read_back, {}, io, channels, events) {}

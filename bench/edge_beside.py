@@ -18,7 +18,7 @@ import time
 
 import bench_daemon
 
-EDGE = os.path.join(bench_daemon.ROOT, "build/release/bin/loopwarden-edge")
+EDGE = os.path.join(bench_daemon.BIN, "loopwarden-edge")
 EDGE_YAML = """broker: {{url: "mqtt://127.0.0.1:{port}", keep_alive: 5, reconnect_min: 0.1, reconnect_max: 1}}
 sparkplug: {{group: plant, edge: box}}
 runtime_directory: {folder}

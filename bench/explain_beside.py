@@ -10,6 +10,7 @@ Example: bench/explain_beside.py --loops 50 --seconds 60
 import argparse
 import csv
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -18,7 +19,7 @@ import time
 
 import bench_daemon
 
-PROGRAM = bench_daemon.ROOT + "/build/release/bin/loopwarden"
+PROGRAM = os.path.join(bench_daemon.BIN, "loopwarden")
 MODEL = """sample_time: 0.1
 controller: {{kp: 0.35, ki: 0.04, output: [0, 10]}}
 process: {{gain: 1.2264, time_constant: 1.69376, dead_time: 2.6256}}

@@ -25,7 +25,7 @@ import time
 import bench_attack
 import bench_daemon
 
-PAGE = os.path.join(bench_daemon.ROOT, "build/release/bin/loopwarden-page")
+PAGE = os.path.join(bench_daemon.BIN, "loopwarden-page")
 HOST = b"Host: 127.0.0.1\r\n"
 SEEDS = [b"GET / HTTP/1.1\r\n" + HOST + b"\r\n",
          b"GET /api/session HTTP/1.1\r\n" + HOST + b"\r\n",
@@ -124,27 +124,13 @@ def wait_for(port, page, limit_s=60):
     sys.exit(f"the page does not listen at port {port}")
 
 
-def cpu_s(pid):
-    with open(f"/proc/{pid}/stat") as file:
-        fields = file.read().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def memory_mb(pid):
-    with open(f"/proc/{pid}/status") as file:
-        for line in file:
-            if line.startswith("VmHWM"):
-                return int(line.split()[1]) / 1024
-    return 0.0
-
-
 def phase(daemon, page, port, seconds, attackers, clients):
-    seen, cpu = page_counters(port), cpu_s(page.pid)
+    seen, cpu = page_counters(port), bench_daemon.cpu_s(page.pid)
     crowds = [(act, functools.partial(bench_attack.connect, port, 4096), clients // attackers, seed) for seed in range(attackers)]
     figures = bench_attack.phase(daemon, port, seconds, [good_client, listener], crowds)
     now = page_counters(port)
     return figures | bench_attack.risen(seen, now, ("accepted", "displaced", "turned_away", "timed_out", "refused", "requests")) | {
-        "page cpu %": 100 * (cpu_s(page.pid) - cpu) / seconds, "page MB": memory_mb(page.pid)}
+        "page cpu %": 100 * (bench_daemon.cpu_s(page.pid) - cpu) / seconds, "page MB": bench_daemon.status_kib(page.pid, "VmHWM") / 1024}
 
 
 def main():

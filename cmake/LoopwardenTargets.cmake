@@ -20,6 +20,17 @@ endif()
 add_library(loopwarden_version INTERFACE)
 target_compile_definitions(loopwarden_version INTERFACE LOOPWARDEN_VERSION="${PROJECT_VERSION}")
 
+# What steps no loops and answers no requests of many is compiled for a short build: programs that a person starts, and
+# services that wait most of their time. LOOPWARDEN_SHORT_BUILD: they not at all, and the rest so.
+function(loopwarden_optimise target)
+  file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  if(folder MATCHES "^(config|workbench|services|fleet|studies|bench)")
+    target_compile_options(${target} PRIVATE $<IF:$<BOOL:${LOOPWARDEN_SHORT_BUILD}>,-O0,$<$<CONFIG:Release>:-O1>>)
+  elseif(LOOPWARDEN_SHORT_BUILD)
+    target_compile_options(${target} PRIVATE -O1)
+  endif()
+endfunction()
+
 if(LOOPWARDEN_SANITIZE)
   # g++ 12 sees uninitialised variables in std::regex when it instruments (Catch2 uses it).
   target_compile_options(loopwarden_flags INTERFACE
@@ -41,6 +52,7 @@ macro(loopwarden_together name)
     set(loopwarden_group ${name}_together)
     add_library(${loopwarden_group} STATIC)
     target_link_libraries(${loopwarden_group} PRIVATE loopwarden_flags)
+    loopwarden_optimise(${loopwarden_group})
     if(LOOPWARDEN_FUZZ)
       target_compile_options(${loopwarden_group} PRIVATE -fsanitize=fuzzer-no-link)
     endif()
@@ -77,6 +89,7 @@ function(loopwarden_library name)
     add_library(${name} STATIC ${ARG_SOURCES})
     target_include_directories(${name} PUBLIC ${view})
     target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE loopwarden_flags)
+    loopwarden_optimise(${name})
     # Fuzzers are led by the coverage of what their input gets to; that of the rest would only take time.
     if(LOOPWARDEN_FUZZ AND NOT folder MATCHES "^model/(analysis|diagnosis|gap|monitor|specialist|training|window)$")
       target_compile_options(${name} PRIVATE -fsanitize=fuzzer-no-link)
@@ -93,6 +106,7 @@ function(loopwarden_executable name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} loopwarden_flags)
+  loopwarden_optimise(${name})
 endfunction()
 
 # loopwarden_embed(TARGET HEADER NAMESPACE [NAME FILE]...)

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/edit_distance.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -79,22 +80,14 @@ std::vector<Diagnostic> Report::take() {
   return std::exchange(diagnostics_, {});
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
-
 std::string suggestion(std::string_view word, std::span<const std::string> known) {
   constexpr std::size_t kLongestWord = 40;
   if (word.size() < 2 || word.size() > kLongestWord) return {};
-  const std::string lower = lower_case(word);
+  const std::string lower = base::lower_case(word);
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   std::string_view best;
   for (const std::string& candidate : known) {
-    const std::size_t distance = base::edit_distance(lower, lower_case(candidate));
+    const std::size_t distance = base::edit_distance(lower, base::lower_case(candidate));
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;
@@ -105,12 +98,7 @@ std::string suggestion(std::string_view word, std::span<const std::string> known
 
 std::string quotable(std::string_view text) {
   constexpr std::size_t kMostCharacters = 60;
-  std::string shown(text.substr(0, kMostCharacters));
-  // A cut may not leave half a character behind.
-  while (shown.size() < text.size() && !shown.empty() &&
-         (static_cast<unsigned char>(text[shown.size()]) & 0xC0U) == 0x80U) {
-    shown.pop_back();
-  }
+  std::string shown(base::cut(text, kMostCharacters));
   const bool cut = shown.size() < text.size();
   for (char& c : shown) {
     const auto byte = static_cast<unsigned char>(c);

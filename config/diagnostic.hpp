@@ -84,8 +84,6 @@ Loaded<T> loaded(T value, Report& report) {
   return result;
 }
 
-std::string lower_case(std::string_view text);  // of ASCII, whatever the locale
-
 // "; did you mean 'gain'?" if one of `known` is close enough to `word`, in either case, else
 // nothing.
 std::string suggestion(std::string_view word, std::span<const std::string> known);

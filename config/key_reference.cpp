@@ -12,6 +12,8 @@
 namespace loopwarden::config {
 namespace {
 
+// Markdown of headings, paragraphs, lists, code and `words`, so that docs/man/configuration.awk can
+// make loopwardend.yaml(5) of it.
 constexpr const char* kIntroduction = R"(# Configuration
 
 <!-- Generated from the readers in config/; tests_config "[reference]" says how to renew it. -->
@@ -29,12 +31,7 @@ examples, which the package has in `/usr/share/doc/loopwarden/examples/`.
 
 Rules for all files:
 
-)";
-
-// From here on Markdown of headings, paragraphs, lists, code and `words`: manual_page() takes it
-// over.
-constexpr const char* kRules =
-    R"(- Keys that are unknown, double or missing are errors. So are anchors, tags, tabs in the
+- Keys that are unknown, double or missing are errors. So are anchors, tags, tabs in the
   indentation, more than one document, and files above 1 MiB.
 - Numbers are decimal, finite and stand alone: the unit belongs to the key. Modbus addresses and
   masks may be hexadecimal (`0x10`).
@@ -45,7 +42,8 @@ constexpr const char* kRules =
 constexpr const char* kLoopNotes = R"(
 The gains come in one of two forms, never mixed: the parallel form `kp`, `ki`, `kd`
 (u = kp e + ki ∫e dt + kd de/dt), or the ISA standard form `kc` (or `pb`), `ti` (or `ti_min`), `td`.
-`action` has no default, since a wrong guess is unsafe.
+`action` has no default, since a wrong guess is unsafe; nor has `comm_loss`, since only the device's own
+watchdog can act when the cable is cut.
 
 The enable contact is no safety function: an emergency stop must act in hardware.
 )";
@@ -84,49 +82,6 @@ command: {address: 200, type: i16, raw: [0, 27648], eu: [0, 100]}   # CO in coun
   `units_per_ma`, `scale` and `offset`; `range` says what these two currents mean.
 )";
 
-constexpr const char* kManualHead = R"(loopwardend.yaml(5)
-
-; Generated from the readers in config/; tests_config "[reference]" says how to renew it.
-
-# NAME
-
-loopwardend.yaml - configuration of loopwardend
-
-# DESCRIPTION
-
-A configuration is a folder:
-
-*loopwardend.yaml*
-	The box: real-time rights, folders, acceleration of simulated loops, Modbus links, the Modbus server,
-	alarms. Optional.
-
-*loops.d/\*.yaml*
-	One file a loop: process variable, controller, safe actions, devices.
-
-Unknown, duplicate and missing keys, wrong kinds, numbers out of range or not finite, and values that
-don't fit together are errors, all reported at once:
-
-	loops.d/FIC-101.yaml:17:3: error: unknown key 'gian'; did you mean 'gain'?
-
-*loopwarden check* _DIR_ or _FILE_ says so beforehand. Complete commented examples are in
-/usr/share/doc/loopwarden/examples/.
-
-Two keys have no default, on purpose: *controller.action*, because a wrong guess is unsafe, and
-*comm_loss* of the positioner or output, because only the device's own watchdog can act when the cable is cut.
-
-)";
-
-constexpr const char* kManualTail = R"(
-# EFFECTS
-
-The effects of a model's valve, process, transmitter, disturbances and faults, and of a jacket's model of the valve, with
-their parameters: *loopwarden effects*.
-
-# SEE ALSO
-
-*loopwardend*(8), *loopwarden*(1)
-)";
-
 std::string section_of(const std::string& path) {
   const std::size_t dot = path.rfind('.');
   return dot == std::string::npos ? std::string() : path.substr(0, dot);
@@ -154,42 +109,6 @@ std::string name_in(const std::string& section, const KeyDescription& key) {
   return section.empty() ? key.path : key.path.substr(section.size() + 1);
 }
 
-// Markdown of paragraphs, lists, code and `words` as scdoc has it.
-std::string to_scdoc(std::string_view markdown) {
-  std::string text;
-  bool code = false;
-  for (std::size_t i = 0; i < markdown.size(); ++i) {
-    if (markdown.substr(i).starts_with("```")) {
-      code = !code;
-      text += "```";
-      i += 2;
-    } else if (!code && markdown[i] == '`') {
-      text += '*';
-    } else {
-      const bool marks = !code && std::string_view("*_\\").find(markdown[i]) != std::string::npos;
-      if (marks) text += '\\';
-      text += markdown[i];
-    }
-  }
-  return text;
-}
-
-std::string manual_of(const KeyReference& reference) {
-  std::string text;
-  for (const std::string& section : sections_of(reference)) {
-    if (!section.empty()) text += fmt::format("\n## {}\n", section);
-    for (const KeyDescription& key : reference.keys()) {
-      if (section_of(key.path) != section) continue;
-      const std::string fallback = key.fallback.empty()         ? ""
-                                   : key.fallback == "required" ? "; required"
-                                                                : "; default: " + key.fallback;
-      text += fmt::format("\n*{}*: {}\n\t{}\n", to_scdoc(name_in(section, key)),
-                          to_scdoc(key.value + fallback), to_scdoc(key.meaning));
-    }
-  }
-  return text;
-}
-
 }  // namespace
 
 void KeyReference::add(KeyDescription description) {
@@ -214,7 +133,7 @@ std::string to_markdown(const KeyReference& reference) {
 }
 
 std::string describe_configuration() {
-  std::string text = std::string(kIntroduction) + kRules;
+  std::string text = kIntroduction;
   text += "\n## The daemon: `loopwardend.yaml`\n" + to_markdown(describe_daemon());
   text += "\n## A loop: `loops.d/*.yaml`\n";
   text += kLoopNotes + to_markdown(describe_loop());
@@ -222,15 +141,6 @@ std::string describe_configuration() {
   text += "\n## A loop model\n" + to_markdown(describe_model());
   text += "\n## Effects\n\nOf a model's valve, process, transmitter, disturbances and faults.\n\n";
   return text + describe_effects();
-}
-
-std::string manual_page() {
-  std::string text = kManualHead + to_scdoc(kRules);
-  text += "\n# THE DAEMON: loopwardend.yaml\n" + manual_of(describe_daemon());
-  text += "\n# A LOOP: loops.d\n" + to_scdoc(kLoopNotes) + manual_of(describe_loop());
-  text += "\n# WIRING BY REGISTERS AND COUNTS\n" + to_scdoc(kWiringNotes);
-  text += "\n# A LOOP MODEL\n" + manual_of(describe_model());
-  return text + kManualTail;
 }
 
 }  // namespace loopwarden::config

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the readers say about their keys: the source of docs/configuration.md and of the manual page
+// What the readers say about their keys: the source of docs/configuration.md, of which the build makes
 // loopwardend.yaml(5).
 #pragma once
 
@@ -32,8 +32,5 @@ std::string to_markdown(const KeyReference& reference);
 
 // The whole of docs/configuration.md.
 std::string describe_configuration();
-
-// The whole of docs/man/loopwardend.yaml.5.scd, in the format of scdoc.
-std::string manual_page();
 
 }  // namespace loopwarden::config

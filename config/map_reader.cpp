@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "config/character.hpp"
 
 namespace loopwarden::config {
@@ -26,10 +27,12 @@ bool has_leading_zero(std::string_view text) {
   return text.size() > 1 && text[0] == '0' && is_digit(text[1]);
 }
 
-bool is_hexadecimal(std::string_view text) { return magnitude(lower_case(text)).starts_with("0x"); }
+bool is_hexadecimal(std::string_view text) {
+  return magnitude(base::lower_case(text)).starts_with("0x");
+}
 
 bool is_not_finite(std::string_view text) {
-  std::string lower = lower_case(magnitude(text));
+  std::string lower = base::lower_case(magnitude(text));
   if (lower.starts_with('.')) lower.erase(0, 1);
   return lower == "inf" || lower == "nan" || lower == "infinity";
 }
@@ -479,7 +482,7 @@ Value<std::size_t> MapReader::choose(std::string_view key, const std::vector<std
   Value<std::size_t> result = start(key, node, fallback);
   result.valid = node == nullptr && (presence == Presence::optional || describing());
   if (node == nullptr) return result;
-  const std::string lower = lower_case(node->text);
+  const std::string lower = base::lower_case(node->text);
   std::string said = rule.any_case ? lower : node->text;
   // As operators say it and as the command line has it; nothing else is called so.
   if (lower == "auto") said = "automatic";

@@ -4,8 +4,9 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <fstream>
 #include <system_error>
+
+#include "base/file.hpp"
 
 namespace loopwarden::config {
 
@@ -24,17 +25,11 @@ std::optional<std::string> read_source_file(const fs::path& path, Report& report
     report.error({}, "", "is not a regular file");
     return std::nullopt;
   }
-  std::ifstream stream(path, std::ios::binary);
-  std::string text(kMostFileBytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad() || (stream.fail() && !stream.eof())) {
-    report.error({}, "", fmt::format("can't be read: {}", std::generic_category().message(errno)));
-    return std::nullopt;
-  }
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > kMostFileBytes) {
-    report.error({}, "", fmt::format("is larger than {} bytes", kMostFileBytes));
-    return std::nullopt;
+  std::optional<std::string> text = base::read_file(path, kMostFileBytes);
+  if (!text) {
+    report.error({}, "",
+                 errno == EFBIG ? fmt::format("is larger than {} bytes", kMostFileBytes)
+                                : fmt::format("can't be read: {}", base::error_text(errno)));
   }
   return text;
 }

@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/text.hpp"
+
 namespace loopwarden::config {
 namespace {
 
@@ -31,31 +33,15 @@ class Refused : public std::runtime_error {
   Place place_;
 };
 
-// Length of the UTF-8 sequence at the start of `text`; 0 if it is none.
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  if (byte(0) < 0x80) return 1;
-  const std::size_t length = byte(0) >= 0xF0 ? 4 : byte(0) >= 0xE0 ? 3 : 2;
-  if (byte(0) < 0xC2 || byte(0) > 0xF4 || text.size() < length) return 0;
-  std::uint32_t code = byte(0) & (0xFFU >> (length + 1));
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0U) != 0x80U) return 0;
-    code = (code << 6U) | (byte(i) & 0x3FU);
-  }
-  const bool overlong = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
-  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
-  return overlong || surrogate || code > 0x10FFFF ? 0 : length;
-}
-
 // What yaml-cpp would pass over in silence or misread.
 void check_bytes(std::string_view text) {
   Place place{1, 1};
   bool in_indentation = true;
-  for (std::size_t i = 0; i < text.size();) {
+  const std::size_t not_utf8 = base::first_not_utf8(text);
+  for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     const auto byte = static_cast<unsigned char>(c);
-    const std::size_t length = utf8_length(text.substr(i));
-    if (length == 0) {
+    if (i == not_utf8) {
       throw Refused(place, fmt::format("byte 0x{:02x} is not UTF-8 text", byte));
     }
     if (c == '\t' && in_indentation) {
@@ -65,12 +51,11 @@ void check_bytes(std::string_view text) {
     if ((byte < 0x20 && c != '\t' && !line_end) || byte == 0x7F) {
       throw Refused(place, fmt::format("control character 0x{:02x}", byte));
     }
-    i += length;
     if (c == '\n') {
       place = {place.line + 1, 1};
       in_indentation = true;
     } else {
-      place.column += static_cast<int>(length);
+      ++place.column;
       in_indentation = in_indentation && c == ' ';
     }
   }

@@ -3,11 +3,11 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <charconv>
 #include <cmath>
 #include <utility>
@@ -298,23 +298,13 @@ Record read_record(const std::filesystem::path& path, std::size_t largest_bytes)
   const std::filesystem::path name = from_stdin ? "standard input" : path;
   const base::File file(from_stdin ? "/dev/stdin" : path, O_RDONLY);
   if (!file.is_open()) fail_errno(name, "can't be opened", errno);
-  std::string text;
-  std::size_t size = 0;
-  while (true) {
-    // resize() grows geometrically with room to spare, so that a pipe can be read as well.
-    text.resize(std::min(std::max(2 * size, kBufferBytes), largest_bytes + 1));
-    const ssize_t got = ::read(file.fd(), text.data() + size, text.size() - size);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail_errno(name, "can't be read", errno);
-    if (got == 0) break;
-    size += static_cast<std::size_t>(got);
-    if (size > largest_bytes) {
-      throw RecordError(RecordError::Kind::data, 0, 0,
-                        fmt::format("{}: larger than {} bytes", name.string(), largest_bytes));
-    }
+  const std::optional<std::string> text = file.read(largest_bytes + 1);
+  if (!text) fail_errno(name, "can't be read", errno);
+  if (text->size() > largest_bytes) {
+    throw RecordError(RecordError::Kind::data, 0, 0,
+                      fmt::format("{}: larger than {} bytes", name.string(), largest_bytes));
   }
-  text.resize(size);
-  return parse_record(text, name.string());
+  return parse_record(*text, name.string());
 }
 
 RecordCsvWriter::RecordCsvWriter(std::filesystem::path path, RecordColumns columns)

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "base/digest/digest.hpp"
+
 namespace loopwarden::record {
 namespace {
 
@@ -117,19 +119,10 @@ std::optional<Layout> sound_row(std::span<const char> bytes, std::uint32_t index
   Layout layout{};
   std::memcpy(&layout, bytes.data(), sizeof layout);
   if (layout.index != index) return std::nullopt;
-  if (layout.crc != crc32(bytes.first(offsetof(Layout, crc)), header_crc)) return std::nullopt;
+  if (layout.crc != base::crc32(bytes.first(offsetof(Layout, crc)), header_crc))
+    return std::nullopt;
   return layout;
 }
-
-constexpr std::array<std::uint32_t, 256> kCrcTable = [] {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t i = 0; i < table.size(); ++i) {
-    std::uint32_t value = i;
-    for (int bit = 0; bit < 8; ++bit) value = (value >> 1U) ^ ((value & 1U) * 0xEDB88320U);
-    table[i] = value;
-  }
-  return table;
-}();
 
 template <std::size_t N>
 std::string_view text_in(const std::array<char, N>& field) {
@@ -138,14 +131,6 @@ std::string_view text_in(const std::array<char, N>& field) {
 }
 
 }  // namespace
-
-std::uint32_t crc32(std::span<const char> bytes, std::uint32_t start) noexcept {
-  std::uint32_t value = ~start;
-  for (const char byte : bytes) {
-    value = (value >> 8U) ^ kCrcTable[(value ^ static_cast<unsigned char>(byte)) & 0xFFU];
-  }
-  return ~value;
-}
 
 EncodedHeader encode(const SegmentHeader& header) noexcept {
   HeaderLayout layout{};
@@ -163,7 +148,7 @@ EncodedHeader encode(const SegmentHeader& header) noexcept {
 
   EncodedHeader encoded{};
   std::memcpy(encoded.bytes.data(), &layout, sizeof layout);
-  encoded.crc = crc32(std::span(encoded.bytes).first(offsetof(HeaderLayout, crc)));
+  encoded.crc = base::crc32(std::span(encoded.bytes).first(offsetof(HeaderLayout, crc)));
   std::memcpy(encoded.bytes.data() + offsetof(HeaderLayout, crc), &encoded.crc, sizeof encoded.crc);
   return encoded;
 }
@@ -181,7 +166,7 @@ DecodedHeader decode_header(std::span<const char> bytes) {
     decoded.problem = "not a segment";
   } else if (layout.version != kVersion && layout.version != kOldVersion) {
     decoded.problem = "a segment of another version of this program";
-  } else if (layout.crc != crc32(bytes.first(offsetof(HeaderLayout, crc)))) {
+  } else if (layout.crc != base::crc32(bytes.first(offsetof(HeaderLayout, crc)))) {
     decoded.problem = "the segment's header is damaged";
   } else if (layout.row_bytes != (old ? kOldRowBytes : kSegmentRowBytes) ||
              text_in(layout.columns) != (old ? kOldColumns : kColumns)) {
@@ -205,7 +190,7 @@ void encode(const RecordRow& row, std::uint32_t index, std::uint32_t header_crc,
             std::span<char> bytes) noexcept {
   const RowLayout layout{row, index, 0};
   std::memcpy(bytes.data(), &layout, sizeof layout);
-  const std::uint32_t crc = crc32(bytes.first(offsetof(RowLayout, crc)), header_crc);
+  const std::uint32_t crc = base::crc32(bytes.first(offsetof(RowLayout, crc)), header_crc);
   std::memcpy(bytes.data() + offsetof(RowLayout, crc), &crc, sizeof crc);
 }
 

@@ -39,10 +39,6 @@ constexpr std::int64_t utc_ns(const SegmentHeader& header, const RecordRow& row)
                                    static_cast<std::uint64_t>(header.start_monotonic_ns));
 }
 
-// CRC-32 of `bytes` continued from `start`. Written out, since a library for one function costs an
-// edge box more than these lines.
-std::uint32_t crc32(std::span<const char> bytes, std::uint32_t start = 0) noexcept;
-
 struct EncodedHeader {
   std::array<char, kSegmentHeaderBytes> bytes;
   std::uint32_t crc;  // the start of the rows' CRCs

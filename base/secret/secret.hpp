@@ -9,14 +9,14 @@
 namespace loopwarden::base {
 
 struct Secret {
-  std::string credential;      // its name; empty: a file
-  std::filesystem::path file;  // empty as well: there is none
+  std::string credential;      // its name; if empty, `file` counts
+  std::filesystem::path file;  // if empty as well, there is no secret
   bool given() const noexcept { return !credential.empty() || !file.empty(); }
 };
 
-// Where it lies. Throws std::runtime_error where a credential is named and the service has none at all.
+// Its file. Throws std::runtime_error if a credential is named and $CREDENTIALS_DIRECTORY is not set.
 std::filesystem::path path_of(const Secret& secret);
-// Its first line; at most 4096 bytes. Throws std::runtime_error where it can't be read or is empty.
+// Its first line; at most 4096 bytes. Throws std::runtime_error if it can't be read, is empty or longer.
 std::string read_secret(const Secret& secret);
 
 }  // namespace loopwarden::base

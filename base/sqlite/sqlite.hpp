@@ -20,9 +20,9 @@ namespace loopwarden::sqlite {
 class Error : public std::runtime_error {
  public:
   enum class Kind : std::uint8_t {
-    damaged,  // it is no sound database of ours
-    other_version,  // ours and sound, yet only another version of the program can read it: it stays where it is
-    unavailable  // disk full, no rights, I/O error, locked: may work later
+    damaged,        // it is no sound database of ours
+    other_version,  // written by another version of the program: not to be touched
+    unavailable     // disk full, no rights, I/O error, locked: may work later
   };
   Error(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
   bool damaged() const noexcept { return kind_ == Kind::damaged; }
@@ -47,7 +47,7 @@ enum class Sync : std::uint8_t { normal, full };
 
 class Database {
  public:
-  // Makes the file where there is none, but for `read`. Waits for `patience` where another process, such as a backup,
+  // Makes the file if there is none and `access` is write. Waits up to `patience` if another process, such as a backup,
   // holds it.
   Database(const std::filesystem::path& file, Access access, std::chrono::milliseconds patience);
 

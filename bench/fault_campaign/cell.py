@@ -10,13 +10,13 @@ import random
 import resource
 import shutil
 import signal
-import socket
 import sqlite3
 import stat
 import struct
 import tempfile
 import time
 
+import bench_daemon
 from converter import (CO_RANGE, HALF_PERIOD_S, NOT_TAKEN, OUT_MA, READ_FAILS, READ_HANGS, SOUND,
                        WRITE_FAILS, current_ma)
 from daemon import HANGING, WATCHDOG_S, Daemon
@@ -49,18 +49,6 @@ HEARTBEAT_S = 1.5  # without one the daemon takes its Modbus master for lost
 
 def loop_kinds():
     return list(dict.fromkeys(kind for kinds in KINDS.values() for kind in kinds))
-
-
-def free_port(chance):
-    """Below those that the kernel gives away: the daemon comes back to it."""
-    while True:
-        port = chance.randint(20000, 30000)
-        with socket.socket() as attempt:
-            try:
-                attempt.bind(("127.0.0.1", port))
-                return port
-            except OSError:
-                pass
 
 
 class Master:
@@ -121,7 +109,7 @@ class Cell:
         self.recovery = self.random.choice(("previous_mode", "previous_mode", "manual"))
         self.loops = [make_loop(i, index, seed, self.folder, self.daemon.board, self.period, self.random)
                       for i in range(loops)]
-        self.modbus_port = free_port(self.random)
+        self.modbus_port = bench_daemon.free_port(self.random)
         self.analog = [loop for loop in self.loops if loop.wiring == "analog"]
         self.results = []  # (kind, what the round held, failures)
         self.not_judged = 0

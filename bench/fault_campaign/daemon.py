@@ -6,13 +6,14 @@ import ctypes
 import json
 import mmap
 import os
-import re
 import resource
 import signal
 import socket
 import struct
 import subprocess
 import time
+
+import bench_daemon
 
 WATCHDOG_S = 2.0
 PTRACE_SEIZE, PTRACE_INTERRUPT, PTRACE_DETACH = 0x4206, 0x4207, 17
@@ -194,13 +195,10 @@ class Daemon:
         return names
 
     def field_kib(self, name):
-        with open(f"/proc/{self.pid}/status", encoding="utf-8") as file:
-            return int(re.search(rf"^{name}:\s+(\d+)", file.read(), re.M)[1])
+        return bench_daemon.status_kib(self.pid, name)
 
     def cpu_s(self):
-        with open(f"/proc/{self.pid}/stat", encoding="utf-8") as file:
-            fields = file.read().rsplit(")", 1)[1].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return bench_daemon.cpu_s(self.pid)
 
     # --- switches --------------------------------------------------------------------------------
 

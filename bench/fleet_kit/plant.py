@@ -5,7 +5,6 @@ import json
 import os
 import pathlib
 import pwd
-import random
 import shutil
 import signal
 import socket
@@ -17,8 +16,11 @@ import time
 
 import psycopg2
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from bench_daemon import free_port  # noqa: E402
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-BIN = pathlib.Path(os.environ.get('LOOPWARDEN_BIN', ROOT / 'build/release/bin'))
+BIN = pathlib.Path(os.environ.get('LOOPWARDEN_BIN_DIR', ROOT / 'build/release/bin'))
 
 
 def postgres_folder():
@@ -27,19 +29,6 @@ def postgres_folder():
     if not versions:
         raise SystemExit('PostgreSQL is not installed (tools/debian-packages.txt)')
     return versions[-1].parent
-
-
-def free_port(wanted=range(21600, 21700)):
-    # Of several that run at once each begins elsewhere.
-    for port in random.sample(list(wanted), len(wanted)):
-        with socket.socket() as s:
-            s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                s.bind(('127.0.0.1', port))
-                return port
-            except OSError:
-                continue
-    raise SystemExit('no free port')
 
 
 class Usage:
@@ -86,7 +75,7 @@ class Plant:
         # Ends as usual, so that nothing stays behind.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
         self.broker_port = free_port()
-        self.database_port = free_port([port for port in range(21600, 21700) if port != self.broker_port])
+        self.database_port = free_port()
         self.broker_address = '127.0.0.1'
 
     # --- processes ---

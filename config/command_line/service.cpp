@@ -5,6 +5,7 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <exception>
 #include <sstream>
 
@@ -23,14 +24,25 @@ int say(const CLI::App& app, const CLI::ParseError& what) {
   return code == 0 ? kExitOk : kExitUsage;
 }
 
-int run_service(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
-  const std::string unknown = unknown_word(app, {argv + 1, argv + argc});
+std::vector<std::string> in_options(std::vector<std::string> words) {
+  if (words.empty()) return words;
+  if (words.front() == "version") words.front() = "--version";
+  if (words.front() == "help") {
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  return words;
+}
+
+int run_service(CLI::App& app, std::vector<std::string> words, const std::function<int()>& run) {
+  const std::string unknown = unknown_word(app, words);
   if (!unknown.empty()) {
     fmt::print(stderr, "{}: {}\n", app.get_name(), unknown);
     return kExitUsage;
   }
   try {
-    app.parse(argc, argv);
+    std::reverse(words.begin(), words.end());  // as CLI11 takes them
+    app.parse(words);
     return run();
   } catch (const CLI::ParseError& e) {
     return say(app, e);

@@ -5,9 +5,9 @@
 #include <charconv>
 #include <set>
 
+#include "base/digest/digest.hpp"
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
-#include "config/specialists/checksum.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "config/specialists/weights_text.hpp"
 #include "config/yaml_document.hpp"
@@ -234,7 +234,7 @@ class ManifestReader {
     }
     const std::optional<std::string> text = read_source_file(path, report);
     if (!text) return fail();
-    const std::string found = sha256_of(*text);
+    const std::string found = base::sha256_hex(*text);
     if (found != sum) {
       report.error({}, "", fmt::format("has another sha256 than the manifest says: {}", found));
       return fail();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <fstream>
 #include <system_error>
 
-#include "config/specialists/checksum.hpp"
+#include "base/digest/digest.hpp"
+#include "base/file.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "config/specialists/weights_text.hpp"
 
@@ -36,19 +36,9 @@ class Writer {
   // Sets failure() where the disk refuses.
   void write(const std::string& name, const std::string& text) {
     if (!failure_.empty()) return;
-    const std::filesystem::path path = folder_ / name;
-    const std::filesystem::path temporary = folder_ / (name + ".tmp");
-    {
-      std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-      out << text;
-      if (!out.flush()) {
-        failure_ = fmt::format("{}: can't write", temporary.string());
-        return;
-      }
-    }
-    std::error_code error;
-    std::filesystem::rename(temporary, path, error);
-    if (error) failure_ = fmt::format("{}: {}", path.string(), error.message());
+    const auto error =
+        base::replace_file(folder_ / name, text, {.mode = 0666, .wait_for_disk = false});
+    if (error) failure_ = error->text();
   }
 
   const std::string& failure() const noexcept { return failure_; }
@@ -65,7 +55,7 @@ std::string write_weights(const SpecialistFileSink& write, const std::string& na
   const std::string file = name + ".weights";
   write(file, text);
   return fmt::format("    layers: {}\n    file: {}\n    sha256: {}\n", layers_of(network), file,
-                     sha256_of(text));
+                     base::sha256_hex(text));
 }
 
 std::string loop_text(const specialist::Team& team) {
@@ -78,7 +68,7 @@ std::string loop_text(const specialist::Team& team) {
       f.pv_high, team.temperature);
   for (std::size_t i = 0; i < specialist::kNetworkInputs; ++i) {
     text += fmt::format("  - [{}, {}]  # {}\n", static_cast<float>(team.centre[i]),
-                        static_cast<float>(team.scale[i]), specialist::kInputNames[i]);
+                        static_cast<float>(team.scale[i]), specialist::input_name(i));
   }
   return text;
 }

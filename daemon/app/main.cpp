@@ -12,9 +12,10 @@
 
 #include "config/command_line/service.hpp"
 #include "config/config_reader.hpp"
-#include "daemon/app/app.hpp"
+#include "daemon/app/lifecycle.hpp"
 #include "daemon/app/log_queue.hpp"
 #include "daemon/app/specialist_files.hpp"
+#include "daemon/app/stop_actions.hpp"
 #include "base/exit_code.hpp"
 #include "base/signals.hpp"
 #include "base/standard_streams.hpp"
@@ -88,7 +89,7 @@ int run_command_line(int argc, char** argv) {
       ->excludes(check_flag);
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  return loopwarden::config::run_service(cli, argc, argv,
+  return loopwarden::config::run_service(cli, {argv + 1, argv + argc},
                                          [&] { return run(directory, check, safe); });
 }
 

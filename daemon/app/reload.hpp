@@ -5,7 +5,7 @@
 // Modbus master's gains, have changed since. What needs a restart never comes into force before it, so
 // that for those keys the baseline is the start, and going back to the old files leaves nothing waiting.
 //
-// All or nothing for each loop. A key has one of three effects (the tables in reload.cpp say which):
+// All or nothing for each loop. A key has one of three effects (the tables in reload_keys.cpp say which):
 //   applied   tuning, limits, checks, safe actions: at once, between two cycles, without a bump
 //   restart   counts at the next start and changes no number's meaning (description, start, recording,
 //             monitor): waits by itself while the rest of its loop is applied

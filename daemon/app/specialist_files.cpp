@@ -6,13 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <span>
 #include <utility>
 
+#include "base/digest/digest.hpp"
+#include "base/file.hpp"
 #include "config/loop_model_reader.hpp"
-#include "record/segment_format.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -20,9 +18,8 @@ namespace {
 constexpr double kPeriodTolerance = 0.01;  // relative
 
 std::uint32_t hash_of_manifest(const std::string& folder, std::uint32_t start) {
-  std::ifstream stream(std::filesystem::path(folder) / "manifest.yaml", std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  return record::crc32(std::span(text.data(), text.size()), start);
+  const std::filesystem::path manifest = std::filesystem::path(folder) / "manifest.yaml";
+  return base::crc32(base::read_file(manifest).value_or(""), start);
 }
 
 config::Diagnostic error_in(const config::LoopConfig& loop, std::string message,

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app/watchdog.hpp"
 
+#include <fcntl.h>
 #include <sys/socket.h>
-#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -13,6 +14,33 @@
 #include <utility>
 
 namespace loopwarden::daemon::health {
+namespace {
+
+// What the service manager tells by the environment, as sd_watchdog_enabled(3) and sd_listen_fds(3) describe it.
+// libsystemd would bring six libraries into the daemon's locked memory, 3.4 MB, that nothing here calls.
+constexpr int kFirstListener = 3;
+
+// 0: it is not there, or no number.
+std::int64_t number_in(const char* variable) {
+  const char* const text = std::getenv(variable);
+  if (text == nullptr) return 0;
+  const char* const end = text + std::strlen(text);
+  std::int64_t number = 0;
+  const auto [rest, error] = std::from_chars(text, end, number);
+  return error == std::errc() && rest == end ? number : 0;
+}
+
+bool listens(int fd) {
+  int type = 0;
+  int accepts = 0;
+  socklen_t size = sizeof type;
+  if (getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &size) != 0) return false;
+  size = sizeof accepts;
+  return getsockopt(fd, SOL_SOCKET, SO_ACCEPTCONN, &accepts, &size) == 0 && accepts == 1 &&
+         type == SOCK_STREAM;
+}
+
+}  // namespace
 
 void ThreadWatch::add(WatchedThread thread, std::int64_t now_ns) {
   const std::uint64_t ticks = thread.ticks();
@@ -34,9 +62,8 @@ std::vector<std::string> ThreadWatch::stuck(std::int64_t now_ns) {
 }
 
 ServiceManager::ServiceManager() {
-  std::uint64_t watchdog_us = 0;
-  if (sd_watchdog_enabled(0, &watchdog_us) > 0) {
-    interval_ns_ = static_cast<std::int64_t>(watchdog_us) * 1000 / 2;
+  if (std::getenv("WATCHDOG_PID") == nullptr || number_in("WATCHDOG_PID") == getpid()) {
+    interval_ns_ = std::max<std::int64_t>(number_in("WATCHDOG_USEC"), 0) * 1000 / 2;
   }
   const char* const path = std::getenv("NOTIFY_SOCKET");
   const std::size_t length = path == nullptr ? 0 : std::strlen(path);
@@ -82,11 +109,14 @@ void ServiceManager::keep_alive(bool healthy, std::int64_t now_ns) {
 }
 
 int modbus_listener() noexcept {
-  const int count = sd_listen_fds(0);
-  for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + count; ++fd) {
-    if (sd_is_socket(fd, AF_UNSPEC, SOCK_STREAM, 1) > 0) return fd;
+  if (number_in("LISTEN_PID") != getpid()) return -1;
+  const auto count = static_cast<int>(number_in("LISTEN_FDS"));
+  int listener = -1;
+  for (int fd = kFirstListener; fd < kFirstListener + count; ++fd) {
+    fcntl(fd, F_SETFD, FD_CLOEXEC);
+    if (listener < 0 && listens(fd)) listener = fd;
   }
-  return -1;
+  return listener;
 }
 
 }  // namespace loopwarden::daemon::health

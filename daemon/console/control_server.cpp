@@ -10,6 +10,7 @@
 
 #include "daemon/console/metrics.hpp"
 #include "daemon/console/request.hpp"
+#include "daemon/console/status.hpp"
 #include "base/group_access.hpp"
 
 namespace loopwarden::daemon {
@@ -116,9 +117,11 @@ void ControlServer::publish_metrics() {
   metrics_due_ = std::chrono::steady_clock::now() + kInterval;
   try {
     // A disk that refuses or hangs shows by the file's age.
-    metrics_.begin([file = metrics_file_, text = metrics_text(readings_.status())] {
-      (void)write_metrics(file, text);
-    });
+    std::string text =
+        metrics_text(parts_.daemon_status(), parts_.loops.size(),
+                     [this](std::size_t loop) { return console::loop_status(parts_, loop); });
+    metrics_.begin(
+        [file = metrics_file_, text = std::move(text)] { (void)write_metrics(file, text); });
   } catch (const std::exception& e) {
     spdlog::error("metrics: {}", e.what());
   }

@@ -2,12 +2,16 @@
 #include "daemon/console/metrics.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
-#include <fstream>
+#include <array>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <system_error>
 #include <utility>
+
+#include "base/file.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -66,6 +70,9 @@ class Page {
     sample((base + "_sum").c_str(), {}, of.at("sum"), 1e-6);
     sample((base + "_count").c_str(), {}, below);
   }
+  void append(Page& other) { text_ += std::exchange(other.text_, {}); }
+  void reserve(std::size_t more) { text_.reserve(text_.size() + more); }
+  std::size_t size() const noexcept { return text_.size(); }
   std::string take() { return std::move(text_); }
 
  private:
@@ -120,11 +127,71 @@ constexpr LoopValue kLoopValues[] = {
      "rows that found the recorder's queue full: the disk hangs", "recording", "queue_dropped"},
     {"recording_lost_total", "counter", "rows that the disk refused", "recording", "rows_lost"}};
 
+// The families with samples of every loop, filled loop by loop.
+class LoopPages {
+ public:
+  LoopPages() {
+    input_age_.family("input_age_seconds", "gauge",
+                      "age of the newest sample that the loop has seen");
+    fault_.family("fault", "gauge", "1 for the fault that a loop has, or none");
+    automatic_.family("automatic", "gauge", "1: the loop is in automatic");
+    alarm_.family("alarm_active", "gauge", "1: the condition of the alarm is there");
+    condition_.family("condition_index", "gauge",
+                      "100 good, 0 bad; left out where it is not known");
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      values_[i].family(kLoopValues[i].name, kLoopValues[i].type, kLoopValues[i].help);
+    }
+  }
+
+  void add(const json& loop) {
+    const std::string label =
+        fmt::format("loop=\"{}\"", escaped(loop.at("name").get<std::string>()));
+    input_age_.sample("input_age_seconds", label + ",input=\"process_variable\"",
+                      loop.value("pv_age_ms", json()), 1e-3);
+    input_age_.sample("input_age_seconds", label + ",input=\"valve_position\"",
+                      loop.value("position_age_ms", json()), 1e-3);
+    if (loop.contains("fault")) {
+      fault_.sample("fault", label + fmt::format(",fault=\"{}\"", loop["fault"].get<std::string>()),
+                    1);
+    }
+    if (loop.contains("mode")) automatic_.sample("automatic", label, loop["mode"] == "AUTO");
+    const json alarms = loop.value("alarms", json::object());
+    for (const auto& [alarm, state] : alarms.items()) {
+      alarm_.sample("alarm_active", label + fmt::format(",alarm=\"{}\"", alarm),
+                    state.at("active"));
+    }
+    for (const auto& [index, value] : loop.at("monitor").at("condition").items()) {
+      condition_.sample("condition_index", label + fmt::format(",of=\"{}\"", index), value);
+    }
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      const LoopValue& value = kLoopValues[i];
+      if (value.section != nullptr && !loop.contains(value.section)) continue;
+      const json& section = value.section == nullptr ? loop : loop.at(value.section);
+      values_[i].sample(value.name, label, section.value(value.key, json()));
+    }
+  }
+
+  void append_to(Page& page) {
+    page.reserve(std::accumulate(
+        values_.begin(), values_.end(),
+        input_age_.size() + fault_.size() + automatic_.size() + alarm_.size() + condition_.size(),
+        [](std::size_t sum, const Page& family) { return sum + family.size(); }));
+    for (Page* family : {&input_age_, &fault_, &automatic_, &alarm_, &condition_}) {
+      page.append(*family);
+    }
+    for (Page& family : values_) page.append(family);
+  }
+
+ private:
+  Page input_age_, fault_, automatic_, alarm_, condition_;
+  std::array<Page, std::size(kLoopValues)> values_;
+};
+
 }  // namespace
 
-std::string metrics_text(const json& status) {
+std::string metrics_text(const json& d, std::size_t loops,
+                         const std::function<json(std::size_t)>& loop) {
   Page page;
-  const json& d = status.at("daemon");
   page.family("build_info", "gauge", "1, with the version");
   page.sample("build_info", fmt::format("version=\"{}\"", d.at("version").get<std::string>()), 1);
   page.single("uptime_seconds", "gauge", "since the start", d.at("uptime_s"));
@@ -150,65 +217,18 @@ std::string metrics_text(const json& status) {
   page.single("journal_waiting", "gauge", "lines of the journal that wait for the disk",
               d.at("journal").at("waiting"));
 
-  const auto label = [](const json& loop) {
-    return fmt::format("loop=\"{}\"", escaped(loop.at("name").get<std::string>()));
-  };
-  const json& loops = status.at("loops");
-  page.family("input_age_seconds", "gauge", "age of the newest sample that the loop has seen");
-  for (const json& loop : loops) {
-    page.sample("input_age_seconds", label(loop) + ",input=\"process_variable\"",
-                loop.value("pv_age_ms", json()), 1e-3);
-    page.sample("input_age_seconds", label(loop) + ",input=\"valve_position\"",
-                loop.value("position_age_ms", json()), 1e-3);
-  }
-  page.family("fault", "gauge", "1 for the fault that a loop has, or none");
-  for (const json& loop : loops) {
-    if (!loop.contains("fault")) continue;
-    page.sample("fault",
-                label(loop) + fmt::format(",fault=\"{}\"", loop["fault"].get<std::string>()), 1);
-  }
-  page.family("automatic", "gauge", "1: the loop is in automatic");
-  for (const json& loop : loops) {
-    if (loop.contains("mode")) page.sample("automatic", label(loop), loop["mode"] == "AUTO");
-  }
-  page.family("alarm_active", "gauge", "1: the condition of the alarm is there");
-  for (const json& loop : loops) {
-    const json alarms = loop.value("alarms", json::object());
-    for (const auto& [alarm, state] : alarms.items()) {
-      page.sample("alarm_active", label(loop) + fmt::format(",alarm=\"{}\"", alarm),
-                  state.at("active"));
-    }
-  }
-  page.family("condition_index", "gauge", "100 good, 0 bad; left out where it is not known");
-  for (const json& loop : loops) {
-    for (const auto& [index, value] : loop.at("monitor").at("condition").items()) {
-      page.sample("condition_index", label(loop) + fmt::format(",of=\"{}\"", index), value);
-    }
-  }
-  for (const LoopValue& value : kLoopValues) {
-    page.family(value.name, value.type, value.help);
-    for (const json& loop : loops) {
-      if (value.section != nullptr && !loop.contains(value.section)) continue;
-      const json& section = value.section == nullptr ? loop : loop.at(value.section);
-      page.sample(value.name, label(loop), section.value(value.key, json()));
-    }
-  }
+  LoopPages pages;
+  for (std::size_t i = 0; i < loops; ++i) pages.add(loop(i));
+  pages.append_to(page);
   return page.take();
 }
 
 bool write_metrics(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path fresh = path.string() + ".tmp";
-  {
-    std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
-    file << text;
-    file.close();
-    if (!file) return false;
-  }
-  constexpr auto kEveryoneReads = static_cast<std::filesystem::perms>(0644);
-  std::error_code error;
-  std::filesystem::permissions(fresh, kEveryoneReads, error);
-  std::filesystem::rename(fresh, path, error);
-  return !error;
+  // Written anew every few seconds: not worth a wait for the disk.
+  return !base::replace_file(path, text, {.wait_for_disk = false, .prepare = [](int fd) {
+                                            constexpr mode_t kEveryoneReads = 0644;
+                                            ::fchmod(fd, kEveryoneReads);
+                                          }});
 }
 
 }  // namespace loopwarden::daemon

@@ -46,6 +46,12 @@ std::vector<std::string> classes() {
   return names;
 }
 
+// All loops as text, one after the other: as a tree they take some 30 kB each.
+void put_item(std::string& text, const json& item) {
+  if (text.back() != '[') text += ',';
+  text += text_of(item);
+}
+
 protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder& recorder) {
   const config::LoopConfig& config = loop.config;
   const bool judged = !config.monitor.specialists.empty();
@@ -95,10 +101,9 @@ journal::JournalQuery wanted_lines(const protocol::JournalRequest& request) {
 }  // namespace
 
 std::size_t loop_index(const Parts& parts, const std::string& name) {
-  const auto it = std::find_if(parts.loops.begin(), parts.loops.end(),
-                               [&](const LoopRuntime& loop) { return loop.config.name == name; });
-  if (it == parts.loops.end()) throw RequestError("no loop '" + name + "'");
-  return static_cast<std::size_t>(it - parts.loops.begin());
+  const std::optional<std::size_t> found = find_loop(parts.loops, name);
+  if (!found) throw RequestError("no loop '" + name + "'");
+  return *found;
 }
 
 model::AlarmKind wanted_alarm(const std::string& name) {
@@ -113,9 +118,9 @@ model::AlarmKind wanted_alarm(const std::string& name) {
 }
 
 std::string Readings::answer(std::string_view what, const json& request) {
-  if (what == protocol::StatusRequest::kName) return done(status());
+  if (what == protocol::StatusRequest::kName) return status();
   if (what == protocol::TrendRequest::kName) return done(trend(request));
-  if (what == protocol::AlarmsRequest::kName) return done(alarms());
+  if (what == protocol::AlarmsRequest::kName) return alarms();
   if (what == protocol::DescribeRequest::kName) return done(describe());
   if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
   if (what == protocol::LoopRequest::kName) return done(loop(request));
@@ -125,12 +130,14 @@ std::string Readings::answer(std::string_view what, const json& request) {
   return done(journal(request));
 }
 
-protocol::Status Readings::status() const {
-  protocol::Status status{.daemon = parts_.daemon_status()};
+// As protocol::Status.
+std::string Readings::status() const {
+  std::string text = R"({"daemon":)" + text_of(parts_.daemon_status()) + R"(,"loops":[)";
   for (std::size_t i = 0; i < parts_.loops.size(); ++i) {
-    status.loops.push_back(loop_status(parts_, i));
+    put_item(text, loop_status(parts_, i));
   }
-  return status;
+  text += R"(],"ok":true})";
+  return text;
 }
 
 protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
@@ -138,7 +145,7 @@ protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
   const std::uint64_t most = std::min(request.most.value_or(kMostTrendRows), kMostTrendRows);
   protocol::Trend trend;
   trend.sample_time_s = parts_.loops[index].config.sample_time_s;
-  for (const auto& row : parts_.historian.rows(index, request.from.value_or(0), most)) {
+  for (const auto& row : parts_.historian.trend(index, request.from.value_or(0), most)) {
     trend.period.push_back(row.period_index);
     trend.sp.push_back(row.sp);
     trend.pv.push_back(row.pv);
@@ -151,16 +158,17 @@ protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
   return trend;
 }
 
-protocol::Alarms Readings::alarms() const {
-  protocol::Alarms all;
+// As protocol::Alarms.
+std::string Readings::alarms() const {
+  std::string text = R"({"alarms":[)";
   for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
     const monitor::LoopWatch watch = parts_.board.watch(i);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
-      all.alarms.push_back(alarm_of(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
+      put_item(text, alarm_of(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
     }
   }
-  all.now_ms = parts_.board.now_ms();
-  return all;
+  text += R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
+  return text;
 }
 
 protocol::Description Readings::describe() const {

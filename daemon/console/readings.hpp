@@ -30,11 +30,10 @@ class Readings {
   // The answer to a request that reads. Throws RequestError.
   std::string answer(std::string_view what, const nlohmann::json& request);
 
-  protocol::Status status() const;
-
  private:
+  std::string status() const;
   protocol::Trend trend(const protocol::TrendRequest& request) const;
-  protocol::Alarms alarms() const;
+  std::string alarms() const;
   protocol::Description describe() const;
   protocol::LoopAnswer loop(const protocol::LoopRequest& request) const;
   protocol::Windows windows(const protocol::WindowsRequest& request) const;

@@ -21,15 +21,15 @@ json parsed(std::string_view line) {
   });
 }
 
-std::string line_of(const json& reply) {
-  return reply.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 }  // namespace
+
+std::string text_of(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
 
 std::string done(json reply) {
   reply["ok"] = true;
-  return line_of(reply);
+  return text_of(reply);
 }
 
 std::string answer_line(std::string_view line,
@@ -39,7 +39,7 @@ std::string answer_line(std::string_view line,
     if (!request.is_object()) throw RequestError("a request is a JSON object");
     return handler(request);
   } catch (const std::exception& e) {
-    return line_of({{"ok", false}, {"error", e.what()}});
+    return text_of({{"ok", false}, {"error", e.what()}});
   }
 }
 

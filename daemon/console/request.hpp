@@ -13,6 +13,8 @@ namespace loopwarden::daemon::console {
 
 using protocol::RequestError;
 
+// On one line; bytes that are no UTF-8 are replaced.
+std::string text_of(const nlohmann::json& value);
 // What a handler answers: a line without its end.
 std::string done(nlohmann::json reply);  // with "ok": true
 

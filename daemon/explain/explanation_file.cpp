@@ -7,7 +7,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <system_error>
+
+#include "base/file.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -77,18 +78,10 @@ void write_not_explained(const Explanation& e) {
 }
 
 void replace_text(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path temporary = file.string() + ".tmp";
-  std::ofstream stream(temporary, std::ios::binary);
-  stream << text;
-  stream.close();
-  std::error_code error;
-  if (stream) std::filesystem::rename(temporary, file, error);
-  if (!stream || error) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw std::runtime_error(fmt::format("{}: can't be written{}{}", file.string(),
-                                         error ? ": " : "",
-                                         error ? error.message() : std::string()));
+  const std::optional<base::FileError> error = base::replace_file(file, text, {.mode = 0666});
+  if (error) {
+    throw std::runtime_error(
+        fmt::format("{}: can't be written: {}", file.string(), base::error_text(error->error)));
   }
 }
 

@@ -45,9 +45,10 @@ class Gateway {
   void serve(std::chrono::milliseconds timeout);
 
   std::uint16_t port() const noexcept { return server_.port(); }
-  TcpServerCounters counters() const;                           // any thread
-  std::optional<SerialServerCounters> serial_counters() const;  // any thread; nothing: no such line
-  ServerState state() const;                                    // any thread; as of the last round
+  TcpServerCounters counters() const;  // any thread
+  std::optional<SerialServerCounters> serial_counters()
+      const;                  // any thread; nullopt if there is no serial line
+  ServerState state() const;  // any thread; as of the last round
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:

@@ -89,7 +89,7 @@ class TcpServer {
   bool answer_frame(Client& client, std::size_t frame_size);
   static bool send_pending(Client& client);
   void refill(Client& client, std::int64_t now_ns) const;
-  // Bytes of the first frame in the buffer; 0: not there yet; nothing: it is none.
+  // Bytes of the first frame in the buffer; 0: not there yet; nullopt: it is no frame.
   static int frame_size(const Client& client);
 
   TcpServerSettings settings_;

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/journal/alarm_state_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
-#include <span>
-#include <system_error>
 
+#include "base/digest/digest.hpp"
 #include "base/file.hpp"
-#include "record/segment_format.hpp"
 
 namespace loopwarden::daemon::journal {
 namespace {
@@ -23,7 +17,7 @@ using nlohmann::json;
 constexpr std::size_t kChecksumLine = 9;  // eight digits and a line end
 
 std::string checksum_line(std::string_view text) {
-  return fmt::format("{:08x}\n", record::crc32(std::span(text.data(), text.size())));
+  return fmt::format("{:08x}\n", base::crc32(text));
 }
 
 json to_json(const AlarmKey& key, const AlarmMemory& memory) {
@@ -57,29 +51,18 @@ bool AlarmStateFile::save(const AlarmStates& states, std::string& why) const {
                                -1, ' ', false, json::error_handler_t::replace) +
                            "\n";
   const std::string text = checksum_line(body) + body;
-  const std::filesystem::path temporary = path_.string() + ".tmp";
-  base::File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
-  if (!file.is_open() || !file.write(text.data(), text.size()) || !file.sync() || !file.close()) {
-    why = fmt::format("{}: {}", temporary.string(), base::error_text(errno));
-    return false;
-  }
-  std::error_code error;
-  std::filesystem::rename(temporary, path_, error);
-  if (error) {
-    why = fmt::format("{}: {}", path_.string(), error.message());
-    return false;
-  }
-  return base::sync_folder(path_.parent_path());
+  const std::optional<base::FileError> error = base::replace_file(path_, text);
+  if (error) why = error->text();
+  return !error;
 }
 
 std::optional<AlarmStates> AlarmStateFile::load(std::string& why) const {
-  std::ifstream stream(path_, std::ios::binary);
-  if (!stream) return std::nullopt;
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const std::optional<std::string> text = base::read_file(path_);
+  if (!text) return std::nullopt;
   try {
-    if (text.size() < kChecksumLine) throw std::runtime_error("it is cut short");
-    const std::string body = text.substr(kChecksumLine);
-    if (text.compare(0, kChecksumLine, checksum_line(body)) != 0) {
+    if (text->size() < kChecksumLine) throw std::runtime_error("it is cut short");
+    const std::string body = text->substr(kChecksumLine);
+    if (text->compare(0, kChecksumLine, checksum_line(body)) != 0) {
       throw std::runtime_error("its checksum is wrong");
     }
     const json j = json::parse(body);

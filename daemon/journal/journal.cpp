@@ -10,16 +10,12 @@
 #include <thread>
 #include <utility>
 
+#include "base/clock.hpp"
+
 namespace loopwarden::daemon::journal {
 namespace {
 
 constexpr std::chrono::milliseconds kPause{200};
-
-std::int64_t utc_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 
@@ -234,7 +230,7 @@ void Journal::save_copy() {
 // False if it can't be moved.
 bool Journal::replace_damaged(const std::string& why) {
   try {
-    const std::int64_t now_ms = utc_ms();
+    const std::int64_t now_ms = base::utc_ms();
     const std::filesystem::path aside = sqlite::move_aside(path(), now_ms);
     spdlog::error("journal: damaged ({}); kept as {}, a new one begins", why, aside.string());
     waiting_.push_back({.kind = JournalEntry::Kind::system,

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/interlocks.hpp"
 #include "config/loop_config.hpp"
@@ -39,6 +41,10 @@ struct LoopRuntime {
   std::unique_ptr<CurrentSettings> settings;
   std::unique_ptr<rt::ControlCycle> cycle;
 };
+
+// The loop of this name; nullopt if there is none.
+std::optional<std::size_t> find_loop(const std::vector<LoopRuntime>& loops,
+                                     const std::string& name);
 
 // `backing`: of the backend that runs.
 rt::LoopSettings settings_of(const config::LoopConfig& config, config::Backing backing);

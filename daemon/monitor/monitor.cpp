@@ -237,7 +237,7 @@ void Monitor::correct(std::size_t index, const model::MonitorStep& step, bool ca
   // A loop that the jacket has calmed may move too little to be judged; its error shows all the same.
   if (step.kind == model::MonitorStep::Kind::judged || step.state == State::not_enough_movement) {
     const model::Alarm alarm = board_.watch(index).alarms.alarm(model::AlarmKind::stiction);
-    follow(index, action.window(step.measures, alarm.active() && !alarm.explained(),
+    follow(index, action.window(step.measures, alarm.active() && !alarm.is_consequence(),
                                 std::exchange(track.came, false)));
   } else {
     follow(index,

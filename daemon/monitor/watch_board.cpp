@@ -357,7 +357,7 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
       const bool gone = !alarm.active() && !why_gone.empty();
       entry.reason = gone ? why_gone : why;
     }
-    if (alarm.explained() && alarm.active()) entry.what = "consequence of low_air_supply";
+    if (alarm.is_consequence() && alarm.active()) entry.what = "consequence of low_air_supply";
     // What changes under a shelf or a suppression must be remembered, too.
     const bool remembered_otherwise = alarm.memory().raised != was.raised ||
                                       alarm.memory().shelved_until_ms != was.shelved_until_ms;

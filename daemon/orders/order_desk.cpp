@@ -18,7 +18,7 @@ rt::Standing OrderDesk::standing() {
 
 bool OrderDesk::has_room() {
   collect();
-  return waiting_.size() < rt::OrderBox::kRoom;
+  return waiting_.size() < box_.orders.capacity();
 }
 
 std::uint64_t OrderDesk::send(rt::Order order, std::vector<journal::JournalEntry> lines) {

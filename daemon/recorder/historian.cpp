@@ -74,17 +74,25 @@ void Historian::keep(std::size_t loop) {
   const std::lock_guard lock(tracks_mutex_);
   Track& track = tracks_[loop];
   for (const RecordRow& row : fresh_) {
-    track.kept[track.rows++ % kKept] = row;
+    track.kept[track.rows++ % kKept] = {.period_index = row.period_index,
+                                        .sp = row.sp,
+                                        .pv = row.pv,
+                                        .co = row.co,
+                                        .stem = row.stem,
+                                        .jacket_rate = row.jacket_rate,
+                                        .compensator = row.compensator,
+                                        .mode = row.mode};
     if (static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good)
       track.last_good_pv = row.pv;
   }
+  if (!fresh_.empty()) track.latest = fresh_.back();
 }
 
 bool Historian::latest(std::size_t loop, RecordRow& row) const {
   const std::lock_guard lock(tracks_mutex_);
   const Track& track = tracks_[loop];
   if (track.rows == 0) return false;
-  row = track.kept[(track.rows - 1) % kKept];
+  row = track.latest;
   return true;
 }
 
@@ -93,14 +101,14 @@ double Historian::last_good_pv(std::size_t loop) const {
   return tracks_[loop].last_good_pv;
 }
 
-std::vector<RecordRow> Historian::rows(std::size_t loop, std::uint64_t from,
+std::vector<TrendRow> Historian::trend(std::size_t loop, std::uint64_t from,
                                        std::size_t most) const {
-  std::vector<RecordRow> found;
+  std::vector<TrendRow> found;
   const std::lock_guard lock(tracks_mutex_);
   const Track& track = tracks_[loop];
   const std::uint64_t kept = std::min<std::uint64_t>({track.rows, kKept, most});
   for (std::uint64_t i = track.rows - kept; i < track.rows; ++i) {
-    const RecordRow& row = track.kept[i % kKept];
+    const TrendRow& row = track.kept[i % kKept];
     if (row.period_index >= from) found.push_back(row);
   }
   return found;

@@ -25,6 +25,18 @@ struct RecordingStatus : RecorderStatus {
   std::uint64_t dropped = 0;  // lost because the ring was full
 };
 
+// Of a cycle, what a trend shows.
+struct TrendRow {
+  std::uint64_t period_index = 0;
+  double sp = 0.0;           // PV units
+  double pv = 0.0;           // PV units
+  double co = 0.0;           // CO units
+  double stem = 0.0;         // CO units
+  float jacket_rate = 0.0F;  // CO units/s
+  float compensator = 0.0F;  // CO units
+  std::uint8_t mode = 0;     // control::Mode
+};
+
 class Historian {
  public:
   // Rows kept in memory per loop.
@@ -47,7 +59,7 @@ class Historian {
   // PV units; 0 before the first.
   double last_good_pv(std::size_t loop) const;
   // Rows with a period index of at least `from`, oldest first, at most `most`.
-  std::vector<record::RecordRow> rows(std::size_t loop, std::uint64_t from, std::size_t most) const;
+  std::vector<TrendRow> trend(std::size_t loop, std::uint64_t from, std::size_t most) const;
   RecordingStatus status(std::size_t loop) const;
 
   // CSV records, and how the disk is.
@@ -58,9 +70,10 @@ class Historian {
 
  private:
   struct Track {
-    std::vector<record::RecordRow> kept;  // ring of kKept rows
-    std::uint64_t rows = 0;               // ever put there
-    double last_good_pv = 0.0;            // PV units
+    record::RecordRow latest;
+    std::vector<TrendRow> kept;  // ring of kKept rows
+    std::uint64_t rows = 0;      // ever put there
+    double last_good_pv = 0.0;   // PV units
   };
 
   void run();

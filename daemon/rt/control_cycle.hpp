@@ -23,8 +23,13 @@ namespace loopwarden::daemon::rt {
 // Everything that crosses the border of the real-time thread, for one loop. daemon/README.md names
 // the threads at the other ends.
 struct LoopChannels {
-  explicit LoopChannels(std::size_t record_capacity)
-      : records(record_capacity), watched(record_capacity) {}
+  struct Room {
+    std::size_t records = 64;  // cycles
+    std::size_t watched = 64;  // cycles
+    std::size_t monitor_orders = OrderBox::kRoom;
+  };
+  explicit LoopChannels(const Room& room)
+      : monitor_orders(room.monitor_orders), records(room.records), watched(room.watched) {}
 
   base::NewestValue<SettingsOffer> settings;  // reload -> cycle
   // As the files and a Modbus master's gains have them, without what was ordered of the jacket;

@@ -147,12 +147,13 @@ struct OrderAnswer {
   InForce now{};  // when the order was taken
 };
 
-// One sender's way to a loop and back. No answer is ever lost: who sends keeps to `kRoom` orders that are not
-// answered yet.
+// One sender's way to a loop and back. No answer is ever lost: who sends keeps to as many orders that are
+// not answered yet as there is room.
 struct OrderBox {
   static constexpr std::size_t kRoom = 32;
-  base::SpscRing<Order> orders{kRoom};         // sender -> cycle
-  base::SpscRing<OrderAnswer> answers{kRoom};  // cycle -> sender
+  explicit OrderBox(std::size_t room = kRoom) : orders(room), answers(room) {}
+  base::SpscRing<Order> orders;         // sender -> cycle
+  base::SpscRing<OrderAnswer> answers;  // cycle -> sender
 };
 
 }  // namespace loopwarden::daemon::rt

@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <exception>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
+
+#include "base/text.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -35,19 +36,6 @@ std::string with_parameters(std::string url, const char* program) {
   return url;
 }
 
-std::string percent_encoded(std::string_view text) {
-  std::string encoded;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (std::isalnum(byte) != 0) {
-      encoded += c;
-    } else {
-      encoded += fmt::format("%{:02X}", byte);
-    }
-  }
-  return encoded;
-}
-
 // libpq repeats the URL in what it says of one that it can't read.
 std::string without(std::string text, const std::string& secret) {
   for (std::size_t at = 0; (at = text.find(secret, at)) != std::string::npos;) {
@@ -59,7 +47,7 @@ std::string without(std::string text, const std::string& secret) {
 // Not by the environment (PGPASSWORD): other threads may read that meanwhile.
 std::unique_ptr<pqxx::connection> connected(std::string url, const base::Secret& password) {
   if (!password.given()) return std::make_unique<pqxx::connection>(url);
-  const std::string encoded = percent_encoded(base::read_secret(password));
+  const std::string encoded = base::percent_encoded(base::read_secret(password));
   add(url, "password", encoded);
   try {
     return std::make_unique<pqxx::connection>(url);

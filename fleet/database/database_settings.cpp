@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "config/diagnostic.hpp"
-#include "config/secret_section.hpp"
+#include "config/file_keys.hpp"
 
 namespace loopwarden::fleet {
 
@@ -37,7 +37,7 @@ DatabaseSettings read_database_settings(config::MapReader& in, config::Presence 
       in.error("database", *error);
     }
   }
-  return {url, config::read_secret_section(in, password_key, "of the database's user", file)};
+  return {url, config::read_secret_at(in, password_key, "of the database's user", file)};
 }
 
 }  // namespace loopwarden::fleet

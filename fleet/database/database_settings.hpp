@@ -15,7 +15,7 @@ struct DatabaseSettings {
   base::Secret password;
 };
 
-// Why `url` can't be one; nothing: it can. `password_key` is the key that a password belongs to.
+// Why `url` can't be one; nullopt if it can. `password_key` is the key that a password belongs to.
 std::optional<std::string> database_url_error(const std::string& url, const char* password_key);
 
 // The keys `database` and `password_key`. `file`: where relative paths start.

@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "fleet/host/utc.hpp"
+#include "base/clock.hpp"
 #include "net/sparkplug/host_state.hpp"
 #include "net/sparkplug/topic.hpp"
 
@@ -94,7 +94,7 @@ void BrokerLink::try_connection() {
   forget_waiting();
   said_online_.reset();
   // Also where this machine's clock was set back, later than whatever was said before.
-  state_time_ms_ = std::max(state_time_ms_ + 1, static_cast<std::uint64_t>(utc_ms()));
+  state_time_ms_ = std::max(state_time_ms_ + 1, static_cast<std::uint64_t>(base::utc_ms()));
   client_->connect(mqtt::Message{.topic = sparkplug::state_topic(settings_.host_id),
                                  .payload = to_text(sparkplug::HostState{false, state_time_ms_}),
                                  .qos = mqtt::Qos::at_least_once,
@@ -117,7 +117,8 @@ void BrokerLink::handle(mqtt::Event event) {
   if (sparkplug::parse_state_topic(event.message.topic)) return hear_own_state(event.message);
   // Births and data are never retained; what is was left there by somebody else's mistake.
   if (event.message.retain) return;
-  spool_.push({std::move(event.message.topic), std::move(event.message.payload), utc_ms(), false});
+  spool_.push(
+      {std::move(event.message.topic), std::move(event.message.payload), base::utc_ms(), false});
 }
 
 void BrokerLink::hear_own_state(const mqtt::Message& message) {
@@ -150,7 +151,7 @@ void BrokerLink::send_waiting() {
 void BrokerLink::end(bool goodbye) {
   if (connected_ && goodbye) {
     // A death that is no will has the time at which it is said.
-    state_time_ms_ = std::max(state_time_ms_, static_cast<std::uint64_t>(utc_ms()));
+    state_time_ms_ = std::max(state_time_ms_, static_cast<std::uint64_t>(base::utc_ms()));
     say_state(false);
     client_->leave();
     await_end();

@@ -49,7 +49,7 @@ class BrokerLink {
   // Says goodbye and ends.
   void stop();
 
-  // False where there is no connection, or too many wait already. What waits when the connection ends is gone.
+  // False if there is no connection, or too many wait already. What waits when the connection ends is gone.
   bool send(mqtt::Message message);
 
   bool connected() const noexcept { return connected_; }

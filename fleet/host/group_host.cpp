@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "fleet/host/utc.hpp"
+#include "base/clock.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -27,7 +27,7 @@ constexpr double kRoomAgain = 0.5;
 mqtt::Message command(const EdgeName& edge, const std::string& device, const std::string& name,
                       sparkplug::DataType type, sparkplug::Value value) {
   const auto kind = device.empty() ? sparkplug::MessageType::ncmd : sparkplug::MessageType::dcmd;
-  const auto now = static_cast<std::uint64_t>(utc_ms());
+  const auto now = static_cast<std::uint64_t>(base::utc_ms());
   sparkplug::Metric metric;
   metric.name = name;
   metric.time_ms = now;
@@ -198,7 +198,7 @@ void GroupHost::enter_live_phase() {
 
 void GroupHost::write(std::vector<Arrival> arrivals) {
   const auto begin = steady_clock::now();
-  Batch batch = ingest_.prepare(arrivals, utc_ms());
+  Batch batch = ingest_.prepare(arrivals, base::utc_ms());
   Written done;
   if (!batch.edges.empty()) {
     try {
@@ -231,7 +231,7 @@ bool GroupHost::refused(const pqxx::sql_error& error, const std::vector<Arrival>
 }
 
 void GroupHost::written(Batch batch, const Written& done, double seconds) {
-  const double now_s = static_cast<double>(utc_ms()) / 1e3;
+  const double now_s = static_cast<double>(base::utc_ms()) / 1e3;
   for (const EdgeName& edge : batch.ask_rebirth) ask_rebirth(edge);
   for (const EdgeName& edge : batch.conflicts) {
     spdlog::warn("{}/{}: two edge nodes seem to have this name", edge.group, edge.edge);

@@ -10,10 +10,10 @@
 #include <string_view>
 #include <utility>
 
+#include "config/file_keys.hpp"
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
-#include "config/secret_section.hpp"
 #include "net/sparkplug/topic.hpp"
 #include "base/peer_list.hpp"
 
@@ -62,15 +62,12 @@ void read_broker(MapReader& in, HostConfig& config, const std::string& file) {
     if (const auto error = broker_error(url.value, config.broker)) in.error("broker", *error);
   }
   config.user = in.text("user", "at the broker; without: anonymous", "");
-  config.password = config::read_secret_section(in, "password", "of that user", file);
+  config.password = config::read_secret_at(in, "password", "of that user", file);
   if (std::optional<MapReader> tls = in.maybe_section("tls", "of mqtts://")) {
-    const auto path = [&](const char* key, const char* meaning) {
-      const Value<std::string> name = tls->text(key, meaning, "");
-      return name.given && name.valid ? config::resolve(file, name.value).string() : std::string();
-    };
-    config.ca_file = path("ca", "certificates to trust (PEM); without: those of the system");
-    config.certificate_file = path("certificate", "the host's own (PEM)");
-    config.key = config::read_secret_section(*tls, "key", "of that certificate (PEM)", file);
+    config.ca_file = config::read_path(
+        *tls, "ca", "certificates to trust (PEM); without: those of the system", file);
+    config.certificate_file = config::read_path(*tls, "certificate", "the host's own (PEM)", file);
+    config.key = config::read_secret_at(*tls, "key", "of that certificate (PEM)", file);
   }
 }
 
@@ -106,8 +103,8 @@ void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
                        "a message from beyond a gap waits so long for those before it; then a "
                        "rebirth is asked for"},
                       static_cast<double>(config.tracker.reorder_timeout_ms) / 1e3));
-  config.state_directory = config::resolve(
-      file, in.text("state_directory", "for the spool", config.state_directory.string()));
+  config.state_directory = config::read_path(in, "state_directory", "for the spool", file,
+                                             config.state_directory.string());
   config.spool_bytes =
       kMebibyte *
       static_cast<std::uint64_t>(

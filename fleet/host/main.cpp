@@ -51,7 +51,8 @@ int run_command_line(int argc, char** argv) {
   cli.add_flag("--check", check, "validate the configuration and exit");
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  return config::run_service(cli, argc, argv, [&] { return run(command_line, check); });
+  return config::run_service(cli, {argv + 1, argv + argc},
+                             [&] { return run(command_line, check); });
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ struct DueRequest {
   std::string value;
 };
 // Sends the requests of the group's devices that are due, at most one a device, and again while no answer has come.
-// `send`: false where it can't go out now.
+// `send` returns false if it can't go out now.
 void ask_due_requests(pqxx::connection& connection, const std::string& group,
                       const std::function<bool(const DueRequest&)>& send);
 

@@ -15,9 +15,9 @@ namespace http = http;
 namespace {
 
 // Answers come from memory: no thread but the loop's.
-http::ServerSettings without_lanes() {
+http::ServerSettings without_pools() {
   http::ServerSettings settings;
-  settings.lanes = {};
+  settings.pools = {};
   return settings;
 }
 
@@ -30,7 +30,7 @@ struct MetricsEndpoint::Server : http::Handler {
     thread.join();
   }
 
-  http::Lane lane(const http::Request&) const noexcept override { return http::Lane::here; }
+  http::Pool pool(const http::Request&) const noexcept override { return http::Pool::here; }
   http::Response answer(const http::Request& request) noexcept override {
     http::Response response;
     response.content_type = "text/plain; version=0.0.4; charset=utf-8";
@@ -55,7 +55,7 @@ struct MetricsEndpoint::Server : http::Handler {
   }
 
   Text text;
-  http::Server server{without_lanes(), *this};
+  http::Server server{without_pools(), *this};
   base::Thread thread;
 };
 

@@ -14,7 +14,7 @@ class MetricsEndpoint {
   using Text = std::function<std::string()>;
 
   // `address` is numeric; port 0: any. `text` is called on a thread of the endpoint's own. Throws std::runtime_error
-  // where the port can't be had.
+  // if it can't listen there.
   MetricsEndpoint(const std::string& address, std::uint16_t port, Text text);
   MetricsEndpoint(const MetricsEndpoint&) = delete;
   MetricsEndpoint& operator=(const MetricsEndpoint&) = delete;

@@ -26,7 +26,7 @@ class RebirthWait {
   }
 
  private:
-  // A clock that was set back counts as one that stands.
+  // A clock that was set back is treated as stopped.
   std::int64_t passed(std::int64_t now_ms) const noexcept {
     return std::max<std::int64_t>(0, now_ms - asked_ms_);
   }

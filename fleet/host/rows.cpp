@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/text.hpp"
 #include "model/monitor/alarm.hpp"
 
 namespace loopwarden::fleet {
@@ -25,17 +26,7 @@ constexpr std::string_view kRefused = ": refused: ";
 constexpr std::uint64_t kFirstTime = 946'684'800'000;
 constexpr std::uint64_t kLastTime = 4'102'444'800'000;
 
-bool begins_with(std::string_view text, std::string_view with) {
-  return text.substr(0, with.size()) == with;
-}
-
-// Cut between characters of UTF-8.
-std::string bounded(const std::string& text) {
-  if (text.size() <= kLongestText) return text;
-  std::size_t end = kLongestText;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-  return text.substr(0, end);
-}
+std::string bounded(const std::string& text) { return std::string(base::cut(text, kLongestText)); }
 
 // Whoever is in that state was raised last at the alarm's `since`; one that is normal now may have been so for long.
 bool was_raised(const std::string& state) {
@@ -93,15 +84,15 @@ class Reducer {
     const MetricInfo* info = book_->find(metric);
     if (info == nullptr) {
       // Parts of a file are named as they are asked for; no birth could have them all.
-      if (begins_with(metric.name, kFile)) return take_file(metric);
+      if (metric.name.starts_with(kFile)) return take_file(metric);
       ++outcome_.unknown_metrics;
       return;
     }
     const std::int64_t time_ms = time_of(metric);
     const sparkplug::Value value = sparkplug::retyped(metric.value, info->type);
     take_value(metric, *info, time_ms, value);
-    if (begins_with(info->name, kAlarm)) take_alarm_part(info->name, time_ms, value);
-    if (begins_with(info->name, kExplanation)) take_explanation_part(info->name, time_ms, value);
+    if (info->name.starts_with(kAlarm)) take_alarm_part(info->name, time_ms, value);
+    if (info->name.starts_with(kExplanation)) take_explanation_part(info->name, time_ms, value);
     if (info->name == "order/result") take_refusal(value);
   }
 
@@ -164,7 +155,7 @@ class Reducer {
 
   void take_refusal(const sparkplug::Value& value) {
     const auto* text = std::get_if<std::string>(&value);
-    if (text == nullptr || !begins_with(*text, kRequest)) return;
+    if (text == nullptr || !text->starts_with(kRequest)) return;
     const std::size_t refused = text->find(kRefused, kRequest.size());
     if (refused == std::string::npos) return;
     rows_.refusals.push_back({book_, text->substr(kRequest.size(), refused - kRequest.size()),

@@ -23,7 +23,7 @@ struct ValueRow {
   std::int64_t time_ms = 0;
   std::optional<double> number{};
   std::optional<std::string> text{};
-  bool of_birth = false;    // kept only where it differs from the newest
+  bool of_birth = false;    // kept only if it differs from the newest
   bool historical = false;  // newest only where nothing newer is known
   bool transient = false;   // newest value only
 };

@@ -4,15 +4,17 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
+
+#include "base/digest/digest.hpp"
 
 namespace loopwarden::fleet {
 namespace {
@@ -50,12 +52,8 @@ Head head_of(const std::array<char, kHeadBytes>& bytes) {
 
 std::uint32_t crc_of(const std::array<char, kHeadBytes>& head, const std::string& topic,
                      const std::string& payload) {
-  const auto add = [](uLong crc, const char* data, std::size_t size) {
-    return crc32(crc, reinterpret_cast<const Bytef*>(data), static_cast<uInt>(size));
-  };
-  uLong crc = add(crc32(0, nullptr, 0), head.data() + 4, kHeadBytes - 4);
-  crc = add(crc, topic.data(), topic.size());
-  return static_cast<std::uint32_t>(add(crc, payload.data(), payload.size()));
+  const std::uint32_t of_head = base::crc32(std::span(head).subspan(4));
+  return base::crc32(payload, base::crc32(topic, of_head));
 }
 
 std::size_t size_of(const Arrival& arrival) {

@@ -29,8 +29,8 @@ class Writer {
   // The connection outlives it.
   Writer(pqxx::connection& connection, WriterSettings settings);
 
-  // Throws pqxx's exceptions; nothing has then been written, and the batch is of no use any more: the numbers of rows
-  // that it holds may not exist.
+  // Throws pqxx's exceptions; then nothing has been written, and the batch must be made anew: it may hold numbers of rows
+  // that don't exist.
   Written write(Batch& batch);
 
  private:

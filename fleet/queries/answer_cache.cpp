@@ -14,7 +14,7 @@ bool AnswerCache::find(const std::string& key, Answer& answer) const {
     answer = entry->second.answer;
     return true;
   }
-  if (!why_.empty() && now_() - failed_ < limits_.sulk) throw FleetDown(why_);
+  if (!why_.empty() && now_() - failed_ < limits_.retry_after) throw FleetDown(why_);
   return false;
 }
 

@@ -13,9 +13,9 @@
 namespace loopwarden::fleet {
 
 struct CacheLimits {
-  std::chrono::milliseconds fresh{5000};  // so long an answer is given again
-  std::chrono::milliseconds sulk{2000};   // so long after a failure nobody tries again
-  std::size_t most = 64;                  // answers kept; the one made longest ago goes
+  std::chrono::milliseconds fresh{5000};        // so long an answer is given again
+  std::chrono::milliseconds retry_after{2000};  // after a failure
+  std::size_t most = 64;                        // answers kept; the one made longest ago goes
 };
 
 // Any thread. Answers are made one at a time, of whatever key.
@@ -29,7 +29,7 @@ class AnswerCache {
   explicit AnswerCache(CacheLimits limits = {}, std::function<Clock::time_point()> now = Clock::now)
       : limits_(limits), now_(std::move(now)) {}
 
-  // Throws FleetDown, as `make` threw it, to whoever asks while it sulks and has nothing fresh.
+  // Throws FleetDown, as `make` threw it, if the last attempt failed less than `retry_after` ago and no fresh answer is there.
   Answer get(const std::string& key, const Make& make);
   // However old; null: none.
   Answer last(const std::string& key) const;
@@ -39,7 +39,7 @@ class AnswerCache {
     Answer answer;
     Clock::time_point made;
   };
-  // The fresh one, in `answer`; throws FleetDown where it sulks.
+  // The fresh one, in `answer`; throws FleetDown if the last attempt failed less than `retry_after` ago.
   bool find(const std::string& key, Answer& answer) const;
   void keep(const std::string& key, const Answer& answer);
 

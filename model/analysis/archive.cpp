@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "model/numeric/statistics.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::analysis {
 namespace {
@@ -132,10 +133,7 @@ bool drawn_by_lines(std::span<const double> x) {
 }
 
 double variation(const std::vector<double>& lengths) {
-  const double middle = numeric::mean(lengths);
-  double sum = 0.0;
-  for (const double length : lengths) sum += (length - middle) * (length - middle);
-  return std::sqrt(sum / static_cast<double>(lengths.size())) / middle;
+  return numeric::deviation(lengths) / numeric::mean(lengths);
 }
 
 // Steps between levels, not those of an archive: all multiples of the smallest, or at equal intervals.
@@ -163,13 +161,8 @@ bool steps_of_the_signal(const Points& levels) {
 }  // namespace
 
 const char* to_text(ArchiveKind kind) noexcept {
-  switch (kind) {
-    case ArchiveKind::none: return "none";
-    case ArchiveKind::exception: return "exception";
-    case ArchiveKind::swinging_door: return "swinging_door";
-    case ArchiveKind::unknown: return "unknown";
-  }
-  return "";
+  return numeric::enum_name<ArchiveKind::unknown>(
+      kind, {"none", "exception", "swinging_door", "unknown"});
 }
 
 ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const double> values,

@@ -28,17 +28,4 @@ std::complex<double> stiction_describing_function(double s, double j, double amp
   return -std::complex<double>(real, -imaginary) / (kPi * a);
 }
 
-std::complex<double> measured_describing_function(const std::function<double(double)>& valve,
-                                                  double amplitude, int samples, int periods) {
-  std::complex<double> sum = 0.0;
-  for (int period = 0; period < periods; ++period) {
-    for (int k = 0; k < samples; ++k) {
-      const double angle = 2.0 * kPi * k / samples;
-      const double x = valve(amplitude * std::sin(angle));
-      if (period + 1 == periods) sum += x * std::complex<double>(std::sin(angle), std::cos(angle));
-    }
-  }
-  return sum * 2.0 / (samples * amplitude);
-}
-
 }  // namespace loopwarden::analysis

@@ -24,17 +24,10 @@
 #pragma once
 
 #include <complex>
-#include <functional>
 
 namespace loopwarden::analysis {
 
 std::complex<double> backlash_describing_function(double deadband, double amplitude);
 std::complex<double> stiction_describing_function(double s, double j, double amplitude);
-
-// The first harmonic of any valve, by simulation: `valve` is called with the input of one sample at a
-// time; `samples` in a period, the last of `periods` counts.
-std::complex<double> measured_describing_function(const std::function<double(double)>& valve,
-                                                  double amplitude, int samples = 4000,
-                                                  int periods = 3);
 
 }  // namespace loopwarden::analysis

@@ -90,7 +90,7 @@ Feedback find_feedback(const LoopColumns& c) {
   Regression with = regress(columns, u);
   std::vector<double> sizes;
   for (const double left : with.left) sizes.push_back(std::abs(left));
-  const double limit = kJump * 1.4826 * numeric::median(std::move(sizes));
+  const double limit = kJump * numeric::kNormalOverMad * numeric::median(std::move(sizes));
   std::vector<Eigen::Index> calm;
   for (Eigen::Index r = 0; r < n; ++r) {
     if (std::abs(with.left(r)) <= limit) calm.push_back(r);

@@ -2,13 +2,11 @@
 #include "model/analysis/identification.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <numeric>
 #include <utility>
 
 #include "model/analysis/excitation.hpp"
+#include "model/numeric/text.hpp"
 
 namespace loopwarden::analysis {
 namespace {
@@ -21,11 +19,7 @@ constexpr double kMostOutsideMargin = 0.2;  // of the gain
 constexpr double kMostFactor = 2.0;         // from the gain to the ends of its interval
 constexpr double kSamplesALag = 20.0;       // a thinned record keeps
 
-std::string number(double value, int digits = 6) {
-  std::array<char, 64> digits_of{};
-  std::snprintf(digits_of.data(), digits_of.size(), "%.*g", digits, value);
-  return digits_of.data();
-}
+std::string number(double value, int digits = 6) { return numeric::text("%.*g", digits, value); }
 
 // Gaps closed by the value before, at the start by the first there is.
 Column closed_up(std::span<const double> column) {
@@ -444,15 +438,9 @@ Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
     throw IdentificationError("the tangent needs a record with one step of CO, and nothing else");
   }
   const auto mean = [&](std::size_t from, std::size_t to) {
-    double sum = 0.0;
-    std::size_t count = 0;
-    for (std::size_t k = from; k < to; ++k) {
-      if (!std::isfinite(c.measured[k])) continue;
-      sum += c.measured[k];
-      ++count;
-    }
-    if (count == 0) throw IdentificationError("PV is missing where the tangent needs it");
-    return sum / static_cast<double>(count);
+    const double value = mean_of(c.measured, from, to);
+    if (std::isnan(value)) throw IdentificationError("PV is missing where the tangent needs it");
+    return value;
   };
   const std::size_t n = c.measured.size();
   Tangent t;

@@ -106,7 +106,6 @@ Margins margins(const LinearLoop& loop) {
         phase_now <= -std::numbers::pi) {
       const double part = (phase + std::numbers::pi) / (phase - phase_now);
       m.gain_margin = 1.0 / (size + part * (size_now - size));
-      m.gain_margin_at = w[i - 1] + part * (w[i] - w[i - 1]);
     }
     if (size > 1.0 && size_now <= 1.0) {
       const double part = (size - 1.0) / (size - size_now);

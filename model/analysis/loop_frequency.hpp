@@ -52,7 +52,6 @@ LinearLoop linear_loop(const plant::LoopModel& model);
 struct Margins {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double gain_margin = kNone;
-  double gain_margin_at = 0.0;  // rad/s
   double phase_margin_deg = kNone;
   double phase_margin_at = 0.0;  // rad/s
   double delay_margin_s = kNone;

@@ -26,7 +26,7 @@ LoopRecord run_model(const plant::LoopModel& model, double duration_s) {
 
 PredictedResponse predict_response(plant::LoopModel model, const control::PidGains& gains,
                                    double half_duration_s) {
-  const double span = model.transmitter.high - model.transmitter.low;
+  const double span = model.transmitter.span();
   const double middle = model.transmitter.low + 0.5 * span;
   const double step = 0.1 * span;
   model.controller.pid.gains = gains;

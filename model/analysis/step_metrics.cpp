@@ -9,8 +9,6 @@
 namespace loopwarden::analysis {
 namespace {
 
-constexpr double kStart = 0.005;  // what counts as having begun
-
 // First time, in samples, at which r reaches `level`.
 double first_crossing(const std::vector<double>& r, double level) {
   for (std::size_t k = 0; k < r.size(); ++k) {
@@ -44,13 +42,10 @@ StepMetrics step_metrics(std::span<const double> y, double before, double final_
     }
   }
   if (r.size() < 2 || !(std::abs(step) > 0.0)) return m;
-  const auto rise = [&](double from, double to) {
-    return (first_crossing(r, to) - first_crossing(r, from)) * sample_time_s;
-  };
   m.delay_s = first_crossing(r, 0.5) * sample_time_s;
-  if (std::isfinite(first_crossing(r, 0.9))) m.rise_10_90_s = rise(0.1, 0.9);
-  if (std::isfinite(first_crossing(r, 0.95))) m.rise_5_95_s = rise(0.05, 0.95);
-  if (std::isfinite(first_crossing(r, 1.0))) m.rise_0_100_s = rise(kStart, 1.0);
+  if (const double end = first_crossing(r, 0.9); std::isfinite(end)) {
+    m.rise_10_90_s = (end - first_crossing(r, 0.1)) * sample_time_s;
+  }
   const auto peak = std::max_element(r.begin(), r.end());
   if (*peak > 1.0) {
     m.overshoot = *peak - 1.0;
@@ -58,10 +53,6 @@ StepMetrics step_metrics(std::span<const double> y, double before, double final_
   }
   m.settling_2_s = settling(r, 0.02) * sample_time_s;
   m.settling_5_s = settling(r, 0.05) * sample_time_s;
-  const std::size_t tail = std::max<std::size_t>(1, r.size() / 10);
-  double sum = 0.0;
-  for (std::size_t k = r.size() - tail; k < r.size(); ++k) sum += r[k];
-  m.final_error = 1.0 - sum / static_cast<double>(tail);
   return m;
 }
 

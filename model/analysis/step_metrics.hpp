@@ -4,11 +4,10 @@
 //   r(t) = (y(t) - y0) / (y1 - y0)        y0 before the step, y1 final or wanted value, PV units
 //
 //   delay_s           first time at which r reaches 1/2
-//   rise_10_90_s      from r = 0.1 to r = 0.9; likewise 5 to 95 % and 0 to 100 %, where "0" is 0.5 %
+//   rise_10_90_s      from r = 0.1 to r = 0.9
 //   peak_time_s       time of the largest r, where it exceeds 1; else 0
 //   overshoot         max r - 1, not below 0
 //   settling_2_s      last time at which |r - 1| > 0.02, plus one period; likewise 5 %
-//   final_error       1 - mean of r over the last tenth: the offset that stays
 //
 // Times count from the first sample and are interpolated between samples; infinity where r never gets
 // there, and for settling where the record ends outside the band.
@@ -28,13 +27,10 @@ struct StepMetrics {
   static constexpr double kNever = std::numeric_limits<double>::infinity();
   double delay_s = kNever;
   double rise_10_90_s = kNever;
-  double rise_5_95_s = kNever;
-  double rise_0_100_s = kNever;
   double peak_time_s = 0.0;
   double overshoot = 0.0;  // of the step, 0.1: 10 %
   double settling_2_s = kNever;
   double settling_5_s = kNever;
-  double final_error = kNever;  // of the step
 };
 
 // `y` begins at the step. Times include a dead time.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/numeric/enum_name.hpp"
+
 namespace loopwarden::analysis {
 namespace {
 
@@ -80,15 +82,8 @@ std::optional<Settings> integrating_settings(TuningRule rule, ControllerForm for
 }  // namespace
 
 const char* to_text(TuningRule rule) noexcept {
-  switch (rule) {
-    case TuningRule::zn_thesis: return "zn-thesis";
-    case TuningRule::zn: return "zn";
-    case TuningRule::cohen_coon: return "cohen-coon";
-    case TuningRule::lambda: return "lambda";
-    case TuningRule::simc: return "simc";
-    case TuningRule::amigo: break;
-  }
-  return "amigo";
+  return numeric::enum_name<TuningRule::amigo>(
+      rule, {"zn-thesis", "zn", "cohen-coon", "lambda", "simc", "amigo"});
 }
 
 std::optional<control::PidGains> tune(TuningRule rule, const plant::ProcessParameters& process,

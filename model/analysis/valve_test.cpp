@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "model/analysis/step_metrics.hpp"
+#include "model/numeric/statistics.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::analysis {
 namespace {
@@ -58,10 +60,8 @@ std::vector<Hold> sine_plan(const ValveTestSettings& s) {
 
 double settled(const HeldPosition& hold) {
   const std::size_t n = hold.position.size();
-  const std::size_t tail = std::max<std::size_t>(1, n / 3);
-  double sum = 0.0;
-  for (std::size_t k = n - std::min(tail, n); k < n; ++k) sum += hold.position[k];
-  return n == 0 ? std::nan("") : sum / static_cast<double>(std::min(tail, n));
+  if (n == 0) return std::nan("");
+  return numeric::mean(std::span(hold.position).last(std::max<std::size_t>(1, n / 3)));
 }
 
 void add_step(ValveFigures& out, const std::string& name, const HeldPosition& before,
@@ -133,11 +133,9 @@ ValveFigures scan_figures(std::span<const HeldPosition> holds, double span) {
   for (const auto& [x, y] : mean) {
     off = std::max(off, std::abs(y - (sum_y / n + slope * (x - sum_x / n))));
   }
-  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
-                   gaps.end());
   out["hysteresis_and_dead_band_percent"] = 100.0 * greatest / span;
   out["dead_band_percent"] =
-      slope > 0.0 ? 100.0 * std::abs(gaps[gaps.size() / 2]) / slope / span : 0.0;
+      slope > 0.0 ? 100.0 * std::abs(numeric::quantile_in_place(gaps, 0.5)) / slope / span : 0.0;
   out["slope"] = slope;
   out["linearity_percent"] = 100.0 * off / span;
   return out;
@@ -186,15 +184,8 @@ ValveFigures sine_figures(const ValveTestSettings& s, std::span<const HeldPositi
 }  // namespace
 
 const char* to_text(ValveTest test) noexcept {
-  switch (test) {
-    case ValveTest::step_change: return "step_change";
-    case ValveTest::stepped_ramp: return "stepped_ramp";
-    case ValveTest::step_study: return "step_study";
-    case ValveTest::static_scan: return "static_scan";
-    case ValveTest::dynamic_scan: return "dynamic_scan";
-    case ValveTest::sine: break;
-  }
-  return "sine";
+  return numeric::enum_name<ValveTest::sine>(
+      test, {"step_change", "stepped_ramp", "step_study", "static_scan", "dynamic_scan", "sine"});
 }
 
 std::vector<Hold> plan(ValveTest test, const ValveTestSettings& s) {

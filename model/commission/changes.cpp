@@ -12,14 +12,10 @@ namespace {
 
 using plant::LoopModel;
 
-double span_of(const LoopModel& model) {
-  return model.controller.pid.output_high - model.controller.pid.output_low;
-}
-
 double friction_percent(const LoopModel& model) {
   double most = 0.0;
   for (const plant::EffectSpec& spec : model.valve_effects) {
-    const double size = size_percent(spec, span_of(model));
+    const double size = size_percent(spec, model.controller.pid.output_span());
     if (size > most) most = size;
   }
   return most;
@@ -57,12 +53,12 @@ double bent_percent(const LoopModel& before, const LoopModel& now) {
   const control::PidSettings& pid = now.controller.pid;
   double most = 0.0;
   for (int i = 0; i <= kPoints; ++i) {
-    const double travel = pid.output_low + span_of(now) * i / kPoints;
+    const double travel = pid.output_low + now.controller.pid.output_span() * i / kPoints;
     const double pv = pv_at(now, travel);
     if (now.twin && (pv < now.twin->seen_low || pv > now.twin->seen_high)) continue;
     most = std::max(most, std::abs(pv - pv_at(before, travel)));
   }
-  return 100.0 * most / (now.transmitter.high - now.transmitter.low);
+  return 100.0 * most / now.transmitter.span();
 }
 
 }  // namespace

@@ -15,14 +15,16 @@
 #include "model/gap/constants.hpp"
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
-#include "model/gap/text.hpp"
+#include "model/numeric/statistics.hpp"
+#include "model/numeric/text.hpp"
 #include "model/monitor/twin_watch.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::commission {
 namespace {
 
 using gap::FoundEffect;
-using gap::text;
+using numeric::text;
 using plant::Block;
 using plant::LoopModel;
 
@@ -40,30 +42,15 @@ bool of_the_day(const FoundEffect& effect) {
   return effect.block == Block::disturbance || effect.spec.name == "drift";
 }
 
-double span_of_co(const LoopModel& model) {
-  return model.controller.pid.output_high - model.controller.pid.output_low;
-}
-
 Spans spans_of(const LoopModel& model) {
   return {model.controller.pid.output_low, model.controller.pid.output_high, model.transmitter.low,
           model.transmitter.high};
 }
 
 Spans measured_spans(const gap::Record& record) {
-  const auto range = [](const std::vector<double>& column) {
-    std::pair<double, double> out{0.0, 0.0};
-    bool any = false;
-    for (const double v : column) {
-      if (!std::isfinite(v)) continue;
-      if (!any) out = {v, v};
-      any = true;
-      out = {std::min(out.first, v), std::max(out.second, v)};
-    }
-    return out;
-  };
-  const auto [co_low, co_high] = range(record.co);
-  const auto [pv_low, pv_high] = range(record.pv);
-  return {co_low, co_high, pv_low, pv_high};
+  const numeric::Range co = numeric::range_of(record.co);
+  const numeric::Range pv = numeric::range_of(record.pv);
+  return {co.low, co.high, pv.low, pv.high};
 }
 
 // The free run of a model under the record's CO, and how far it is from it.
@@ -72,14 +59,8 @@ class Runs {
   Runs(const gap::Record& record, const LoopModel& model) : checked_(gap::check(record, model)) {}
 
   Stage stage(std::string name, const LoopModel& model) const {
-    LoopModel quiet = model;
+    LoopModel quiet = effects::without_noise(model);
     quiet.sample_time_s = checked_.model.sample_time_s;
-    quiet.transmitter.noise = 0.0;
-    quiet.transmitter.resolution = 0.0;
-    std::erase_if(quiet.disturbances, [](const plant::EffectSpec& spec) {
-      const effects::Descriptor* info = effects::find_effect(spec.name);
-      return info != nullptr && info->is_noise;
-    });
     Stage out{.name = std::move(name), .pv = {}};
     out.pv = checked_.closed_loop
                  ? gap::closed_loop(quiet, checked_.sp, checked_.pv.front())
@@ -103,7 +84,7 @@ plant::Scenario scenario_of(const gap::Record& record, const LoopModel& model) {
   plant::Scenario scenario;
   scenario.seed = 1;
   scenario.duration_s = static_cast<double>(record.size()) * record.period_s;
-  double least = kLeastSpMove * (model.transmitter.high - model.transmitter.low);
+  double least = kLeastSpMove * model.transmitter.span();
   do {
     scenario.set_point.clear();
     for (std::size_t k = 0; record.has_sp() && k < record.size(); ++k) {
@@ -134,7 +115,7 @@ std::string why_not_healthy(const FoundEffect& effect, const LoopModel& model, d
     return text("The valve is not healthy: %s. %s", words(name).c_str(),
                 effects::find_effect(name)->remedy);
   }
-  const double size = size_percent(effect.spec, span_of_co(model));
+  const double size = size_percent(effect.spec, model.controller.pid.output_span());
   if (!(size > limit)) return "";
   return text("The valve is not healthy: %s of %.1f %% of span, and %.1f %% is allowed. %s",
               words(name).c_str(), size, limit, effects::find_effect(name)->remedy);
@@ -157,40 +138,40 @@ class Commissioner {
   }
 
  private:
-  bool refuse(Verdict verdict, std::string why) {
-    out_.verdict = verdict;
+  bool refuse(Outcome outcome, std::string why) {
+    out_.outcome = outcome;
     out_.why = std::move(why);
     return false;
   }
-  bool passes(Verdict verdict, std::string why) {
-    return why.empty() || refuse(verdict, std::move(why));
+  bool passes(Outcome outcome, std::string why) {
+    return why.empty() || refuse(outcome, std::move(why));
   }
 
   bool usable() {
     if (!record_.has_co()) {
       if (!request_.accept_short || !request_.model) {
         return refuse(
-            Verdict::not_usable,
+            Outcome::not_usable,
             "The record has no CO: what the valve does can't be told from the controller. "
             "(With a model, --accept-short takes it.)");
       }
       out_.accepted.emplace_back("no_co");
     }
-    if (!passes(Verdict::not_usable, why_compressed(record_)) ||
-        !passes(Verdict::not_usable, why_by_hand(first_.automatic)) ||
-        !passes(Verdict::not_usable,
+    if (!passes(Outcome::not_usable, why_compressed(record_)) ||
+        !passes(Outcome::not_usable, why_by_hand(first_.automatic)) ||
+        !passes(Outcome::not_usable,
                 why_clamped(record_, request_.model ? spans_of(*request_.model)
                                                     : measured_spans(record_)))) {
       return false;
     }
     if (const std::string why = why_short(record_); !why.empty()) {
-      if (!request_.accept_short) return refuse(Verdict::not_enough_movement, why);
+      if (!request_.accept_short) return refuse(Outcome::not_enough_movement, why);
       out_.accepted.emplace_back("short");
     }
     // Without CO the model's own scenario says what moved.
     if (!record_.has_co() && !record_.has_sp()) return true;
     const Spans spans = request_.model ? spans_of(*request_.model) : measured_spans(record_);
-    return passes(Verdict::not_enough_movement, why_still(record_, spans));
+    return passes(Outcome::not_enough_movement, why_still(record_, spans));
   }
 
   // The model to start from, and how far its process may be off.
@@ -209,7 +190,7 @@ class Commissioner {
     }
     if (!request_.model) {
       if (!assumed.model) {
-        return refuse(Verdict::not_enough_movement,
+        return refuse(Outcome::not_enough_movement,
                       assumed.identification.reason + " " + assumed.identification.settle);
       }
       out_.identified = true;
@@ -239,7 +220,7 @@ class Commissioner {
   void build() {
     const Runs runs(record_, out_.given);
     if (!runs.checked().quality.usable) {
-      refuse(Verdict::not_usable, runs.checked().quality.refusal);
+      refuse(Outcome::not_usable, runs.checked().quality.refusal);
       return;
     }
     out_.stages.push_back(runs.stage("as given", out_.given));
@@ -257,7 +238,7 @@ class Commissioner {
         progress_(share * (static_cast<double>(round) + done));
       });
       if (!last.check.usable) {
-        refuse(Verdict::not_usable, last.check.refusal);
+        refuse(Outcome::not_usable, last.check.refusal);
         return;
       }
       load_ = last.load_intensity;
@@ -269,10 +250,10 @@ class Commissioner {
         }
         out_.effects = last.effects;
         finish(runs, last);
-        out_.verdict = Verdict::not_healthy;
+        out_.outcome = Outcome::not_healthy;
         return;
       }
-      if (last.verdict == gap::Verdict::missing_effect) {
+      if (last.outcome == gap::Outcome::missing_effect) {
         take_in(last);
         out_.stages.push_back(runs.stage(names_of(last.effects), model_));
         adjusted = true;
@@ -286,7 +267,7 @@ class Commissioner {
     }
     polish_all(runs);
     judge(runs, last);
-    if (out_.verdict == Verdict::commissioned) prove_on_others(options, share);
+    if (out_.outcome == Outcome::commissioned) prove_on_others(options, share);
     progress_(1.0);
   }
 
@@ -299,10 +280,11 @@ class Commissioner {
     std::erase_if(found.effects, [&](const FoundEffect& effect) {
       if (why_not_healthy(effect, out_.given, request_.healthy_limit_percent).empty()) return false;
       std::erase(found.corrected.valve_effects, effect.spec);
-      friction = friction || std::isfinite(size_percent(effect.spec, span_of_co(out_.given)));
+      friction = friction ||
+                 std::isfinite(size_percent(effect.spec, out_.given.controller.pid.output_span()));
       return true;
     });
-    if (found.verdict == gap::Verdict::missing_effect) take_in(found);
+    if (found.outcome == gap::Outcome::missing_effect) take_in(found);
     const Polished polished = polish(model_, record_, friction ? 0.0 : most_friction());
     model_ = polished.model;
     model_.uncertainty = uncertainty;
@@ -318,7 +300,7 @@ class Commissioner {
       out_.why = why_not_healthy(effect, out_.given, limit);
       if (!out_.why.empty()) return true;
     }
-    if (result.verdict != gap::Verdict::unexplained) return false;
+    if (result.outcome != gap::Outcome::unexplained) return false;
     // Nothing is believed, but what comes nearest is a fault of the valve.
     const auto best =
         std::max_element(result.candidates.begin(), result.candidates.end(),
@@ -364,7 +346,7 @@ class Commissioner {
   }
 
   double most_friction() const {
-    return 0.01 * request_.healthy_limit_percent * span_of_co(out_.given);
+    return 0.01 * request_.healthy_limit_percent * out_.given.controller.pid.output_span();
   }
 
   // What the rounds leave: numbers that were fitted one after the other, and friction too small to be called missing.
@@ -451,24 +433,23 @@ class Commissioner {
     const double floor = out_.gap->noise_floor_rmse;
     if (std::isfinite(out_.closed) && out_.closed < kLeastClosed) {
       refuse(
-          Verdict::not_explained,
+          Outcome::not_explained,
           text("Only %.0f %% of the gap between model and record is explained; %.0f %% are asked "
                "for.",
                100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
       return;
     }
-    if (last.verdict == gap::Verdict::unexplained && left > kFewFloors * floor) {
-      refuse(Verdict::not_explained,
+    if (last.outcome == gap::Outcome::unexplained && left > kFewFloors * floor) {
+      refuse(Outcome::not_explained,
              text("What is left of PV is %.1f times the noise floor, and no effect explains it: it "
                   "looks like %s.",
                   left / floor,
                   last.remainder ? gap::to_text(last.remainder->looks_like) : "nothing known"));
       return;
     }
-    out_.verdict = Verdict::commissioned;
-    out_.why =
-        text("The twin leaves %.2f %% of span of PV, %.2f times the noise floor.",
-             100.0 * left / (out_.twin.transmitter.high - out_.twin.transmitter.low), left / floor);
+    out_.outcome = Outcome::commissioned;
+    out_.why = text("The twin leaves %.2f %% of span of PV, %.2f times the noise floor.",
+                    100.0 * left / out_.twin.transmitter.span(), left / floor);
   }
 
   void prove_on_others(const gap::Options& options, double share) {
@@ -480,19 +461,19 @@ class Commissioner {
                         [&](double done) { progress_(begun + share * done); });
       const auto number = static_cast<int>(i + 1);
       if (!result.check.usable) {
-        refuse(Verdict::not_usable, text("Record %d: %s", number, result.check.refusal.c_str()));
+        refuse(Outcome::not_usable, text("Record %d: %s", number, result.check.refusal.c_str()));
         return;
       }
       for (const FoundEffect& effect : result.effects) {
         const std::string why = why_not_healthy(effect, out_.twin, request_.healthy_limit_percent);
         if (why.empty()) continue;
-        refuse(Verdict::not_healthy, text("Record %d: %s", number, why.c_str()));
+        refuse(Outcome::not_healthy, text("Record %d: %s", number, why.c_str()));
         return;
       }
-      const bool differs = result.verdict == gap::Verdict::unexplained &&
+      const bool differs = result.outcome == gap::Outcome::unexplained &&
                            result.before.holdout_rmse > kFewFloors * result.noise_floor_rmse;
       if (differs) {
-        refuse(Verdict::not_explained,
+        refuse(Outcome::not_explained,
                text("Record %d does not agree with the twin that the first one gives, and nothing "
                     "explains why.",
                     number));
@@ -516,15 +497,10 @@ class Commissioner {
 
 }  // namespace
 
-const char* to_text(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::commissioned: return "commissioned";
-    case Verdict::not_enough_movement: return "not_enough_movement";
-    case Verdict::not_healthy: return "not_healthy";
-    case Verdict::not_explained: return "not_explained";
-    case Verdict::not_usable: break;
-  }
-  return "not_usable";
+const char* to_text(Outcome outcome) noexcept {
+  return numeric::enum_name<Outcome::not_usable>(
+      outcome,
+      {"commissioned", "not_enough_movement", "not_healthy", "not_explained", "not_usable"});
 }
 
 double size_percent(const plant::EffectSpec& spec, double co_span) {

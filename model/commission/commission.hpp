@@ -29,14 +29,14 @@
 
 namespace loopwarden::commission {
 
-enum class Verdict : std::uint8_t {
+enum class Outcome : std::uint8_t {
   commissioned,
   not_enough_movement,
   not_healthy,
   not_explained,
   not_usable
 };
-const char* to_text(Verdict verdict) noexcept;
+const char* to_text(Outcome outcome) noexcept;
 
 // Less of the gap closed, and the twin is none.
 inline constexpr double kLeastClosed = 0.9;
@@ -69,7 +69,7 @@ struct Stage {
 };
 
 struct Commissioning {
-  Verdict verdict = Verdict::not_usable;
+  Outcome outcome = Outcome::not_usable;
   std::string why;  // a sentence
   std::vector<std::string> accepted;
   std::vector<std::string> notes;

@@ -48,7 +48,7 @@ std::size_t where_it_grows(const std::vector<ResidualBlock>& blocks) {
 }
 
 const gap::FoundEffect* sure_effect(const Explanation& e) {
-  if (e.result.verdict != gap::Verdict::missing_effect) return nullptr;
+  if (e.result.outcome != gap::Outcome::missing_effect) return nullptr;
   if (std::isfinite(e.closed) && e.closed < kClosed) return nullptr;
   const auto found = std::find_if(e.result.effects.begin(), e.result.effects.end(),
                                   [](const auto& effect) { return effect.confidence >= kSure; });
@@ -57,13 +57,14 @@ const gap::FoundEffect* sure_effect(const Explanation& e) {
 
 }  // namespace
 
-Stretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
-                        std::size_t alarm) {
+gap::SampleRange telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
+                                 std::size_t alarm) {
   const auto samples = [&](double seconds) {
     return static_cast<std::size_t>(seconds / record.period_s);
   };
   const std::size_t longest = samples(kLongest_s);
-  Stretch stretch{alarm > longest ? alarm - longest : 0, std::min(record.size(), alarm + 1)};
+  gap::SampleRange stretch{alarm > longest ? alarm - longest : 0,
+                           std::min(record.size(), alarm + 1)};
   if (!record.has_co()) return stretch;
   monitor::TwinWatch watch(twin);
   std::vector<ResidualBlock> blocks;
@@ -132,7 +133,7 @@ double size_percent(const Explanation& e) {
   const gap::FoundEffect* effect = sure_effect(e);
   if (effect == nullptr) return 0.0;
   const control::PidSettings& pid = e.result.model.controller.pid;
-  const double size = size_percent(effect->spec, pid.output_high - pid.output_low);
+  const double size = size_percent(effect->spec, pid.output_span());
   return std::isfinite(size) ? size : 0.0;
 }
 

@@ -29,18 +29,15 @@ inline constexpr double kEnough_s = 600.0;
 inline constexpr double kSure = 0.9;
 inline constexpr double kClosed = 0.8;
 
-struct Stretch {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-};
 // Of the record, for an alarm at sample `alarm`.
-Stretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm);
+gap::SampleRange telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
+                                 std::size_t alarm);
 
 struct Explanation {
-  Stretch stretch;
+  gap::SampleRange stretch;
   gap::Result result;
   double closed = gap::kNone;  // share of the gap; NaN: too near to the noise floor to say
-  bool explained() const noexcept { return result.check.usable; }
+  bool usable() const noexcept { return result.check.usable; }
 };
 Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm,
                     const gap::ParallelFor& parallel);

@@ -72,7 +72,7 @@ void tabulate(LoopModel& model) {
                                                       .output_high = pid.output_high});
     EffectSpec table{"valve_characteristic", {}, {{"curve", "table"}}};
     for (int i = 0; i < kPoints; ++i) {
-      const double at = pid.output_low + (pid.output_high - pid.output_low) * i / (kPoints - 1);
+      const double at = pid.output_low + pid.output_span() * i / (kPoints - 1);
       table.table.emplace_back(at, curve.reset(at));
     }
     spec = std::move(table);
@@ -196,10 +196,7 @@ class Errors {
   // `start`: where the stem rests at first, CO units below CO.
   Left of(LoopModel model, double start) const {
     model.sample_time_s = checked_.model.sample_time_s;
-    model.transmitter.noise = 0.0;
-    model.transmitter.resolution = 0.0;
-    std::erase_if(model.disturbances,
-                  [](const EffectSpec& spec) { return spec.name == "random_load"; });
+    model = effects::without_noise(std::move(model));
     const std::vector<double> r = residual(model, start);
     Left best;
     for (const double gain : kGains) {
@@ -219,25 +216,11 @@ class Errors {
     std::vector<std::vector<double>> columns;
     run.columns({}, point, columns);
     const std::vector<double>& pv = checked_.pv;
-    const double memory_s =
-        point.dead_time_s + 6.0 * (point.time_constant_s + model.process.second_time_constant_s);
-    const std::size_t head =
-        model.process.integrating()
-            ? fitted_
-            : std::min(pv.size(), static_cast<std::size_t>(memory_s / model.sample_time_s) + 2);
-    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
-    Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    for (std::size_t k = 0; k < head; ++k) {
-      if (!checked_.measured[k]) continue;
-      const Eigen::Vector2d row(columns[1][k], columns[2][k]);
-      normal += row * row.transpose();
-      right += row * (pv[k] - run.offset()[k] - columns[0][k]);
-    }
-    const Eigen::Vector2d past = normal.ldlt().solve(right);
+    const std::array<double, 2> past = run.past(point, columns, pv, checked_.measured, fitted_);
     std::vector<double> r(pv.size());
     for (std::size_t k = 0; k < r.size(); ++k) {
-      r[k] = pv[k] - run.offset()[k] - columns[0][k] - past(0) * columns[1][k] -
-             past(1) * columns[2][k];
+      r[k] = pv[k] - run.offset()[k] - columns[0][k] - past[0] * columns[1][k] -
+             past[1] * columns[2][k];
     }
     return r;
   }
@@ -314,8 +297,8 @@ Polished polish(const LoopModel& model, const gap::Record& record, double most_f
       if (!offer(with)) continue;
       const auto& parameters = with.model.valve_effects.front().parameters;
       const control::PidSettings& pid = model.controller.pid;
-      out.friction_percent = 100.0 * parameters.at(parameters.count("s") > 0 ? "s" : "deadband") /
-                             (pid.output_high - pid.output_low);
+      out.friction_percent =
+          100.0 * parameters.at(parameters.count("s") > 0 ? "s" : "deadband") / pid.output_span();
     }
   }
   out.model = best.model;

@@ -4,7 +4,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "model/gap/check.hpp"

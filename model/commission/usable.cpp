@@ -6,33 +6,17 @@
 #include <cstddef>
 
 #include "model/analysis/archive.hpp"
-#include "model/gap/text.hpp"
+#include "model/numeric/statistics.hpp"
+#include "model/numeric/text.hpp"
 
 namespace loopwarden::commission {
 namespace {
 
-using gap::text;
+using numeric::text;
 
 constexpr double kSame = 1e-5;  // of the range that PV moves over
 // Changes that are this much alike are one step.
 constexpr double kSameStep = 0.25;
-
-struct Range {
-  double low = 0.0;
-  double high = 0.0;
-  bool any = false;
-};
-
-Range range_of(const std::vector<double>& column) {
-  Range range;
-  for (const double v : column) {
-    if (!std::isfinite(v)) continue;
-    if (!range.any) range = {v, v, true};
-    range.low = std::min(range.low, v);
-    range.high = std::max(range.high, v);
-  }
-  return range;
-}
 
 double share(std::size_t part, std::size_t of) {
   return of > 0 ? static_cast<double>(part) / static_cast<double>(of) : 0.0;
@@ -51,7 +35,7 @@ bool all_one_step(std::vector<double> changes) {
 }  // namespace
 
 std::string why_compressed(const gap::Record& record) {
-  const Range range = range_of(record.pv);
+  const numeric::Range range = numeric::range_of(record.pv);
   const double tiny = kSame * (range.high - range.low);
   if (!(tiny > 0.0)) return "PV never moves.";
   const analysis::ArchivedSignal kept = analysis::recognise_filled(record.pv);

@@ -15,19 +15,13 @@
 #include "model/control/knocker.hpp"
 #include "model/control/reinforcement.hpp"
 #include "model/control/two_move.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::control {
 
 constexpr const char* to_text(CompensatorKind kind) noexcept {
-  switch (kind) {
-    case CompensatorKind::none: return "none";
-    case CompensatorKind::knocker: return "knocker";
-    case CompensatorKind::two_move: return "two_move";
-    case CompensatorKind::reinforcement: return "reinforcement";
-    case CompensatorKind::backlash: return "backlash";
-    case CompensatorKind::hysteresis: break;
-  }
-  return "hysteresis";
+  return numeric::enum_name<CompensatorKind::hysteresis>(
+      kind, {"none", "knocker", "two_move", "reinforcement", "backlash", "hysteresis"});
 }
 
 class Compensator {

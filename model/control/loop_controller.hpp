@@ -30,18 +30,14 @@
 #include "model/control/pid.hpp"
 #include "model/control/set_point.hpp"
 #include "model/control/stickband_jacket.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::control {
 
 enum class Mode : std::uint8_t { manual, automatic, fallback };
 
 constexpr const char* to_text(Mode mode) noexcept {
-  switch (mode) {
-    case Mode::manual: return "MAN";
-    case Mode::automatic: return "AUTO";
-    case Mode::fallback: break;
-  }
-  return "FALLBACK";
+  return numeric::enum_name<Mode::fallback>(mode, {"MAN", "AUTO", "FALLBACK"});
 }
 
 // What the output does while something is wrong.

@@ -63,7 +63,7 @@ double Pid::step(double set_point, double process_variable, double output_before
   const double rate = windup_rate(gains.ki * e, calculated_ - output_before) + extra_rate;
   integral_ += rate * period_s_;
   if (settings_.anti_windup == AntiWindup::integral_clamp) {
-    const double span = settings_.output_high - settings_.output_low;
+    const double span = settings_.output_span();
     integral_ = std::clamp(integral_, std::min(-span, before), std::max(span, before));
   }
 

@@ -50,6 +50,7 @@ struct PidSettings {
   double output_high = 100.0;    // CO units
   double tolerance = 0.0;        // CO units
 
+  double output_span() const noexcept { return output_high - output_low; }
   friend bool operator==(const PidSettings&, const PidSettings&) = default;
 };
 

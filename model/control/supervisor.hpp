@@ -22,6 +22,7 @@
 #include <cstdint>
 
 #include "model/control/loop_controller.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::control {
 
@@ -38,18 +39,9 @@ enum class Fault : std::uint8_t {
 };
 
 constexpr const char* to_text(Fault fault) noexcept {
-  switch (fault) {
-    case Fault::none: return "none";
-    case Fault::starting: return "starting";
-    case Fault::bad_pv: return "bad PV";
-    case Fault::output_lost: return "output lost";
-    case Fault::late_cycle: return "late cycle";
-    case Fault::not_finite: return "not finite";
-    case Fault::enable_open: return "enable open";
-    case Fault::stop: return "stop";
-    case Fault::output_unknown: return "output unknown";
-  }
-  return "?";
+  return numeric::enum_name<Fault::output_unknown>(
+      fault, {"none", "starting", "bad PV", "output lost", "late cycle", "not finite",
+              "enable open", "stop", "output unknown"});
 }
 
 enum class Recovery : std::uint8_t { previous_mode, manual };

@@ -76,7 +76,6 @@ class TwoMove {
   }
 
   bool resting() const noexcept { return phase_ == Phase::resting; }
-  double steady_output() const noexcept { return steady_output_; }
   double mean_error() const noexcept { return mean_error_; }
 
  private:

@@ -4,23 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/diagnosis/classifier_table.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::diagnosis {
 
 const char* to_text(Cause cause) noexcept {
-  switch (cause) {
-    case Cause::none: return "none";
-    case Cause::stiction: return "stiction";
-    case Cause::backlash: return "backlash";
-    case Cause::tuning: return "tuning";
-    case Cause::disturbance: return "disturbance";
-    case Cause::saturation: return "saturation";
-    case Cause::sensor: return "sensor";
-    case Cause::master_loop: return "master_loop";
-    case Cause::no_flow: return "no_flow";
-  }
-  return "";
+  return numeric::enum_name<Cause::no_flow>(
+      cause, {"none", "stiction", "backlash", "tuning", "disturbance", "saturation", "sensor",
+              "master_loop", "no_flow"});
 }
 
 std::size_t leaf_of(const Tree& tree, const Features& features) {
@@ -46,8 +37,6 @@ CauseProbabilities weigh(const TreeTable& table, const Features& features) {
   return p;
 }
 
-CauseProbabilities weigh(const Features& features) {
-  return weigh({.base = kBaseScores, .trees = kTrees}, features);
-}
+CauseProbabilities weigh(const Features& features) { return weigh(kTreeTable, features); }
 
 }  // namespace loopwarden::diagnosis

@@ -8,7 +8,7 @@
 //   p_c     = exp(score_c) / sum exp(score)
 //
 // fitted by steps along the gradient of the log-likelihood (J. H. Friedman, Annals of Statistics 29, 2001)
-// to simulated loops. The table is written by `loopwarden-study diagnose --train`; nothing in it comes
+// to simulated loops. The table, classifier.table, is written by `loopwarden-study diagnose --train`; nothing in it comes
 // from a real record.
 //
 // What it can't do: a loop unlike all that was simulated gets a probability like the nearest that was.
@@ -57,7 +57,8 @@ struct TreeTable {
 
 CauseProbabilities weigh(const TreeTable& table, const Features& features);
 std::size_t leaf_of(const Tree& tree, const Features& features);
-// By the table of this build.
+// By the table of this build, made of classifier.table.
+extern const TreeTable kTreeTable;
 CauseProbabilities weigh(const Features& features);
 
 }  // namespace loopwarden::diagnosis

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "model/diagnosis/series.hpp"
+#include "model/numeric/two_columns.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -74,33 +75,22 @@ ControllerFit fit_controller(std::span<const double> error, std::span<const doub
                              double period) {
   // Over an eighth of a period, so that noise and the filter of the controller matter little.
   const auto lag = std::max<std::size_t>(1, static_cast<std::size_t>(period / 8.0 + 0.5));
-  double pp = 0.0;
-  double pi = 0.0;
-  double ii = 0.0;
-  double pu = 0.0;
-  double iu = 0.0;
-  double uu = 0.0;
+  numeric::TwoColumns moves;
   Series sums(error.size() + 1, 0.0);
   for (std::size_t k = 0; k < error.size(); ++k) sums[k + 1] = sums[k] + error[k];
   for (std::size_t k = lag; k < error.size(); ++k) {
     const double proportional = error[k] - error[k - lag];
     const double integral = (sums[k + 1] - sums[k + 1 - lag]) / static_cast<double>(lag);
     const double moved = output[k] - output[k - lag];
-    pp += proportional * proportional;
-    pi += proportional * integral;
-    ii += integral * integral;
-    pu += proportional * moved;
-    iu += integral * moved;
-    uu += moved * moved;
+    moves.add(proportional, integral, moved);
   }
   ControllerFit fit;
-  const double determinant = pp * ii - pi * pi;
-  if (determinant <= 1e-9 * pp * ii || uu <= 0.0) return fit;
-  const double gain = (ii * pu - pi * iu) / determinant;
-  const double rate = (pp * iu - pi * pu) / determinant;
-  fit.fit = std::clamp((gain * pu + rate * iu) / uu, 0.0, 1.0);
-  const double by_gain = std::abs(gain) * std::sqrt(pp);
-  const double by_rate = std::abs(rate) * std::sqrt(ii);
+  if (moves.depends(1e-9) || moves.yy <= 0.0) return fit;
+  const double gain = moves.p();
+  const double rate = moves.q();
+  fit.fit = std::clamp((gain * moves.ay + rate * moves.by) / moves.yy, 0.0, 1.0);
+  const double by_gain = std::abs(gain) * std::sqrt(moves.aa);
+  const double by_rate = std::abs(rate) * std::sqrt(moves.bb);
   fit.integral_share = by_rate / std::max(by_gain + by_rate, 1e-300);
   const double action = by_rate > by_gain ? rate : gain;
   fit.action = action < 0.0 ? 1.0 : -1.0;

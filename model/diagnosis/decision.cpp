@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "model/diagnosis/decision_weights.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -15,12 +16,7 @@ constexpr const char* kStep =
 }  // namespace
 
 const char* to_text(Grade grade) noexcept {
-  switch (grade) {
-    case Grade::none: return "none";
-    case Grade::likely: return "likely";
-    case Grade::seen: return "seen";
-  }
-  return "";
+  return numeric::enum_name<Grade::seen>(grade, {"none", "likely", "seen"});
 }
 
 double logit(double p) { return std::log(p / (1.0 - p)); }

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <utility>
 #include <vector>
 
 #include "model/diagnosis/correlation.hpp"
 #include "model/diagnosis/phase.hpp"
 #include "model/numeric/statistics.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -106,14 +106,8 @@ void name_other_cause(Diagnosis& d) {
 }  // namespace
 
 const char* to_text(DiagnosisVerdict verdict) noexcept {
-  switch (verdict) {
-    case DiagnosisVerdict::valve_effect: return "valve_effect";
-    case DiagnosisVerdict::other_cause: return "other_cause";
-    case DiagnosisVerdict::healthy: return "healthy";
-    case DiagnosisVerdict::not_enough_data: return "not_enough_data";
-    case DiagnosisVerdict::cant_tell: return "cant_tell";
-  }
-  return "";
+  return numeric::enum_name<DiagnosisVerdict::cant_tell>(
+      verdict, {"valve_effect", "other_cause", "healthy", "not_enough_data", "cant_tell"});
 }
 
 Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 
+#include "model/numeric/enum_name.hpp"
+
 namespace loopwarden::diagnosis {
 namespace {
 
@@ -33,14 +35,8 @@ LoopKind kind_of_group(std::string_view group) {
 }  // namespace
 
 const char* to_text(LoopKind kind) noexcept {
-  switch (kind) {
-    case LoopKind::unknown: return "unknown";
-    case LoopKind::flow: return "flow";
-    case LoopKind::pressure: return "pressure";
-    case LoopKind::level: return "level";
-    case LoopKind::temperature: return "temperature";
-  }
-  return "";
+  return numeric::enum_name<LoopKind::temperature>(
+      kind, {"unknown", "flow", "pressure", "level", "temperature"});
 }
 
 std::optional<LoopKind> loop_kind(std::string_view name) noexcept {

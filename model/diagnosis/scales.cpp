@@ -2,7 +2,6 @@
 #include "model/diagnosis/scales.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace loopwarden::diagnosis {
 namespace {

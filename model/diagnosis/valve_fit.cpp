@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include "model/plant/backlash.hpp"
 #include "model/plant/stiction_choudhury.hpp"

@@ -7,15 +7,11 @@ namespace loopwarden::effects::backlash {
 namespace {
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
-  all.push_back(
-      {.smooth = false,
-       .parameters = 1,
-       .search = {{"deadband", 0.005 * c.span(), 0.5 * c.span(), true, 10}, kStart},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"backlash", {{"deadband", v[0]}}};
-       },
-       .resting_half_band = [](Candidate::Values v) { return v[0] / 2.0; },
-       .friction = true});
+  all.push_back({.smooth = false,
+                 .parameters = 1,
+                 .search = {{"deadband", 0.005 * c.span(), 0.5 * c.span(), true, 10}, kStart},
+                 .resting_half_band = [](Candidate::Values v) { return v[0] / 2.0; },
+                 .friction = true});
 }
 
 }  // namespace
@@ -27,10 +23,6 @@ Descriptor describe() {
       .blocks = {Block::valve},
       .parameters = {at_least_zero("deadband", "CO units", "all that CO loses on a reversal")},
       .header = "backlash.hpp",
-      .meaning = "play between stem and plug: lost motion on every reversal",
-      .remedy =
-          "Look for wear in linkage, feedback arm and stem connection, and tighten them; with a "
-          "positioner, mount its feedback on the stem itself.",
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::Backlash(read.value("deadband"));
       },
@@ -39,15 +31,6 @@ Descriptor describe() {
       .valve_band =
           [](const SpecReader& r) { return ValveBand{.backlash = true, .s = r.value("deadband")}; },
       .alarms = {"backlash", "hysteresis"},
-      .seen =
-          "After each reversal of CO nothing moves until CO has come back by the deadband; "
-          "then PV follows smoothly. The residual has the sign of the last move.",
-      .look_alikes =
-          {{"stiction", "jumps after the rest; backlash does not."},
-           {"extra_dead_time",
-            "delays every move by the same time; backlash delays reversals only, and less the "
-            "faster CO moves: deadband divided by the rate of CO."},
-           {"hysteresis", "(`width`) has round corners and loses less on a small reversal."}},
       .examples = {{"backlash", {"backlash", {{"deadband", 0.8}}}, Block::valve}}};
 }
 

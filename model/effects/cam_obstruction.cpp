@@ -9,8 +9,7 @@ namespace {
 
 void check(const SpecReader& read, const EffectContext&) {
   if (read.value("jump") > read.value("band")) {
-    throw EffectError("jump", "jump must be at most band = " + number_text(read.value("band")) +
-                                  " CO units (got " + number_text(read.value("jump")) + ")");
+    refuse(read, "jump", "at most band = " + number_text(read.value("band")) + " CO units");
   }
 }
 
@@ -45,10 +44,6 @@ Descriptor describe() {
                          at_least_zero("jump", "CO units",
                                        "how far the stem then jumps, at most band")},
           .header = "cam_obstruction.hpp",
-          .meaning = "the stem sticks and jumps at one place of its travel",
-          .remedy =
-              "Stroke the valve past that place with the line isolated; look for scoring, dirt or "
-              "a bent stem there.",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
             return plant::CamObstruction(read.value("position"), read.value("band"),
@@ -56,12 +51,6 @@ Descriptor describe() {
           },
           .candidates = candidates,
           .alarms = {"stiction"},
-          .seen =
-              "Good everywhere but at one opening: there PV stands, then jumps, on the way up and "
-              "on the way down.",
-          .look_alikes = {{"stiction", "sticks wherever CO turns, not at one opening."},
-                          {"valve_characteristic",
-                           "a flat and a steep stretch, but passed at the same CO both ways."}},
           .examples = {{"cam_obstruction",
                         {"cam_obstruction", {{"position", 3.8}, {"band", 0.6}, {"jump", 0.5}}},
                         Block::valve}}};

@@ -78,8 +78,9 @@ struct Candidate {
   double prior_nats = 0.0;            // by how much it is rarer than what explains as well
   std::vector<SearchRange> search{};  // kStart comes last where the stem rests beside CO
   std::size_t starts = 2;             // places of the grid from which it is refined
+  std::vector<const char*> solved{};  // parameters of the effect that are solved for as they are
 
-  // The effect as a model file takes it, from the values of `search` and what was solved.
+  // The effect from the values of `search` and what was solved; null: what effect() makes of their names.
   plant::EffectSpec (*spec)(const Candidate& candidate, Values searched, Values solved) = nullptr;
   // How far from CO the stem can rest, CO units; null: nowhere but where CO puts it.
   double (*resting_half_band)(Values searched) = nullptr;
@@ -89,7 +90,7 @@ struct Candidate {
   // Share of the samples at which it does what no simpler effect does, under this CO; null: all.
   double (*telling)(Values searched, Values co, double period_s) = nullptr;
   // Standard deviations of named parameters from those of the searched and then the solved values
-  // (`spread`); null: what is searched is what is named.
+  // (`spread`); null: what is searched or in `solved` is what is named.
   void (*deviations)(Values searched, Values spread, const plant::EffectSpec& spec,
                      Deviations& named) = nullptr;
   // PV's answer to each solved parameter, set to 1 before: `columns` of them.
@@ -108,6 +109,8 @@ struct Candidate {
   double output_high = 100.0;    // CO units
   double time_constant_s = 1.0;  // s, of the process
 
+  // The effect as a model file takes it.
+  plant::EffectSpec effect(Values searched, Values solved_values) const;
   std::size_t linear_columns() const noexcept { return columns; }
   bool starts_offset() const noexcept { return resting_half_band != nullptr; }
   // Stepped in the signal's path, not solved for.

@@ -2,11 +2,10 @@
 #include "model/effects/catalogue.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "model/effects/registered.hpp"
+#include "model/numeric/text.hpp"
 
 namespace loopwarden::effects {
 namespace {
@@ -124,6 +123,16 @@ bool takes_dead_time(const std::vector<EffectSpec>& specs) noexcept {
   });
 }
 
+plant::LoopModel without_noise(plant::LoopModel model) {
+  model.transmitter.noise = 0.0;
+  model.transmitter.resolution = 0.0;
+  std::erase_if(model.disturbances, [](const EffectSpec& spec) {
+    const Descriptor* info = find_effect(spec.name);
+    return info != nullptr && info->is_noise;
+  });
+  return model;
+}
+
 void complete(EffectSpec& spec, const EffectContext& context) {
   const Descriptor* info = find_effect(spec.name);
   if (info == nullptr || !(context.time_constant_s > 0.0)) return;
@@ -193,11 +202,12 @@ std::string_view SpecReader::option(const char* name) const {
   return option->values.front();
 }
 
-std::string number_text(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
+void refuse(const SpecReader& read, const char* key, const std::string& rule) {
+  throw EffectError(
+      key, std::string(key) + " must be " + rule + " (got " + number_text(read.value(key)) + ")");
 }
+
+std::string number_text(double value) { return numeric::text("%g", value); }
 
 double SearchRange::value(double position) const noexcept {
   const double p = std::clamp(position, 0.0, 1.0);
@@ -207,6 +217,19 @@ double SearchRange::value(double position) const noexcept {
 double SearchRange::position(double value) const noexcept {
   const double v = std::clamp(value, low, high);
   return logarithmic ? std::log(v / low) / std::log(high / low) : (v - low) / (high - low);
+}
+
+EffectSpec Candidate::effect(Values searched, Values solved_values) const {
+  if (spec != nullptr) return spec(*this, searched, solved_values);
+  EffectSpec out{name};
+  for (std::size_t i = 0; i < search.size(); ++i) {
+    if (search[i].name != std::string_view(kStart.name))
+      out.parameters[search[i].name] = searched[i];
+  }
+  for (std::size_t i = 0; i < std::min(solved.size(), solved_values.size()); ++i) {
+    out.parameters[solved[i]] = solved_values[i];
+  }
+  return out;
 }
 
 SearchRange between(const char* name, double low, double high, bool logarithmic, int grid) {

@@ -11,17 +11,8 @@ void check(const SpecReader& read, const EffectContext&) {
     throw EffectError("", "effect 'clipped_measurement' needs low or high, or both");
   }
   if (!(read.value("low") < read.value("high"))) {
-    throw EffectError("high", "high must be above low = " + number_text(read.value("low")) +
-                                  " PV units (got " + number_text(read.value("high")) + ")");
+    refuse(read, "high", "above low = " + number_text(read.value("low")) + " PV units");
   }
-}
-
-EffectSpec high_end(const Candidate&, Candidate::Values v, Candidate::Values) {
-  return {"clipped_measurement", {{"high", v[0]}}};
-}
-
-EffectSpec low_end(const Candidate&, Candidate::Values v, Candidate::Values) {
-  return {"clipped_measurement", {{"low", v[0]}}};
 }
 
 // Ends in the outer half of where PV was; exactly flat ones are found without a search (model/gap/reading.hpp).
@@ -36,7 +27,6 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
                    .parameters = 1,
                    .prior_nats = 1.0,  // two places where to look
                    .search = {range},
-                   .spec = high ? high_end : low_end,
                    .hides = true});
   }
 }
@@ -51,24 +41,11 @@ Descriptor describe() {
       .parameters = {optional(any_value("low", "PV units", "no reading is below"), -kInfinity),
                      optional(any_value("high", "PV units", "no reading is above"), kInfinity)},
       .header = "clipped_measurement.hpp",
-      .meaning = "the measurement ends inside its range",
-      .remedy =
-          "Set the transmitter's range, or the input's, beyond what PV reaches; a loop can't "
-          "control what it doesn't see.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
         return plant::ClippedMeasurement(read.value("low"), read.value("high"));
       },
       .candidates = candidates,
-      .seen =
-          "PV stops at one value, mostly exactly flat, while CO goes on; with a "
-          "set point beyond it CO winds up to its stop. Compare the transmitter's span with "
-          "the scaling in the control system, and look for what saturates in between.",
-      .look_alikes =
-          {{"low_air_supply",
-            "ends the stem's travel: PV comes to its end as slowly as the process answers."},
-           {"stiction", "PV rests at other values each time, with its noise."},
-           {"a range that ends there", "is no fault: the model's transmitter range says so."}},
       .examples = {
           {"clipped_measurement", {"clipped_measurement", {{"high", 5.2}}}, Block::transmitter}}};
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // All that anyone asks of an effect: its name and number, keys with units and ranges, how to make it,
 // how `gap` searches it, what it is to linear analysis and to alarms, how an engineer recognises it.
-// One file of this folder describes one effect; catalogue.hpp has all of them.
+// One source of this folder describes one effect, words.txt has its words; catalogue.hpp has all of them.
 #pragma once
 
 #include <cstdint>
@@ -107,11 +107,9 @@ struct Descriptor {
   std::vector<OptionInfo> options{};
   bool takes_table =
       false;  // in files `curve` or `table` stands for its options, `table` where it has none
-  TableInfo table{};         // where it has no options
-  bool is_learned = false;   // its table has the keys of its form, and a description goes with it
-  const char* header = "";   // in model/plant: equation, source and limits
-  const char* meaning = "";  // one line
-  const char* remedy = "";   // what an engineer does about it, in plant words
+  TableInfo table{};        // where it has no options
+  bool is_learned = false;  // its table has the keys of its form, and a description goes with it
+  const char* header = "";  // in model/plant: equation, source and limits
 
   // What no single key shows; throws EffectError. Null: nothing.
   void (*check)(const SpecReader& read, const EffectContext& context) = nullptr;
@@ -136,9 +134,13 @@ struct Descriptor {
 
   std::vector<std::string_view> alarms{};  // that it agrees with, beside model_gap
 
-  const char* seen = "";  // what an engineer sees
-  std::vector<LookAlike> look_alikes{};
   std::vector<Example> examples{};
+
+  // From words.txt.
+  const char* meaning = "";  // one line
+  const char* remedy = "";   // what an engineer does about it, in plant words
+  const char* seen = "";     // what an engineer sees
+  std::vector<LookAlike> look_alikes{};
 };
 
 // Its `from` and `to` are parameters of its own: no schedule beside them.
@@ -161,6 +163,9 @@ class SpecReader {
   const Descriptor& info_;
   const EffectSpec& spec_;
 };
+
+// Throws EffectError: `key` must be as `rule` says, which stands before what was given.
+[[noreturn]] void refuse(const SpecReader& read, const char* key, const std::string& rule);
 
 // As error messages give numbers.
 std::string number_text(double value);

@@ -16,13 +16,9 @@ void check(const SpecReader& read, const EffectContext& context) {
 }
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
-  all.push_back(
-      {.block = Block::process,
-       .parameters = 1,
-       .search = {{"seconds", 0.0, 3.0 * c.slow_s(), false, 9}},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"extra_dead_time", {{"seconds", v[0]}}};
-       }});
+  all.push_back({.block = Block::process,
+                 .parameters = 1,
+                 .search = {{"seconds", 0.0, 3.0 * c.slow_s(), false, 9}}});
 }
 
 }  // namespace
@@ -34,10 +30,6 @@ Descriptor describe() {
       .blocks = {Block::process},
       .parameters = {at_least_zero("seconds", "s", "on top of the process's own")},
       .header = "extra_dead_time.hpp",
-      .meaning = "more dead time than believed",
-      .remedy =
-          "Look for what delays the signal: scan times, filters, sampling lines, a long pipe at "
-          "low flow; tune again if it stays.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::ExtraDeadTime(read.value("seconds"), context.sample_time_s);
@@ -45,17 +37,6 @@ Descriptor describe() {
       .candidates = candidates,
       .linear =
           [](const SpecReader& read) { return LinearPart{.dead_time_s = read.value("seconds")}; },
-      .seen =
-          "PV keeps its shape and comes later. The residual is a short pulse at each move of "
-          "CO, in both directions, whatever the size. A tight loop swings more.",
-      .look_alikes =
-          {{"extra_lag",
-            "the same area under the residual, but long and round; dead time leaves a short one "
-            "with the slope of PV."},
-           {"backlash", "delays reversals only, and by less the faster CO moves."},
-           {"positioner_overshoot", "the residual changes its sign."},
-           {"clocks that differ",
-            "CO and PV recorded a sample apart look like a sample of dead time."}},
       .examples = {{"extra_dead_time", {"extra_dead_time", {{"seconds", 1.5}}}, Block::process}}};
 }
 

@@ -22,15 +22,11 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   if (c.dead_time_s < 2.0 * c.period_s || c.output_used_high <= 0.0) return;
   // Flows below a tenth of the nominal one count as that.
   const double low = std::max(c.output_used_low, 0.1 * c.output_used_high);
-  all.push_back(
-      {.block = Block::process,
-       .parameters = 2,
-       .prior_nats = 2.0,  // another dead time, or a lag, is the commoner cause
-       .search = {{"exponent", 0.2, 2.0, true, 3},
-                  between("nominal", low, c.output_used_high, true, 6)},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"flow_dependent_dead_time", {{"exponent", v[0]}, {"nominal", v[1]}}};
-       }});
+  all.push_back({.block = Block::process,
+                 .parameters = 2,
+                 .prior_nats = 2.0,  // another dead time, or a lag, is the commoner cause
+                 .search = {{"exponent", 0.2, 2.0, true, 3},
+                            between("nominal", low, c.output_used_high, true, 6)}});
 }
 
 }  // namespace
@@ -49,8 +45,6 @@ Descriptor describe() {
                              "middle of the output range"),
                          kInfinity)},
       .header = "flow_dependent_dead_time.hpp",
-      .meaning = "the dead time grows as the flow falls",
-      .remedy = "Schedule the tuning over the flow, or tune for the longest dead time.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::FlowDependentDeadTime(context.dead_time_s, read.value("exponent"),
@@ -58,14 +52,6 @@ Descriptor describe() {
       },
       .takes_dead_time = true,
       .candidates = candidates,
-      .seen =
-          "PV answers late at low flow and soon at high flow, with the same shape. A loop that is "
-          "calm at "
-          "high flow swings at low flow. Tune at the lowest flow, or let the controller's settings "
-          "follow the flow.",
-      .look_alikes = {{"extra_dead_time", "is the same at every flow."},
-                      {"valve_characteristic", "changes how far PV goes, not when it starts."},
-                      {"backlash", "delays reversals only."}},
       .examples = {{"flow_dependent_dead_time",
                     {"flow_dependent_dead_time", {{"exponent", 1.0}, {"nominal", 5.0}}},
                     Block::process}}};

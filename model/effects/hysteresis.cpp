@@ -21,25 +21,17 @@ plant::Effect make(const SpecReader& read, const EffectContext&) {
 }
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
-  all.push_back(
-      {.smooth = false,
-       .parameters = 2,
-       .search = {{"width", 0.005 * c.span(), 0.8 * c.span(), true, 8},
-                  {"knee", -4.0, 0.3, false, 4},
-                  kStart},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"hysteresis", {{"width", v[0]}, {"knee", v[1]}}};
-       },
-       .resting_half_band = [](Candidate::Values v) { return v[0] / 2.0; },
-       .friction = true});
-  all.push_back(
-      {.smooth = false,
-       .parameters = 1,
-       .search = {{"offset", 0.005 * c.span(), 0.4 * c.span(), true, 8}},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"hysteresis", {{"offset", v[0]}}};
-       },
-       .friction = true});
+  all.push_back({.smooth = false,
+                 .parameters = 2,
+                 .search = {{"width", 0.005 * c.span(), 0.8 * c.span(), true, 8},
+                            {"knee", -4.0, 0.3, false, 4},
+                            kStart},
+                 .resting_half_band = [](Candidate::Values v) { return v[0] / 2.0; },
+                 .friction = true});
+  all.push_back({.smooth = false,
+                 .parameters = 1,
+                 .search = {{"offset", 0.005 * c.span(), 0.4 * c.span(), true, 8}},
+                 .friction = true});
 }
 
 }  // namespace
@@ -57,24 +49,11 @@ Descriptor describe() {
                                "with width: how sharply the new branch begins; 1 is backlash"},
                               0.0)},
       .header = "hysteresis_width.hpp",
-      .meaning = "another branch on the way down than on the way up",
-      .remedy =
-          "Look for friction, a worn linkage or positioner, and a diaphragm that has stiffened; "
-          "calibrate the positioner.",
       .check = check,
       .make = make,
       .candidates = candidates,
       .resting_band = [](const SpecReader& r) { return r.value("width") / 2.0; },
       .alarms = {"hysteresis", "backlash"},
-      .seen =
-          "Another branch on the way down than on the way up. With `offset` the flow steps by "
-          "it whenever CO turns; with `width` the branches part gradually, and small "
-          "reversals draw small loops.",
-      .look_alikes =
-          {{"backlash",
-            "sharp corners, and the same loss on every reversal, large or small: reversals of two "
-            "sizes tell."},
-           {"valve_characteristic", "also bends, but is the same curve up and down."}},
       .examples = {{"hysteresis-width", {"hysteresis", {{"width", 1.0}}}, Block::valve},
                    {"hysteresis-offset", {"hysteresis", {{"offset", 0.7}}}, Block::valve}}};
 }

@@ -9,12 +9,10 @@ namespace {
 
 void check(const SpecReader& read, const EffectContext&) {
   if (read.value("j") > read.value("s")) {
-    throw EffectError("j", "j must be at most s = " + number_text(read.value("s")) +
-                               " CO units (got " + number_text(read.value("j")) + ")");
+    refuse(read, "j", "at most s = " + number_text(read.value("s")) + " CO units");
   }
   if (!(read.value("to") > read.value("from"))) {
-    throw EffectError("to", "to must be after from = " + number_text(read.value("from")) +
-                                " s (got " + number_text(read.value("to")) + ")");
+    refuse(read, "to", "after from = " + number_text(read.value("from")) + " s");
   }
 }
 
@@ -54,10 +52,6 @@ Descriptor describe() {
                          any_value("from", "s", "of the record, when it sets in"),
                          any_value("to", "s", "of the record, when it lets go, after from")},
           .header = "intermittent_stiction.hpp",
-          .meaning = "the stem sticks in one stretch of the record, else it is free",
-          .remedy =
-              "Look at what was different while it stuck: temperature, pressure, the place of "
-              "travel; check packing and supply air.",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
             return plant::IntermittentStiction({read.value("s"), read.value("j")},
@@ -67,15 +61,6 @@ Descriptor describe() {
           .valve_rank = 3,
           .resting_band = [](const SpecReader& r) { return (r.value("s") + r.value("j")) / 2.0; },
           .alarms = {"stiction"},
-          .seen =
-              "For some time the loop has the triangles and squares of stiction, before and after "
-              "it none. Ask what was different then: temperature, load, packing that was "
-              "tightened, deposits, and compare the stretches' times with the shift log.",
-          .look_alikes = {{"stiction",
-                           "is there all the time; a valve that hardly moves seems free as well."},
-                          {"oscillating_disturbance",
-                           "swings as a sine, and does not begin in corners."},
-                          {"cam_obstruction", "depends on the opening, not on the time."}},
           .examples = {{"intermittent_stiction",
                         {"intermittent_stiction",
                          {{"s", 1.0}, {"j", 0.4}, {"from", 120.0}, {"to", 260.0}}},

@@ -9,24 +9,16 @@ namespace loopwarden::effects::inverse_response {
 namespace {
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
-  all.push_back(
-      {.block = Block::process,
-       .parameters = 1,
-       .prior_nats = 1.0,  // more dead time is the commoner cause
-       .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 6)},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"inverse_response", {{"zero_time", v[0]}}};
-       }});
-  all.push_back(
-      {.block = Block::process,
-       .parameters = 2,
-       .prior_nats = 1.0,
-       .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 5),
-                  between("lag", std::max(0.03 * c.slow_s(), 0.5 * c.period_s),
-                          0.7 * c.time_constant_s, true, 3)},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"inverse_response", {{"zero_time", v[0]}, {"lag", v[1]}}};
-       }});
+  all.push_back({.block = Block::process,
+                 .parameters = 1,
+                 .prior_nats = 1.0,  // more dead time is the commoner cause
+                 .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 6)}});
+  all.push_back({.block = Block::process,
+                 .parameters = 2,
+                 .prior_nats = 1.0,
+                 .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 5),
+                            between("lag", std::max(0.03 * c.slow_s(), 0.5 * c.period_s),
+                                    0.7 * c.time_constant_s, true, 3)}});
 }
 
 }  // namespace
@@ -40,9 +32,6 @@ Descriptor describe() {
                      optional(at_least_zero("lag", "s", "of the faster way: over (lag p + 1)"),
                               0.0)},
       .header = "inverse_response.hpp",
-      .meaning = "PV first moves the wrong way",
-      .remedy =
-          "Detune: no controller can be faster than the time by which PV first goes the wrong way.",
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::InverseResponse(read.value("zero_time"), read.value("lag"),
                                       context.sample_time_s);
@@ -55,15 +44,6 @@ Descriptor describe() {
             if (read.value("lag") > 0.0) part.lags_s.push_back(read.value("lag"));
             return part;
           },
-      .seen =
-          "After a step of CO PV goes to the wrong side first, then turns: drum and reboiler "
-          "levels, some temperatures. It is the process's own way: don't look for a fault, lower "
-          "the gain, and tune as for that much more dead time.",
-      .look_alikes = {{"extra_dead_time", "PV waits, but never moves to the wrong side."},
-                      {"positioner_overshoot",
-                       "goes beyond at the end of a move, not back at its beginning."},
-                      {"a wrong action of the controller",
-                       "never turns round: PV runs away to the wrong side."}},
       .examples = {{"inverse_response",
                     {"inverse_response", {{"zero_time", 1.0}}},
                     Block::process}}};

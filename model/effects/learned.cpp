@@ -89,19 +89,8 @@ Descriptor describe() {
                 "rising powers of p; a description in words may stand beside them"},
       .is_learned = true,
       .header = "learned.hpp",
-      .meaning = "what a record showed and no name fits",
-      .remedy =
-          "Look at the plant where the sentence points; put a name to it before you rely on it.",
       .check = check,
       .make = make,
-      .seen =
-          "`gap` found no name, but a law that holds on data it never saw: its sentence says at "
-          "which opening, "
-          "after which move or at what time the plant differs, and by how much.",
-      .look_alikes = {{"an effect of the catalogue",
-                       "has a name because its law has few numbers; where one fits nearly, look "
-                       "for that first."},
-                      {"a disturbance", "depends on nothing measured, and is never learned."}},
       .examples = {
           {"learned",
            {"learned", {}, {{"form", "static"}}, {{2.0, 2.0}, {4.0, 3.4}, {6.0, 6.6}, {8.0, 8.0}}},

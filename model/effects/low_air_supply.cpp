@@ -35,60 +35,44 @@ double limited(Candidate::Values v, Candidate::Values co, double period_s) {
 }
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
-  all.push_back(
-      {.smooth = false,
-       .parameters = 3,
-       .search = {{"rate", 0.002 * c.span(), 0.5 * c.span(), true, 5},
-                  {"travel_limit",
-                   std::min(c.output_used_low + 0.2 * c.used_span(),
-                            c.output_high - 0.02 * c.span()),
-                   c.output_high, false, 4},
-                  between("lag", 0.2 * c.period_s, 2.0 * c.slow_s(), true, 3)},
-       .starts = 4,
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"low_air_supply", {{"rate", v[0]}, {"travel_limit", v[1]}, {"lag", v[2]}}};
-       },
-       .telling = limited});
+  all.push_back({.smooth = false,
+                 .parameters = 3,
+                 .search = {{"rate", 0.002 * c.span(), 0.5 * c.span(), true, 5},
+                            {"travel_limit",
+                             std::min(c.output_used_low + 0.2 * c.used_span(),
+                                      c.output_high - 0.02 * c.span()),
+                             c.output_high, false, 4},
+                            between("lag", 0.2 * c.period_s, 2.0 * c.slow_s(), true, 3)},
+                 .starts = 4,
+                 .telling = limited});
 }
 
 }  // namespace
 
 Descriptor describe() {
-  return {
-      .number = 4,
-      .name = "low_air_supply",
-      .blocks = {Block::valve},
-      .parameters =
-          {above_zero("rate", "CO units/s", "fill rate"),
-           optional(any_value("travel_limit", "CO units", "where the spring balances the supply"),
-                    kInfinity),
-           optional(at_least_zero("lag", "s", "time constant of the actuator volume"), 0.0),
-           optional(
-               at_least_zero("preload", "CO units", "what the spring takes before the stem moves"),
-               0.0)},
-      .options = {{"filling",
-                   {"both_ways", "one_sided"},
-                   "one_sided: only the opening is limited"}},
-      .header = "low_air_supply.hpp",
-      .meaning = "the actuator fills slowly and not all the way",
-      .remedy =
-          "Read the supply pressure at the positioner while the valve moves; check filter, "
-          "regulator, tubing and leaks, and the air consumers beside it.",
-      .make = make,
-      .candidates = candidates,
-      .valve_rank = 2,
-      .alarms = {"low_air_supply"},
-      .seen =
-          "The stem moves at one rate however far it has to go, and may stop short of what CO "
-          "asks for; CO winds up meanwhile. With `one_sided` filling it closes as it should.",
-      .look_alikes =
-          {{"extra_lag",
-            "twice the step moves twice as fast; a starved actuator has one speed for all steps."},
-           {"extra_dead_time", "shifts PV without changing its slope."},
-           {"stiction", "rests at any opening; a supply that is too low stops at the same top."}},
-      .examples = {{"low_air_supply",
-                    {"low_air_supply", {{"rate", 0.08}, {"travel_limit", 4.6}, {"lag", 0.5}}},
-                    Block::valve}}};
+  return {.number = 4,
+          .name = "low_air_supply",
+          .blocks = {Block::valve},
+          .parameters = {above_zero("rate", "CO units/s", "fill rate"),
+                         optional(any_value("travel_limit", "CO units",
+                                            "where the spring balances the supply"),
+                                  kInfinity),
+                         optional(at_least_zero("lag", "s", "time constant of the actuator volume"),
+                                  0.0),
+                         optional(at_least_zero("preload", "CO units",
+                                                "what the spring takes before the stem moves"),
+                                  0.0)},
+          .options = {{"filling",
+                       {"both_ways", "one_sided"},
+                       "one_sided: only the opening is limited"}},
+          .header = "low_air_supply.hpp",
+          .make = make,
+          .candidates = candidates,
+          .valve_rank = 2,
+          .alarms = {"low_air_supply"},
+          .examples = {{"low_air_supply",
+                        {"low_air_supply", {{"rate", 0.08}, {"travel_limit", 4.6}, {"lag", 0.5}}},
+                        Block::valve}}};
 }
 
 }  // namespace loopwarden::effects::low_air_supply

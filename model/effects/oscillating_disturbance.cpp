@@ -50,35 +50,21 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
 }  // namespace
 
 Descriptor describe() {
-  return {
-      .number = 15,
-      .name = "oscillating_disturbance",
-      .blocks = {Block::disturbance},
-      .parameters = {at_least_zero("amplitude", "PV units", "of the sine"),
-                     above_zero("period", "s", "of the sine"),
-                     optional(any_value("phase", "rad", "at the start of the record"), 0.0)},
-      .header = "oscillating_disturbance.hpp",
-      .meaning = "another loop swings this one",
-      .remedy =
-          "Look upstream for a loop or a machine of this period and calm it there; tuning here "
-          "only moves it on.",
-      .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
-        return plant::OscillatingDisturbance(read.value("amplitude"), read.value("period"),
-                                             read.value("phase"));
-      },
-      .candidates = candidates,
-      .seen =
-          "PV and CO swing with a steady period that is not the loop's own; the model driven "
-          "by the measured CO lacks a sine.",
-      .look_alikes =
-          {{"stiction",
-            "the model parts from PV in corners at the slips, with odd harmonics; a disturbance "
-            "is one line of the spectrum."},
-           {"tight tuning", "the model oscillates as well: there is no gap."},
-           {"random_load", "has no fixed period."}},
-      .examples = {{"oscillating_disturbance",
-                    {"oscillating_disturbance", {{"amplitude", 0.3}, {"period", 35.0}}},
-                    Block::disturbance}}};
+  return {.number = 15,
+          .name = "oscillating_disturbance",
+          .blocks = {Block::disturbance},
+          .parameters = {at_least_zero("amplitude", "PV units", "of the sine"),
+                         above_zero("period", "s", "of the sine"),
+                         optional(any_value("phase", "rad", "at the start of the record"), 0.0)},
+          .header = "oscillating_disturbance.hpp",
+          .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
+            return plant::OscillatingDisturbance(read.value("amplitude"), read.value("period"),
+                                                 read.value("phase"));
+          },
+          .candidates = candidates,
+          .examples = {{"oscillating_disturbance",
+                        {"oscillating_disturbance", {{"amplitude", 0.3}, {"period", 35.0}}},
+                        Block::disturbance}}};
 }
 
 }  // namespace loopwarden::effects::oscillating_disturbance

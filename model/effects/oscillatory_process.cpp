@@ -16,10 +16,8 @@ double time_constant_s(const SpecReader& read, const EffectContext& context) {
 void check(const SpecReader& read, const EffectContext& context) {
   const double highest = std::numbers::pi / context.sample_time_s;
   if (!(read.value("natural_frequency") < highest)) {
-    throw EffectError("natural_frequency", "natural_frequency must be below " +
-                                               number_text(highest) +
-                                               " rad/s, half the sampling rate (got " +
-                                               number_text(read.value("natural_frequency")) + ")");
+    refuse(read, "natural_frequency",
+           "below " + number_text(highest) + " rad/s, half the sampling rate");
   }
   if (!(time_constant_s(read, context) > 0.0)) {
     throw EffectError("time_constant",
@@ -57,26 +55,12 @@ Descriptor describe() {
                          above_zero("time_constant", "s", "of the lag in whose place it stands"),
                          kInfinity)))},
       .header = "oscillatory_process.hpp",
-      .meaning = "the process rings by itself: second order in place of the lag",
-      .remedy =
-          "Detune, or filter at the natural frequency; look for a resonance of two vessels or a "
-          "loop inside this one.",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
         return plant::OscillatoryProcess(read.value("damping"), read.value("natural_frequency"),
                                          time_constant_s(read, context), context.sample_time_s);
       },
       .candidates = candidates,
-      .seen =
-          "Every move of CO makes PV ring with the same period, in manual as well, and the ringing "
-          "dies away by itself. Lower the gain; look for what exchanges energy behind the valve: "
-          "two tanks, a gas cushion, an inner loop that is tuned too tightly.",
-      .look_alikes = {{"positioner_overshoot",
-                       "the stem rings: a measured stem or a hand on it tells. Its period is a few "
-                       "seconds and "
-                       "the process's lag is still there behind it."},
-                      {"oscillating_disturbance", "goes on when CO rests."},
-                      {"tight tuning", "stops in manual; there is no gap."}},
       .examples = {{"oscillatory_process",
                     {"oscillatory_process",
                      {{"damping", 0.25}, {"natural_frequency", 0.5}, {"time_constant", 1.69376}}},

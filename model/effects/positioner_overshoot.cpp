@@ -16,43 +16,29 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back(
       {.parameters = 2,
        .search = {{"damping", 0.05, 0.95, false, 3},
-                  between("natural_frequency", 0.1 / c.slow_s(), slowest_healthy, true, 7)},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"positioner_overshoot", {{"damping", v[0]}, {"natural_frequency", v[1]}}};
-       }});
+                  between("natural_frequency", 0.1 / c.slow_s(), slowest_healthy, true, 7)}});
 }
 
 }  // namespace
 
 Descriptor describe() {
-  return {
-      .number = 8,
-      .name = "positioner_overshoot",
-      .blocks = {Block::valve},
-      .parameters = {{"damping", "-", 0.0, true, 1.0, true, true, 0.0, "damping ratio"},
-                     above_zero("natural_frequency", "rad/s", "undamped")},
-      .header = "positioner_overshoot.hpp",
-      .meaning = "the positioner overshoots and rings",
-      .remedy =
-          "Lower the positioner's gain or run its automatic tuning again; check that its model "
-          "fits the actuator's size.",
-      .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
-        return plant::PositionerOvershoot(read.value("damping"), read.value("natural_frequency"),
-                                          context.sample_time_s,
-                                          {context.output_low, context.output_high});
-      },
-      .candidates = candidates,
-      .valve_rank = 0,
-      .alarms = {"unknown"},
-      .seen = "PV rings after each move of CO, with a period of its own.",
-      .look_alikes =
-          {{"extra_dead_time", "a residual of one sign after a move; overshoot changes its sign."},
-           {"tight tuning",
-            "CO rings as well, and the model reproduces it; here PV rings after each move of CO "
-            "by itself."}},
-      .examples = {{"positioner_overshoot",
-                    {"positioner_overshoot", {{"damping", 0.1}, {"natural_frequency", 0.8}}},
-                    Block::valve}}};
+  return {.number = 8,
+          .name = "positioner_overshoot",
+          .blocks = {Block::valve},
+          .parameters = {{"damping", "-", 0.0, true, 1.0, true, true, 0.0, "damping ratio"},
+                         above_zero("natural_frequency", "rad/s", "undamped")},
+          .header = "positioner_overshoot.hpp",
+          .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
+            return plant::PositionerOvershoot(
+                read.value("damping"), read.value("natural_frequency"), context.sample_time_s,
+                {context.output_low, context.output_high});
+          },
+          .candidates = candidates,
+          .valve_rank = 0,
+          .alarms = {"unknown"},
+          .examples = {{"positioner_overshoot",
+                        {"positioner_overshoot", {{"damping", 0.1}, {"natural_frequency", 0.8}}},
+                        Block::valve}}};
 }
 
 }  // namespace loopwarden::effects::positioner_overshoot

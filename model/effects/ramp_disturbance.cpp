@@ -9,8 +9,7 @@ namespace {
 
 void check(const SpecReader& read, const EffectContext&) {
   if (!(read.value("to") > read.value("from"))) {
-    throw EffectError("to", "to must be after from = " + number_text(read.value("from")) +
-                                " s (got " + number_text(read.value("to")) + ")");
+    refuse(read, "to", "after from = " + number_text(read.value("from")) + " s");
   }
 }
 
@@ -51,35 +50,21 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
 }  // namespace
 
 Descriptor describe() {
-  return {
-      .number = 24,
-      .name = "ramp_disturbance",
-      .blocks = {Block::disturbance},
-      .parameters = {any_value("size", "PV units", "reached at its end, stays"),
-                     any_value("from", "s", "when it begins"),
-                     any_value("to", "s", "when it ends, after from")},
-      .header = "ramp_disturbance.hpp",
-      .meaning = "a load comes on gradually and stays",
-      .remedy =
-          "Ask what was changed upstream or downstream at that time; add it as feedforward if it "
-          "comes back.",
-      .check = check,
-      .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
-        return plant::RampDisturbance(read.value("size"), read.value("from"), read.value("to"));
-      },
-      .candidates = candidates,
-      .seen =
-          "From one moment on CO goes up or down steadily at constant PV, then rests at its new "
-          "place: a filter that was switched over, a tank that fills, a supply that warms up. "
-          "Look upstream at these two moments.",
-      .look_alikes = {{"step_disturbance",
-                       "is there at once, and PV shows it before CO has answered."},
-                      {"drift", "begins with the record and does not end."},
-                      {"varying_gain", "is larger the further the valve is open."},
-                      {"random_load", "wanders back and forth."}},
-      .examples = {{"ramp_disturbance",
-                    {"ramp_disturbance", {{"size", -0.8}, {"from", 100.0}, {"to", 180.0}}},
-                    Block::disturbance}}};
+  return {.number = 24,
+          .name = "ramp_disturbance",
+          .blocks = {Block::disturbance},
+          .parameters = {any_value("size", "PV units", "reached at its end, stays"),
+                         any_value("from", "s", "when it begins"),
+                         any_value("to", "s", "when it ends, after from")},
+          .header = "ramp_disturbance.hpp",
+          .check = check,
+          .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
+            return plant::RampDisturbance(read.value("size"), read.value("from"), read.value("to"));
+          },
+          .candidates = candidates,
+          .examples = {{"ramp_disturbance",
+                        {"ramp_disturbance", {{"size", -0.8}, {"from", 100.0}, {"to", 180.0}}},
+                        Block::disturbance}}};
 }
 
 }  // namespace loopwarden::effects::ramp_disturbance

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The descriptors of this folder, in no order. CMakeLists.txt writes the function from the folder's
-// files: model/effects/<name>.cpp defines loopwarden::effects::<name>::describe().
+// The descriptors of this folder with their words, in no order. CMakeLists.txt writes the function from the folder's
+// files: model/effects/<name>.cpp defines loopwarden::effects::<name>::describe(), words.txt has a section [<name>].
 #pragma once
 
 #include <vector>

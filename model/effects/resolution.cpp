@@ -15,10 +15,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
        .parameters = 3,    // all edges follow from one number, as all waves of a sine do
        .prior_nats = 2.0,  // rarer than friction
        .search = {{"step", 0.02 * c.span(), 0.15 * c.span(), true, kPlaces, 0.5 / kPlaces}},
-       .starts = 3,
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values) -> EffectSpec {
-         return {"resolution", {{"step", v[0]}}};
-       }});
+       .starts = 3});
 }
 
 }  // namespace
@@ -30,10 +27,6 @@ Descriptor describe() {
           .parameters = {at_least_zero("step", "CO units",
                                        "between two places where the stem can rest")},
           .header = "resolution.hpp",
-          .meaning = "the stem moves in steps",
-          .remedy =
-              "Check the positioner's resolution and dead band and the output's; on a digital "
-              "output raise the number of bits.",
           .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
             return plant::Resolution(read.value("step"), context.output_low);
           },
@@ -41,16 +34,6 @@ Descriptor describe() {
           .valve_rank = 1,
           .resting_band = [](const SpecReader& read) { return read.value("step") / 2.0; },
           .alarms = {"stiction"},
-          .seen =
-              "PV takes a few levels only, the same ones up and down, and none between them. With "
-              "integral action the loop hunts for ever between the two next to the set point. "
-              "Look at the positioner: its dead zone, its travel sensor, a stepping drive.",
-          .look_alikes =
-              {{"stiction",
-                "rests wherever CO turned, so that its levels differ from move to move; a coarse "
-                "valve comes back to the same ones."},
-               {"cam_obstruction", "has one such place, not a whole staircase."},
-               {"a coarse CO", "shows in CO itself: the record's CO has no values in between."}},
           .examples = {{"resolution", {"resolution", {{"step", 0.6}}}, Block::valve}}};
 }
 

@@ -47,9 +47,8 @@ Candidate candidate(const SearchContext& c) {
       .prior_nats = 2.0,  // a sine is the commoner one
       .search = {period, {"phase", last_phase(part) - 0.6 * pi, last_phase(part), false, 1, 0.15}},
       .starts = 4,
+      .solved = {"amplitude"},
       .spec = spec,
-      .deviations = [](Candidate::Values, Candidate::Values spread, const EffectSpec&,
-                       Candidate::Deviations& named) { named["amplitude"] = spread[2]; },
       .columns = 1,
       .fill = fill<part>,
       .shifts_pv = true};
@@ -72,27 +71,11 @@ Descriptor describe() {
                          above_zero("period", "s", "of switching on and off"),
                          optional(any_value("phase", "rad", "at the start of the record"), 0.0)},
           .header = "square_disturbance.hpp",
-          .meaning = "something upstream switches on and off",
-          .remedy =
-              "Look for something that switches at this period: a pump, a compressor, a batch, an "
-              "on/off valve.",
           .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
             return plant::SquareDisturbance(read.value("amplitude"), read.value("period"),
                                             read.value("phase"), context.sample_time_s);
           },
           .candidates = candidates,
-          .seen =
-              "PV jumps by the same amount at equal intervals, up and down in turn, and CO answers "
-              "each: an on-off pump or heater, a level switch, a filter that is flushed. Find what "
-              "upstream has this period.",
-          .look_alikes =
-              {{"oscillating_disturbance",
-                "is one line of the spectrum; a square has the third and the "
-                "fifth beside it."},
-               {"stiction",
-                "makes PV square as well, but its jumps come from CO: with the loop in manual "
-                "they stop, a switching load goes on."},
-               {"step_disturbance", "comes once."}},
           .examples = {{"square_disturbance",
                         {"square_disturbance", {{"amplitude", 0.3}, {"period", 50.0}}},
                         Block::disturbance}}};

@@ -8,26 +8,21 @@ namespace {
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   constexpr int kPlaces = 100;
-  all.push_back(
-      {.block = Block::disturbance,
-       .smooth = false,
-       .parameters = 3,  // a moment costs as much as two (Zhang and Siegmund 2007)
-       .search = {{"time", 0.02 * c.duration_s, 0.98 * c.duration_s, false, kPlaces,
-                   0.5 / kPlaces}},
-       .spec = [](const Candidate&, Candidate::Values v, Candidate::Values solved) -> EffectSpec {
-         return {"step_disturbance", {{"size", solved[0]}, {"time", v[0]}}};
-       },
-       .deviations = [](Candidate::Values, Candidate::Values spread, const EffectSpec&,
-                        Candidate::Deviations& named) { named["size"] = spread[1]; },
-       .columns = 1,
-       .fill =
-           [](Candidate::Values v, double period_s, Candidate::Columns& columns) {
-             for (std::size_t k = 0; k < columns[0].size(); ++k) {
-               columns[0][k] = static_cast<double>(k) * period_s >= v[0] ? 1.0 : 0.0;
-             }
-           },
-       .shifts_pv = true,
-       .at_one_moment = true});
+  all.push_back({.block = Block::disturbance,
+                 .smooth = false,
+                 .parameters = 3,  // a moment costs as much as two (Zhang and Siegmund 2007)
+                 .search = {{"time", 0.02 * c.duration_s, 0.98 * c.duration_s, false, kPlaces,
+                             0.5 / kPlaces}},
+                 .solved = {"size"},
+                 .columns = 1,
+                 .fill =
+                     [](Candidate::Values v, double period_s, Candidate::Columns& columns) {
+                       for (std::size_t k = 0; k < columns[0].size(); ++k) {
+                         columns[0][k] = static_cast<double>(k) * period_s >= v[0] ? 1.0 : 0.0;
+                       }
+                     },
+                 .shifts_pv = true,
+                 .at_one_moment = true});
 }
 
 }  // namespace
@@ -39,16 +34,10 @@ Descriptor describe() {
           .parameters = {any_value("size", "PV units", "of the step"),
                          any_value("time", "s", "when it begins")},
           .header = "step_disturbance.hpp",
-          .meaning = "a load comes on at one moment",
-          .remedy = "Ask what was switched at that time; add it as feedforward if it comes back.",
           .make = [](const SpecReader& read, const EffectContext&) -> plant::Effect {
             return plant::StepDisturbance(read.value("size"), read.value("time"));
           },
           .candidates = candidates,
-          .seen = "From one moment on PV is off; the controller brings it back with another CO.",
-          .look_alikes = {{"output_bias", "was there from the start."},
-                          {"gain_change", "follows CO; a load stays when CO moves."},
-                          {"stiction", "its jumps come back, and only while CO moves."}},
           .examples = {{"step_disturbance",
                         {"step_disturbance", {{"size", -0.6}, {"time", 150.0}}},
                         Block::disturbance}}};

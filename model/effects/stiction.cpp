@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <numbers>
 
 #include "model/numeric/root_sum_square.hpp"
@@ -25,8 +24,7 @@ plant::StictionParameters closing(const SpecReader& read) {
 
 void check(const SpecReader& read, const EffectContext& context) {
   if (read.value("j") > read.value("s")) {
-    throw EffectError("j", "j must be at most s = " + number_text(read.value("s")) +
-                               " CO units (got " + number_text(read.value("j")) + ")");
+    refuse(read, "j", "at most s = " + number_text(read.value("s")) + " CO units");
   }
   for (const char* key : {"s_closing", "j_closing"}) {
     if (read.has(key) && read.option("law") != "choudhury") {
@@ -52,10 +50,8 @@ void check(const SpecReader& read, const EffectContext& context) {
   }
   const double highest = std::numbers::pi / context.sample_time_s;
   if (inertial && !(read.value("natural_frequency") * context.sample_time_s < std::numbers::pi)) {
-    throw EffectError("natural_frequency", "natural_frequency must be below " +
-                                               number_text(highest) +
-                                               " rad/s, half the sampling rate (got " +
-                                               number_text(read.value("natural_frequency")) + ")");
+    refuse(read, "natural_frequency",
+           "below " + number_text(highest) + " rad/s, half the sampling rate");
   }
 }
 
@@ -106,67 +102,48 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
 }  // namespace
 
 Descriptor describe() {
-  return {
-      .number = 1,
-      .name = "stiction",
-      .blocks = {Block::valve},
-      .parameters = {at_least_zero("s", "CO units", "deadband + stickband"),
-                     at_least_zero("j", "CO units", "slip jump, at most s"),
-                     optional(at_least_zero("s_closing", "CO units",
-                                            "s on closing, where it differs; else s"),
-                              kInfinity),
-                     optional(at_least_zero("j_closing", "CO units",
-                                            "j on closing, where it differs; else j"),
-                              kInfinity),
-                     of_the_law(optional(
-                         above_zero("natural_frequency", "rad/s", "of the actuator, law inertial"),
-                         20.0)),
-                     of_the_law(optional({"damping", "-", 0.0, true, 20.0, false, true, 0.0,
-                                          "ratio, of the actuator, law inertial"},
-                                         0.7))},
-      .options = {{"law",
-                   {"choudhury", "he", "karnopp", "inertial"},
-                   "data-driven (choudhury, he) or physical (karnopp, inertial)"}},
-      .header = "stiction_choudhury.hpp",
-      .meaning = "the stem sticks, then jumps",
-      .remedy =
-          "Check packing load, stem and actuator size, and stroke the valve at the next stop; "
-          "until then a compensator calms the loop, detuning only slows it.",
-      .check = check,
-      .make = make,
-      .candidates = candidates,
-      .valve_rank = 3,
-      .resting_band =
-          [](const SpecReader& r) {
-            const plant::StictionParameters opening{r.value("s"), r.value("j")};
-            return std::max(opening.static_friction(), closing(r).static_friction());
-          },
-      .healthy_valve =
-          [](double friction, double natural_frequency_rad_s, double damping) {
-            return with_momentum({"stiction", {{"s", friction}, {"j", 0.0}}},
-                                 natural_frequency_rad_s, damping);
-          },
-      .valve_band =
-          [](const SpecReader& r) {
-            const plant::StictionParameters c = closing(r);
-            return ValveBand{.s = (r.value("s") + c.s) / 2.0, .j = (r.value("j") + c.j) / 2.0};
-          },
-      .alarms = {"stiction"},
-      .seen =
-          "CO winds up while PV stands still, then PV jumps and stands again: in a flow loop "
-          "CO is a triangle and PV nearly square. Stem over CO is a parallelogram with jumps.",
-      .look_alikes =
-          {{"backlash",
-            "moves on smoothly once the play is taken up; a jump after the rest is stiction. It "
-            "takes about four slips to tell."},
-           {"cam_obstruction", "sticks at one opening only; stiction sticks wherever CO turns."},
-           {"oscillating_disturbance",
-            "CO-PV draws a smooth ellipse, and the model driven by the measured CO lacks a pure "
-            "sine; with stiction it parts from PV at the slips."},
-           {"tight tuning", "leaves no gap: the model oscillates as the loop does."},
-           {"a valve that never moved",
-            "until the first slip, stuck and at the end of its travel are the same."}},
-      .examples = {{"stiction", {"stiction", {{"s", 1.0}, {"j", 0.4}}}, Block::valve}}};
+  return {.number = 1,
+          .name = "stiction",
+          .blocks = {Block::valve},
+          .parameters = {at_least_zero("s", "CO units", "deadband + stickband"),
+                         at_least_zero("j", "CO units", "slip jump, at most s"),
+                         optional(at_least_zero("s_closing", "CO units",
+                                                "s on closing, where it differs; else s"),
+                                  kInfinity),
+                         optional(at_least_zero("j_closing", "CO units",
+                                                "j on closing, where it differs; else j"),
+                                  kInfinity),
+                         of_the_law(optional(above_zero("natural_frequency", "rad/s",
+                                                        "of the actuator, law inertial"),
+                                             20.0)),
+                         of_the_law(optional({"damping", "-", 0.0, true, 20.0, false, true, 0.0,
+                                              "ratio, of the actuator, law inertial"},
+                                             0.7))},
+          .options = {{"law",
+                       {"choudhury", "he", "karnopp", "inertial"},
+                       "data-driven (choudhury, he) or physical (karnopp, inertial)"}},
+          .header = "stiction_choudhury.hpp",
+          .check = check,
+          .make = make,
+          .candidates = candidates,
+          .valve_rank = 3,
+          .resting_band =
+              [](const SpecReader& r) {
+                const plant::StictionParameters opening{r.value("s"), r.value("j")};
+                return std::max(opening.static_friction(), closing(r).static_friction());
+              },
+          .healthy_valve =
+              [](double friction, double natural_frequency_rad_s, double damping) {
+                return with_momentum({"stiction", {{"s", friction}, {"j", 0.0}}},
+                                     natural_frequency_rad_s, damping);
+              },
+          .valve_band =
+              [](const SpecReader& r) {
+                const plant::StictionParameters c = closing(r);
+                return ValveBand{.s = (r.value("s") + c.s) / 2.0, .j = (r.value("j") + c.j) / 2.0};
+              },
+          .alarms = {"stiction"},
+          .examples = {{"stiction", {"stiction", {{"s", 1.0}, {"j", 0.4}}}, Block::valve}}};
 }
 
 }  // namespace loopwarden::effects::stiction

@@ -114,24 +114,11 @@ Descriptor describe() {
       .options = {curve},
       .takes_table = true,
       .header = "valve_characteristic.hpp",
-      .meaning = "flow is not proportional to stem travel",
-      .remedy =
-          "Enter the characteristic in the positioner or in the controller's output, so that the "
-          "loop's gain is the same at every opening.",
       .check = check,
       .make = make,
       .candidates = candidates,
       .valve_rank = 5,
       .alarms = {"unknown"},
-      .seen =
-          "The loop is lively at one end of its range and dull at the other. The residual "
-          "bends with the opening, the same up and down.",
-      .look_alikes =
-          {{"gain_change",
-            "one factor at every opening. CO has to move over about a tenth of its range before "
-            "the two part."},
-           {"output_bias", "the same offset at every opening."},
-           {"hysteresis", "another curve up than down; a characteristic has one."}},
       .examples = {
           {"valve_characteristic",
            {"valve_characteristic", {{"rangeability", 30.0}}, {{"curve", "equal_percentage"}}},

@@ -72,22 +72,9 @@ Descriptor describe() {
       .takes_table = true,
       .table = {"[[t, factor], ...]", "s of the record and factor of the process gain, t rising"},
       .header = "varying_gain.hpp",
-      .meaning = "the process gain changes in the course of the record",
-      .remedy =
-          "Look for fouling, wear or a pressure that follows the day; schedule the controller's "
-          "gain if it comes back.",
       .check = check,
       .make = make,
       .candidates = candidates,
-      .seen =
-          "The same set point takes another CO as hours go by, and moves of PV grow or shrink with "
-          "it: fouling, a supply pressure or a feed that changes, a catalyst that ages. Compare "
-          "the "
-          "size of PV's moves early and late; retune if it stays.",
-      .look_alikes = {{"gain_change", "is there from the start and stays."},
-                      {"drift", "moves PV by the same however far the valve is open."},
-                      {"valve_characteristic", "follows the opening, not the clock."},
-                      {"random_load", "leaves the size of PV's moves as it was."}},
       .examples = {{"varying_gain",
                     {"varying_gain", {}, {}, {{60.0, 1.0}, {180.0, 0.7}, {300.0, 1.1}}},
                     Block::process}}};

@@ -8,7 +8,7 @@
 
 namespace loopwarden::gap {
 
-bool Explanation::has(std::string_view name) const noexcept {
+bool EffectSet::has(std::string_view name) const noexcept {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
@@ -27,11 +27,11 @@ bool superfluous(double score_with, double score_without) noexcept {
   return score_with - score_without < kFurtherGain;
 }
 
-std::vector<double> leads(const Explanation& chosen, std::span<const Explanation> tried) {
+std::vector<double> leads(const EffectSet& chosen, std::span<const EffectSet> tried) {
   std::vector<double> out;
   for (const std::string& name : chosen.names) {
     double rival = 0.0;  // the model alone
-    for (const Explanation& other : tried) {
+    for (const EffectSet& other : tried) {
       if (other.names.size() <= chosen.names.size() && !other.has(name)) {
         rival = std::max(rival, other.score);
       }

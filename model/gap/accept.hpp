@@ -2,7 +2,7 @@
 // The rules of the search, on scores alone: when one more effect is taken in, when one is stepped back
 // from, and by how much a name leads. Limits: constants.hpp.
 //
-// What they can't do: a score compares explanations of one record; whether the best one is good is asked
+// What they can't do: a score compares sets of effects on one record; whether the best one is good is asked
 // by decide.hpp.
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace loopwarden::gap {
 
 // A set of effects that was tried.
-struct Explanation {
+struct EffectSet {
   std::vector<std::string> names;  // none: the model alone
   double score = 0.0;              // nats above the model alone
   double training_rmse = 0.0;      // PV units, free run
@@ -48,8 +48,8 @@ bool leaves_more(double rmse, const Scale& scale) noexcept;
 // The others do as well without it.
 bool superfluous(double score_with, double score_without) noexcept;
 
-// Nats by which each name of `chosen` leads over the best explanation of as many effects or fewer that does
+// Nats by which each name of `chosen` leads over the best set of as many effects or fewer that does
 // without it.
-std::vector<double> leads(const Explanation& chosen, std::span<const Explanation> tried);
+std::vector<double> leads(const EffectSet& chosen, std::span<const EffectSet> tried);
 
 }  // namespace loopwarden::gap

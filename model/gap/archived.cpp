@@ -9,10 +9,12 @@
 #include <utility>
 
 #include "model/gap/say.hpp"
-#include "model/gap/text.hpp"
+#include "model/numeric/text.hpp"
 
 namespace loopwarden::gap {
 namespace {
+
+using numeric::text;
 
 constexpr double kWithin = 1.5;     // floors
 constexpr double kCounts = 0.7;     // of c, that an effect must bring
@@ -72,8 +74,8 @@ const TriedCandidate* simpler_than_named(const Result& result, double hidden) {
   return simplest == &*named ? nullptr : simplest;
 }
 
-void say_so(Result& result, Verdict verdict, const plant::LoopModel& model) {
-  result.verdict = verdict;
+void say_so(Result& result, Outcome outcome, const plant::LoopModel& model) {
+  result.outcome = outcome;
   result.effects.clear();
   result.steps.clear();
   result.after = result.before;
@@ -112,13 +114,13 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
     if (search == 0) floor_rmse = std::hypot(result.noise_floor_rmse, kept_from);
     if (result.before.rmse <= kWithin * floor_rmse &&
         result.before.holdout_rmse <= kWithin * floor_rmse) {
-      say_so(result, Verdict::no_gap, model);
+      say_so(result, Outcome::no_gap, model);
       break;
     }
-    if (result.verdict != Verdict::missing_effect) break;
+    if (result.outcome != Outcome::missing_effect) break;
     if (!deviations.known) {
       dropped = true;
-      say_so(result, Verdict::unexplained, model);
+      say_so(result, Outcome::unexplained, model);
       break;
     }
     const auto doubtful = [&](const FoundEffect& effect) {
@@ -152,14 +154,14 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
     if (search_can && search + 1 < kMostSearches) continue;
     // What else was found was fitted beside them.
     if (search_can) {
-      say_so(result, Verdict::unexplained, model);
+      say_so(result, Outcome::unexplained, model);
       break;
     }
     std::erase_if(result.effects, [](const FoundEffect& e) { return e.spec.name == kController; });
     result.corrected.controller = model.controller;
     result.controller_after_rmse = result.controller_before_rmse;
     result.series.co_after = result.series.co_before;
-    if (result.effects.empty()) say_so(result, Verdict::unexplained, model);
+    if (result.effects.empty()) say_so(result, Outcome::unexplained, model);
     break;
   }
   progress(1.0);
@@ -171,7 +173,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
     effect.evidence += text("; within what the archive hides %s fits as well, with more parameters",
                             alike.c_str());
   }
-  if (result.verdict == Verdict::unexplained &&
+  if (result.outcome == Outcome::unexplained &&
       (dropped || result.before.holdout_rmse < kNearlyAll * floor_rmse)) {
     result.remainder = Remainder{.rmse = result.after.holdout_rmse,
                                  .share = result.remainder ? result.remainder->share : 1.0,
@@ -186,7 +188,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
                   deviations.pv, deviations.co, narrowest)
            : std::string("An archive kept only a part of the samples, by a rule that can't be "
                          "told: no effect can be named from this record.")});
-  result.sentence = sentence_of({.verdict = result.verdict,
+  result.sentence = sentence_of({.outcome = result.outcome,
                                  .effects = result.effects,
                                  .before = result.before,
                                  .after = result.after,
@@ -195,7 +197,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
                                  .best_closed = 0.0,
                                  .closed_loop = result.closed_loop,
                                  .with_load = result.load_intensity > 0.0});
-  if (result.verdict == Verdict::unexplained && result.remainder) {
+  if (result.outcome == Outcome::unexplained && result.remainder) {
     result.sentence += " What the archive left out hides the rest.";
   }
   return result;

@@ -8,11 +8,13 @@
 #include "model/gap/controller.hpp"
 #include "model/gap/model_run.hpp"
 #include "model/gap/record_check.hpp"
-#include "model/gap/text.hpp"
+#include "model/numeric/text.hpp"
 #include "model/plant/plant.hpp"
 
 namespace loopwarden::gap {
 namespace {
+
+using numeric::text;
 
 std::vector<double> assumed_set_point(const plant::LoopModel& model, const std::vector<double>& pv,
                                       std::vector<RecordNote>& notes) {
@@ -60,7 +62,7 @@ std::vector<double> assumed_set_point(const plant::LoopModel& model, const std::
 // too few to fit anything to.
 std::vector<bool> measured_samples(const CheckedRecord& r) {
   const plant::TransmitterParameters& range = r.model.transmitter;
-  const double margin = kAtEnd * (range.high - range.low);
+  const double margin = kAtEnd * range.span();
   const auto [lowest, highest] = std::minmax_element(r.pv.begin(), r.pv.end());
   // A range that the record goes beyond is not the transmitter's.
   const bool ends_low = *lowest >= range.low;

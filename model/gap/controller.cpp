@@ -3,35 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
+#include <span>
+#include <optional>
 
 #include "model/gap/constants.hpp"
 #include "model/gap/record_check.hpp"
+#include "model/numeric/statistics.hpp"
 #include "model/numeric/subplex.hpp"
+#include "model/numeric/two_columns.hpp"
 
 namespace loopwarden::gap {
 namespace {
 
-double rms_difference(const std::vector<double>& a, const std::vector<double>& b, std::size_t end) {
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < end; ++k) {
-    if (!std::isfinite(b[k])) continue;
-    sum += (a[k] - b[k]) * (a[k] - b[k]);
-    ++count;
-  }
-  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
-}
-
-struct Stretch {
-  std::size_t begin, end;
-};
-
 // Where SP, PV and CO are known; a gap of up to three samples is bridged by the value before.
-std::vector<Stretch> known_stretches(const Record& record) {
+std::vector<SampleRange> known_stretches(const Record& record) {
   constexpr std::size_t kBridged = 3;
-  std::vector<Stretch> stretches;
+  std::vector<SampleRange> stretches;
   std::size_t missing = kBridged + 1;  // in a row; so many before the record
   for (std::size_t k = 0; k < record.size(); ++k) {
     const bool known =
@@ -49,47 +37,123 @@ std::vector<Stretch> known_stretches(const Record& record) {
 
 struct Slopes {
   double kp, ki, kp_spread, ki_spread;
-  bool found;
 };
 
-// Kp and Ki from the moves of CO away from its limits.
-Slopes from_moves(const control::PidSettings& settings, double h, const std::vector<double>& sp,
-                  const std::vector<double>& pv, const std::vector<double>& co,
-                  const std::vector<Stretch>& stretches, std::size_t end) {
-  const double margin = 0.005 * (settings.output_high - settings.output_low);
-  const double side = settings.action == control::Action::reverse ? 1.0 : -1.0;
-  double aa = 0.0;
-  double ab = 0.0;
-  double bb = 0.0;
-  double ay = 0.0;
-  double by = 0.0;
-  double yy = 0.0;
-  int count = 0;
-  const auto inside = [&](double u) {
-    return u > settings.output_low + margin && u < settings.output_high - margin;
-  };
-  for (const Stretch& stretch : stretches) {
-    for (std::size_t k = stretch.begin + 1; k < std::min(stretch.end, end); ++k) {
-      if (!inside(co[k]) || !inside(co[k - 1])) continue;
-      const double e = side * (sp[k] - pv[k]);
-      const double a = e - side * (sp[k - 1] - pv[k - 1]);
-      const double b = h * e;
-      const double y = co[k] - co[k - 1];
-      aa += a * a;
-      ab += a * b;
-      bb += b * b;
-      ay += a * y;
-      by += b * y;
-      yy += y * y;
-      ++count;
+// The controller beside the record: replayed with any settings, and what the moves of CO say of them.
+class Replay {
+ public:
+  explicit Replay(const Record& record)
+      : record_(record),
+        sp_(held(record.sp)),
+        pv_(held(record.pv)),
+        co_(held(record.co)),
+        stretches_(known_stretches(record)),
+        training_end_(training_samples(record.size())) {}
+
+  bool possible() const noexcept { return !stretches_.empty(); }
+  const std::vector<double>& measured() const noexcept { return co_; }
+
+  // The first output's own rounding and the noise in it are not the controller's: the start is free
+  // within what one sample can tell. After a gap nobody knows what the controller did meanwhile: it
+  // starts anew.
+  std::vector<double> run(const control::PidSettings& settings) const {
+    std::vector<double> out = co_;
+    for (const SampleRange& stretch : stretches_) {
+      const auto begin = static_cast<std::ptrdiff_t>(stretch.begin);
+      const auto part = [&](const std::vector<double>& column) {
+        return std::vector<double>(column.begin() + begin,
+                                   column.begin() + static_cast<std::ptrdiff_t>(stretch.end));
+      };
+      const std::vector<double> measured = part(co_);
+      const std::size_t head = std::min<std::size_t>(measured.size(), 100);
+      double start = measured[0];
+      double best = std::numeric_limits<double>::infinity();
+      for (int round = 0; round < 2; ++round) {
+        const std::vector<double> tried =
+            replay_controller(settings, record_.period_s, part(sp_), part(pv_), start);
+        double bias = 0.0;
+        for (std::size_t k = 0; k < head; ++k) {
+          bias += (measured[k] - tried[k]) / static_cast<double>(head);
+        }
+        const double rms = numeric::rms_apart(tried, measured);
+        if (rms < best) {
+          best = rms;
+          std::copy(tried.begin(), tried.end(), out.begin() + begin);
+        }
+        if (std::abs(bias) > 0.01 * settings.output_span()) break;
+        start = measured[0] + bias;
+      }
     }
+    return out;
   }
-  const double determinant = aa * bb - ab * ab;
-  if (count < 30 || !(determinant > 1e-12 * aa * bb)) return {0, 0, 0, 0, false};
-  const double kp = (bb * ay - ab * by) / determinant;
-  const double ki = (aa * by - ab * ay) / determinant;
-  const double left = std::max(0.0, yy - kp * ay - ki * by) / count;
-  return {kp, ki, std::sqrt(left * bb / determinant), std::sqrt(left * aa / determinant), true};
+
+  // CO units, of an output from the measured one: over the whole record, and over its first two thirds.
+  double apart(std::span<const double> output) const {
+    return numeric::rms_apart(output, record_.co);
+  }
+  double apart_in_training(std::span<const double> output) const {
+    return numeric::rms_apart(output.first(training_end_), record_.co);
+  }
+
+  // Kp and Ki from the moves of CO away from its limits.
+  std::optional<Slopes> from_moves(const control::PidSettings& settings) const {
+    const double margin = 0.005 * settings.output_span();
+    const double side = settings.action == control::Action::reverse ? 1.0 : -1.0;
+    const auto inside = [&](double u) {
+      return u > settings.output_low + margin && u < settings.output_high - margin;
+    };
+    numeric::TwoColumns sums;
+    for (const SampleRange& stretch : stretches_) {
+      for (std::size_t k = stretch.begin + 1; k < std::min(stretch.end, training_end_); ++k) {
+        if (!inside(co_[k]) || !inside(co_[k - 1])) continue;
+        const double e = side * (sp_[k] - pv_[k]);
+        sums.add(e - side * (sp_[k - 1] - pv_[k - 1]), record_.period_s * e, co_[k] - co_[k - 1]);
+      }
+    }
+    if (sums.count < 30 || sums.depends(1e-12)) return std::nullopt;
+    const double left = sums.left() / static_cast<double>(sums.count);
+    return Slopes{sums.p(), sums.q(), std::sqrt(left * sums.bb / sums.determinant()),
+                  std::sqrt(left * sums.aa / sums.determinant())};
+  }
+
+ private:
+  const Record& record_;
+  std::vector<double> sp_, pv_, co_;  // gaps closed
+  std::vector<SampleRange> stretches_;
+  std::size_t training_end_;
+};
+
+// The anti-windup that explains what the model's own does not; empty where none does.
+std::string other_anti_windup(const Replay& replay, const control::PidSettings& settings,
+                              double least) {
+  for (const auto& [kind, name] :
+       {std::pair{control::AntiWindup::integral_clamp, "integral_clamp"},
+        std::pair{control::AntiWindup::back_calculation, "back_calculation"},
+        std::pair{control::AntiWindup::conditional, "conditional"}}) {
+    if (kind == settings.anti_windup) continue;
+    control::PidSettings other = settings;
+    other.anti_windup = kind;
+    if (replay.apart_in_training(replay.run(other)) < least) return name;
+  }
+  return "";
+}
+
+// Searched as logarithms of their ratios to what the moves say.
+control::PidSettings refined(const Replay& replay, const control::PidSettings& settings,
+                             const Slopes& slopes) {
+  const double least_ki = std::max(slopes.ki, 1e-9);
+  const auto at = [&](const std::vector<double>& x) {
+    control::PidSettings s = settings;
+    s.gains.kp = slopes.kp * std::exp(x[0]);
+    s.gains.ki = least_ki * std::exp(x[1]);
+    return s;
+  };
+  std::vector<double> x{0.0, 0.0};
+  numeric::subplex(
+      x, {0.02, 0.02}, -0.4, 0.4,
+      [&](const std::vector<double>& to) { return replay.apart_in_training(replay.run(at(to))); },
+      {.most_evaluations = 120, .parameter_change = 1e-5});
+  return at(x);
 }
 
 }  // namespace
@@ -113,115 +177,46 @@ std::vector<double> replay_controller(const control::PidSettings& settings, doub
 ControllerFinding compare_controller(const Record& record, const plant::LoopModel& model) {
   ControllerFinding found;
   if (!record.has_co() || !record.has_sp()) return found;
-  const std::size_t n = record.size();
-  const std::size_t end = training_samples(n);
-  const std::vector<double> sp = held(record.sp);
-  const std::vector<double> pv = held(record.pv);
-  const std::vector<double> co = held(record.co);
+  const Replay replay(record);
+  if (!replay.possible()) return found;
   control::PidSettings settings = model.controller.pid;
   // What the converter rounds away is no windup.
-  settings.tolerance = std::max(settings.tolerance, resolution_of(co));
-  const double span = settings.output_high - settings.output_low;
-  const std::vector<Stretch> stretches = known_stretches(record);
-  if (stretches.empty()) return found;
+  settings.tolerance = std::max(settings.tolerance, resolution_of(replay.measured()));
   found.compared = true;
-
-  // The first output's own rounding and the noise in it are not the controller's: the start is free
-  // within what one sample can tell. Behind a gap nobody knows what the controller did meanwhile: it
-  // starts anew.
-  const auto replay = [&](const control::PidSettings& s) {
-    std::vector<double> out = co;
-    for (const Stretch& stretch : stretches) {
-      const auto part = [&](const std::vector<double>& column) {
-        return std::vector<double>(column.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
-                                   column.begin() + static_cast<std::ptrdiff_t>(stretch.end));
-      };
-      const std::vector<double> measured = part(co);
-      const std::size_t head = std::min<std::size_t>(measured.size(), 100);
-      double start = measured[0];
-      double best = std::numeric_limits<double>::infinity();
-      for (int round = 0; round < 2; ++round) {
-        const std::vector<double> tried =
-            replay_controller(s, record.period_s, part(sp), part(pv), start);
-        double bias = 0.0;
-        for (std::size_t k = 0; k < head; ++k) {
-          bias += (measured[k] - tried[k]) / static_cast<double>(head);
-        }
-        const double rms = rms_difference(tried, measured, measured.size());
-        if (rms < best) {
-          best = rms;
-          std::copy(tried.begin(), tried.end(),
-                    out.begin() + static_cast<std::ptrdiff_t>(stretch.begin));
-        }
-        if (std::abs(bias) > 0.01 * span) break;
-        start = measured[0] + bias;
-      }
-    }
-    return out;
-  };
-  found.before = replay(settings);
+  found.before = replay.run(settings);
   found.after = found.before;
-  found.before_rmse = rms_difference(found.before, record.co, n);
+  found.before_rmse = replay.apart(found.before);
   found.after_rmse = found.before_rmse;
-  found.training_rmse_before = rms_difference(found.before, record.co, end);
+  found.training_rmse_before = replay.apart_in_training(found.before);
   found.kp = settings.gains.kp;
   found.ki = settings.gains.ki;
-
-  const double least = kLeastControllerRms * span;
+  const double least = kLeastControllerRms * settings.output_span();
   if (found.training_rmse_before < least) return found;
 
   // Another anti-windup first: it shows only near the limits.
-  for (const auto& [kind, name] :
-       {std::pair{control::AntiWindup::integral_clamp, "integral_clamp"},
-        std::pair{control::AntiWindup::back_calculation, "back_calculation"},
-        std::pair{control::AntiWindup::conditional, "conditional"}}) {
-    if (kind == settings.anti_windup) continue;
-    control::PidSettings other = settings;
-    other.anti_windup = kind;
-    if (rms_difference(replay(other), record.co, end) < least) {
-      found.anti_windup = name;
-      return found;
-    }
-  }
-  const Slopes slopes = from_moves(settings, record.period_s, sp, pv, co, stretches, end);
-  if (!slopes.found || slopes.kp <= 0.0 || slopes.ki < 0.0) {
-    found.unexplained = true;
-    return found;
-  }
-  const auto with = [&](double kp, double ki) {
-    control::PidSettings s = settings;
-    s.gains.kp = kp;
-    s.gains.ki = ki;
-    return s;
-  };
-  // Searched as logarithms of their ratios to what the moves say.
-  const double least_ki = std::max(slopes.ki, 1e-9);
-  std::vector<double> x{0.0, 0.0};
-  numeric::subplex(x, {0.02, 0.02}, -0.4, 0.4,
-                   [&](const std::vector<double>& at) {
-                     return rms_difference(
-                         replay(with(slopes.kp * std::exp(at[0]), least_ki * std::exp(at[1]))),
-                         record.co, end);
-                   },
-                   {.most_evaluations = 120, .parameter_change = 1e-5});
-  const double kp = slopes.kp * std::exp(x[0]);
-  const double ki = least_ki * std::exp(x[1]);
-  const std::vector<double> after = replay(with(kp, ki));
-  const double after_rms = rms_difference(after, record.co, end);
+  found.anti_windup = other_anti_windup(replay, settings, least);
+  if (!found.anti_windup.empty()) return found;
+
+  const std::optional<Slopes> slopes = replay.from_moves(settings);
+  found.unexplained = !slopes || slopes->kp <= 0.0 || slopes->ki < 0.0;
+  if (found.unexplained) return found;
+  const control::PidSettings other = refined(replay, settings, *slopes);
+  const double kp = other.gains.kp;
+  const double ki = other.gains.ki;
+  const std::vector<double> after = replay.run(other);
   const bool other_settings =
       std::abs(kp / settings.gains.kp - 1.0) > kSameSettings ||
       std::abs(ki - settings.gains.ki) > kSameSettings * std::max(settings.gains.ki, 1e-12);
-  if (other_settings && after_rms < kSettingsLeave * found.training_rmse_before) {
-    found.mismatch = true;
-    found.kp = kp;
-    found.ki = ki;
-    found.kp_spread = std::max(slopes.kp_spread, 1e-3 * kp);
-    found.ki_spread = std::max(slopes.ki_spread, 1e-3 * ki);
-    found.after = after;
-    found.after_rmse = rms_difference(after, record.co, n);
-  } else {
-    found.unexplained = true;
-  }
+  found.mismatch = other_settings &&
+                   replay.apart_in_training(after) < kSettingsLeave * found.training_rmse_before;
+  found.unexplained = !found.mismatch;
+  if (found.unexplained) return found;
+  found.kp = kp;
+  found.ki = ki;
+  found.kp_spread = std::max(slopes->kp_spread, 1e-3 * kp);
+  found.ki_spread = std::max(slopes->ki_spread, 1e-3 * ki);
+  found.after = after;
+  found.after_rmse = replay.apart(after);
   return found;
 }
 

@@ -9,16 +9,14 @@
 namespace loopwarden::gap {
 namespace {
 
-Explanation explanation_of(const Hypothesis& hypothesis) {
-  Explanation out{{}, hypothesis.score, hypothesis.training_rmse};
-  for (const Candidate* term : hypothesis.fit.terms) out.names.emplace_back(term->name);
-  return out;
+EffectSet effect_set_of(const Hypothesis& hypothesis) {
+  return {names_in_order(hypothesis.fit), hypothesis.score, hypothesis.training_rmse};
 }
 
 std::vector<std::string> alternatives_to(const std::string& name, const Competition& competition) {
-  const Explanation& chosen = competition.chosen;
+  const EffectSet& chosen = competition.chosen;
   std::vector<std::string> out;
-  for (const Explanation& other : competition.tried) {
+  for (const EffectSet& other : competition.tried) {
     if (other.names.size() != chosen.names.size() || other.has(name)) continue;
     if (chosen.score - other.score > kTooClose) continue;
     for (const std::string& instead : other.names) {
@@ -33,8 +31,8 @@ std::vector<std::string> alternatives_to(const std::string& name, const Competit
 }  // namespace
 
 Competition competition_of(const SearchResult& search) {
-  Competition out{explanation_of(search.chosen), {}, search.base_rmse};
-  for (const Hypothesis& hypothesis : search.tried) out.tried.push_back(explanation_of(hypothesis));
+  Competition out{effect_set_of(search.chosen), {}, search.base_rmse};
+  for (const Hypothesis& hypothesis : search.tried) out.tried.push_back(effect_set_of(hypothesis));
   return out;
 }
 
@@ -62,13 +60,13 @@ double confidence_after(double confidence, Proof proof) noexcept {
   return proof == Proof::partly ? std::min(confidence, kPartlyConfidence) : confidence;
 }
 
-Verdict verdict_of(const Decision& decision, Proof proof) noexcept {
-  if (decision.by_reading) return Verdict::missing_effect;
+Outcome outcome_of(const Decision& decision, Proof proof) noexcept {
+  if (decision.by_reading) return Outcome::missing_effect;
   const bool named = !decision.named.empty();
   const bool taken_back = named && proof == Proof::refuted;
-  if (taken_back && decision.believable) return Verdict::unexplained;
-  if ((named && !taken_back) || decision.other_settings) return Verdict::missing_effect;
-  return decision.unexplained ? Verdict::unexplained : Verdict::no_gap;
+  if (taken_back && decision.believable) return Outcome::unexplained;
+  if ((named && !taken_back) || decision.other_settings) return Outcome::missing_effect;
+  return decision.unexplained ? Outcome::unexplained : Outcome::no_gap;
 }
 
 }  // namespace loopwarden::gap

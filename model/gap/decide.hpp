@@ -28,8 +28,8 @@ namespace loopwarden::gap {
 
 // What the search brought, by names and scores alone.
 struct Competition {
-  Explanation chosen;
-  std::vector<Explanation> tried;
+  EffectSet chosen;
+  std::vector<EffectSet> tried;
   double model_rmse = 0.0;  // PV units: of the model alone, first two thirds
 };
 Competition competition_of(const SearchResult& search);
@@ -56,6 +56,6 @@ Decision decide(const Competition& competition, const Residuals& left,
 // What partly holds is given with less than the confidence of a sure name.
 double confidence_after(double confidence, Proof proof) noexcept;
 
-Verdict verdict_of(const Decision& decision, Proof proof) noexcept;
+Outcome outcome_of(const Decision& decision, Proof proof) noexcept;
 
 }  // namespace loopwarden::gap

@@ -4,16 +4,13 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <limits>
 #include <numbers>
-#include <numeric>
 #include <span>
 
 #include "model/gap/constants.hpp"
+#include "model/gap/fit_work.hpp"
 #include "model/numeric/evolution.hpp"
 #include "model/numeric/random.hpp"
-#include "model/numeric/subplex.hpp"
 
 namespace loopwarden::gap {
 namespace {
@@ -22,12 +19,9 @@ constexpr std::size_t kNuisances = 5;  // time constant, dead time, three of the
 // Parts of what is allowed, that are tried. The filters stand in rows of kLoads, one row for each of kValves.
 constexpr std::array kLoads{0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0};
 constexpr std::array kValves{0.0, 0.35, 1.0};
-constexpr std::size_t kLittleLoad = 1;  // index of the filter
 constexpr std::uint64_t kEvolutionSeed = 1;
 constexpr int kHiddenRounds = 3;
-constexpr double kBentGain = 0.25;  // of itself, by which a gain found beside a cycle may be off
 constexpr double kLeastVariance = 1e-18;  // of PV's mean square; what rounding of numbers leaves
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Up to what sampling can show; where the process is as fast as that, from half of it on.
 effects::SearchRange actuator_frequency(const plant::LoopModel& model) {
@@ -46,10 +40,6 @@ double actuator_delay_s(const Point& point) {
 // By so much an overdamped actuator must be stiffer to be as fast.
 double slowing(double damping) { return std::max(1.0, 2.0 * damping); }
 
-bool solves_gain(const Terms& terms) {
-  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->solves_gain; });
-}
-
 // Whether PV jumps with a parameter: a valve that sticks.
 bool jumps(const Terms& terms) {
   return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
@@ -64,13 +54,6 @@ bool hides(const Terms& terms) {
 
 bool is_smooth(const Terms& terms) {
   return std::all_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->smooth; });
-}
-
-// First move of the search in each direction, of the range from 0 to 1.
-double first_step(const effects::SearchRange& range, double duration_s, double value) {
-  if (!range.is_period) return range.first_step;
-  // A quarter of the width of a spectral line.
-  return 0.25 * value / duration_s / std::log(range.high / range.low);
 }
 
 // Of normal equations whose columns may have any units: each is taken by its own size. One that never
@@ -90,26 +73,27 @@ Eigen::MatrixXd solve_normal(const Eigen::MatrixXd& normal, const Eigen::MatrixX
   return size.asDiagonal() * unit.ldlt().solve(scaled);
 }
 
-// From `x`, 0 to 1 in each direction, until a step brings less than `least_gain`.
-void minimise(std::vector<double>& x, std::vector<double> steps, int evaluations, double least_gain,
-              const numeric::Objective& objective) {
-  numeric::subplex(x, std::move(steps), 0.0, 1.0, objective,
-                   {.most_evaluations = evaluations, .value_change = least_gain});
+// Levenberg and Marquardt's move from `x`. Parameters that push against a bound stay there.
+Eigen::VectorXd damped_move(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
+                            const std::vector<double>& x, double damping) {
+  Eigen::MatrixXd damped = normal;
+  Eigen::VectorXd right = -gradient;
+  for (Eigen::Index i = 0; i < right.size(); ++i) {
+    const double at = x[static_cast<std::size_t>(i)];
+    const bool blocked = (at <= 0.0 && gradient(i) > 0.0) || (at >= 1.0 && gradient(i) < 0.0);
+    if (blocked || !(normal(i, i) > 0.0)) {
+      damped.row(i).setZero();
+      damped.col(i).setZero();
+      damped(i, i) = 1.0;
+      right(i) = 0.0;
+    } else {
+      damped(i, i) *= 1.0 + damping;
+    }
+  }
+  return damped.ldlt().solve(right);
 }
 
 }  // namespace
-
-struct Fitter::Work {
-  std::vector<std::vector<double>> columns;
-  std::vector<std::vector<double>> white;
-  Eigen::MatrixXd normal;
-  Eigen::VectorXd right;
-  Eigen::VectorXd solved;
-  std::vector<double> target;             // white, what `solved` fits
-  std::vector<double> whole;              // PV units, of the solution
-  std::vector<double> shown;              // PV units, of it as the transmitter shows it
-  std::vector<std::vector<double>> seen;  // of the columns
-};
 
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
                const std::vector<bool>& used, AllowedWander allowed, bool allowances)
@@ -268,6 +252,21 @@ void Fitter::choose_load(Work& work, Fit& fit) const {
   solve(work, fit.terms, fit.point, best, &fit);
 }
 
+// A quarter of the width of a spectral line for a period, else as the range says.
+std::vector<double> Fitter::first_steps(const Fit& fit) const {
+  const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
+  std::vector<double> steps;
+  for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    for (std::size_t j = 0; j < fit.terms[i]->search.size(); ++j) {
+      const effects::SearchRange& range = fit.terms[i]->search[j];
+      steps.push_back(range.is_period ? 0.25 * fit.point.searched[i][j] / duration_s /
+                                            std::log(range.high / range.low)
+                                      : range.first_step);
+    }
+  }
+  return steps;
+}
+
 std::vector<double> Fitter::positions(const Fit& fit) const {
   const plant::LoopModel& model = free_run_.model();
   const auto within = [](double value, double nominal, double uncertainty) {
@@ -320,14 +319,8 @@ Fit Fitter::search(Work& work, const Fit& start, int evaluations) const {
   const std::vector<double> x = positions(start);
   const std::vector<double> held(x.begin(), x.begin() + 2);
   std::vector<double> own(x.begin() + 2, x.end());
-  const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
   std::vector<double> steps{0.1, 0.1, 0.2};
-  for (std::size_t i = 0; i < start.terms.size(); ++i) {
-    for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
-      steps.push_back(
-          first_step(start.terms[i]->search[j], duration_s, start.point.searched[i][j]));
-    }
-  }
+  for (const double first : first_steps(start)) steps.push_back(first);
   const auto at_point = [&](const std::vector<double>& at) {
     std::vector<double> all = held;
     all.insert(all.end(), at.begin(), at.end());
@@ -351,13 +344,7 @@ Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const 
   constexpr std::size_t kPopulation = 32;
   const std::vector<double> x = positions(start);
   std::vector<double> width{0.5, 0.5, 0.25, 0.25, 0.2};
-  const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
-  for (std::size_t i = 0; i < start.terms.size(); ++i) {
-    for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
-      width.push_back(std::min(
-          0.2, first_step(start.terms[i]->search[j], duration_s, start.point.searched[i][j])));
-    }
-  }
+  for (const double first : first_steps(start)) width.push_back(std::min(0.2, first));
   numeric::Random random(kEvolutionSeed);
   const auto cost = [&](const std::vector<double>& at) {
     const double value =
@@ -408,16 +395,10 @@ Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
   Eigen::VectorXd r;
   best.deviance = residual(x, r, &best);
   if (!std::isfinite(best.deviance)) return best;
-  const double duration_s = static_cast<double>(free_run_.size()) * free_run_.model().sample_time_s;
   Eigen::VectorXd step(size);
   step.head(kNuisances).setConstant(0.01);
   Eigen::Index next = kNuisances;
-  for (std::size_t i = 0; i < start.terms.size(); ++i) {
-    for (std::size_t j = 0; j < start.terms[i]->search.size(); ++j) {
-      step(next++) =
-          0.1 * first_step(start.terms[i]->search[j], duration_s, start.point.searched[i][j]);
-    }
-  }
+  for (const double first : first_steps(start)) step(next++) = 0.1 * first;
   double damping = 1e-2;
   Eigen::MatrixXd jacobian(r.size(), size);
   Eigen::VectorXd moved;
@@ -435,22 +416,7 @@ Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
     const Eigen::VectorXd gradient = jacobian.transpose() * r;
     bool better = false;
     for (int attempt = 0; attempt < 5 && !better; ++attempt) {
-      // Parameters that push against a bound stay there.
-      Eigen::MatrixXd damped = normal;
-      Eigen::VectorXd right = -gradient;
-      for (Eigen::Index i = 0; i < size; ++i) {
-        const double at = x[static_cast<std::size_t>(i)];
-        const bool blocked = (at <= 0.0 && gradient(i) > 0.0) || (at >= 1.0 && gradient(i) < 0.0);
-        if (blocked || !(normal(i, i) > 0.0)) {
-          damped.row(i).setZero();
-          damped.col(i).setZero();
-          damped(i, i) = 1.0;
-          right(i) = 0.0;
-        } else {
-          damped(i, i) *= 1.0 + damping;
-        }
-      }
-      const Eigen::VectorXd move = damped.ldlt().solve(right);
+      const Eigen::VectorXd move = damped_move(normal, gradient, x, damping);
       std::vector<double> y = x;
       for (Eigen::Index i = 0; i < size; ++i) {
         const auto at = static_cast<std::size_t>(i);
@@ -535,204 +501,6 @@ Fit Fitter::settle(const std::vector<Fit>& starts) const {
     const auto searched = static_cast<int>(start.terms.back()->search.size());
     const Fit tried = refine(start, 100 + 15 * searched);
     if (tried.deviance < best.deviance) best = tried;
-  }
-  return best;
-}
-
-std::vector<Fit> Fitter::approach(const Fit& base, const Candidate& candidate,
-                                  const std::vector<double>* hint) const {
-  Work work;
-  Fit fit = base;
-  fit.terms.push_back(&candidate);
-  // What the base had to bend to fit without the effect is no place to start from.
-  fit.point.time_constant_s = free_run_.model().process.time_constant_s;
-  fit.point.dead_time_s = free_run_.model().process.dead_time_s;
-  if (candidate.slips) fit.point.actuator_damping = 0.3;
-  fit.point.searched.emplace_back(candidate.search.size(), 0.0);
-  std::vector<double>& own = fit.point.searched.back();
-
-  struct Start {
-    std::vector<double> values;
-    std::size_t load;
-    double deviance;
-  };
-  std::vector<Start> starts;
-  const std::vector<std::size_t> loads = base.load <= kLittleLoad
-                                             ? std::vector<std::size_t>{kLittleLoad}
-                                             : std::vector<std::size_t>{kLittleLoad, base.load};
-  const auto consider = [&](std::size_t load, double deviance) {
-    starts.push_back({own, load, deviance});
-  };
-
-  std::vector<Fit> tries;
-  if (candidate.slips) {
-    for (const Fit& start : sticking_starts(fit, hint)) tries.push_back(search(work, start, 80));
-    // A small stickband beside a large deadband shows best in one long run.
-    Fit at = fit;
-    Fit start = fit;
-    at.load = kLittleLoad;
-    start.deviance = kInfinity;
-    for (int i = 0; i < candidate.search[0].grid; ++i) {
-      for (const double ratio : {0.05, 0.3}) {
-        at.point.searched.back() = {candidate.search[0].value((i + 0.5) / candidate.search[0].grid),
-                                    ratio, 0.0};
-        evaluate(work, at.terms, at.point, kLittleLoad, &at);
-        if (at.deviance < start.deviance) start = at;
-      }
-    }
-    tries.push_back(search(work, start, 80));
-  } else if (candidate.linear_columns() > 0 && !candidate.search.empty()) {
-    // Only the last columns change from place to place.
-    for (std::size_t j = 0; j < own.size(); ++j) own[j] = candidate.search[j].value(0.5);
-    free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
-    const effects::SearchRange& range = candidate.search[0];
-    std::vector<std::vector<double>> last;
-    for (int i = 0; i < range.grid; ++i) {
-      const double p = (i + 0.5) / range.grid;
-      own[0] = range.is_period
-                   ? 1.0 / (1.0 / range.high +
-                            p * std::min(1.0 / range.low - 1.0 / range.high, 100.0 / range.high))
-                   : range.value(p);
-      free_run_.linear_columns(candidate, own, last);
-      std::move(last.begin(), last.end(),
-                work.columns.end() - static_cast<std::ptrdiff_t>(last.size()));
-      for (const std::size_t load : loads)
-        consider(load, solve(work, fit.terms, fit.point, load, nullptr));
-    }
-  } else {
-    std::vector<int> index(candidate.search.size(), 0);
-    bool more = true;
-    while (more) {
-      for (std::size_t j = 0; j < index.size(); ++j) {
-        own[j] = candidate.search[j].value((index[j] + 0.5) / candidate.search[j].grid);
-      }
-      free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
-      for (const std::size_t load : loads)
-        consider(load, solve(work, fit.terms, fit.point, load, nullptr));
-      more = false;
-      for (std::size_t j = 0; j < index.size() && !more; ++j) {
-        if (++index[j] < candidate.search[j].grid) {
-          more = true;
-        } else {
-          index[j] = 0;
-        }
-      }
-    }
-  }
-  // The best places under each load are all taken further with little load: a model that is allowed
-  // much load explains everything a little, and has no slope to follow.
-  for (const std::size_t load : loads) {
-    std::sort(starts.begin(), starts.end(), [&](const Start& x, const Start& y) {
-      return std::make_pair(x.load != load, x.deviance) <
-             std::make_pair(y.load != load, y.deviance);
-    });
-    for (std::size_t i = 0; i < std::min(candidate.starts, starts.size()); ++i) {
-      if (starts[i].load != load) break;
-      own = starts[i].values;
-      fit.load = kLittleLoad;
-      if (!candidate.smooth && candidate.starts > 1) {
-        tries.push_back(search(work, fit, 60));
-      } else {
-        tries.push_back(descend(work, fit, 2));
-      }
-    }
-  }
-  std::sort(tries.begin(), tries.end(),
-            [](const Fit& x, const Fit& y) { return x.deviance < y.deviance; });
-  if (tries.size() > 2) tries.resize(2);
-  return tries;
-}
-
-// A free run of a sticking valve is a poor guide to its own parameters: one slip that is missed spoils
-// what follows. Short runs that each start where the record stands lead near, runs ever longer lead on.
-std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<double>* hint) const {
-  const plant::LoopModel& model = free_run_.model();
-  const double h = model.sample_time_s;
-  const double slow_s =
-      plant::answer_s(model) - model.process.dead_time_s + with.point.dead_time_s +
-      (model.process.integrating() ? 0.0
-                                   : with.point.time_constant_s - model.process.time_constant_s);
-  const auto short_run = static_cast<std::size_t>(std::max(8.0 * slow_s / h, 60.0));
-  const Candidate& sticking = *with.terms.back();
-  const bool gain_changed = solves_gain(with.terms);
-  // A gain that was found without the cycle is bent by it: as wide as it may be off, and from three places.
-  const double middle = gain_changed ? with.solved[0] : 1.0;
-  const double width = gain_changed ? kBentGain * middle : model.uncertainty.gain;
-  const std::vector<double> gain_positions =
-      gain_changed ? std::vector<double>{0.2, 0.5, 0.86} : std::vector<double>{0.5};
-  std::vector<double> pv = pv_;
-  if (free_run_.base_columns() > 3) {
-    for (double& v : pv) v -= with.solved[3];  // the level
-  }
-  const auto cost = [&](const Point& point, double gain, std::size_t run_samples) {
-    return free_run_.short_runs(with.terms, point, pv, used_, gain, run_samples);
-  };
-  const auto gain_at = [&](double position) { return middle + width * (2.0 * position - 1.0); };
-  struct Start {
-    Fit fit;
-    double gain_position;
-  };
-  std::vector<Start> found;
-  Fit fit = with;
-  for (const double gain_position : gain_positions) {
-    for (const double damping : {0.3, 1.2}) {
-      Point& point = fit.point;
-      point.actuator_damping = damping;
-      for (int i = 0; i < sticking.search[0].grid; ++i) {
-        for (int j = 0; j < sticking.search[1].grid; ++j) {
-          point.searched.back() = {sticking.search[0].value((i + 0.5) / sticking.search[0].grid),
-                                   sticking.search[1].value((j + 0.5) / sticking.search[1].grid),
-                                   0.0};
-          fit.deviance = cost(point, gain_at(gain_position), short_run);
-          found.push_back({fit, gain_position});
-        }
-      }
-    }
-  }
-  const auto better = [](const Start& x, const Start& y) {
-    return x.fit.deviance < y.fit.deviance;
-  };
-  std::sort(found.begin(), found.end(), better);
-  found.resize(hint != nullptr ? sticking.starts - 1 : sticking.starts);
-  if (hint != nullptr) {
-    fit.point.searched.back() = *hint;
-    found.push_back({fit, 0.5});
-  }
-  const auto count = static_cast<double>(filters_.front().count());
-  Work work;
-  for (Start& one : found) {
-    Fit& start = one.fit;
-    // Process, actuator, s, j/s, and the gain.
-    std::vector<double> x = positions(start);
-    const std::size_t own_at = x.size() - 3;
-    std::vector<double> own{x[0], x[1], x[2], x[3], x[own_at], x[own_at + 1], one.gain_position};
-    const auto at_point = [&](const std::vector<double>& at) {
-      std::copy(at.begin(), at.begin() + 4, x.begin());
-      std::copy(at.begin() + 4, at.begin() + 6, x.begin() + static_cast<std::ptrdiff_t>(own_at));
-      return with_positions(start.terms, x);
-    };
-    for (std::size_t run = short_run; run < 16 * short_run; run *= hint != nullptr ? 4 : 2) {
-      const std::size_t samples = run < 8 * short_run ? run : used_.size();
-      minimise(own, {0.2, 0.2, 0.15, 0.15, 0.02, 0.08, 0.2}, run == short_run ? 200 : 120, 0.5,
-               [&](const std::vector<double>& at) {
-                 return count * std::log(cost(at_point(at), gain_at(at[6]), samples) / pv_square_);
-               });
-    }
-    // Where the stem stood at the start of the one long run.
-    Fit at = start;
-    at.point = at_point(own);
-    start.load = kLittleLoad;
-    start.deviance = kInfinity;
-    for (int place = -9; place <= 9; ++place) {
-      at.point.searched.back().back() = 0.1 * place;
-      evaluate(work, at.terms, at.point, kLittleLoad, &at);
-      if (at.deviance < start.deviance) start = at;
-    }
-  }
-  std::sort(found.begin(), found.end(), better);
-  std::vector<Fit> best;
-  for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), 2); ++i) {
-    best.push_back(std::move(found[i].fit));
   }
   return best;
 }

@@ -93,8 +93,16 @@ class Fitter {
   Fit search(Work& work, const Fit& start, int evaluations) const;
   Fit evolve(Work& work, const Fit& start, std::size_t evaluations) const;
   Fit descend(Work& work, const Fit& start, int iterations) const;
-  // Places to start from for the stiction that is the last term.
+  // Places to start from for the stiction that is the last term, and where they lead by ever longer runs.
+  struct Sticking;
+  struct StickingStart;
+  struct GridPlace;
+  std::vector<Fit> sticking_tries(Work& work, const Fit& fit,
+                                  const std::vector<double>* hint) const;
+  std::vector<Fit> grid_tries(Work& work, Fit fit, std::size_t base_load) const;
   std::vector<Fit> sticking_starts(const Fit& with, const std::vector<double>* hint) const;
+  void lead_on(StickingStart& from, const Sticking& sticking, std::size_t longer) const;
+  std::vector<double> first_steps(const Fit& fit) const;
   Point with_positions(const Terms& terms, const std::vector<double>& x) const;
   std::vector<double> positions(const Fit& fit) const;
 

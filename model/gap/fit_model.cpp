@@ -37,7 +37,7 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
     return std::find(options.without.begin(), options.without.end(), candidate.name) !=
            options.without.end();
   });
-  if (*co_high - *co_low < kLeastMovement * (pid.output_high - pid.output_low)) {
+  if (*co_high - *co_low < kLeastMovement * pid.output_span()) {
     // A valve that is never moved shows nothing of itself, nor of the process.
     std::erase_if(all, [](const Candidate& candidate) {
       return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;
@@ -49,16 +49,14 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
   return all;
 }
 
-double pv_span(const CheckedRecord& r) {
-  return r.model.transmitter.high - r.model.transmitter.low;
-}
+double pv_span(const CheckedRecord& r) { return r.model.transmitter.span(); }
 
 AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& options,
                              double largest_load) {
   const double noise = r.quality.noise_rms;
   if (!options.load || !(noise > 0.0)) return {};
   const control::PidSettings& pid = r.model.controller.pid;
-  const double friction = kHealthyValveLeaves * (pid.output_high - pid.output_low);  // CO units
+  const double friction = kHealthyValveLeaves * pid.output_span();  // CO units
   // An integrating process turns an offset of the valve into a slope, for as long as the loop lets it.
   const double gain =
       std::abs(r.model.process.gain) *

@@ -109,7 +109,7 @@ void FreeRun::show(const Terms& terms, const Point& point, std::vector<double>& 
   plant::EffectChain reading = reading_effects_;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (!terms[i]->hides) continue;
-    reading.add(effects::make_effect(terms[i]->spec(*terms[i], point.searched[i], {}), context_));
+    reading.add(effects::make_effect(terms[i]->effect(point.searched[i], {}), context_));
   }
   if (reading.empty() || pv.empty()) return;
   pv[0] = reading.reset(pv[0], 0.0);
@@ -150,8 +150,7 @@ FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
   std::vector<EffectSpec> process_effects = model_.process_effects;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (!terms[i]->in_path()) continue;
-    EffectSpec spec =
-        with_actuator(*terms[i], terms[i]->spec(*terms[i], point.searched[i], {}), point);
+    EffectSpec spec = with_actuator(*terms[i], terms[i]->effect(point.searched[i], {}), point);
     if (terms[i]->block == Block::valve) {
       place_in_valve(valve, std::move(spec));
     } else {
@@ -209,6 +208,28 @@ void FreeRun::columns(const Terms& terms, const Point& point,
     linear_columns(*terms[i], point.searched[i], own);
     for (auto& column : own) columns[next++] = std::move(column);
   }
+}
+
+std::array<double, 2> FreeRun::past(const Point& point,
+                                    const std::vector<std::vector<double>>& columns,
+                                    const std::vector<double>& pv,
+                                    const std::vector<bool>& measured, std::size_t fitted) const {
+  const double memory_s =
+      point.dead_time_s + 6.0 * (point.time_constant_s + model_.process.second_time_constant_s);
+  const std::size_t head =
+      model_.process.integrating()
+          ? fitted
+          : std::min(pv.size(), static_cast<std::size_t>(memory_s / model_.sample_time_s) + 2);
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  for (std::size_t k = 0; k < head; ++k) {
+    if (!measured[k]) continue;
+    const Eigen::Vector2d row(columns[1][k], columns[2][k]);
+    normal += row * row.transpose();
+    right += row * (pv[k] - offset_[k] - columns[0][k]);
+  }
+  const Eigen::Vector2d solved = normal.ldlt().solve(right);
+  return {solved(0), solved(1)};
 }
 
 std::vector<double> FreeRun::flow(const Point& point, Block block) const {
@@ -356,7 +377,7 @@ plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,
                   solved.begin() + static_cast<std::ptrdiff_t>(next),
                   solved.begin() + static_cast<std::ptrdiff_t>(next + term.linear_columns()));
     next += term.linear_columns();
-    EffectSpec spec = with_actuator(term, term.spec(term, point.searched[i], own), point);
+    EffectSpec spec = with_actuator(term, term.effect(point.searched[i], own), point);
     switch (term.block) {
       case Block::valve: place_in_valve(model.valve_effects, std::move(spec)); break;
       case Block::process: model.process_effects.push_back(std::move(spec)); break;

@@ -58,6 +58,11 @@ class FreeRun {
   std::size_t base_columns() const noexcept { return level_known_ ? 3 : 4; }
   void columns(const Terms& terms, const Point& point, std::vector<std::vector<double>>& columns,
                std::size_t samples = std::numeric_limits<std::size_t>::max()) const;
+  // c1, c2 of a model without terms whose columns these are, from the samples that still remember the start; of an
+  // integrating process, which forgets neither its level nor how far CO was off balance, from the first `fitted`.
+  std::array<double, 2> past(const Point& point, const std::vector<std::vector<double>>& columns,
+                             const std::vector<double>& pv, const std::vector<bool>& measured,
+                             std::size_t fitted) const;
   // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of
   // `run_samples`, each with the stem and the process free to start where they fit best. It changes
   // smoothly where one long run of a sticking stem falls from one sequence of slips into another.

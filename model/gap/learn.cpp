@@ -10,11 +10,13 @@
 #include <vector>
 
 #include "model/gap/constants.hpp"
-#include "model/gap/text.hpp"
+#include "model/numeric/text.hpp"
 #include "model/plant/learned.hpp"
 
 namespace loopwarden::gap {
 namespace {
+
+using numeric::text;
 
 using plant::Block;
 using plant::EffectSpec;

@@ -142,27 +142,34 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
   return best;
 }
 
-}  // namespace
-
-std::vector<Located> locate(const Disagreement& d) {
-  std::vector<Located> located;
-  const std::size_t n = d.time_s.size();
-  const double period_s = d.model.sample_time_s;
-  std::vector<double> energy(n, 0.0);
-  std::vector<double> residual(n, 0.0);
+// Of PV less what a model makes of it; 0 where PV is missing.
+struct Errors {
+  std::vector<double> residual;  // PV units
+  std::vector<double> energy;    // PV units squared
   double total = 0.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double r = d.pv[k] - d.pv_before[k];
-    if (!std::isfinite(r)) continue;
-    residual[k] = r;
-    energy[k] = r * r;
-    total += energy[k];
-  }
-  if (!(total > 0.0)) return located;
+};
 
-  // By block: relative to the spans, the controller's difference beside that of PV.
-  const double pv_span = d.model.transmitter.high - d.model.transmitter.low;
-  const double co_span = d.model.controller.pid.output_high - d.model.controller.pid.output_low;
+Errors errors_of(const std::vector<double>& pv, const std::vector<double>& simulated) {
+  Errors out{std::vector<double>(pv.size(), 0.0), std::vector<double>(pv.size(), 0.0)};
+  for (std::size_t k = 0; k < pv.size(); ++k) {
+    const double r = pv[k] - simulated[k];
+    if (!std::isfinite(r)) continue;
+    out.residual[k] = r;
+    out.energy[k] = r * r;
+    out.total += out.energy[k];
+  }
+  return out;
+}
+
+void largest_first(std::vector<Located>& list) {
+  std::sort(list.begin(), list.end(),
+            [](const Located& a, const Located& b) { return a.share_of_gap > b.share_of_gap; });
+}
+
+// Relative to the spans, the controller's difference beside that of PV.
+std::map<plant::Block, double> shares_of_blocks(const Disagreement& d) {
+  const double pv_span = d.model.transmitter.span();
+  const double co_span = d.model.controller.pid.output_span();
   const double floor = std::min(d.noise_floor_rmse, d.rmse);
   const double plant_energy = (d.rmse * d.rmse - floor * floor) / (pv_span * pv_span) + 1e-15;
   const double controller_energy = d.controller_rmse * d.controller_rmse / (co_span * co_span);
@@ -177,23 +184,18 @@ std::vector<Located> locate(const Disagreement& d) {
     blocks[effect.block] += plant_energy / sum * part;
   }
   if (d.effects.empty()) blocks[d.likely] += plant_energy / sum;
-  for (const auto& [block, share] : blocks) {
-    located.push_back(
-        {LocatedBy::block, block,
-         block == plant::Block::controller ? "controller, from SP and PV to CO" : "from CO to PV",
-         0.0, d.time_s.back(), share});
-  }
-  const plant::Block worst =
-      std::max_element(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
-        return a.second < b.second;
-      })->first;
+  return blocks;
+}
 
-  // By time: stretches that stand out.
+// Stretches that stand out, and the rest.
+std::vector<Located> by_time(const Disagreement& d, const Errors& errors, plant::Block worst) {
+  constexpr std::size_t kMostStretches = 5;
+  const std::size_t n = d.time_s.size();
   std::array<double, kTimeBins> bins{};
-  for (std::size_t k = 0; k < n; ++k) bins[k * kTimeBins / n] += energy[k] / total;
+  for (std::size_t k = 0; k < n; ++k) bins[k * kTimeBins / n] += errors.energy[k] / errors.total;
   const auto bin_s = [&](std::size_t bin) {
     const std::size_t sample = bin * n / kTimeBins;
-    return static_cast<double>(sample) * period_s;
+    return static_cast<double>(sample) * d.model.sample_time_s;
   };
   std::vector<Located> stretches;
   double rest = 0.0;
@@ -209,39 +211,39 @@ std::vector<Located> locate(const Disagreement& d) {
         {LocatedBy::time, worst, "a stretch that stands out", bin_s(begin), bin_s(end), share});
     begin = end;
   }
-  std::sort(stretches.begin(), stretches.end(),
-            [](const Located& a, const Located& b) { return a.share_of_gap > b.share_of_gap; });
-  while (stretches.size() > 5) {
+  largest_first(stretches);
+  for (; stretches.size() > kMostStretches; stretches.pop_back()) {
     rest += stretches.back().share_of_gap;
-    stretches.pop_back();
   }
-  located.insert(located.end(), stretches.begin(), stretches.end());
   if (rest > 0.0) {
-    located.push_back(
+    stretches.push_back(
         {LocatedBy::time, worst,
          stretches.empty() ? "spread over the whole record" : "the rest of the record", 0.0,
          d.time_s.back(), rest});
   }
+  return stretches;
+}
 
-  // By condition.
+std::vector<Located> by_condition(const Disagreement& d, const Errors& errors, plant::Block worst) {
+  const std::size_t n = d.time_s.size();
   std::vector<Located> list;
-  const Pattern pattern = best_pattern(residual, period_s);
+  const Pattern pattern = best_pattern(errors.residual, d.model.sample_time_s);
   double left = 1.0;
   if (pattern.what != nullptr && pattern.share > kClearPattern) {
     list.push_back({LocatedBy::condition, worst, pattern.what, pattern.from_s, d.time_s.back(),
                     pattern.share});
     left -= pattern.share;
   }
-  const std::vector<Condition> conditions = conditions_of(d.co, d.model, period_s);
+  const std::vector<Condition> conditions = conditions_of(d.co, d.model, d.model.sample_time_s);
   std::array<double, kConditions> shares{};
   std::array<double, kConditions> peak{};
   std::array<std::size_t, kConditions> peak_at{};
   const std::size_t window = std::max<std::size_t>(1, n / 100);
   std::array<double, kConditions> running{};
   for (std::size_t k = 0; k < n; ++k) {
-    shares[conditions[k]] += energy[k] / total;
-    running[conditions[k]] += energy[k];
-    if (k >= window) running[conditions[k - window]] -= energy[k - window];
+    shares[conditions[k]] += errors.energy[k] / errors.total;
+    running[conditions[k]] += errors.energy[k];
+    if (k >= window) running[conditions[k - window]] -= errors.energy[k - window];
     if (running[conditions[k]] > peak[conditions[k]]) {
       peak[conditions[k]] = running[conditions[k]];
       peak_at[conditions[k]] = k;
@@ -253,25 +255,39 @@ std::vector<Located> locate(const Disagreement& d) {
     list.push_back({LocatedBy::condition, worst, kConditionText[c], d.time_s[begin],
                     d.time_s[peak_at[c]], shares[c] * left});
   }
-  std::sort(list.begin(), list.end(),
-            [](const Located& a, const Located& b) { return a.share_of_gap > b.share_of_gap; });
-  located.insert(located.end(), list.begin(), list.end());
+  largest_first(list);
+  return list;
+}
+
+}  // namespace
+
+std::vector<Located> locate(const Disagreement& d) {
+  std::vector<Located> located;
+  const Errors errors = errors_of(d.pv, d.pv_before);
+  if (!(errors.total > 0.0)) return located;
+  const std::map<plant::Block, double> blocks = shares_of_blocks(d);
+  for (const auto& [block, share] : blocks) {
+    located.push_back(
+        {LocatedBy::block, block,
+         block == plant::Block::controller ? "controller, from SP and PV to CO" : "from CO to PV",
+         0.0, d.time_s.back(), share});
+  }
+  const plant::Block worst =
+      std::max_element(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
+        return a.second < b.second;
+      })->first;
+  for (const auto& list : {by_time(d, errors, worst), by_condition(d, errors, worst)}) {
+    located.insert(located.end(), list.begin(), list.end());
+  }
   return located;
 }
 
 LooksLike looks_like(const Leftover& d) {
   if (d.is_noise) return LooksLike::disturbance;
   const std::size_t n = d.pv.size();
-  std::vector<double> residual(n, 0.0);
-  double total = 0.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double r = d.pv[k] - d.pv_after[k];
-    if (!std::isfinite(r)) continue;
-    residual[k] = r;
-    total += r * r;
-  }
-  if (!(total > 0.0)) return LooksLike::nothing_known;
-  const Pattern pattern = best_pattern(residual, d.model.sample_time_s);
+  const Errors errors = errors_of(d.pv, d.pv_after);
+  if (!(errors.total > 0.0)) return LooksLike::nothing_known;
+  const Pattern pattern = best_pattern(errors.residual, d.model.sample_time_s);
   const bool clear = pattern.what != nullptr && pattern.share > kClearPattern;
   // A valve that sticks cycles as well: a sine is a disturbance only where no condition tells more.
   if (clear && pattern.shape != Pattern::Shape::sine) {
@@ -281,7 +297,7 @@ LooksLike looks_like(const Leftover& d) {
   std::array<double, kConditions> energy{};
   std::array<double, kConditions> samples{};
   for (std::size_t k = 0; k < n; ++k) {
-    energy[conditions[k]] += residual[k] * residual[k] / total;
+    energy[conditions[k]] += errors.energy[k] / errors.total;
     samples[conditions[k]] += 1.0 / static_cast<double>(n);
   }
   // Rising and falling together are the process at work; each alone is a valve that differs.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/gap/record_check.hpp"
+#include "model/numeric/two_columns.hpp"
 #include "model/plant/plant.hpp"
 
 namespace loopwarden::gap {
@@ -23,17 +24,11 @@ constexpr std::size_t kAgreeing = 8;
 
 // What the law leaves of the moves of CO when it is `late`, as a share of their squares.
 double left_by_law(const Record& r, const control::PidSettings& pid, int late) {
-  const double margin = 0.005 * (pid.output_high - pid.output_low);
+  const double margin = 0.005 * pid.output_span();
   const auto inside = [&](double u) {
     return u > pid.output_low + margin && u < pid.output_high - margin;
   };
-  double aa = 0.0;
-  double ab = 0.0;
-  double bb = 0.0;
-  double ay = 0.0;
-  double by = 0.0;
-  double yy = 0.0;
-  std::size_t count = 0;
+  numeric::TwoColumns sums;
   for (std::size_t k = kFurthest + 1; k + kFurthest < r.size(); ++k) {
     const std::size_t at =
         late >= 0 ? k - static_cast<std::size_t>(late) : k + static_cast<std::size_t>(-late);
@@ -42,19 +37,10 @@ double left_by_law(const Record& r, const control::PidSettings& pid, int late) {
     const double y = r.co[k] - r.co[k - 1];
     if (!std::isfinite(a) || !std::isfinite(y) || !inside(r.co[k]) || !inside(r.co[k - 1]))
       continue;
-    aa += a * a;
-    ab += a * e;
-    bb += e * e;
-    ay += a * y;
-    by += e * y;
-    yy += y * y;
-    ++count;
+    sums.add(a, e, y);
   }
-  const double determinant = aa * bb - ab * ab;
-  if (count < kFewest || !(yy > 0.0) || !(determinant > 1e-12 * aa * bb)) return 1.0;
-  const double kp = (bb * ay - ab * by) / determinant;
-  const double ki = (aa * by - ab * ay) / determinant;
-  return std::max(0.0, yy - kp * ay - ki * by) / yy;
+  if (sums.count < kFewest || !(sums.yy > 0.0) || sums.depends(1e-12)) return 1.0;
+  return sums.left() / sums.yy;
 }
 
 // Sums of squares of what the model's PV misses, by its changes over a time constant, part by part.

@@ -89,12 +89,7 @@ Misfit misfit_of(const std::vector<double>& pv, const std::vector<double>& simul
 
 std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector<double>& sp,
                                 double first_pv) {
-  plant::LoopModel quiet = model;
-  quiet.transmitter.noise = 0.0;
-  std::erase_if(quiet.disturbances, [](const plant::EffectSpec& spec) {
-    const effects::Descriptor* info = effects::find_effect(spec.name);
-    return info != nullptr && info->is_noise;
-  });
+  const plant::LoopModel quiet = effects::without_noise(model);
   plant::Plant plant(quiet, 1);
   const double start = plant.output_for(first_pv);
   plant.reset(start);
@@ -125,26 +120,10 @@ std::vector<double> free_run(const plant::LoopModel& model, const std::vector<do
     point.dead_time_s = model.process.dead_time_s;
     point.start_offset = below_co;
     run.columns({}, point, columns);
-    // The process's state at the start, from the samples that still remember it.
-    const double memory_s =
-        point.dead_time_s + 6.0 * (point.time_constant_s + model.process.second_time_constant_s);
-    // An integrating process forgets neither its level nor how far CO was off balance.
-    const std::size_t head =
-        model.process.integrating()
-            ? training.end
-            : std::min(co.size(), static_cast<std::size_t>(memory_s / model.sample_time_s) + 2);
-    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
-    Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    for (std::size_t k = 0; k < head; ++k) {
-      if (!measured[k]) continue;
-      const Eigen::Vector2d row(columns[1][k], columns[2][k]);
-      normal += row * row.transpose();
-      right += row * (pv[k] - run.offset()[k] - columns[0][k]);
-    }
-    const Eigen::Vector2d past = normal.ldlt().solve(right);
+    const std::array<double, 2> past = run.past(point, columns, pv, measured, training.end);
     std::vector<double> out = run.offset();
     for (std::size_t k = 0; k < out.size(); ++k) {
-      out[k] += columns[0][k] + past(0) * columns[1][k] + past(1) * columns[2][k];
+      out[k] += columns[0][k] + past[0] * columns[1][k] + past[1] * columns[2][k];
     }
     return out;
   };

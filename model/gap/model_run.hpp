@@ -12,14 +12,11 @@
 #include <cstddef>
 #include <vector>
 
+#include "model/gap/record.hpp"
 #include "model/gap/result.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::gap {
-
-struct SampleRange {
-  std::size_t begin, end;
-};
 
 // Of a - b over the samples used; NaN where there are none.
 double rms_between(const std::vector<double>& a, const std::vector<double>& b,

@@ -9,51 +9,52 @@
 
 #include "model/gap/model_run.hpp"
 #include "model/gap/record_check.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::gap {
 namespace {
 
-constexpr double kFalls = 0.3;             // of the law and of the misfit
-constexpr double kFallsAlone = 0.1;        // of the misfit where there is no set point
-constexpr double kOutOfRange = 0.02;       // of a range
-constexpr double kTiny = 0.0105;           // of the CO range, in which a share of it stands
-constexpr std::size_t kLookedAt = 5000;    // samples that are looked at
-constexpr std::size_t kFewestMoves = 100;  // moves of CO
+constexpr double kFalls = 0.3;                   // of the law and of the misfit
+constexpr double kFallsAlone = 0.1;              // of the misfit where there is no set point
+constexpr double kOutOfRange = 0.02;             // of a range
+constexpr double kTiny = 0.0105;                 // of the CO range, in which a share of it stands
+constexpr std::size_t kLookedAt = 5000;          // samples that are looked at
+constexpr std::size_t kFewestOutputMoves = 100;  // moves of CO
 constexpr double kTwoAtOnce = 0.2;
 constexpr double kLawHolds = 0.05;  // as it stands: nothing to ask
 
-struct Scale {
+struct UnitScale {
   const char* name;
   double factor;
   double offset;
 };
 // What a value of the model's unit is in the other one.
-constexpr std::array kScales{Scale{"thousandths", 1000.0, 0.0},
-                             Scale{"thousands", 0.001, 0.0},
-                             Scale{"hundredths", 100.0, 0.0},
-                             Scale{"hundreds", 0.01, 0.0},
-                             Scale{"tenths", 10.0, 0.0},
-                             Scale{"tens", 0.1, 0.0},
-                             Scale{"a minute for a second", 60.0, 0.0},
-                             Scale{"a second for a minute", 1.0 / 60.0, 0.0},
-                             Scale{"m3/h for l/s", 3.6, 0.0},
-                             Scale{"l/s for m3/h", 1.0 / 3.6, 0.0},
-                             Scale{"psi for bar", 14.5038, 0.0},
-                             Scale{"bar for psi", 1.0 / 14.5038, 0.0},
-                             Scale{"kelvin for \xC2\xB0"
-                                   "C",
-                                   1.0, 273.15},
-                             Scale{"\xC2\xB0"
-                                   "C for kelvin",
-                                   1.0, -273.15},
-                             Scale{"\xC2\xB0"
-                                   "F for \xC2\xB0"
-                                   "C",
-                                   1.8, 32.0},
-                             Scale{"\xC2\xB0"
-                                   "C for \xC2\xB0"
-                                   "F",
-                                   1.0 / 1.8, -32.0 / 1.8}};
+constexpr std::array kScales{UnitScale{"thousandths", 1000.0, 0.0},
+                             UnitScale{"thousands", 0.001, 0.0},
+                             UnitScale{"hundredths", 100.0, 0.0},
+                             UnitScale{"hundreds", 0.01, 0.0},
+                             UnitScale{"tenths", 10.0, 0.0},
+                             UnitScale{"tens", 0.1, 0.0},
+                             UnitScale{"a minute for a second", 60.0, 0.0},
+                             UnitScale{"a second for a minute", 1.0 / 60.0, 0.0},
+                             UnitScale{"m3/h for l/s", 3.6, 0.0},
+                             UnitScale{"l/s for m3/h", 1.0 / 3.6, 0.0},
+                             UnitScale{"psi for bar", 14.5038, 0.0},
+                             UnitScale{"bar for psi", 1.0 / 14.5038, 0.0},
+                             UnitScale{"kelvin for \xC2\xB0"
+                                       "C",
+                                       1.0, 273.15},
+                             UnitScale{"\xC2\xB0"
+                                       "C for kelvin",
+                                       1.0, -273.15},
+                             UnitScale{"\xC2\xB0"
+                                       "F for \xC2\xB0"
+                                       "C",
+                                       1.8, 32.0},
+                             UnitScale{"\xC2\xB0"
+                                       "C for \xC2\xB0"
+                                       "F",
+                                       1.0 / 1.8, -32.0 / 1.8}};
 
 bool same_range(const SignalUnit& a, const SignalUnit& b) {
   const double near = 1e-6 * (b.high - b.low);
@@ -68,7 +69,7 @@ std::vector<SignalUnit> pv_units(const plant::LoopModel& model) {
                                  SignalUnit{"a share of the PV range", 0.0, 1.0}}) {
     if (!same_range(unit, own)) units.push_back(unit);
   }
-  for (const Scale& s : kScales) {
+  for (const UnitScale& s : kScales) {
     units.push_back({s.name, own.low * s.factor + s.offset, own.high * s.factor + s.offset});
   }
   return units;
@@ -85,22 +86,7 @@ std::vector<SignalUnit> co_units(const plant::LoopModel& model) {
   return units;
 }
 
-struct Span {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-};
-
-Span span_of(const std::vector<double>& column) {
-  Span span;
-  for (const double v : column) {
-    if (!std::isfinite(v)) continue;
-    span.low = std::min(span.low, v);
-    span.high = std::max(span.high, v);
-  }
-  return span;
-}
-
-bool within(const Span& span, const SignalUnit& range) {
+bool within(const numeric::Range& span, const SignalUnit& range) {
   const double room = kOutOfRange * (range.high - range.low);
   return span.low >= range.low - room && span.high <= range.high + room;
 }
@@ -108,7 +94,7 @@ bool within(const Span& span, const SignalUnit& range) {
 // What the model's own law leaves of the moves of CO, as a share of their squares; NaN where it can't be told.
 double left_by_models_law(const Record& r, const control::PidSettings& pid) {
   const double side = pid.action == control::Action::reverse ? 1.0 : -1.0;
-  const double margin = 0.005 * (pid.output_high - pid.output_low);
+  const double margin = 0.005 * pid.output_span();
   double left = 0.0;
   double moves = 0.0;
   std::size_t count = 0;
@@ -123,8 +109,8 @@ double left_by_models_law(const Record& r, const control::PidSettings& pid) {
     moves += move * move;
     ++count;
   }
-  return count < kFewestMoves || !(moves > 0.0) ? std::numeric_limits<double>::quiet_NaN()
-                                                : left / moves;
+  return count < kFewestOutputMoves || !(moves > 0.0) ? std::numeric_limits<double>::quiet_NaN()
+                                                      : left / moves;
 }
 
 struct ModelMisfit {
@@ -158,7 +144,7 @@ void convert(std::vector<double>& column, const SignalUnit& from, double low, do
 }
 
 // How much of its range a signal makes use of: what was shrunk by a wrong unit lies at the lower end.
-double reach(const Span& span, const SignalUnit& range) {
+double reach(const numeric::Range& span, const SignalUnit& range) {
   return std::clamp((span.high - range.low) / (range.high - range.low), 1e-6, 1.0);
 }
 
@@ -180,8 +166,8 @@ std::optional<OtherUnit> other_unit(const Record& given, const plant::LoopModel&
   const bool has_sp = record.has_sp();
   const double law = has_sp ? left_by_models_law(record, model.controller.pid)
                             : std::numeric_limits<double>::quiet_NaN();
-  const Span pv = span_of(record.pv);
-  const Span co = span_of(record.co);
+  const numeric::Range pv = numeric::range_of(record.pv);
+  const numeric::Range co = numeric::range_of(record.co);
   const std::vector<SignalUnit> of_pv = pv_units(model);
   const std::vector<SignalUnit> of_co = co_units(model);
   const bool strange = !within(pv, of_pv[0]) || !within(co, of_co[0]) ||

@@ -28,6 +28,10 @@ struct Record {
   }
 };
 
+struct SampleRange {
+  std::size_t begin = 0, end = 0;
+};
+
 // The first two thirds choose and fit; the rest, the holdout, only proves.
 inline std::size_t training_samples(std::size_t samples) noexcept { return samples * 2 / 3; }
 

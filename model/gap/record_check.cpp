@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/gap/record_check.hpp"
 
+#include "model/numeric/statistics.hpp"
+#include "model/numeric/text.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <limits>
 
 namespace loopwarden::gap {
 namespace {
 
-std::string percent(double share) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%.3g %%", 100.0 * share);
-  return text;
-}
+using numeric::text;
+
+std::string percent(double share) { return text("%.3g %%", 100.0 * share); }
 
 std::size_t missing_in(const std::vector<double>& column) {
   return static_cast<std::size_t>(
@@ -97,15 +96,14 @@ double noise_of(const std::vector<double>& column) {
     if (std::isfinite(bend)) bends.push_back(bend);
   }
   if (bends.empty()) return 0.0;
-  const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
-  std::nth_element(bends.begin(), middle, bends.end());
-  const double noise = 1.4826 * *middle / std::sqrt(6.0);
+  const double noise =
+      numeric::kNormalOverMad * numeric::quantile_in_place(bends, 0.5) / std::sqrt(6.0);
   const double rounding = resolution_of(column) / std::sqrt(12.0);
   return std::max(noise, rounding);
 }
 
 Record believed(Record record, const plant::LoopModel& model) {
-  const double span = model.transmitter.high - model.transmitter.low;
+  const double span = model.transmitter.span();
   for (double& v : record.pv) {
     if (!(v >= model.transmitter.low - span && v <= model.transmitter.high + span)) v = kNone;
   }
@@ -119,9 +117,9 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
     check.refusal = std::move(why);
     return check;
   };
-  const auto note = [&](const char* what, std::string text, double from_s = kNone,
+  const auto note = [&](const char* what, std::string sentence, double from_s = kNone,
                         double to_s = kNone) {
-    check.notes.push_back({what, std::move(text), from_s, to_s});
+    check.notes.push_back({what, std::move(sentence), from_s, to_s});
   };
   const std::size_t n = record.size();
   if (n < kFewestSamples) {
@@ -129,12 +127,10 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
                   std::to_string(kFewestSamples) + " are needed");
   }
   if (std::abs(record.period_s - model.sample_time_s) > 0.01 * model.sample_time_s) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "sampled every %g s, but the model's sample_time is %g s, and neither is a "
-                  "multiple of the other; --period %g reads it on that",
-                  record.period_s, model.sample_time_s, model.sample_time_s);
-    return refuse(text);
+    return refuse(
+        text("sampled every %g s, but the model's sample_time is %g s, and neither is a "
+             "multiple of the other; --period %g reads it on that",
+             record.period_s, model.sample_time_s, model.sample_time_s));
   }
   const std::size_t missing = missing_in(record.pv);
   if (missing * 5 > n) {
@@ -194,13 +190,11 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
     const auto [co_low, co_high] = std::minmax_element(co.begin(), co.end());
     check.output_span_used = *co_high - *co_low;
     if (*co_low < low - 0.02 * (high - low) || *co_high > high + 0.02 * (high - low)) {
-      char text[224];
-      std::snprintf(text, sizeof text,
-                    "CO runs from %g to %g, outside the model's output range of %g to %g; another "
-                    "unit (--co-range), or what the controller asked for before its limits "
-                    "(--clip-co)",
-                    *co_low, *co_high, low, high);
-      return refuse(text);
+      return refuse(
+          text("CO runs from %g to %g, outside the model's output range of %g to %g; another "
+               "unit (--co-range), or what the controller asked for before its limits "
+               "(--clip-co)",
+               *co_low, *co_high, low, high));
     }
     const double limited = at_limit(co, low, high);
     if (limited > 0.002) {

@@ -1,36 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/gap/result.hpp"
 
+#include "model/numeric/enum_name.hpp"
+
 namespace loopwarden::gap {
 
-const char* to_text(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::missing_effect: return "missing_effect";
-    case Verdict::no_gap: return "no_gap";
-    case Verdict::unexplained: break;
-  }
-  return "unexplained";
+const char* to_text(Outcome outcome) noexcept {
+  return numeric::enum_name<Outcome::unexplained>(outcome,
+                                                  {"missing_effect", "no_gap", "unexplained"});
 }
 
 const char* to_text(LooksLike what) noexcept {
-  switch (what) {
-    case LooksLike::disturbance: return "a disturbance";
-    case LooksLike::valve: return "the valve";
-    case LooksLike::process: return "the process";
-    case LooksLike::controller: return "the controller";
-    case LooksLike::compression: return "compression";
-    case LooksLike::nothing_known: break;
-  }
-  return "nothing known";
+  return numeric::enum_name<LooksLike::nothing_known>(
+      what, {"a disturbance", "the valve", "the process", "the controller", "compression",
+             "nothing known"});
 }
 
 const char* to_text(LocatedBy by) noexcept {
-  switch (by) {
-    case LocatedBy::block: return "block";
-    case LocatedBy::time: return "time";
-    case LocatedBy::condition: break;
-  }
-  return "condition";
+  return numeric::enum_name<LocatedBy::condition>(by, {"block", "time", "condition"});
 }
 
 }  // namespace loopwarden::gap

@@ -16,8 +16,8 @@ namespace loopwarden::gap {
 
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-enum class Verdict : std::uint8_t { missing_effect, no_gap, unexplained };
-const char* to_text(Verdict verdict) noexcept;
+enum class Outcome : std::uint8_t { missing_effect, no_gap, unexplained };
+const char* to_text(Outcome outcome) noexcept;
 
 // Something about the record that a reader of the result must know.
 struct RecordNote {
@@ -126,7 +126,7 @@ struct Series {
 };
 
 struct Result {
-  Verdict verdict = Verdict::no_gap;
+  Outcome outcome = Outcome::no_gap;
   std::string sentence;      // the whole result in one sentence
   bool closed_loop = false;  // compared as a closed loop, because CO was not measured
   RecordCheck check;

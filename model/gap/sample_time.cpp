@@ -6,10 +6,12 @@
 #include <cstddef>
 #include <vector>
 
-#include "model/gap/text.hpp"
+#include "model/numeric/text.hpp"
 
 namespace loopwarden::gap {
 namespace {
+
+using numeric::text;
 
 constexpr double kAlike = 0.01;  // of the shorter period
 constexpr double kMost = 20.0;

@@ -9,10 +9,12 @@
 
 #include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
-#include "model/gap/text.hpp"
+#include "model/numeric/text.hpp"
 
 namespace loopwarden::gap {
 namespace {
+
+using numeric::text;
 
 std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size_t index,
                                                        const Fitter& fitter,
@@ -22,6 +24,9 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
   const std::vector<double>& searched = fit.point.searched[index];
   std::map<std::string, double> deviations;
   for (std::size_t j = 0; j < term.search.size(); ++j) deviations[term.search[j].name] = spread[j];
+  for (std::size_t j = 0; j < term.solved.size(); ++j) {
+    deviations[term.solved[j]] = spread[term.search.size() + j];
+  }
   if (term.deviations != nullptr) term.deviations(searched, spread, spec, deviations);
   std::map<std::string, std::array<double, 2>> out;
   for (const auto& [name, value] : spec.parameters) {
@@ -67,8 +72,8 @@ const char* how_far(double nats) {
                                : "far less likely";
 }
 
-std::string why_not(const Hypothesis& tried, const SearchResult& search, Verdict verdict) {
-  if (verdict == Verdict::no_gap) return "nothing is missing that it could explain";
+std::string why_not(const Hypothesis& tried, const SearchResult& search, Outcome outcome) {
+  if (outcome == Outcome::no_gap) return "nothing is missing that it could explain";
   if (!std::isfinite(tried.score)) return "does nothing here that a simpler effect does not";
   const double behind = search.chosen.score - tried.score;
   if (search.chosen.fit.terms.empty()) {
@@ -147,7 +152,7 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
                               interval_s, reading.held->renewals));
   }
   const plant::TransmitterParameters& range = model.transmitter;
-  const double margin = kSameEnd * (range.high - range.low);
+  const double margin = kSameEnd * range.span();
   plant::EffectSpec ends{"clipped_measurement"};
   std::string where;
   const auto add_end = [&](const char* key, const std::optional<double>& end, double own,
@@ -167,7 +172,7 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
 }
 
 std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
-                                           Verdict verdict) {
+                                           Outcome outcome) {
   std::vector<TriedCandidate> out;
   for (const Hypothesis& h : search.singles) {
     TriedCandidate tried;
@@ -176,19 +181,19 @@ std::vector<TriedCandidate> describe_tried(const SearchResult& search, const Mod
     tried.spec = spec_of(model_fit.run, h.fit, 0);
     tried.rmse = h.training_rmse;
     tried.score = h.score;
-    tried.chosen = verdict == Verdict::missing_effect && contains(search.chosen.fit, tried.name);
-    if (!tried.chosen) tried.why_not = why_not(h, search, verdict);
+    tried.chosen = outcome == Outcome::missing_effect && contains(search.chosen.fit, tried.name);
+    if (!tried.chosen) tried.why_not = why_not(h, search, outcome);
     out.push_back(std::move(tried));
   }
   return out;
 }
 
 std::string sentence_of(const Summary& r) {
-  if (r.verdict == Verdict::no_gap) {
+  if (r.outcome == Outcome::no_gap) {
     return text("The model explains the record: what is left, %.3g rms, is %s.", r.before.rmse,
                 r.with_load ? "noise and an unmeasured load" : "the noise of the record");
   }
-  if (r.verdict == Verdict::unexplained) {
+  if (r.outcome == Outcome::unexplained) {
     std::string out =
         text("Model and record disagree by %.3g rms, and no effect that is known here explains it.",
              r.before.rmse);

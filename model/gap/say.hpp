@@ -30,11 +30,11 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
 
 // Every effect that was fitted alone. `chosen` and the reasons are those of the verdict.
 std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
-                                           Verdict verdict);
+                                           Outcome outcome);
 
 // What the sentence is about.
 struct Summary {
-  Verdict verdict = Verdict::no_gap;
+  Outcome outcome = Outcome::no_gap;
   const std::vector<FoundEffect>& effects;
   const Misfit& before;
   const Misfit& after;

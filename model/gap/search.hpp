@@ -22,12 +22,11 @@
 
 #include "model/gap/accept.hpp"
 #include "model/gap/fit.hpp"
+#include "model/numeric/parallel.hpp"
 
 namespace loopwarden::gap {
 
-// Calls body(0) to body(count - 1), in any order or at once, and returns when all are done.
-using ParallelFor =
-    std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
+using numeric::ParallelFor;
 
 // Steps of the workflow that can be left out, to see what each brings.
 struct SearchOptions {
@@ -54,6 +53,7 @@ struct SearchResult {
 };
 
 bool contains(const Fit& fit, std::string_view name);
+std::vector<std::string> names_in_order(const Fit& fit);
 
 // `progress` is told what is done of how much.
 SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& all,

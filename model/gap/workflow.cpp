@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "model/gap/check.hpp"
 #include "model/gap/confidence.hpp"
@@ -19,10 +22,12 @@
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
 #include "model/gap/say.hpp"
-#include "model/gap/text.hpp"
+#include "model/numeric/text.hpp"
 
 namespace loopwarden::gap {
 namespace {
+
+using numeric::text;
 
 // PV as a corrected model gives it, from the fit's own place of the stem at the start.
 std::vector<double> simulated(plant::LoopModel model, const Fit& fit, const CheckedRecord& record,
@@ -109,41 +114,6 @@ std::vector<std::string> taken_back_names(const Decision& decision, Proof proof)
   return names;
 }
 
-// What no name explains, learned and proved on the holdout: into `result` and `series`. What the names left was taken for
-// a load in part; here noise alone is the floor.
-std::optional<FoundEffect> learn_effect(const ModelFit& model_fit, const Fit& base,
-                                        const CheckedRecord& record, Result& result,
-                                        Series& series) {
-  const double floor = kNoiseFloor * record.quality.noise_rms;
-  const std::optional<Learned> learned = learn(model_fit.run, base, record);
-  if (!learned) return std::nullopt;
-  plant::LoopModel model = model_fit.run.corrected(base.terms, base.point, base.solved);
-  (learned->block == plant::Block::valve ? model.valve_effects : model.process_effects)
-      .push_back(learned->spec);
-  std::vector<double> pv = simulated(model, base, record, model_fit.run);
-  const Misfit after = misfit_of(record.pv, pv, record.used, floor);
-  const double closed = gap_closed(result.before.holdout_rmse, after.holdout_rmse, floor);
-  const bool holds = std::isfinite(closed)
-                         ? closed >= kPartlyClosed
-                         : after.holdout_rmse <= kWorstHoldout * result.before.holdout_rmse;
-  if (!holds) return std::nullopt;
-  model.transmitter = result.model.transmitter;
-  model.controller = result.corrected.controller;
-  result.corrected = std::move(model);
-  result.after = after;
-  series.pv_after = std::move(pv);
-  FoundEffect effect;
-  effect.spec = learned->spec;
-  effect.block = learned->block;
-  effect.confidence = std::min(kMostLearned, std::isfinite(closed) ? closed : kPartlyClosed);
-  effect.evidence = text(
-      "no name fits; form %s, chosen by what it leaves on stretches that were left out, where it "
-      "closes %.0f %% of "
-      "the gap",
-      learned->spec.options.at("form").c_str(), 100.0 * learned->closed);
-  return effect;
-}
-
 Series series_of(const Record& given, const CheckedRecord& record,
                  const ControllerFinding& controller) {
   Series s;
@@ -159,172 +129,274 @@ Series series_of(const Record& given, const CheckedRecord& record,
   return s;
 }
 
+std::string samples_off(int late) {
+  return text("%d sample%s too %s", std::abs(late), std::abs(late) > 1 ? "s" : "",
+              late > 0 ? "late" : "early");
+}
+
+// The record as it is looked at: CO moved back where the logger wrote it too late.
+struct Taken {
+  Record given;
+  CheckedRecord checked;
+  int late = 0;  // samples
+};
+
+Taken take(const Record& as_logged, const plant::LoopModel& model) {
+  Taken taken{as_logged, check(as_logged, model)};
+  if (taken.checked.quality.usable) taken.late = logger_shift(as_logged, model);
+  if (taken.late == 0) return taken;
+  taken.given = with_co_moved_back(as_logged, taken.late);
+  taken.checked = check(taken.given, model);
+  taken.checked.quality.notes.push_back(
+      {"logger", "CO is logged " + samples_off(taken.late) +
+                     " against PV: it is taken back by as much, and is no dead time of the loop."});
+  return taken;
+}
+
+// The stages from the fit on; each takes what those before it have found.
+class Workflow {
+ public:
+  Workflow(const Taken& taken, const plant::LoopModel& model, const Options& options)
+      : taken_(taken),
+        record_(taken.checked),
+        model_(model),
+        options_(options),
+        reading_(describe_reading(record_.reading, model)),
+        model_fit_(record_, options.search, options.largest_load) {
+    std::erase_if(reading_, [&](const FoundEffect& e) { return left_out(e.spec.name); });
+    if (!record_.closed_loop && !left_out("controller_mismatch")) {
+      controller_ = compare_controller(record_.record, record_.model);
+    }
+  }
+
+  Result run(Result result, const ParallelFor& parallel,
+             const std::function<void(double)>& progress) {
+    result_ = std::move(result);
+    search(parallel, progress);
+    prove();
+    if (result_.outcome == Outcome::unexplained && !record_.closed_loop && !left_out("learned")) {
+      learn_effect();
+    }
+    describe_rest();
+    name_effects();
+    if (result_.outcome != Outcome::no_gap) {
+      find_where();
+      describe_remainder();
+    }
+    say();
+    result_.series = std::move(series_);
+    return std::move(result_);
+  }
+
+ private:
+  bool left_out(std::string_view name) const {
+    const std::vector<std::string>& names = options_.search.without;
+    return std::find(names.begin(), names.end(), name) != names.end();
+  }
+  const Fit& fit() const noexcept { return search_.chosen.fit; }
+  const FreeRun& free_run() const noexcept { return model_fit_.run; }
+  std::vector<double> pv_of(const plant::LoopModel& model, const Fit& fit) const {
+    return simulated(model, fit, record_, free_run());
+  }
+  Misfit misfit(const std::vector<double>& pv, double floor) const {
+    return misfit_of(record_.pv, pv, record_.used, floor);
+  }
+
+  void search(const ParallelFor& parallel, const std::function<void(double)>& progress) {
+    const Scale scale{record_.quality.noise_rms, model_fit_.least_rms};
+    search_ = search_effects(model_fit_.fitter, model_fit_.searched, scale, options_.search,
+                             parallel, progress);
+    result_.adjusted = free_run().corrected({}, search_.base.point, search_.base.solved);
+    result_.adjusted.transmitter = model_.transmitter;
+    result_.adjusted.controller = model_.controller;
+    left_ = examine(model_fit_.fitter, search_, record_.co, record_.quality.noise_rms,
+                    record_.record.period_s);
+    decision_ = decide(competition_of(search_), left_, controller_, scale);
+    decision_.by_reading = !reading_.empty();
+  }
+
+  plant::LoopModel corrected(const Decision& decision, const Fit& fit) const {
+    return corrected_model(model_, decision, reading_, controller_, fit, free_run());
+  }
+
+  void prove() {
+    series_ = series_of(taken_.given, record_, controller_);
+    series_.pv_before = pv_of(record_.model, search_.base);
+    result_.before = misfit(series_.pv_before, left_.floor_rmse);
+    series_.pv_after = pv_of(corrected(decision_, fit()), fit());
+    result_.after = misfit(series_.pv_after, left_.floor_rmse);
+    if (!decision_.named.empty()) {
+      trial_ = try_on_holdout(model_fit_, search_, record_, left_, result_.before, result_.after);
+      proof_ = judge(trial_);
+    }
+    result_.outcome = outcome_of(decision_, proof_);
+    const bool refuted = proof_ == Proof::refuted;
+    kept_ = decision_;
+    if (refuted) kept_.named.clear();
+    if (result_.outcome != Outcome::missing_effect) kept_.other_settings = false;
+    result_.corrected = corrected(kept_, refuted ? search_.base : fit());
+    if (!refuted) return;
+    series_.pv_after = kept_.other_settings || kept_.by_reading
+                           ? pv_of(result_.corrected, search_.base)
+                           : series_.pv_before;
+    result_.after = misfit(series_.pv_after, left_.floor_rmse);
+  }
+
+  // What no name explains, learned and proved on the holdout. What the names left was taken for a load in part; here
+  // noise alone is the floor.
+  void learn_effect() {
+    const Fit& base = search_.base;
+    const double floor = kNoiseFloor * record_.quality.noise_rms;
+    const std::optional<Learned> learned = learn(free_run(), base, record_);
+    if (!learned) return;
+    plant::LoopModel model = free_run().corrected(base.terms, base.point, base.solved);
+    (learned->block == plant::Block::valve ? model.valve_effects : model.process_effects)
+        .push_back(learned->spec);
+    std::vector<double> pv = pv_of(model, base);
+    const Misfit after = misfit(pv, floor);
+    const double closed = gap_closed(result_.before.holdout_rmse, after.holdout_rmse, floor);
+    const bool holds = std::isfinite(closed)
+                           ? closed >= kPartlyClosed
+                           : after.holdout_rmse <= kWorstHoldout * result_.before.holdout_rmse;
+    if (!holds) return;
+    model.transmitter = model_.transmitter;
+    model.controller = result_.corrected.controller;
+    result_.corrected = std::move(model);
+    result_.after = after;
+    result_.outcome = Outcome::missing_effect;
+    series_.pv_after = std::move(pv);
+    learned_.emplace();
+    learned_->spec = learned->spec;
+    learned_->block = learned->block;
+    learned_->confidence = std::min(kMostLearned, std::isfinite(closed) ? closed : kPartlyClosed);
+    learned_->evidence = text(
+        "no name fits; form %s, chosen by what it leaves on stretches that were left out, where it "
+        "closes %.0f %% of the gap",
+        learned->spec.options.at("form").c_str(), 100.0 * learned->closed);
+  }
+
+  void describe_rest() {
+    result_.closed_loop = record_.closed_loop;
+    result_.holdout_from_s = record_.record.time_s(record_.training_end);
+    result_.noise_floor_rmse =
+        learned_ ? kNoiseFloor * record_.quality.noise_rms : left_.floor_rmse;
+    result_.load_intensity = learned_ ? 0.0 : left_.load_intensity;
+    result_.rest = {.is_noise = left_.adequate,
+                    .noise_ratio = left_.noise_ratio,
+                    .kurtosis = left_.tail,
+                    .answer_to_co = left_.answer,
+                    .closed = left_.closed};
+    if (controller_.compared) {
+      result_.controller_before_rmse = controller_.before_rmse;
+      result_.controller_after_rmse = controller_.after_rmse;
+    }
+    if (!controller_.anti_windup.empty()) {
+      result_.check.notes.push_back(
+          {"anti-windup",
+           "near its limits CO behaves as with anti_windup: " + controller_.anti_windup});
+    }
+    if (proof_ == Proof::refuted && decision_.believable && !learned_) {
+      result_.check.notes.push_back(
+          {"holdout", "the best explanation of the first two thirds fails on the last third",
+           result_.holdout_from_s, record_.record.time_s(record_.record.size() - 1)});
+    }
+  }
+
+  void name_effects() {
+    std::vector<FoundEffect>& effects = result_.effects;
+    if (kept_.other_settings) {
+      effects.push_back(describe_controller(controller_, model_.controller.pid.gains));
+    }
+    effects.insert(effects.end(), reading_.begin(), reading_.end());
+    for (FoundEffect& effect : describe_effects(kept_, proof_, search_, model_fit_)) {
+      effects.push_back(std::move(effect));
+    }
+    if (learned_) {
+      effects.push_back(*learned_);
+    } else if (result_.outcome == Outcome::missing_effect) {
+      result_.steps = steps_of(search_, record_, free_run(), left_.floor_rmse);
+    }
+    result_.candidates = describe_tried(search_, model_fit_, result_.outcome);
+  }
+
+  void find_where() {
+    std::vector<LocatedEffect> effects;
+    if (!kept_.named.empty()) effects = energies_of(fit(), model_fit_.fitter, record_);
+    const bool controller_differs = controller_.mismatch || controller_.unexplained;
+    result_.located =
+        locate({.model = model_,
+                .time_s = series_.time_s,
+                .pv = series_.pv,
+                .pv_before = series_.pv_before,
+                .co = series_.co,
+                .rmse = result_.before.rmse,
+                .noise_floor_rmse = result_.noise_floor_rmse,
+                .controller_rmse = controller_differs ? controller_.before_rmse : 0.0,
+                .effects = effects,
+                .likely = learned_                     ? learned_->block
+                          : result_.candidates.empty() ? plant::Block::process
+                                                       : result_.candidates.front().block});
+  }
+
+  void describe_remainder() {
+    if (!(result_.after.holdout_rmse > result_.noise_floor_rmse)) return;
+    const double closed = gap_closed(result_.before.holdout_rmse, result_.after.holdout_rmse,
+                                     result_.noise_floor_rmse);
+    result_.remainder = {
+        .rmse = result_.after.holdout_rmse,
+        .share = 1.0 - closed,
+        .looks_like = looks_like({.model = model_,
+                                  .pv = series_.pv,
+                                  .pv_after = series_.pv_after,
+                                  .co = series_.co,
+                                  .is_noise = left_.adequate && !kept_.named.empty()})};
+  }
+
+  void say() {
+    result_.sentence = sentence_of({.outcome = result_.outcome,
+                                    .effects = result_.effects,
+                                    .before = result_.before,
+                                    .after = result_.after,
+                                    .remainder = result_.remainder,
+                                    .best = taken_back_names(decision_, proof_),
+                                    .best_closed = trial_.closed,
+                                    .closed_loop = result_.closed_loop,
+                                    .with_load = result_.load_intensity > 0.0});
+    if (taken_.late == 0) return;
+    result_.sentence +=
+        " CO was logged " + samples_off(taken_.late) + "; that is no effect of the loop.";
+  }
+
+  const Taken& taken_;
+  const CheckedRecord& record_;
+  const plant::LoopModel& model_;
+  const Options& options_;
+  std::vector<FoundEffect> reading_;
+  const ModelFit model_fit_;
+  ControllerFinding controller_;
+  SearchResult search_;
+  Residuals left_;
+  Decision decision_;
+  Decision kept_;  // what of it the holdout left
+  Trial trial_;
+  Proof proof_ = Proof::holds;
+  std::optional<FoundEffect> learned_;
+  Series series_;
+  Result result_;
+};
+
 }  // namespace
 
 Result find_gap(const Record& as_logged, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress) {
-  CheckedRecord record = check(as_logged, model);
-  int late = 0;
-  Record moved;
-  if (record.quality.usable) late = logger_shift(as_logged, model);
-  if (late != 0) {
-    moved = with_co_moved_back(as_logged, late);
-    record = check(moved, model);
-    record.quality.notes.push_back(
-        {"logger",
-         text("CO is logged %d sample%s too %s against PV: it is taken back by as much, "
-              "and is no dead time of the loop.",
-              std::abs(late), std::abs(late) > 1 ? "s" : "", late > 0 ? "late" : "early")});
-  }
-  const Record& given = late != 0 ? moved : as_logged;
+  const Taken taken = take(as_logged, model);
   Result result;
   result.model = model;
   result.corrected = model;
   result.adjusted = model;
-  result.check = record.quality;
-  if (!record.quality.usable) return result;
-
-  const auto left_out = [&](const std::string& name) {
-    const std::vector<std::string>& names = options.search.without;
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  std::vector<FoundEffect> reading = describe_reading(record.reading, model);
-  std::erase_if(reading, [&](const FoundEffect& effect) { return left_out(effect.spec.name); });
-  const ControllerFinding controller = record.closed_loop || left_out("controller_mismatch")
-                                           ? ControllerFinding{}
-                                           : compare_controller(record.record, record.model);
-  const ModelFit model_fit(record, options.search, options.largest_load);
-  const Scale scale{record.quality.noise_rms, model_fit.least_rms};
-  const SearchResult search = search_effects(model_fit.fitter, model_fit.searched, scale,
-                                             options.search, parallel, progress);
-  result.adjusted = model_fit.run.corrected({}, search.base.point, search.base.solved);
-  result.adjusted.transmitter = model.transmitter;
-  result.adjusted.controller = model.controller;
-  const Residuals left = examine(model_fit.fitter, search, record.co, record.quality.noise_rms,
-                                 record.record.period_s);
-  Decision decision = decide(competition_of(search), left, controller, scale);
-  decision.by_reading = !reading.empty();
-
-  const Fit& fit = search.chosen.fit;
-  const auto misfit = [&](const std::vector<double>& pv) {
-    return misfit_of(record.pv, pv, record.used, left.floor_rmse);
-  };
-  Series series = series_of(given, record, controller);
-  series.pv_before = simulated(record.model, search.base, record, model_fit.run);
-  result.before = misfit(series.pv_before);
-  const plant::LoopModel corrected =
-      corrected_model(model, decision, reading, controller, fit, model_fit.run);
-  series.pv_after = simulated(corrected, fit, record, model_fit.run);
-  result.after = misfit(series.pv_after);
-  Decision kept = decision;
-  Trial trial;
-  Proof proof = Proof::holds;
-  if (!decision.named.empty()) {
-    trial = try_on_holdout(model_fit, search, record, left, result.before, result.after);
-    proof = judge(trial);
-  }
-  result.verdict = verdict_of(decision, proof);
-  if (proof == Proof::refuted) kept.named.clear();
-  if (result.verdict != Verdict::missing_effect) kept.other_settings = false;
-  const Fit& kept_fit = proof == Proof::refuted ? search.base : fit;
-  result.corrected = corrected_model(model, kept, reading, controller, kept_fit, model_fit.run);
-  if (proof == Proof::refuted) {
-    series.pv_after = kept.other_settings || kept.by_reading
-                          ? simulated(result.corrected, search.base, record, model_fit.run)
-                          : series.pv_before;
-    result.after = misfit(series.pv_after);
-  }
-
-  std::optional<FoundEffect> learned;
-  if (result.verdict == Verdict::unexplained && !record.closed_loop && !left_out("learned")) {
-    learned = learn_effect(model_fit, search.base, record, result, series);
-    if (learned) result.verdict = Verdict::missing_effect;
-  }
-
-  result.closed_loop = record.closed_loop;
-  result.holdout_from_s = record.record.time_s(record.training_end);
-  result.noise_floor_rmse = learned ? kNoiseFloor * record.quality.noise_rms : left.floor_rmse;
-  result.load_intensity = learned ? 0.0 : left.load_intensity;
-  result.rest = {.is_noise = left.adequate,
-                 .noise_ratio = left.noise_ratio,
-                 .kurtosis = left.tail,
-                 .answer_to_co = left.answer,
-                 .closed = left.closed};
-  if (controller.compared) {
-    result.controller_before_rmse = controller.before_rmse;
-    result.controller_after_rmse = controller.after_rmse;
-    if (!controller.anti_windup.empty()) {
-      result.check.notes.push_back(
-          {"anti-windup",
-           "near its limits CO behaves as with anti_windup: " + controller.anti_windup});
-    }
-  }
-  if (proof == Proof::refuted && decision.believable && !learned) {
-    result.check.notes.push_back(
-        {"holdout", "the best explanation of the first two thirds fails on the last third",
-         result.holdout_from_s, record.record.time_s(record.record.size() - 1)});
-  }
-  if (kept.other_settings) {
-    result.effects.push_back(describe_controller(controller, model.controller.pid.gains));
-  }
-  result.effects.insert(result.effects.end(), reading.begin(), reading.end());
-  for (FoundEffect& effect : describe_effects(kept, proof, search, model_fit)) {
-    result.effects.push_back(std::move(effect));
-  }
-  if (learned) {
-    result.effects.push_back(*learned);
-  } else if (result.verdict == Verdict::missing_effect) {
-    result.steps = steps_of(search, record, model_fit.run, left.floor_rmse);
-  }
-  result.candidates = describe_tried(search, model_fit, result.verdict);
-  if (result.verdict != Verdict::no_gap) {
-    std::vector<LocatedEffect> effects;
-    if (!kept.named.empty()) {
-      effects = energies_of(fit, model_fit.fitter, record);
-    }
-    result.located =
-        locate({.model = model,
-                .time_s = series.time_s,
-                .pv = series.pv,
-                .pv_before = series.pv_before,
-                .co = series.co,
-                .rmse = result.before.rmse,
-                .noise_floor_rmse = result.noise_floor_rmse,
-                .controller_rmse =
-                    controller.mismatch || controller.unexplained ? controller.before_rmse : 0.0,
-                .effects = effects,
-                .likely = learned                     ? learned->block
-                          : result.candidates.empty() ? plant::Block::process
-                                                      : result.candidates.front().block});
-  }
-  if (result.verdict != Verdict::no_gap && result.after.holdout_rmse > result.noise_floor_rmse) {
-    const double closed =
-        gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, result.noise_floor_rmse);
-    result.remainder = {
-        .rmse = result.after.holdout_rmse,
-        .share = 1.0 - closed,
-        .looks_like = looks_like({.model = model,
-                                  .pv = series.pv,
-                                  .pv_after = series.pv_after,
-                                  .co = series.co,
-                                  .is_noise = left.adequate && !kept.named.empty()})};
-  }
-  result.sentence = sentence_of({.verdict = result.verdict,
-                                 .effects = result.effects,
-                                 .before = result.before,
-                                 .after = result.after,
-                                 .remainder = result.remainder,
-                                 .best = taken_back_names(decision, proof),
-                                 .best_closed = trial.closed,
-                                 .closed_loop = result.closed_loop,
-                                 .with_load = result.load_intensity > 0.0});
-  if (late != 0) {
-    result.sentence +=
-        text(" CO was logged %d sample%s too %s; that is no effect of the loop.", std::abs(late),
-             std::abs(late) > 1 ? "s" : "", late > 0 ? "late" : "early");
-  }
-  result.series = std::move(series);
-  return result;
+  result.check = taken.checked.quality;
+  if (!result.check.usable) return result;
+  return Workflow(taken, model, options).run(std::move(result), parallel, progress);
 }
 
 }  // namespace loopwarden::gap

@@ -107,7 +107,7 @@ void Alarm::change(AlarmState raised, std::int64_t now_ms) noexcept {
 
 AlarmState Alarm::state() const noexcept {
   if (shelved()) return AlarmState::shelved;
-  if (explained_) return AlarmState::suppressed;
+  if (consequence_) return AlarmState::suppressed;
   if (memory_.raised == AlarmState::normal && !window_valid_) return AlarmState::suppressed;
   return memory_.raised;
 }

@@ -16,7 +16,7 @@
 //
 //  - A window that can't be judged is no evidence of repair: an alarm that was raised stays raised; only
 //    an alarm that is off shows `suppressed` then, because it could not come.
-//  - An alarm that another one explains is suppressed whatever its condition, and comes back as it was,
+//  - An alarm that is the consequence of another one is suppressed whatever its condition, and comes back as it was,
 //    acknowledged if it had been acknowledged.
 //  - What comes off the shelf with its condition on is unacknowledged, as a reminder; with its condition
 //    off it is normal: the operator who put it aside does not want to hear that it came and went.
@@ -32,6 +32,8 @@
 #pragma once
 
 #include <cstdint>
+
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 
@@ -49,17 +51,9 @@ enum class AlarmState : std::uint8_t {
 inline constexpr std::uint8_t kAlarmStates = 8;
 
 constexpr const char* to_text(AlarmState state) noexcept {
-  switch (state) {
-    case AlarmState::normal: return "normal";
-    case AlarmState::unacknowledged: return "unacknowledged";
-    case AlarmState::acknowledged: return "acknowledged";
-    case AlarmState::returned_unacknowledged: return "returned_unacknowledged";
-    case AlarmState::latched_unacknowledged: return "latched_unacknowledged";
-    case AlarmState::latched_acknowledged: return "latched_acknowledged";
-    case AlarmState::shelved: return "shelved";
-    case AlarmState::suppressed: break;
-  }
-  return "suppressed";
+  return numeric::enum_name<AlarmState::suppressed>(
+      state, {"normal", "unacknowledged", "acknowledged", "returned_unacknowledged",
+              "latched_unacknowledged", "latched_acknowledged", "shelved", "suppressed"});
 }
 
 struct AlarmSettings {
@@ -96,7 +90,7 @@ class Alarm {
   void window_not_valid() noexcept { window_valid_ = false; }
   // It needs no window.
   void always_valid() noexcept { window_valid_ = true; }
-  void explain(bool by_another) noexcept { explained_ = by_another; }
+  void set_consequence(bool of_another) noexcept { consequence_ = of_another; }
   // It was another alarm's: normal, whatever the operator has done with it.
   void take_back(std::int64_t now_ms) noexcept {
     memory_.shelved_until_ms = 0;
@@ -116,10 +110,10 @@ class Alarm {
   AlarmState state() const noexcept;
   bool active() const noexcept;  // the condition is on, whatever the operator has done with it
   bool unacknowledged()
-      const noexcept;  // waits for the operator, and is neither shelved nor explained
+      const noexcept;  // waits for the operator, and is neither shelved nor a consequence
   bool shelved() const noexcept { return memory_.shelved_until_ms != 0; }
   bool window_valid() const noexcept { return window_valid_; }
-  bool explained() const noexcept { return explained_; }
+  bool is_consequence() const noexcept { return consequence_; }
   const AlarmMemory& memory() const noexcept { return memory_; }
   const AlarmSettings& settings() const noexcept { return settings_; }
 
@@ -131,7 +125,7 @@ class Alarm {
   AlarmMemory memory_;
   // Nothing has been judged yet: no alarm can come before the first window.
   bool window_valid_ = false;
-  bool explained_ = false;
+  bool consequence_ = false;
 };
 
 }  // namespace loopwarden::monitor

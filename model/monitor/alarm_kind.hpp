@@ -10,6 +10,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "model/numeric/enum_name.hpp"
+
 namespace loopwarden::monitor {
 
 // The order is that of the register map, which has the valve alarms, and never changes.
@@ -54,19 +56,9 @@ constexpr bool is_process_alarm(AlarmKind kind) noexcept {
 }
 
 constexpr const char* to_text(AlarmKind kind) noexcept {
-  switch (kind) {
-    case AlarmKind::stiction: return "stiction";
-    case AlarmKind::backlash: return "backlash";
-    case AlarmKind::hysteresis: return "hysteresis";
-    case AlarmKind::low_air_supply: return "low_air_supply";
-    case AlarmKind::unknown: return "unknown";
-    case AlarmKind::model_gap: return "model_gap";
-    case AlarmKind::bad_pv: return "bad_pv";
-    case AlarmKind::output_lost: return "output_lost";
-    case AlarmKind::output_unknown: return "output_unknown";
-    case AlarmKind::not_normal_mode: break;
-  }
-  return "not_normal_mode";
+  return numeric::enum_name<AlarmKind::not_normal_mode>(
+      kind, {"stiction", "backlash", "hysteresis", "low_air_supply", "unknown", "model_gap",
+             "bad_pv", "output_lost", "output_unknown", "not_normal_mode"});
 }
 
 // What no specialist explains has no size either: it is shown as not known, never as 0. Nor has a process alarm one.

@@ -34,23 +34,23 @@ void ConditionWatch::add(const Cycle& cycle, bool pv_bad, bool cycle_bad) noexce
   last_period_ = cycle.period_index;
   const bool read_back = std::isfinite(cycle.stem);
   read_back_seen_ = read_back_seen_ || read_back;
-  stretch_.cycles += missing + 1;
-  stretch_.cycle_bad += missing + (cycle_bad ? 1U : 0U);
-  stretch_.pv_bad += pv_bad ? 1U : 0U;
-  stretch_.read_back_bad += read_back_seen_ && !read_back ? 1U : 0U;
+  sums_.cycles += missing + 1;
+  sums_.cycle_bad += missing + (cycle_bad ? 1U : 0U);
+  sums_.pv_bad += pv_bad ? 1U : 0U;
+  sums_.read_back_bad += read_back_seen_ && !read_back ? 1U : 0U;
   // While nobody knows where the output stands, there is nothing that the stem could be off.
   if (read_back && std::isfinite(cycle.co)) {
-    ++stretch_.compared;
+    ++sums_.compared;
     follow(cycle.co, cycle.stem);
   } else {
     in_block_ = 0;
   }
-  if (stretch_.cycles >= length_) close();
+  if (sums_.cycles >= length_) close();
 }
 
 void ConditionWatch::follow(double co, double stem) noexcept {
   const double error = co - stem;
-  stretch_.deviation += std::abs(error);
+  sums_.deviation += std::abs(error);
   if (in_block_ == 0) {
     block_start_ = stem;
     block_error_ = 0.0;
@@ -62,8 +62,8 @@ void ConditionWatch::follow(double co, double stem) noexcept {
   if (++in_block_ <= block_) return;
   const double move = stem - block_start_;
   if (std::abs(move) > resolution_) {
-    stretch_.error_by_move += block_error_ * move;
-    stretch_.move_squared += move * move;
+    sums_.error_by_move += block_error_ * move;
+    sums_.move_squared += move * move;
   }
   // The last cycle of a block is the first of the next.
   in_block_ = 1;
@@ -72,19 +72,19 @@ void ConditionWatch::follow(double co, double stem) noexcept {
 }
 
 void ConditionWatch::close() noexcept {
-  inputs_.pv_bad_share = share(stretch_.pv_bad, stretch_.cycles);
-  inputs_.cycle_bad_share = share(stretch_.cycle_bad, stretch_.cycles);
-  inputs_.read_back_bad_share = read_back_seen_ ? share(stretch_.read_back_bad, stretch_.cycles)
+  inputs_.pv_bad_share = share(sums_.pv_bad, sums_.cycles);
+  inputs_.cycle_bad_share = share(sums_.cycle_bad, sums_.cycles);
+  inputs_.read_back_bad_share = read_back_seen_ ? share(sums_.read_back_bad, sums_.cycles)
                                                 : analysis::ConditionInputs::kUnknown;
-  const bool known = stretch_.compared > 0 && co_span_ > 0.0;
+  const bool known = sums_.compared > 0 && co_span_ > 0.0;
   inputs_.stem_deviation_percent =
-      known ? 100.0 * stretch_.deviation / static_cast<double>(stretch_.compared) / co_span_
+      known ? 100.0 * sums_.deviation / static_cast<double>(sums_.compared) / co_span_
             : analysis::ConditionInputs::kUnknown;
   inputs_.stem_lag_s =
-      stretch_.move_squared > 0.0
-          ? std::max(stretch_.error_by_move / stretch_.move_squared, 0.0) * sample_time_s_
+      sums_.move_squared > 0.0
+          ? std::max(sums_.error_by_move / sums_.move_squared, 0.0) * sample_time_s_
           : analysis::ConditionInputs::kUnknown;
-  stretch_ = {};
+  sums_ = {};
 }
 
 WindowMeasures ConditionWatch::told(WindowMeasures measures) const noexcept {
@@ -114,7 +114,7 @@ bool ConditionWatch::verdict(const AlarmConditions& conditions) noexcept {
   conditions_ = conditions;
   if (!changed) return false;
   changed_ = last_period_ + 1;
-  stretch_ = {};
+  sums_ = {};
   in_block_ = 0;
   inputs_.stem_deviation_percent = inputs_.stem_lag_s = inputs_.stick_percent =
       analysis::ConditionInputs::kUnknown;

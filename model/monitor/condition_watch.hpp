@@ -56,7 +56,7 @@ class ConditionWatch {
 
  private:
   // Sums over the stretch that is being counted.
-  struct Stretch {
+  struct Sums {
     std::uint64_t cycles = 0;  // missing ones included
     std::uint64_t pv_bad = 0;
     std::uint64_t cycle_bad = 0;
@@ -75,7 +75,7 @@ class ConditionWatch {
   double resolution_;     // CO units
   std::uint64_t length_;  // cycles of a stretch
   std::uint64_t block_;   // cycles of a block
-  Stretch stretch_;
+  Sums sums_;
   std::uint64_t in_block_ = 0;
   double block_start_ = 0.0;  // CO units, stem
   double block_error_ = 0.0;  // CO units, sum of CO - stem

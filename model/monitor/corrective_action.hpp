@@ -34,6 +34,7 @@
 #include <cstdint>
 
 #include "model/monitor/window_measures.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 
@@ -54,15 +55,8 @@ struct CorrectiveSettings {
 enum class CorrectiveState : std::uint8_t { off, waiting, trying, helping, given_up, vetoed };
 
 constexpr const char* to_text(CorrectiveState state) noexcept {
-  switch (state) {
-    case CorrectiveState::off: return "off";
-    case CorrectiveState::waiting: return "waiting";
-    case CorrectiveState::trying: return "trying";
-    case CorrectiveState::helping: return "helping";
-    case CorrectiveState::given_up: return "given up";
-    case CorrectiveState::vetoed: break;
-  }
-  return "vetoed";
+  return numeric::enum_name<CorrectiveState::vetoed>(
+      state, {"off", "waiting", "trying", "helping", "given up", "vetoed"});
 }
 
 enum class Veto : std::uint8_t {

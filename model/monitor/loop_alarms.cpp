@@ -99,7 +99,7 @@ LoopAlarms::ActionResult LoopAlarms::act(AlarmKind kind, AlarmAction action, std
 void LoopAlarms::find_root() noexcept {
   const bool low_air = alarm(AlarmKind::low_air_supply).active();
   for (const AlarmKind kind : kValveAlarms) {
-    if (kind != AlarmKind::low_air_supply) alarms_[index_of(kind)].explain(low_air);
+    if (kind != AlarmKind::low_air_supply) alarms_[index_of(kind)].set_consequence(low_air);
   }
 }
 
@@ -117,11 +117,6 @@ AlarmTransitions LoopAlarms::since(const States& before, AlarmReason reason) con
     if (now != was) changed.add({kind, was, now, alarm(kind).memory().severity_percent, reason});
   }
   return changed;
-}
-
-bool LoopAlarms::any_unacknowledged() const noexcept {
-  return std::any_of(alarms_.begin(), alarms_.end(),
-                     [](const Alarm& alarm) { return alarm.unacknowledged(); });
 }
 
 bool LoopAlarms::any_shelved() const noexcept {

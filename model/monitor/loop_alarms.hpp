@@ -22,6 +22,7 @@
 
 #include "model/monitor/alarm.hpp"
 #include "model/monitor/alarm_kind.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 
@@ -35,15 +36,8 @@ using AlarmConditions = std::array<AlarmCondition, kValveAlarmCount>;
 // Why an alarm changed.
 enum class AlarmReason : std::uint8_t { windows, routine, by_operator, twin, explained, process };
 constexpr const char* to_text(AlarmReason reason) noexcept {
-  switch (reason) {
-    case AlarmReason::windows: return "windows";
-    case AlarmReason::routine: return "routine";
-    case AlarmReason::twin: return "twin";
-    case AlarmReason::explained: return "explained";
-    case AlarmReason::process: return "process";
-    case AlarmReason::by_operator: break;
-  }
-  return "operator";
+  return numeric::enum_name<AlarmReason::process>(
+      reason, {"windows", "routine", "operator", "twin", "explained", "process"});
 }
 
 struct AlarmTransition {
@@ -99,7 +93,6 @@ class LoopAlarms {
                    std::int64_t until_ms = 0) noexcept;
 
   const Alarm& alarm(AlarmKind kind) const noexcept { return alarms_[index_of(kind)]; }
-  bool any_unacknowledged() const noexcept;
   bool any_shelved() const noexcept;
   bool any_suppressed() const noexcept;
 

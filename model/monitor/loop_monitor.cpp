@@ -60,10 +60,10 @@ bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
 
 MonitorStep LoopMonitor::judge_windows(const Cycle& cycle) {
   MonitorStep step;
-  const WindowBuilder::Event event = builder_.add(cycle);
+  const WindowBuilder::Progress progress = builder_.add(cycle);
   step.state = builder_.state();
-  if (event == WindowBuilder::Event::none) return step;
-  if (event == WindowBuilder::Event::broken) {
+  if (progress == WindowBuilder::Progress::none) return step;
+  if (progress == WindowBuilder::Progress::broken) {
     step.kind = MonitorStep::Kind::interrupted;
     if (step.state == WindowState::not_automatic) rule_.restart();
     return step;

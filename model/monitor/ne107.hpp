@@ -21,6 +21,7 @@
 #include <cstdint>
 
 #include "model/monitor/loop_alarms.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 
@@ -34,14 +35,9 @@ enum class Ne107 : std::uint8_t {
 };
 
 constexpr const char* to_text(Ne107 state) noexcept {
-  switch (state) {
-    case Ne107::normal: return "normal";
-    case Ne107::maintenance_required: return "maintenance_required";
-    case Ne107::out_of_specification: return "out_of_specification";
-    case Ne107::function_check: return "function_check";
-    case Ne107::failure: break;
-  }
-  return "failure";
+  return numeric::enum_name<Ne107::failure>(
+      state,
+      {"normal", "maintenance_required", "out_of_specification", "function_check", "failure"});
 }
 
 struct LoopCondition {
@@ -63,8 +59,9 @@ inline Ne107 condensed(const LoopCondition& loop, const LoopAlarms& alarms,
   for (const AlarmKind kind : kValveAlarms) {
     const Alarm& alarm = alarms.alarm(kind);
     if (!alarm.active()) continue;
-    const bool severe = kind == AlarmKind::low_air_supply ||
-                        (!alarm.explained() && alarm.memory().severity_percent >= severe_percent);
+    const bool severe =
+        kind == AlarmKind::low_air_supply ||
+        (!alarm.is_consequence() && alarm.memory().severity_percent >= severe_percent);
     state = gravest(state, severe ? Ne107::out_of_specification : Ne107::maintenance_required);
   }
   return state;

@@ -30,6 +30,7 @@
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
 #include "model/monitor/alarm_kind.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 
@@ -38,12 +39,7 @@ inline constexpr double kProcessDelay_s = 10.0;  // to come, and to go
 enum class NormalMode : std::uint8_t { automatic, manual, any };
 
 constexpr const char* to_text(NormalMode mode) noexcept {
-  switch (mode) {
-    case NormalMode::automatic: return "automatic";
-    case NormalMode::manual: return "manual";
-    case NormalMode::any: break;
-  }
-  return "any";
+  return numeric::enum_name<NormalMode::any>(mode, {"automatic", "manual", "any"});
 }
 
 struct ProcessCycle {

@@ -13,17 +13,6 @@ namespace {
 constexpr double kForgets_s = 900.0;  // an offset that nobody modelled
 constexpr std::size_t kFewestInBlock = 10;
 
-plant::LoopModel noiseless(plant::LoopModel model) {
-  model.transmitter.noise = 0.0;
-  model.transmitter.resolution = 0.0;
-  model.scenario.faults.clear();
-  std::erase_if(model.disturbances, [](const plant::EffectSpec& spec) {
-    const effects::Descriptor* info = effects::find_effect(spec.name);
-    return info != nullptr && info->is_noise;
-  });
-  return model;
-}
-
 double load_intensity(const plant::LoopModel& model) {
   for (const plant::EffectSpec& spec : model.disturbances) {
     if (spec.name != "random_load") continue;
@@ -50,7 +39,8 @@ double answer_of(const plant::ProcessParameters& p) {
 }  // namespace
 
 TwinWatch::TwinWatch(const plant::LoopModel& twin) {
-  const plant::LoopModel model = noiseless(twin);
+  plant::LoopModel model = effects::without_noise(twin);
+  model.scenario.faults.clear();
   plants_.emplace_back(model, 1);
   const plant::ProcessUncertainty& u = twin.uncertainty;
   plant::LoopModel other = model;
@@ -70,7 +60,7 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin) {
 
   const double h = twin.sample_time_s;
   const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
-  const double span = twin.transmitter.high - twin.transmitter.low;
+  const double span = twin.transmitter.span();
   // A converter of 16 bits where the twin has neither noise nor rounding.
   const double least = span / 65536.0;
   const double noise2 = std::max(
@@ -81,7 +71,7 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin) {
   gain_ = std::max(ahead2 / (ahead2 + noise2), 1.0 - std::exp(-h / kForgets_s));
   const control::PidSettings& pid = twin.controller.pid;
   const double moved = twin.process.integrating() ? twin.process.gain * h : twin.process.gain;
-  friction_ = 0.5 * kFriction * (pid.output_high - pid.output_low) * moved;
+  friction_ = 0.5 * kFriction * pid.output_span() * moved;
   noise2_ = noise2 + ahead2;
   const double answer_s = answer_of(twin.process);
   block_ = std::max(kFewestInBlock, static_cast<std::size_t>(std::lround(0.5 * answer_s / h)));

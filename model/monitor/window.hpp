@@ -7,6 +7,7 @@
 #include <span>
 
 #include "model/window/loop_window.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 
@@ -40,17 +41,9 @@ enum class WindowState : std::uint8_t {
 };
 
 constexpr const char* to_text(WindowState state) noexcept {
-  switch (state) {
-    case WindowState::valid: return "valid";
-    case WindowState::filling: return "filling";
-    case WindowState::not_automatic: return "not automatic";
-    case WindowState::bad_pv: return "bad PV";
-    case WindowState::gap: return "gap";
-    case WindowState::saturated: return "saturated";
-    case WindowState::not_enough_movement: return "not enough movement";
-    case WindowState::no_judge: break;
-  }
-  return "no specialists";
+  return numeric::enum_name<WindowState::no_judge>(
+      state, {"valid", "filling", "not automatic", "bad PV", "gap", "saturated",
+              "not enough movement", "no specialists"});
 }
 
 }  // namespace loopwarden::monitor

@@ -8,7 +8,6 @@
 namespace loopwarden::monitor {
 namespace {
 
-constexpr std::size_t kRoom = 2 * kWindowSamples;
 constexpr auto kWindow = static_cast<std::ptrdiff_t>(kWindowSamples);
 constexpr double kMostOverlap = 0.95;
 constexpr std::size_t kMostDecimation = 10'000;
@@ -23,9 +22,9 @@ WindowBuilder::WindowBuilder(const WindowSettings& settings) : settings_(setting
       std::lround(settings_.overlap * static_cast<double>(kWindowSamples)));
   advance_ = kWindow - kept;
   for (std::vector<double>* column : {&columns_.sp, &columns_.pv, &columns_.co, &columns_.stem}) {
-    column->resize(kRoom);
+    column->resize(kWindowSamples);
   }
-  bridged_.resize(kRoom);
+  bridged_.resize(kWindowSamples);
   start_over();
 }
 
@@ -46,7 +45,7 @@ WindowState WindowBuilder::usable(const Cycle& cycle) const noexcept {
   return WindowState::valid;
 }
 
-WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
+WindowBuilder::Progress WindowBuilder::add(const Cycle& cycle) noexcept {
   // A number that goes back is another run: as much of a gap as any.
   const std::uint64_t missing = any_ ? cycle.period_index - last_period_ - 1 : 0;
   any_ = true;
@@ -57,16 +56,16 @@ WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
     start_over();
     broken_ = true;
     state_ = can_use;
-    return news ? Event::broken : Event::none;
+    return news ? Progress::broken : Progress::none;
   }
-  Event event = Event::none;
+  Progress event = Progress::none;
   if (broken_) {
     state_ = WindowState::filling;
   } else if (missing > 0) {
     if (missing > kLongestBridge * settings_.decimation || !bridge(cycle, missing)) {
       start_over();
       state_ = WindowState::gap;
-      event = Event::broken;
+      event = Progress::broken;
     }
   }
   broken_ = false;
@@ -75,12 +74,12 @@ WindowBuilder::Event WindowBuilder::add(const Cycle& cycle) noexcept {
   until_next_ += advance_;
   window_in_stretch_ = true;
   state_ = WindowState::valid;
-  return Event::full;
+  put_in_order();
+  return Progress::full;
 }
 
 std::size_t WindowBuilder::bridged_in_window() const noexcept {
-  const auto first = bridged_.begin() + static_cast<std::ptrdiff_t>(first_);
-  return std::accumulate(first, first + static_cast<std::ptrdiff_t>(count_),
+  return std::accumulate(bridged_.begin(), bridged_.begin() + static_cast<std::ptrdiff_t>(count_),
                          std::size_t{bridged_in_sample_});
 }
 
@@ -106,17 +105,8 @@ void WindowBuilder::append(const Cycle& cycle, bool made_up) noexcept {
   sum_co_ += cycle.co;
   sum_stem_ += cycle.stem;
   if (++in_sample_ < settings_.decimation) return;
-  if (first_ + count_ == kRoom) {
-    for (std::vector<double>* column : {&columns_.sp, &columns_.pv, &columns_.co, &columns_.stem}) {
-      std::copy(column->begin() + static_cast<std::ptrdiff_t>(first_), column->end(),
-                column->begin());
-    }
-    std::copy(bridged_.begin() + static_cast<std::ptrdiff_t>(first_), bridged_.end(),
-              bridged_.begin());
-    first_ = 0;
-  }
   const auto n = static_cast<double>(in_sample_);
-  const std::size_t at = first_ + count_;
+  const std::size_t at = (first_ + count_) % kWindowSamples;
   columns_.sp[at] = sum_sp_ / n;
   columns_.pv[at] = sum_pv_ / n;
   columns_.co[at] = sum_co_ / n;
@@ -128,14 +118,23 @@ void WindowBuilder::append(const Cycle& cycle, bool made_up) noexcept {
   if (count_ < kWindowSamples) {
     ++count_;
   } else {
-    ++first_;
+    first_ = (first_ + 1) % kWindowSamples;
   }
   --until_next_;
 }
 
+void WindowBuilder::put_in_order() noexcept {
+  const auto oldest = static_cast<std::ptrdiff_t>(first_);
+  for (std::vector<double>* column : {&columns_.sp, &columns_.pv, &columns_.co, &columns_.stem}) {
+    std::rotate(column->begin(), column->begin() + oldest, column->end());
+  }
+  std::rotate(bridged_.begin(), bridged_.begin() + oldest, bridged_.end());
+  first_ = 0;
+}
+
 Window WindowBuilder::window() const noexcept {
   const auto column = [&](const std::vector<double>& values) {
-    return std::span<const double>(values).subspan(first_, count_);
+    return std::span<const double>(values).first(count_);
   };
   return {.sp = column(columns_.sp),
           .pv = column(columns_.pv),

@@ -54,13 +54,13 @@ class WindowBuilder {
  public:
   explicit WindowBuilder(const WindowSettings& settings);
 
-  enum class Event : std::uint8_t {
+  enum class Progress : std::uint8_t {
     none,
     broken,  // what was gathered is lost; state() says why. Once for each stretch that can't be used
     full     // window() holds a window until the next call of add()
   };
   // No allocation.
-  Event add(const Cycle& cycle) noexcept;
+  Progress add(const Cycle& cycle) noexcept;
 
   // Of the newest window; while the first one of a stretch is being gathered, filling or gap.
   WindowState state() const noexcept { return state_; }
@@ -78,10 +78,11 @@ class WindowBuilder {
   // Of the last samples that a window has; the present sample's included.
   std::size_t bridged_in_window() const noexcept;
   void append(const Cycle& cycle, bool made_up) noexcept;
+  void put_in_order() noexcept;
 
   WindowSettings settings_;
   std::ptrdiff_t advance_;  // samples from one window to the next
-  // Twice the length: samples are appended, and moved to the front when the end is reached.
+  // Rings of a window's length, with the oldest sample at first_; put in order where a window is full.
   struct Columns {
     std::vector<double> sp, pv, co, stem;
   };
@@ -89,7 +90,7 @@ class WindowBuilder {
   std::vector<std::uint16_t> bridged_;  // of each sample, cycles that were made up
   Cycle last_;                          // the newest that was gathered
   std::size_t first_ = 0;
-  std::size_t count_ = 0;  // samples from first_ on
+  std::size_t count_ = 0;  // samples that are there
   // Samples until a window is full; below 0 while a bridge goes beyond its end.
   std::ptrdiff_t until_next_ = 0;
   std::size_t in_sample_ = 0;  // cycles in the sums below

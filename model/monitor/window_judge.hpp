@@ -8,6 +8,7 @@
 #include "model/monitor/alarm_kind.hpp"
 #include "model/monitor/window.hpp"
 #include "model/specialist/classes.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 
@@ -26,12 +27,8 @@ struct WindowJudgement {
 };
 
 constexpr const char* to_text(WindowJudgement::Result result) noexcept {
-  switch (result) {
-    case WindowJudgement::Result::no_fault: return "no_fault";
-    case WindowJudgement::Result::fault: return "fault";
-    case WindowJudgement::Result::not_enough_movement: break;
-  }
-  return "not_enough_movement";
+  return numeric::enum_name<WindowJudgement::Result::not_enough_movement>(
+      result, {"no_fault", "fault", "not_enough_movement"});
 }
 
 class WindowJudge {

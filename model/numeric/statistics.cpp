@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
-#include <utility>
 
 namespace loopwarden::numeric {
 namespace {
@@ -39,6 +38,17 @@ double rms(std::span<const double> x) {
   double sum = 0.0;
   for (const double v : x) sum += v * v;
   return std::sqrt(sum / static_cast<double>(x.size()));
+}
+
+double rms_apart(std::span<const double> x, std::span<const double> y) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (!std::isfinite(y[k])) continue;
+    sum += (x[k] - y[k]) * (x[k] - y[k]);
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
 }
 
 double skewness(std::span<const double> x) {
@@ -76,10 +86,16 @@ double quantile(std::vector<double> x, double p) { return quantile_in_place(x, p
 
 double median(std::vector<double> x) { return quantile_in_place(x, 0.5); }
 
-double mad(std::vector<double> x) {
-  const double middle = quantile_in_place(x, 0.5);
-  for (double& v : x) v = std::abs(v - middle);
-  return quantile_in_place(x, 0.5);
+Range range_of(std::span<const double> x) noexcept {
+  Range range;
+  bool any = false;
+  for (const double v : x) {
+    if (!std::isfinite(v)) continue;
+    if (!any) range = {v, v};
+    any = true;
+    range = {std::min(range.low, v), std::max(range.high, v)};
+  }
+  return range;
 }
 
 }  // namespace loopwarden::numeric

@@ -9,8 +9,6 @@
 //   correlation  of pairs, -1 to 1
 //   quantile   the sorted value at place p (n - 1), rounded to the nearest place, halves up: always one of
 //              the values        median: p = 0.5, of two middle values the greater
-//   mad        median of |x - median|; 1.4826 of it is the deviation of normal values, and half of
-//              the values may be anything
 //
 //   x  any one unit, finite     p  0 to 1
 //
@@ -19,7 +17,7 @@
 // correction of small samples (n, not n - 1).
 //
 // Sources: Hyndman and Fan, American Statistician 50 (1996) 361-365 (a quantile that is a sorted value);
-// Huber, Robust Statistics (Wiley 1981), section 5.1 (mad and its factor).
+// Huber, Robust Statistics (Wiley 1981), section 5.1 (kNormalOverMad).
 #pragma once
 
 #include <span>
@@ -27,7 +25,7 @@
 
 namespace loopwarden::numeric {
 
-// Deviation of normal values over their median absolute deviation.
+// Deviation of normal values over the median of |x - median|, of which half of the values may be anything.
 inline constexpr double kNormalOverMad = 1.4826;
 
 double mean(std::span<const double> x);
@@ -36,13 +34,21 @@ double deviation(std::span<const double> x);
 double rms(std::span<const double> x);
 double skewness(std::span<const double> x);
 double kurtosis(std::span<const double> x);
+// Rms of x - y over the samples at which y is finite; 0 where there are none. As many of `y` as of `x`.
+double rms_apart(std::span<const double> x, std::span<const double> y);
 // As many of `y` as of `x`.
 double correlation(std::span<const double> x, std::span<const double> y);
 
 double quantile(std::vector<double> x, double p);
 double median(std::vector<double> x);
-double mad(std::vector<double> x);
 // The same without a copy: leaves the values in another order. Doesn't allocate.
 double quantile_in_place(std::span<double> x, double p) noexcept;
+
+// From the least to the greatest of the finite values; 0 and 0 where there are none.
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+};
+Range range_of(std::span<const double> x) noexcept;
 
 }  // namespace loopwarden::numeric

@@ -3,17 +3,13 @@
 
 #include <cmath>
 
+#include "model/numeric/enum_name.hpp"
+
 namespace loopwarden::plant {
 
 const char* to_text(Block block) noexcept {
-  switch (block) {
-    case Block::controller: return "controller";
-    case Block::valve: return "valve";
-    case Block::process: return "process";
-    case Block::transmitter: return "transmitter";
-    case Block::disturbance: break;
-  }
-  return "disturbance";
+  return numeric::enum_name<Block::disturbance>(
+      block, {"controller", "valve", "process", "transmitter", "disturbance"});
 }
 
 double answer_s(const LoopModel& model) noexcept {

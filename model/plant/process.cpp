@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/plant/process.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace loopwarden::plant {

@@ -23,6 +23,7 @@ struct TransmitterParameters {
   double resolution = 0.0;  // PV units
   double noise = 0.0;       // PV units
 
+  double span() const noexcept { return high - low; }
   friend bool operator==(const TransmitterParameters&, const TransmitterParameters&) = default;
 };
 

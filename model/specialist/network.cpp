@@ -39,13 +39,6 @@ NetworkShape Network::shape() const noexcept {
           static_cast<std::size_t>(layers[2].weights.rows())};
 }
 
-bool Network::is_finite() const noexcept {
-  for (const Layer& l : layers) {
-    if (!l.weights.allFinite() || !l.bias.allFinite()) return false;
-  }
-  return true;
-}
-
 Eigen::MatrixXd Network::respond(const Eigen::Ref<const Eigen::MatrixXd>& inputs) const {
   const Eigen::MatrixXd first =
       ((layers[0].weights * inputs).colwise() + layers[0].bias).array().tanh();

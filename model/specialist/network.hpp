@@ -44,7 +44,6 @@ class Network {
   explicit Network(const NetworkShape& shape);
 
   NetworkShape shape() const noexcept;
-  bool is_finite() const noexcept;
   // A column for each case. Allocates.
   Eigen::MatrixXd respond(const Eigen::Ref<const Eigen::MatrixXd>& inputs) const;
 

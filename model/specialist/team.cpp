@@ -9,42 +9,41 @@ namespace {
 
 constexpr std::size_t index_of(Condition c) noexcept { return static_cast<std::size_t>(c); }
 
-bool offset_explains_better(const Explanations& f) noexcept {
-  return f.of(Explanation::hysteresis_offset).mse < f.of(Explanation::hysteresis_width).mse;
+bool offset_fits_better(const WindowFits& f) noexcept {
+  return f.of(FaultModel::hysteresis_offset).mse < f.of(FaultModel::hysteresis_width).mse;
 }
 
-const ExplanationFit& hysteresis_of(const Explanations& f) noexcept {
-  return f.of(offset_explains_better(f) ? Explanation::hysteresis_offset
-                                        : Explanation::hysteresis_width);
+const FaultFit& hysteresis_of(const WindowFits& f) noexcept {
+  return f.of(offset_fits_better(f) ? FaultModel::hysteresis_offset : FaultModel::hysteresis_width);
 }
 
 }  // namespace
 
-double misfit_of(const Explanations& f, Condition condition) noexcept {
+double misfit_of(const WindowFits& f, Condition condition) noexcept {
   switch (condition) {
-    case Condition::no_fault: return f.of(Explanation::healthy).mse;
-    case Condition::stiction: return f.of(Explanation::stiction).mse;
-    case Condition::backlash: return f.of(Explanation::backlash).mse;
+    case Condition::no_fault: return f.of(FaultModel::healthy).mse;
+    case Condition::stiction: return f.of(FaultModel::stiction).mse;
+    case Condition::backlash: return f.of(FaultModel::backlash).mse;
     case Condition::hysteresis: return hysteresis_of(f).mse;
-    case Condition::low_air_supply: return f.of(Explanation::low_air_supply).mse;
+    case Condition::low_air_supply: return f.of(FaultModel::low_air_supply).mse;
     case Condition::other: break;
   }
-  return f.of(Explanation::other_process).mse;
+  return f.of(FaultModel::other_process).mse;
 }
 
-double severity_of(const Explanations& f, Condition condition) noexcept {
+double severity_of(const WindowFits& f, Condition condition) noexcept {
   // A stem that CO never took out of its play or friction would have left no trace.
   const double crossed = f.co_range;
   // An offset, or a stem still on its way, shows in PV as well.
   const double seen = std::max(f.co_range, f.pv_range);
   switch (condition) {
-    case Condition::stiction: return std::min(f.of(Explanation::stiction).size, crossed);
-    case Condition::backlash: return std::min(f.of(Explanation::backlash).size, crossed);
+    case Condition::stiction: return std::min(f.of(FaultModel::stiction).size, crossed);
+    case Condition::backlash: return std::min(f.of(FaultModel::backlash).size, crossed);
     case Condition::hysteresis: {
       const double size = std::abs(hysteresis_of(f).size);
-      return std::min(size, offset_explains_better(f) ? seen : crossed);
+      return std::min(size, offset_fits_better(f) ? seen : crossed);
     }
-    case Condition::low_air_supply: return std::min(f.of(Explanation::low_air_supply).size, seen);
+    case Condition::low_air_supply: return std::min(f.of(FaultModel::low_air_supply).size, seen);
     case Condition::no_fault:
     case Condition::other: break;
   }
@@ -52,7 +51,7 @@ double severity_of(const Explanations& f, Condition condition) noexcept {
 }
 
 TeamJudge::TeamJudge(const Team& team)
-    : explainer_(team.facts),
+    : fitter_(team.facts),
       centre_(team.centre),
       scale_(team.scale),
       temperature_(team.temperature) {
@@ -63,13 +62,13 @@ TeamJudge::TeamJudge(const Team& team)
 }
 
 WindowVerdict TeamJudge::judge(const LoopWindow& window) noexcept {
-  return judge(explainer_.explain(window));
+  return judge(fitter_.fit(window));
 }
 
-WindowVerdict TeamJudge::judge(const Explanations& explanations) noexcept {
+WindowVerdict TeamJudge::judge(const WindowFits& found) noexcept {
   WindowVerdict result;
-  if (!explanations.usable || explanations.shut_share > kMostShut) return result;
-  NetworkInputs inputs = network_inputs_of(explanations);
+  if (!found.usable || found.shut_share > kMostShut) return result;
+  NetworkInputs inputs = network_inputs_of(found);
   for (std::size_t i = 0; i < kNetworkInputs; ++i) {
     inputs[i] = (inputs[i] - centre_[i]) / scale_[i];
   }
@@ -78,7 +77,7 @@ WindowVerdict TeamJudge::judge(const Explanations& explanations) noexcept {
     const double score = responders_[c].respond(inputs)[0] / temperature_;
     result.probabilities[c] = score;
     highest = std::max(highest, score);
-    result.mse[c] = misfit_of(explanations, static_cast<Condition>(c));
+    result.mse[c] = misfit_of(found, static_cast<Condition>(c));
   }
   double sum = 0.0;
   for (double& p : result.probabilities) sum += p = std::exp(p - highest);
@@ -93,13 +92,13 @@ WindowVerdict TeamJudge::judge(const Explanations& explanations) noexcept {
     }
   }
   const auto fits = [&](Condition c) {
-    return std::log(result.mse[index_of(c)] / (explanations.noise * explanations.noise)) <=
+    return std::log(result.mse[index_of(c)] / (found.noise * found.noise)) <=
            most_misfit_[index_of(c)];
   };
   const auto at_least = [&](Condition c, double p) {
     return result.probabilities[index_of(c)] >= p && fits(c);
   };
-  const bool moved = explanations.co_range > kLeastMovement * explanations.noise;
+  const bool moved = found.co_range > kLeastMovement * found.noise;
   bool explained = false;
   for (std::size_t c = 0; c < kKnownConditions; ++c) {
     explained = explained || fits(static_cast<Condition>(c));
@@ -107,7 +106,7 @@ WindowVerdict TeamJudge::judge(const Explanations& explanations) noexcept {
   if (1.0 - healthy - other >= kFault && at_least(best, kNamed)) {
     result.verdict = static_cast<VerdictName>(best);
     result.probability = result.probabilities[index_of(best)];
-    result.severity_percent = severity_of(explanations, best);
+    result.severity_percent = severity_of(found, best);
   } else if (moved && at_least(Condition::no_fault, kNoFault)) {
     result.verdict = VerdictName::no_fault;
     result.probability = healthy;

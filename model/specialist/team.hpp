@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The trustworthy form: a team of specialists that explain a window instead of redrawing it.
+// The trustworthy form: a team of specialists that fit a window instead of redrawing it.
 //
-// Each specialist knows one condition. It explains the window from CO to PV by its own fault (explainer.hpp),
-// and its network weighs the evidence of all explanations into one score:
+// Each specialist knows one condition. It fits the window from CO to PV by its own fault (window_fitter.hpp),
+// and its network weighs the evidence of all fits into one score:
 //
 //   p_c = exp(score_c / temperature) / sum over the specialists of exp(score / temperature)
 //
@@ -11,7 +11,7 @@
 //      window no worse than kMisfitQuantile of its training windows did;
 //   2. else no_fault, likewise with kNoFault;
 //   3. else unknown, where `other` reaches kUnknown or no known condition fits;
-//   4. else not_enough_movement: several explanations fit and the window can't tell which is right, or CO hardly
+//   4. else not_enough_movement: several fault models fit and the window can't tell which is right, or CO hardly
 //      moved, or stood at an end of its range for long.
 // Where the window starts, set points, step sizes and units do not matter; another process means other
 // LoopFacts and no other networks (docs/specialists.md says how well that goes).
@@ -64,7 +64,7 @@ struct WindowVerdict {
   double probability = 0.0;       // of the verdict's condition; of `unknown` what no known one has
   double severity_percent = 0.0;  // of CO span; 0 without a fault
   std::array<double, kConditions> probabilities{};
-  std::array<double, kConditions> mse{};  // of each explanation, (% of CO span)^2
+  std::array<double, kConditions> mse{};  // of each fault model, (% of CO span)^2
 };
 
 // No allocation after construction.
@@ -73,13 +73,13 @@ class TeamJudge {
   explicit TeamJudge(const Team& team);
 
   WindowVerdict judge(const LoopWindow& window) noexcept;
-  // The same from explanations made before.
-  WindowVerdict judge(const Explanations& explanations) noexcept;
+  // The same from fits made before.
+  WindowVerdict judge(const WindowFits& found) noexcept;
 
-  const LoopFacts& facts() const noexcept { return explainer_.facts(); }
+  const LoopFacts& facts() const noexcept { return fitter_.facts(); }
 
  private:
-  Explainer explainer_;
+  WindowFitter fitter_;
   std::array<double, kNetworkInputs> centre_;
   std::array<double, kNetworkInputs> scale_;
   double temperature_;
@@ -87,10 +87,10 @@ class TeamJudge {
   std::vector<Responder> responders_;
 };
 
-// Mean square that the explanation of this condition leaves, (% of CO span)^2. Of hysteresis the better form.
-double misfit_of(const Explanations& explanations, Condition condition) noexcept;
-// Size of the fault, % of CO span, as its explanation has it but no more than the window can show: the range that
+// Mean square that the model of this condition leaves, (% of CO span)^2. Of hysteresis the better form.
+double misfit_of(const WindowFits& found, Condition condition) noexcept;
+// Size of the fault, % of CO span, as its model has it but no more than the window can show: the range that
 // CO moved in it; of an offset or of low air, that of PV over the gain where it is larger. 0 of what is no fault.
-double severity_of(const Explanations& explanations, Condition condition) noexcept;
+double severity_of(const WindowFits& found, Condition condition) noexcept;
 
 }  // namespace loopwarden::specialist

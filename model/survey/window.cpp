@@ -29,7 +29,7 @@ double noise_of(std::span<const double> y) {
 }
 
 // Travel of CO in moves that are larger than its noise: a turn counts when CO has come back by more than that.
-void travel_of(std::span<const double> co, double hours, Window& window) {
+void travel_of(std::span<const double> co, double hours, WindowFindings& window) {
   const double step = std::max(3.0 * noise_of(co), 1e-9);
   double anchor = std::numeric_limits<double>::quiet_NaN();
   double travel = 0.0;
@@ -51,7 +51,7 @@ void travel_of(std::span<const double> co, double hours, Window& window) {
   window.reversals_per_hour = reversals / hours;
 }
 
-void error_of(const LoopSamples& s, double hours, Window& window) {
+void error_of(const LoopSamples& s, double hours, WindowFindings& window) {
   window.error = std::numeric_limits<double>::quiet_NaN();
   if (s.sp.empty()) return;
   double sum = 0.0;
@@ -74,8 +74,8 @@ void error_of(const LoopSamples& s, double hours, Window& window) {
 
 }  // namespace
 
-Window judge_window(const LoopSamples& s, std::uint64_t seed) {
-  Window window;
+WindowFindings judge_window(const LoopSamples& s, std::uint64_t seed) {
+  WindowFindings window;
   const std::size_t n = s.pv.size();
   const double hours = static_cast<double>(n) * s.sample_time_s / 3600.0;
   std::vector<double> pv(s.pv.begin(), s.pv.end());
@@ -130,11 +130,11 @@ Window judge_window(const LoopSamples& s, std::uint64_t seed) {
   return window;
 }
 
-diagnosis::LoopVerdict judge_windows(std::span<const Window> windows,
+diagnosis::LoopVerdict judge_windows(std::span<const WindowFindings> windows,
                                      const diagnosis::Archived& archived, double co_span) {
   std::vector<diagnosis::Diagnosis> each;
   each.reserve(windows.size());
-  for (const Window& w : windows) each.push_back(w.diagnosis);
+  for (const WindowFindings& w : windows) each.push_back(w.diagnosis);
   diagnosis::LoopVerdict verdict = diagnosis::judge_loop(each);
   if (windows.empty()) return verdict;
   diagnosis::mind_archive(verdict, each[verdict.like], archived, windows[verdict.like].sees_from,
@@ -142,7 +142,7 @@ diagnosis::LoopVerdict judge_windows(std::span<const Window> windows,
   return verdict;
 }
 
-std::optional<std::size_t> cause_since(std::span<const Window> windows,
+std::optional<std::size_t> cause_since(std::span<const WindowFindings> windows,
                                        const diagnosis::LoopVerdict& verdict) {
   if (verdict.verdict != diagnosis::DiagnosisVerdict::other_cause) return std::nullopt;
   std::size_t first = windows.size();

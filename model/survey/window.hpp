@@ -35,7 +35,7 @@ struct LoopSamples {
   diagnosis::Archived archived{};
 };
 
-struct Window {
+struct WindowFindings {
   double automatic = 1.0;
   double complete = 1.0;
   double saturated = 0.0;
@@ -52,15 +52,15 @@ struct Window {
   diagnosis::Diagnosis diagnosis;
 };
 
-Window judge_window(const LoopSamples& samples, std::uint64_t seed);
+WindowFindings judge_window(const LoopSamples& samples, std::uint64_t seed);
 
 // All windows of a loop together.
-diagnosis::LoopVerdict judge_windows(std::span<const Window> windows,
+diagnosis::LoopVerdict judge_windows(std::span<const WindowFindings> windows,
                                      const diagnosis::Archived& archived, double co_span);
 
 // Of a loop that another cause than its valve swings: the first of the windows up to the last that all have this cause.
 // Nothing where the last one has another, or the verdict is another.
-std::optional<std::size_t> cause_since(std::span<const Window> windows,
+std::optional<std::size_t> cause_since(std::span<const WindowFindings> windows,
                                        const diagnosis::LoopVerdict& verdict);
 
 }  // namespace loopwarden::survey

@@ -3,12 +3,12 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "model/training/team_training.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::specialist {
 namespace {
@@ -82,12 +82,7 @@ Network on_columns(const Network& network, const Components& components) {
 }  // namespace
 
 const char* to_text(Role role) noexcept {
-  switch (role) {
-    case Role::training: return "training";
-    case Role::validation: return "validation";
-    case Role::test: break;
-  }
-  return "test";
+  return numeric::enum_name<Role::test>(role, {"training", "validation", "test"});
 }
 
 Role role_of(std::size_t place) noexcept {
@@ -123,8 +118,8 @@ Signature simulate_signature(const plant::LoopModel& believed, Condition conditi
   numeric::Random random(seed);
   plant::LoopModel m = believed;
   const control::PidSettings& pid = believed.controller.pid;
-  const double co_span = pid.output_high - pid.output_low;
-  const double pv_span = m.transmitter.high - m.transmitter.low;
+  const double co_span = pid.output_span();
+  const double pv_span = m.transmitter.span();
   m.controller.pid.gains.kp *= random.uniform(0.9, 1.1);
   m.controller.pid.gains.ki *= random.uniform(0.9, 1.1);
   if (m.transmitter.noise == 0.0) m.transmitter.noise = 0.001 * pv_span;

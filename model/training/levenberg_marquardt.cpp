@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "model/numeric/enum_name.hpp"
+
 namespace loopwarden::specialist {
 namespace {
 
@@ -195,14 +197,8 @@ Network sum(const Network& a, const Network& b) {
 }  // namespace
 
 const char* to_text(Stop stop) noexcept {
-  switch (stop) {
-    case Stop::epochs: return "epochs";
-    case Stop::goal: return "goal";
-    case Stop::gradient: return "least gradient";
-    case Stop::validation: return "validation failures";
-    case Stop::mu: break;
-  }
-  return "largest mu";
+  return numeric::enum_name<Stop::mu>(
+      stop, {"epochs", "goal", "least gradient", "validation failures", "largest mu"});
 }
 
 double mean_square_error(const Network& network, const Lessons& lessons) {

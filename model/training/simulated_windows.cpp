@@ -383,8 +383,8 @@ SimulatedWindow simulate_run(const plant::LoopModel& believed, const WindowReque
   const double before_s = 3.0 * response_s + window_s * random.uniform(0.0, 1.0);
   Draw draw{model,
             random,
-            pid.output_high - pid.output_low,
-            believed.transmitter.high - believed.transmitter.low,
+            pid.output_span(),
+            believed.transmitter.span(),
             before_s,
             before_s + believed.sample_time_s * static_cast<double>(samples),
             window_s};

@@ -216,7 +216,7 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
   constexpr std::size_t kChunk = 64;
   std::vector<Example> examples(count);
   parallel_for((count + kChunk - 1) / kChunk, [&](std::size_t chunk) {
-    Explainer explainer(facts_of(model));
+    WindowFitter fitter(facts_of(model));
     for (std::size_t k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) {
       for (int attempt = 0; attempt < kMostTries; ++attempt) {
         const std::size_t number = first + k;
@@ -224,12 +224,11 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
         const SimulatedWindow window = simulate_window(
             model, request,
             stream_seed(seed, kMostTries * number + static_cast<std::size_t>(attempt)));
-        const Explanations explanations = explainer.explain(window.view());
+        const WindowFits found = fitter.fit(window.view());
         // A loop that lives at the stops of its output is none that anybody leaves alone.
-        if (!explanations.usable || explanations.shut_share > kMostShut) continue;
-        examples[k] = {network_inputs_of(explanations), window.condition,
-                       std::log(misfit_of(explanations, window.condition) /
-                                (explanations.noise * explanations.noise))};
+        if (!found.usable || found.shut_share > kMostShut) continue;
+        examples[k] = {network_inputs_of(found), window.condition,
+                       std::log(misfit_of(found, window.condition) / (found.noise * found.noise))};
         break;
       }
     }

@@ -19,14 +19,13 @@
 #include <optional>
 #include <vector>
 
+#include "model/numeric/parallel.hpp"
 #include "model/training/simulated_windows.hpp"
 #include "model/specialist/team.hpp"
 
 namespace loopwarden::specialist {
 
-// Calls its body for 0 to count - 1, in any order and on any thread, and returns when all are done.
-using ParallelFor =
-    std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
+using numeric::ParallelFor;
 
 struct TeamTrainingSettings {
   std::uint64_t seed = 1;
@@ -40,7 +39,7 @@ struct TeamTrainingSettings {
 struct Example {
   NetworkInputs inputs{};
   Condition condition = Condition::no_fault;
-  double log_misfit = 0.0;  // of its own condition's explanation over the noise
+  double log_misfit = 0.0;  // of its own condition's model over the noise
 };
 
 struct TeamEpoch {

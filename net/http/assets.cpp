@@ -5,10 +5,10 @@
 #include <sodium.h>
 
 #include <array>
-#include <fstream>
 #include <iterator>
 #include <utility>
 
+#include "base/file.hpp"
 #include "net/http/packing.hpp"
 #include "net/http/response_head.hpp"
 
@@ -58,9 +58,8 @@ std::string joined(const std::vector<std::string>& path) {
 Assets::Assets(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
-    std::ifstream file(entry.path(), std::ios::binary);
     add(entry.path().lexically_relative(folder).generic_string(),
-        std::string(std::istreambuf_iterator<char>(file), {}));
+        base::read_file(entry.path()).value_or(""));
   }
 }
 

@@ -20,7 +20,7 @@ class Assets {
   // `path` below the site, such as index.html.
   void add(const std::string& path, std::string bytes);
 
-  // Status 404 where there is no such file; 304 where the client has it.
+  // Status 404 if there is no such file, 304 if the client has it.
   Response answer(const Request& request) const;
 
  private:

@@ -31,9 +31,9 @@
 #include <utility>
 #include <vector>
 
-#include "net/http/doorkeeper.hpp"
-#include "net/http/event_board.hpp"
-#include "net/http/lanes.hpp"
+#include "net/http/admission_control.hpp"
+#include "net/http/event_hub.hpp"
+#include "net/http/worker_pools.hpp"
 #include "net/http/message.hpp"
 #include "net/http/packing.hpp"
 #include "net/http/request_head.hpp"
@@ -50,18 +50,18 @@ struct LiveCounters {
       timed_out{0}, refused{0}, requests{0}, bytes_sent{0};
 };
 
-class Guest {
+class Client {
  public:
-  virtual ~Guest() = default;
+  virtual ~Client() = default;
   virtual void close() noexcept = 0;
-  virtual void news() noexcept = 0;  // the board has changed
+  virtual void news() noexcept = 0;  // the hub has changed
   virtual void look() noexcept = 0;  // whether its stream may stay
 };
 
-// What all connections share; all of it but lanes and counters belongs to the loop's thread.
-struct House {
-  House(const ServerSettings& all, Handler& behind)
-      : settings(all), handler(behind), door(all.door), lanes(all.lanes) {}
+// What all connections share; all of it but pools and counters belongs to the loop's thread.
+struct ServerState {
+  ServerState(const ServerSettings& all, Handler& behind)
+      : settings(all), handler(behind), admission(all.limits), pools(all.pools) {}
 
   void streams_changed() const {
     if (on_streams) on_streams(streams.size());
@@ -69,26 +69,26 @@ struct House {
 
   template <class Act>
   void for_streams(Act act) const {
-    const std::set<Guest*> all = streams;
-    for (Guest* guest : all) {
+    const std::set<Client*> all = streams;
+    for (Client* client : all) {
       // One that has gone meanwhile has taken itself out.
-      if (streams.contains(guest)) act(*guest);
+      if (streams.contains(client)) act(*client);
     }
   }
   void look_at_streams() const {
-    for_streams([](Guest& guest) { guest.look(); });
+    for_streams([](Client& client) { client.look(); });
   }
 
   ServerSettings settings;
   Handler& handler;
   asio::io_context loop{1};
-  Doorkeeper door;
-  EventBoard board;
+  AdmissionControl admission;
+  EventHub hub;
   LiveCounters counters;
-  std::map<std::uint64_t, std::weak_ptr<Guest>> guests;
-  std::set<Guest*> streams;
+  std::map<std::uint64_t, std::weak_ptr<Client>> clients;
+  std::set<Client*> streams;
   std::function<void(std::size_t)> on_streams;
-  Lanes lanes;  // goes first: its threads post to the loop
+  WorkerPools pools;  // goes first: its threads post to the loop
 };
 
 struct Peer {
@@ -98,18 +98,18 @@ struct Peer {
 };
 
 template <class Stream>
-class Connection final : public Guest, public std::enable_shared_from_this<Connection<Stream>> {
+class Connection final : public Client, public std::enable_shared_from_this<Connection<Stream>> {
  public:
   static constexpr bool kSecure = !std::is_same_v<Stream, beast::tcp_stream>;
 
   template <class... Arguments>
-  Connection(House& house, Peer peer, std::uint64_t id, Arguments&&... stream)
-      : house_(house),
+  Connection(ServerState& state, Peer peer, std::uint64_t id, Arguments&&... stream)
+      : state_(state),
         peer_(std::move(peer)),
         id_(id),
         stream_(std::forward<Arguments>(stream)...),
-        timer_(house.loop) {
-    ++house_.counters.connections;
+        timer_(state.loop) {
+    ++state_.counters.connections;
   }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
@@ -117,7 +117,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
 
   void start() {
     if constexpr (kSecure) {
-      tcp().expires_after(house_.settings.timeouts.handshake);
+      tcp().expires_after(state_.settings.timeouts.handshake);
       stream_.async_handshake(asio::ssl::stream_base::server, mine([this](beast::error_code error) {
                                 error ? give_up(error) : read_head();
                               }));
@@ -133,13 +133,13 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
       beast::error_code ignored;
       timer_.cancel();
       tcp().socket().close(ignored);
-      if (house_.streams.erase(this) > 0) {
-        --house_.counters.streams;
-        house_.streams_changed();
+      if (state_.streams.erase(this) > 0) {
+        --state_.counters.streams;
+        state_.streams_changed();
       }
-      house_.door.left(id_);
-      house_.guests.erase(id_);
-      --house_.counters.connections;
+      state_.admission.left(id_);
+      state_.clients.erase(id_);
+      --state_.counters.connections;
     } catch (const std::exception&) {
       // Nothing of it can be done twice, and the socket closes with this object.
     }
@@ -163,7 +163,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   using Parser = beast::http::request_parser<beast::http::string_body>;
   using Clock = std::chrono::steady_clock;
   static constexpr std::uint32_t kMostHeadBytes = 16UL * 1024UL;
-  static constexpr std::chrono::milliseconds kLaneIsFull{100};
+  static constexpr std::chrono::milliseconds kPoolIsFull{100};
 
   // A callback of the loop's: what it throws ends this connection and nothing else.
   template <class Act>
@@ -186,7 +186,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   beast::tcp_stream& tcp() noexcept { return beast::get_lowest_layer(stream_); }
 
   void give_up(const beast::error_code& error) {
-    if (error == beast::error::timeout) ++house_.counters.timed_out;
+    if (error == beast::error::timeout) ++state_.counters.timed_out;
     close();
   }
 
@@ -194,7 +194,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     parser_.emplace();
     parser_->header_limit(kMostHeadBytes);
     parser_->body_limit(kMostBodyBytes);
-    tcp().expires_after(served_ ? house_.settings.timeouts.next : house_.settings.timeouts.header);
+    tcp().expires_after(served_ ? state_.settings.timeouts.next : state_.settings.timeouts.header);
     beast::http::async_read_header(
         stream_, buffer_, *parser_,
         mine([this](beast::error_code error, std::size_t) { on_head(error); }));
@@ -212,7 +212,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     take_head();
     if (parser_->get().version() != 11) return refuse({505, "HTTP/1.1 is spoken here"});
     if (const auto refusal = refusal_of(head_)) return refuse(*refusal);
-    if (const unsigned wait = house_.door.wait_s(peer_.network, Clock::now())) {
+    if (const unsigned wait = state_.admission.retry_after_s(peer_.network, Clock::now())) {
       return refuse({429, "too many requests"}, wait);
     }
     parser_->is_done() ? on_request() : read_body();
@@ -228,7 +228,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   }
 
   void read_body() {
-    tcp().expires_after(house_.settings.timeouts.body);
+    tcp().expires_after(state_.settings.timeouts.body);
     beast::http::async_read(stream_, buffer_, *parser_,
                             mine([this](beast::error_code error, std::size_t) {
                               error ? give_up(error) : on_request();
@@ -237,8 +237,8 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
 
   void on_request() {
     served_ = true;
-    ++house_.counters.requests;
-    house_.door.busy(id_);
+    ++state_.counters.requests;
+    state_.admission.busy(id_);
     keep_alive_ = parser_->keep_alive();
     request_ = request_of(head_);
     request_.body = std::move(parser_->get().body());
@@ -247,18 +247,18 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     request_.peer_is_loopback = peer_.loopback;
     request_.secure = kSecure;
     is_head_ = request_.method == Method::head;
-    lane_ = house_.handler.lane(request_);
-    if (lane_ == Lane::here) return respond(house_.handler.answer(request_));
-    if (!in_lane([this] { return house_.handler.answer(request_); })) respond(busy_response());
+    pool_ = state_.handler.pool(request_);
+    if (pool_ == Pool::here) return respond(state_.handler.answer(request_));
+    if (!in_pool([this] { return state_.handler.answer(request_); })) respond(busy_response());
   }
 
-  // Makes a response on a thread of the lane; false: its queue is full.
+  // Makes a response on a thread of the pool; false: its queue is full.
   template <class Make>
-  bool in_lane(Make make) {
+  bool in_pool(Make make) {
     // Made beforehand: where memory is short a thread has something to answer with.
     auto answer = std::make_shared<Response>(error_response(500, "the page could not answer"));
-    return house_.lanes.begin(
-        lane_, peer_.network,
+    return state_.pools.begin(
+        pool_, peer_.network,
         [self = this->shared_from_this(), make, answer = std::move(answer)]() mutable noexcept {
           try {
             Response made = make();
@@ -268,7 +268,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
             spdlog::error("answer: {}", e.what());
           }
           // Moved: the last word on the connection is the loop's.
-          asio::io_context& loop = self->house_.loop;
+          asio::io_context& loop = self->state_.loop;
           Connection* connection = self.get();
           asio::post(loop, connection->mine_moved(std::move(self), [connection, answer]() mutable {
             connection->respond(std::move(*answer));
@@ -284,7 +284,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
 
   // The connection ends with it: nobody knows where the next request would begin.
   void refuse(const Refusal& refusal, unsigned retry_after_s = 0) {
-    ++house_.counters.refused;
+    ++state_.counters.refused;
     keep_alive_ = false;
     is_head_ = false;
     Response response = error_response(refusal.status, refusal.why);
@@ -309,20 +309,20 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     }));
   }
 
-  // Where the lane is full, a little later.
+  // Where the pool is full, a little later.
   void ask_again() {
-    if (!in_lane([this] { return response_.next(); })) after(kLaneIsFull, &Connection::ask_again);
+    if (!in_pool([this] { return response_.next(); })) after(kPoolIsFull, &Connection::ask_again);
   }
 
   void send() {
     if (closed_) return;
-    if (response_.may_stay && (is_head_ || !house_.door.stream(id_))) {
+    if (response_.may_stay && (is_head_ || !state_.admission.stream(id_))) {
       response_.may_stay = nullptr;
       if (!is_head_) response_ = busy_response();
     }
     // A stream has no length: its end is the connection's.
     if (response_.may_stay) keep_alive_ = false;
-    if (!response_.may_stay) house_.door.idle(id_, Clock::now());
+    if (!response_.may_stay) state_.admission.idle(id_, Clock::now());
     out_ =
         head_text(response_, {.secure = kSecure, .keep_alive = keep_alive_, .is_head = is_head_});
     const std::string_view body = is_head_ ? std::string_view() : response_.text();
@@ -347,9 +347,9 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
       first += step.back().size();
       if (first.size() == 0) to_write_.erase(to_write_.begin());
     }
-    tcp().expires_after(house_.settings.timeouts.write);
+    tcp().expires_after(state_.settings.timeouts.write);
     asio::async_write(stream_, step, mine([this](beast::error_code error, std::size_t n) {
-                        house_.counters.bytes_sent += n;
+                        state_.counters.bytes_sent += n;
                         error ? give_up(error) : on_step_written();
                       }));
   }
@@ -370,7 +370,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
 
   void finish() {
     response_ = Response();
-    house_.door.idle(id_, Clock::now());
+    state_.admission.idle(id_, Clock::now());
     keep_alive_ ? read_head() : linger();
   }
 
@@ -386,14 +386,14 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
       } catch (const std::exception&) {
         failed = true;  // the client sees that the last chunk is missing
       }
-      asio::io_context& loop = self->house_.loop;
+      asio::io_context& loop = self->state_.loop;
       Connection* connection = self.get();
       asio::post(loop, connection->mine_moved(std::move(self), [connection, piece, failed] {
         failed ? connection->close() : connection->send_chunk(std::move(*piece));
       }));
     };
-    if (!house_.lanes.begin(Lane::disk, peer_.network, std::move(make))) {
-      after(kLaneIsFull, &Connection::next_chunk);
+    if (!state_.pools.begin(Pool::disk, peer_.network, std::move(make))) {
+      after(kPoolIsFull, &Connection::next_chunk);
     }
   }
 
@@ -414,10 +414,10 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   // --- the stream of events ---
 
   void begin_stream() {
-    cursor_ = house_.board.newcomer();
-    house_.streams.insert(this);
-    ++house_.counters.streams;
-    house_.streams_changed();
+    cursor_ = state_.hub.newcomer();
+    state_.streams.insert(this);
+    ++state_.counters.streams;
+    state_.streams_changed();
     watch_for_end();
     beat();
     if (!writing_) pump();
@@ -430,7 +430,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
                             mine([this](beast::error_code, std::size_t) { close(); }));
   }
 
-  void beat() { after(house_.settings.timeouts.heartbeat, &Connection::on_beat); }
+  void beat() { after(state_.settings.timeouts.heartbeat, &Connection::on_beat); }
 
   void on_beat() {
     if (!writing_) {
@@ -443,7 +443,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   void pump() {
     if (closed_) return;
     if (ending_) return write({asio::buffer(kEndOfStream)}, &Connection::close);
-    frames_ = house_.board.news(cursor_);
+    frames_ = state_.hub.news(cursor_);
     if (frames_.empty()) return;
     std::vector<asio::const_buffer> buffers;
     for (const Frame& frame : frames_) buffers.push_back(asio::buffer(*frame));
@@ -456,7 +456,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   void linger() {
     beast::error_code ignored;
     tcp().socket().shutdown(asio::socket_base::shutdown_send, ignored);
-    lingers_until_ = Clock::now() + house_.settings.timeouts.body;
+    lingers_until_ = Clock::now() + state_.settings.timeouts.body;
     drain();
   }
 
@@ -464,7 +464,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
     constexpr std::size_t kMostDrained = 16UL * 1024UL * 1024UL;
     const auto now = Clock::now();
     if (drained_ > kMostDrained || now >= lingers_until_) return close();
-    tcp().expires_at(std::min(now + house_.settings.timeouts.linger, lingers_until_));
+    tcp().expires_at(std::min(now + state_.settings.timeouts.linger, lingers_until_));
     tcp().async_read_some(asio::buffer(scratch_),
                           mine([this](beast::error_code error, std::size_t n) {
                             drained_ += n;
@@ -472,7 +472,7 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
                           }));
   }
 
-  House& house_;
+  ServerState& state_;
   Peer peer_;
   std::uint64_t id_;
   Stream stream_;
@@ -481,11 +481,11 @@ class Connection final : public Guest, public std::enable_shared_from_this<Conne
   std::optional<Parser> parser_;
   RequestHead head_;
   Request request_;
-  Lane lane_ = Lane::here;
+  Pool pool_ = Pool::here;
   Response response_;
   std::string out_;
   std::array<char, 4096> scratch_{};
-  EventBoard::Cursor cursor_;
+  EventHub::Cursor cursor_;
   std::vector<Frame> frames_;
   std::vector<asio::const_buffer> to_write_;
   void (Connection::*then_)() = nullptr;

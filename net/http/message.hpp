@@ -57,7 +57,7 @@ struct Response {
   std::unique_ptr<Source> source;             // in place of `body`: sent in chunks
   // In place of a body: the stream of events, as long as this says so; asked every second and by Server::look_at_streams().
   std::function<bool()> may_stay;
-  // In place of an answer: what makes it, asked in the request's lane after `delay`; may ask for another round. So a long wait
+  // In place of an answer: what makes it, asked in the request's pool after `delay`; may ask for another round. So a long wait
   // holds no thread.
   std::function<Response()> next;
   std::chrono::milliseconds delay{0};  // before the answer is sent; costs a timer, no thread
@@ -65,16 +65,16 @@ struct Response {
   std::string_view text() const noexcept { return shared ? *shared : body; }
 };
 
-// Where an answer is made. Each lane but `here` has threads and a queue of its own, so that slow work
+// Where an answer is made. Each pool but `here` has threads and a queue of its own, so that slow work
 // of one kind never delays another.
-enum class Lane { here, daemon, disk, log_in, orders, fleet };
-inline constexpr std::size_t kLanes = 6;
+enum class Pool { here, daemon, disk, log_in, orders, fleet };
+inline constexpr std::size_t kPools = 6;
 
-// What stands behind the server. `answer` is called by the lane's threads, several at a time.
+// What stands behind the server. `answer` is called by the pool's threads, several at a time.
 class Handler {
  public:
   virtual ~Handler() = default;
-  virtual Lane lane(const Request& request) const noexcept = 0;
+  virtual Pool pool(const Request& request) const noexcept = 0;
   virtual Response answer(const Request& request) noexcept = 0;
 };
 

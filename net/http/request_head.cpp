@@ -2,37 +2,27 @@
 #include "net/http/request_head.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
+
+#include "base/text.hpp"
 
 namespace loopwarden::http {
 namespace {
 
 constexpr std::size_t kLongestTarget = 4096;
 
-char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), [](char c) { return lower(c); });
-  return result;
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
+using base::lower_case;
+using base::trimmed;
 
 std::size_t count(const RequestHead& head, std::string_view name) {
   return static_cast<std::size_t>(
       std::count_if(head.fields.begin(), head.fields.end(),
-                    [&](const auto& field) { return lower(field.first) == name; }));
+                    [&](const auto& field) { return lower_case(field.first) == name; }));
 }
 
 std::string_view field(const RequestHead& head, std::string_view name) {
   for (const auto& [key, value] : head.fields) {
-    if (lower(key) == name) return trimmed(value);
+    if (lower_case(key) == name) return trimmed(value);
   }
   return {};
 }
@@ -50,8 +40,8 @@ bool for_parts(std::string_view text, char separator, Each each) {
 
 int hex_digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
-  const char small = lower(c);
-  return small >= 'a' && small <= 'f' ? small - 'a' + 10 : -1;
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
 // A part that could lead out of its folder, or that another program would read as two.
@@ -108,7 +98,7 @@ std::map<std::string, std::string> cookies_of(std::string_view text) {
 bool accepts_gzip(std::string_view text) {
   bool accepts = false;
   for_parts(text, ',', [&](std::string_view one) {
-    const std::string coding = lower(trimmed(one));
+    const std::string coding = lower_case(trimmed(one));
     if (coding == "gzip" || (coding.starts_with("gzip;") && !coding.ends_with("q=0"))) {
       accepts = true;
     }
@@ -185,12 +175,12 @@ Request request_of(const RequestHead& head) {
   request.path = path_of(path_text(head.target)).value_or(std::vector<std::string>());
   request.query = query_of(query_text(head.target)).value_or(std::map<std::string, std::string>());
   request.cookies = cookies_of(field(head, "cookie"));
-  request.host = lower(field(head, "host"));
+  request.host = lower_case(field(head, "host"));
   request.origin = field(head, "origin");
   request.fetch_site = field(head, "sec-fetch-site");
   request.csrf = field(head, "x-csrf-token");
   const std::string_view type = field(head, "content-type");
-  request.content_type = lower(trimmed(type.substr(0, type.find(';'))));
+  request.content_type = lower_case(trimmed(type.substr(0, type.find(';'))));
   request.if_none_match = field(head, "if-none-match");
   request.person = field(head, "x-loopwarden-person") == "1";
   request.accepts_gzip = accepts_gzip(field(head, "accept-encoding"));

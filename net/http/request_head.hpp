@@ -32,7 +32,7 @@ std::optional<Refusal> refusal_of(const RequestHead& head);
 // Of a head that is not refused. Its peer and body are for the caller to fill in.
 Request request_of(const RequestHead& head);
 
-// Percent-encoding undone; nothing where it is none, or a byte below 32 comes out. `plus`: + is a space.
+// Undoes percent-encoding; `plus`: + is a space. Returns nullopt if the encoding is wrong or holds a control character.
 std::optional<std::string> decoded(std::string_view text, bool plus = false);
 
 }  // namespace loopwarden::http

@@ -59,19 +59,19 @@ std::string address_of_socket(int fd) {
 
 class Server::Body {
  public:
-  Body(ServerSettings settings, Handler& handler) : house_(settings, handler) {
-    if (house_.settings.tls) load_certificate();
-    every(house_.settings.timeouts.streams, [this] { house_.look_at_streams(); });
+  Body(ServerSettings settings, Handler& handler) : state_(settings, handler) {
+    if (state_.settings.tls) load_certificate();
+    every(state_.settings.timeouts.streams, [this] { state_.look_at_streams(); });
   }
 
   void load_certificate() {
     // Connections made before keep theirs alive (SSL_CTX is counted).
-    tls_ = std::make_shared<asio::ssl::context>(make_tls_context(*house_.settings.tls));
+    tls_ = std::make_shared<asio::ssl::context>(make_tls_context(*state_.settings.tls));
   }
 
   std::uint16_t listen(const std::string& address, std::uint16_t port) {
     const tcp::endpoint endpoint(asio::ip::make_address(address), port);
-    tcp::acceptor acceptor(house_.loop);
+    tcp::acceptor acceptor(state_.loop);
     acceptor.open(endpoint.protocol());
     acceptor.set_option(asio::socket_base::reuse_address(true));
     if (endpoint.protocol() == tcp::v6()) acceptor.set_option(asio::ip::v6_only(true));
@@ -81,29 +81,29 @@ class Server::Body {
   }
 
   std::uint16_t adopt(int fd) {
-    tcp::acceptor acceptor(house_.loop);
+    tcp::acceptor acceptor(state_.loop);
     acceptor.assign(name_of(fd).ss_family == AF_INET6 ? tcp::v6() : tcp::v4(), fd);
     return keep(std::move(acceptor));
   }
 
   void every(std::chrono::milliseconds interval, std::function<void()> work) {
-    timers_.push_back(Timer{asio::steady_timer(house_.loop), interval, std::move(work), {}});
+    timers_.push_back(Timer{asio::steady_timer(state_.loop), interval, std::move(work), {}});
     tick(timers_.back());
   }
 
   void on_signal(int number, std::function<void()> work) {
-    signals_.emplace_back(house_.loop, number, std::move(work));
+    signals_.emplace_back(state_.loop, number, std::move(work));
     wait_for(signals_.back());
   }
 
   void run() {
     while (!serve()) {
     }
-    house_.lanes.stop();
+    state_.pools.stop();
     close_all();
   }
 
-  House& house() noexcept { return house_; }
+  ServerState& state() noexcept { return state_; }
 
  private:
   static constexpr int kBacklog = 128;
@@ -122,7 +122,7 @@ class Server::Body {
     std::weak_ptr<void> token_;
   };
 
-  struct Door {
+  struct Listener {
     tcp::acceptor acceptor;
     asio::steady_timer pause;
     Wait wait;
@@ -147,7 +147,7 @@ class Server::Body {
     try {
       take_up();
       ready = true;
-      house_.loop.run();
+      state_.loop.run();
       return true;
     } catch (const std::exception& e) {
       spdlog::error("server: {}", e.what());
@@ -164,14 +164,14 @@ class Server::Body {
     for (Signal& signal : signals_) {
       if (!signal.wait.is_on()) wait_for(signal);
     }
-    for (Door& door : doors_) {
-      if (!door.wait.is_on()) accept(door);
+    for (Listener& listener : listeners_) {
+      if (!listener.wait.is_on()) accept(listener);
     }
   }
 
   std::uint16_t keep(tcp::acceptor acceptor) {
-    doors_.push_back({std::move(acceptor), asio::steady_timer(house_.loop), {}});
-    return doors_.back().acceptor.local_endpoint().port();
+    listeners_.push_back({std::move(acceptor), asio::steady_timer(state_.loop), {}});
+    return listeners_.back().acceptor.local_endpoint().port();
   }
 
   static void tick(Timer& timer) {
@@ -191,79 +191,80 @@ class Server::Body {
     });
   }
 
-  void accept(Door& door) {
-    door.acceptor.async_accept(
-        [this, &door, token = door.wait.begin()](beast::error_code error, tcp::socket socket) {
-          if (error == asio::error::operation_aborted) return;
-          if (error) return accept_later(door);
-          welcome(std::move(socket));
-          accept(door);
-        });
-  }
-
-  // Out of descriptors: who waits stays in the queue, and this loop does not spin on it.
-  void accept_later(Door& door) {
-    door.pause.expires_after(std::chrono::milliseconds(500));
-    door.pause.async_wait([this, &door, token = door.wait.begin()](beast::error_code error) {
-      if (!error) accept(door);
+  void accept(Listener& listener) {
+    listener.acceptor.async_accept([this, &listener, token = listener.wait.begin()](
+                                       beast::error_code error, tcp::socket socket) {
+      if (error == asio::error::operation_aborted) return;
+      if (error) return accept_later(listener);
+      admit(std::move(socket));
+      accept(listener);
     });
   }
 
-  void welcome(tcp::socket socket) {
+  // Out of descriptors: who waits stays in the queue, and this loop does not spin on it.
+  void accept_later(Listener& listener) {
+    listener.pause.expires_after(std::chrono::milliseconds(500));
+    listener.pause.async_wait(
+        [this, &listener, token = listener.wait.begin()](beast::error_code error) {
+          if (!error) accept(listener);
+        });
+  }
+
+  void admit(tcp::socket socket) {
     beast::error_code error;
     const tcp::endpoint endpoint = socket.remote_endpoint(error);
     if (error) return;
     Peer peer = peer_of(endpoint);
-    const Doorkeeper::Admission admission =
-        house_.door.admit(peer.network, peer.loopback, std::chrono::steady_clock::now());
-    house_.counters.displaced = house_.door.displaced();
-    house_.counters.turned_away = house_.door.turned_away();
+    const AdmissionControl::Admission admission =
+        state_.admission.admit(peer.network, peer.loopback, std::chrono::steady_clock::now());
+    state_.counters.displaced = state_.admission.displaced();
+    state_.counters.turned_away = state_.admission.turned_away();
     if (admission.displaced) displace(*admission.displaced);
     if (admission.id == 0) return;
     socket.set_option(tcp::no_delay(true), error);
-    ++house_.counters.accepted;
+    ++state_.counters.accepted;
     try {
-      let_in(std::move(socket), std::move(peer), admission.id);
+      open_connection(std::move(socket), std::move(peer), admission.id);
     } catch (...) {
-      house_.door.left(admission.id);
+      state_.admission.left(admission.id);
       throw;
     }
   }
 
-  void let_in(tcp::socket socket, Peer peer, std::uint64_t id) {
+  void open_connection(tcp::socket socket, Peer peer, std::uint64_t id) {
     if (tls_) {
       begin(std::make_shared<Connection<beast::ssl_stream<beast::tcp_stream>>>(
-                house_, std::move(peer), id, std::move(socket), *tls_),
+                state_, std::move(peer), id, std::move(socket), *tls_),
             id);
     } else {
-      begin(std::make_shared<Connection<beast::tcp_stream>>(house_, std::move(peer), id,
+      begin(std::make_shared<Connection<beast::tcp_stream>>(state_, std::move(peer), id,
                                                             std::move(socket)),
             id);
     }
   }
 
   template <class T>
-  void begin(const std::shared_ptr<T>& guest, std::uint64_t id) {
-    house_.guests[id] = guest;
-    guest->start();
+  void begin(const std::shared_ptr<T>& client, std::uint64_t id) {
+    state_.clients[id] = client;
+    client->start();
   }
 
   void displace(std::uint64_t id) {
-    const auto guest = house_.guests.find(id);
-    if (guest == house_.guests.end()) return;
-    if (const auto known = guest->second.lock()) known->close();
+    const auto client = state_.clients.find(id);
+    if (client == state_.clients.end()) return;
+    if (const auto known = client->second.lock()) known->close();
   }
 
   void close_all() {
-    const auto guests = house_.guests;
-    for (const auto& [id, guest] : guests) {
-      if (const auto known = guest.lock()) known->close();
+    const auto clients = state_.clients;
+    for (const auto& [id, client] : clients) {
+      if (const auto known = client.lock()) known->close();
     }
   }
 
-  House house_;
+  ServerState state_;
   std::shared_ptr<asio::ssl::context> tls_;
-  std::list<Door> doors_;
+  std::list<Listener> listeners_;
   std::list<Timer> timers_;
   std::list<Signal> signals_;
 };
@@ -293,32 +294,32 @@ void Server::on_signal(int number, std::function<void()> work) {
 }
 
 void Server::on_streams(std::function<void(std::size_t)> work) {
-  body_->house().on_streams = std::move(work);
+  body_->state().on_streams = std::move(work);
 }
 
 void Server::run() { body_->run(); }
 
-void Server::stop() { body_->house().loop.stop(); }
+void Server::stop() { body_->state().loop.stop(); }
 
 void Server::publish(EventKind kind, std::string data) {
-  House& house = body_->house();
-  asio::post(house.loop, [&house, kind, data = std::move(data)] {
-    house.board.publish(kind, data);
-    house.for_streams([](Guest& guest) { guest.news(); });
+  ServerState& state = body_->state();
+  asio::post(state.loop, [&state, kind, data = std::move(data)] {
+    state.hub.publish(kind, data);
+    state.for_streams([](Client& client) { client.news(); });
   });
 }
 
 void Server::look_at_streams() {
-  House& house = body_->house();
-  asio::post(house.loop, [&house] { house.look_at_streams(); });
+  ServerState& state = body_->state();
+  asio::post(state.loop, [&state] { state.look_at_streams(); });
 }
 
 void Server::reload_certificate() {
-  if (body_->house().settings.tls) body_->load_certificate();
+  if (body_->state().settings.tls) body_->load_certificate();
 }
 
 Counters Server::counters() const {
-  const LiveCounters& live = body_->house().counters;
+  const LiveCounters& live = body_->state().counters;
   return {.connections = live.connections,
           .streams = live.streams,
           .accepted = live.accepted,

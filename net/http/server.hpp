@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "net/http/doorkeeper.hpp"
-#include "net/http/event_board.hpp"
-#include "net/http/lanes.hpp"
+#include "net/http/admission_control.hpp"
+#include "net/http/event_hub.hpp"
+#include "net/http/worker_pools.hpp"
 #include "net/http/message.hpp"
 
 namespace loopwarden::http {
@@ -38,7 +38,7 @@ struct Timeouts {
 };
 
 // Of a page. argon2 takes 64 MiB and a second of a small box's processor: one at a time.
-inline constexpr std::array<LaneSize, kLanes> kPageLanes{{{"pg-here", 0, 0},
+inline constexpr std::array<PoolSize, kPools> kPagePools{{{"pg-here", 0, 0},
                                                           {"pg-daemon", 3, 64},
                                                           {"pg-disk", 2, 32},
                                                           {"pg-login", 1, 8},
@@ -46,10 +46,10 @@ inline constexpr std::array<LaneSize, kLanes> kPageLanes{{{"pg-here", 0, 0},
                                                           {"pg-fleet", 2, 64}}};
 
 struct ServerSettings {
-  DoorLimits door;
+  ClientLimits limits;
   Timeouts timeouts;
-  std::optional<TlsFiles> tls;                      // nothing: plain HTTP
-  std::array<LaneSize, kLanes> lanes = kPageLanes;  // without threads: all answers are made here
+  std::optional<TlsFiles> tls;                      // nullopt: plain HTTP
+  std::array<PoolSize, kPools> pools = kPagePools;  // without threads: all answers are made here
 };
 
 struct Counters {
@@ -66,7 +66,7 @@ struct Counters {
 
 class Server {
  public:
-  // Throws std::runtime_error where certificate or key can't be used.
+  // Throws std::runtime_error if certificate or key can't be used.
   Server(ServerSettings settings, Handler& handler);
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
@@ -100,7 +100,7 @@ class Server {
 // Host names that a certificate is made for, in lower case. Throws std::runtime_error.
 std::vector<std::string> names_in_certificate(const std::filesystem::path& certificate);
 
-// The numeric address that a listening socket is bound to; empty: it is no IP socket.
+// The numeric address that a listening socket is bound to; empty if it is no IP socket.
 std::string address_of_socket(int fd);
 
 }  // namespace loopwarden::http

@@ -16,6 +16,7 @@
 
 #include "base/peer_list.hpp"
 #include "base/file.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::http {
 namespace {
@@ -94,13 +95,6 @@ void fill(X509* certificate, EVP_PKEY* key, const std::vector<std::string>& host
   add_extension(certificate, NID_subject_alt_name, alternative_names(hosts));
 }
 
-std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  });
-  return text;
-}
-
 void write_new(const std::filesystem::path& path, const std::string& text, unsigned mode) {
   base::File file(path, O_WRONLY | O_CREAT | O_EXCL, mode);
   if (!file.is_open() || !file.write(text.data(), text.size()) || !file.sync() || !file.close()) {
@@ -166,8 +160,8 @@ std::vector<std::string> names_in_certificate(const std::filesystem::path& path)
     const GENERAL_NAME* name = sk_GENERAL_NAME_value(names.get(), i);
     if (name->type != GEN_DNS) continue;
     const ASN1_STRING* text = name->d.dNSName;
-    found.push_back(lower_case({reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
-                                static_cast<std::size_t>(ASN1_STRING_length(text))}));
+    found.push_back(base::lower_case({reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
+                                      static_cast<std::size_t>(ASN1_STRING_length(text))}));
   }
   return found;
 }

@@ -40,7 +40,8 @@ int no_pass_phrase(char*, int, int, void*) { return 0; }
 }  // namespace
 
 Client::Client(ClientSettings settings)
-    : settings_(std::move(settings)), back_off_(settings_.reconnect_min, settings_.reconnect_max) {
+    : settings_(std::move(settings)),
+      back_off_{.first = settings_.reconnect_min, .longest = settings_.reconnect_max} {
   static const Library library;
   // TLS needs more stack than the daemon's threads.
   thread_.start({.name = "lw-mqtt", .stack_bytes = 1024UL * 1024UL}, [this] { run(); });
@@ -113,7 +114,7 @@ void Client::run() {
     const Clock::time_point start = Clock::now();
     attempt();
     // A connection that breaks at once, as where another client has this one's name, is no success.
-    if (leaving_.exchange(false) || Clock::now() - start > back_off_.longest()) back_off_.reset();
+    if (leaving_.exchange(false) || Clock::now() - start > back_off_.longest) failures_ = 0;
   }
 }
 
@@ -121,7 +122,10 @@ void Client::run() {
 bool Client::wait_for_attempt() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return quit_ || wanted_; });
-  if (!first_) changed_.wait_for(lock, back_off_.next(), [this] { return quit_; });
+  if (!first_) {
+    const double chance = std::uniform_real_distribution<double>(0.0, 1.0)(random_);
+    changed_.wait_for(lock, back_off_.pause(++failures_, chance), [this] { return quit_; });
+  }
   first_ = false;
   wanted_ = false;
   return !quit_;

@@ -18,11 +18,12 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <random>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "net/mqtt/back_off.hpp"
+#include "base/back_off.hpp"
 #include "net/mqtt/broker_url.hpp"
 #include "base/secret/secret.hpp"
 #include "base/thread.hpp"
@@ -115,7 +116,9 @@ class Client {
   void on_message(const mosquitto_message& message);
 
   const ClientSettings settings_;
-  BackOff back_off_;
+  const base::BackOff back_off_;
+  std::int64_t failures_ = 0;  // attempts since the last success
+  std::minstd_rand random_{std::random_device{}()};
 
   std::mutex handle_mutex_;  // of what follows: the handle's user and its network thread
   mosquitto* handle_ = nullptr;

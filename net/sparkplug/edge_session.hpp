@@ -24,7 +24,7 @@ class EdgeSession {
     leave    // publish NDEATH, disconnect
   };
 
-  // `last_bd_seq`: of the last connection that was tried, also by an earlier run of the program; nothing: none was.
+  // `last_bd_seq`: of the last connection that was tried, also by an earlier run of the program; nullopt if none was.
   EdgeSession(bool has_primary_host, std::optional<std::uint8_t> last_bd_seq);
 
   // A connection is about to be tried; returns the bdSeq of its will, to be kept on the disk before.

@@ -16,7 +16,7 @@ struct HostState {
 };
 
 std::string to_text(const HostState& state);
-// Nothing where the text is no such object.
+// Returns nullopt if the text is no such object.
 std::optional<HostState> parse_host_state(std::string_view text);
 
 // The state that counts. An older word, such as the will of a connection that a newer one has replaced, changes

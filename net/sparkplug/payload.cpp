@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/text.hpp"
 #include "sparkplug_b.pb.h"
 
 namespace loopwarden::sparkplug {
@@ -43,29 +44,9 @@ bool fits(std::int64_t value, int bits) noexcept {
   return signed_of(static_cast<std::uint64_t>(value), bits) == value;
 }
 
-// Text that any reader takes: UTF-8 without surrogates, long forms and zero bytes.
-bool is_plain_utf8(std::string_view text) noexcept {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
-    const unsigned lead = byte(i);
-    if (lead == 0) return false;
-    if (lead < 0x80) {
-      ++i;
-      continue;
-    }
-    const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-    if (lead < 0xC2 || lead > 0xF4 || i + length > text.size()) return false;
-    unsigned code = lead & (0xFFU >> (length + 1));
-    for (std::size_t k = 1; k < length; ++k) {
-      if ((byte(i + k) & 0xC0U) != 0x80U) return false;
-      code = (code << 6U) | (byte(i + k) & 0x3FU);
-    }
-    constexpr std::array<unsigned, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};
-    if (code < kLeast[length] || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF))
-      return false;
-    i += length;
-  }
-  return true;
+// Text that any reader takes.
+bool is_plain_utf8(std::string_view text) {
+  return text.find('\0') == text.npos && base::is_utf8(text);
 }
 
 const std::string& checked(const std::string& text, const char* what) {

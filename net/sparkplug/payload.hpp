@@ -123,7 +123,7 @@ enum class Types : std::uint8_t { sent, left_out };
 // caller chose both. A metric of type unknown goes by its value alone.
 std::string encode(const Payload& payload, Types types);
 
-// Any bytes: throws BadPayload where they are no payload, too large, too many metrics, hold text that is not UTF-8
+// Any bytes: throws BadPayload if they are no payload, too large, too many metrics, hold text that is not UTF-8
 // (or has a zero byte), a type that does not exist, or a property set whose two lists differ in length. A value that
 // contradicts its type is Opaque.
 Payload decode(std::string_view bytes);

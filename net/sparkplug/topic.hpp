@@ -24,11 +24,11 @@ struct Topic {
 };
 
 std::string to_text(const Topic& topic);
-// Nothing where it is no such topic; STATE is not.
+// Returns nullopt if it is no topic of that form; STATE is not one.
 std::optional<Topic> parse_topic(std::string_view text);
 
 std::string state_topic(std::string_view host);
-// The host that a STATE topic names; nothing where it is none.
+// The host that a STATE topic names; nullopt if it is no STATE topic.
 std::optional<std::string> parse_state_topic(std::string_view text);
 
 // What a group, an edge node, a device or a host may be called: UTF-8, not empty, without / + # and control

@@ -11,15 +11,13 @@
 #include <cmath>
 #include <ctime>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <system_error>
 #include <vector>
 
+#include "base/digest/digest.hpp"
 #include "base/file.hpp"
 #include "record/record_csv.hpp"
-#include "record/segment_format.hpp"
 
 namespace loopwarden::evidence {
 namespace {
@@ -271,9 +269,7 @@ void sync_files(const fs::path& folder) {
 }
 
 std::uint32_t crc_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  return record::crc32(std::span(text.data(), text.size()));
+  return base::crc32(base::read_file(path).value_or(""));
 }
 
 // What the verdict depends on; the manifest has the digests of the weights.

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "base/file.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -41,28 +42,6 @@ std::string other_format(std::string_view head) {
     return "is JSON, which is not read: export the values as CSV, a column a signal or a row a "
            "value";
   return {};
-}
-
-bool is_utf8(std::string_view text) {
-  std::size_t follow = 0;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (follow > 0) {
-      if ((byte & 0xC0U) != 0x80U) return false;
-      --follow;
-    } else if (byte >= 0x80) {
-      if ((byte & 0xE0U) == 0xC0U) {
-        follow = 1;
-      } else if ((byte & 0xF0U) == 0xE0U) {
-        follow = 2;
-      } else if ((byte & 0xF8U) == 0xF0U) {
-        follow = 3;
-      } else {
-        return false;
-      }
-    }
-  }
-  return true;  // one that is cut at the end counts
 }
 
 }  // namespace
@@ -194,7 +173,8 @@ struct TextSource::State {
     if (from == nullptr && wanted == Encoding::utf16) from = "UTF-16LE";
     if (from != nullptr && (wanted == Encoding::automatic || wanted == Encoding::utf16)) {
       encoding = Encoding::utf16;
-    } else if (wanted == Encoding::latin1 || (wanted == Encoding::automatic && !is_utf8(head))) {
+    } else if (wanted == Encoding::latin1 ||
+               (wanted == Encoding::automatic && !base::is_start_of_utf8(head))) {
       encoding = Encoding::latin1;
       from = "WINDOWS-1252";
     } else {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "record/import/time_text.hpp"
 
+#include <date/date.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -26,23 +27,6 @@ constexpr std::array kForms{
     FormName{TimeForm::clock, "clock"}};
 
 constexpr std::int64_t kDay = 86400;
-
-// Days since 1970-01-01 in the Gregorian calendar; the year begins in March so that the leap day is its last.
-constexpr std::int64_t days_since_epoch(std::int64_t year, unsigned month, unsigned day) noexcept {
-  const std::int64_t y = month <= 2 ? year - 1 : year;
-  const std::int64_t era = (y >= 0 ? y : y - 399) / 400;
-  const std::int64_t year_of_era = y - era * 400;
-  const std::int64_t day_of_year =
-      (153 * (static_cast<std::int64_t>(month) + (month > 2 ? -3 : 9)) + 2) / 5 + day - 1;
-  return era * 146097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year -
-         719468;
-}
-static_assert(days_since_epoch(1970, 1, 1) == 0 && days_since_epoch(2000, 3, 1) == 11017);
-
-constexpr unsigned days_in(std::int64_t year, unsigned month) noexcept {
-  if (month == 2) return year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) ? 29 : 28;
-  return month == 4 || month == 6 || month == 9 || month == 11 ? 30 : 31;
-}
 
 constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
@@ -207,23 +191,20 @@ bool read_zone(Scanner& in, int& offset_s) {
 
 std::optional<TimePoint> parse_date(std::string_view text, TimeForm form) {
   Scanner in(text);
-  Date date;
-  if (!read_date(in, date)) return std::nullopt;
-  if (date.year_first != (form == TimeForm::ymd)) {
-    if (date.year_first || !date.named) return std::nullopt;
+  Date written;
+  if (!read_date(in, written)) return std::nullopt;
+  if (written.year_first != (form == TimeForm::ymd)) {
+    if (written.year_first || !written.named) return std::nullopt;
   }
-  if (!date.year_first) {
-    const bool day_first = date.named || form == TimeForm::dmy;
-    date.day = day_first ? date.first : date.second;
-    date.month = day_first ? date.second : date.first;
+  if (!written.year_first) {
+    const bool day_first = written.named || form == TimeForm::dmy;
+    written.day = day_first ? written.first : written.second;
+    written.month = day_first ? written.second : written.first;
   }
-  if (date.year < 1900 || date.year > 2200 || date.month < 1 || date.month > 12 || date.day < 1 ||
-      static_cast<unsigned>(date.day) > days_in(date.year, static_cast<unsigned>(date.month))) {
-    return std::nullopt;
-  }
+  const date::year_month_day day = date::year(written.year) / written.month / written.day;
+  if (written.year < 1900 || written.year > 2200 || !day.ok()) return std::nullopt;
   TimePoint point;
-  point.whole_s = kDay * days_since_epoch(date.year, static_cast<unsigned>(date.month),
-                                          static_cast<unsigned>(date.day));
+  point.whole_s = kDay * date::sys_days(day).time_since_epoch().count();
   in.take(",");
   if (in.take("Tt") == '\0') in.skip_spaces();
   if (in.at_end()) return point;

@@ -19,7 +19,7 @@
 
 namespace loopwarden::edge {
 
-// What a loop's registers don't hold; values by the metric's name, null where it is not here.
+// What a loop's registers don't hold: values by the metric's name, null if not known.
 using Extras = std::map<std::string, sparkplug::Value>;
 
 struct LoopModel {
@@ -49,7 +49,7 @@ class BoxModel {
   Reading node_reading(const protocol::Registers* registers, const Extras& extras) const;
   Reading loop_reading(std::size_t loop, const protocol::Registers& registers,
                        const Extras& extras) const;
-  // Where a field stands among the values of each loop; nothing: the map has no such field.
+  // A field's place among the values of each loop; nullopt if the map has no such field.
   std::optional<std::size_t> column(const std::string& field) const noexcept;
   // CRC of the configuration in force, of the box's registers.
   std::optional<double> config_hash(const protocol::Registers& registers) const;

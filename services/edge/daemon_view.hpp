@@ -19,7 +19,7 @@ class DaemonView {
   DaemonView(const std::filesystem::path& runtime_directory, DeadBands dead_bands,
              std::filesystem::path commissions);
 
-  // Asks for everything anew; true where the model is another one than before. Throws protocol::DaemonError.
+  // Asks for everything anew; true if the model is another one than before. Throws protocol::DaemonError.
   bool look();
 
   const BoxModel& model() const noexcept { return model_; }
@@ -27,7 +27,7 @@ class DaemonView {
   Reading loop_reading(std::size_t loop) const;
   // Alarms of a loop that wait for the operator.
   std::vector<std::string> unacknowledged(std::size_t loop) const;
-  // The folder of an alarm's newest evidence, or the evidence folder of that name; nothing: none. Throws as look().
+  // The folder of an alarm's newest evidence, or the evidence folder of that name; nullopt if there is none. Throws as look().
   std::optional<std::filesystem::path> evidence(std::size_t loop, const std::string& wanted);
 
  private:

@@ -54,7 +54,7 @@ class Device {
 
   // Whether the metric is one of these, of the same type.
   bool has(const sparkplug::Metric& metric) const;
-  // Of a metric's alias; nothing: it has none.
+  // Of a metric's alias; nullopt if there is none.
   std::optional<std::uint64_t> alias_of(const std::string& metric) const;
   // The metric that a command means, by name or alias; null: none of this device.
   const MetricSpec* meant_by(const sparkplug::Metric& command) const;

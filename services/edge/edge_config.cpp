@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "config/file_keys.hpp"
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
@@ -28,30 +29,6 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(std::llround(seconds * 1000.0));
 }
 
-std::string resolved(const std::string& file, const std::string& path) {
-  return path.empty() ? path : config::resolve(file, path).string();
-}
-
-base::Secret read_secret_place(MapReader& in, const std::string& file, const char* key,
-                               const char* meaning) {
-  base::Secret secret;
-  std::optional<MapReader> section = in.maybe_section(key, meaning);
-  if (!section) return secret;
-  const config::Value<std::string> credential =
-      section->text("credential", "name of a systemd credential (LoadCredential= of the unit)", "");
-  const config::Value<std::string> path =
-      section->text("file", "path of a file that only the service may read", "");
-  if (!section->describing() && credential.value.empty() == path.value.empty()) {
-    section->error("either credential or file is needed");
-  }
-  if (credential.value.find('/') != std::string::npos) {
-    section->error("credential", "is a name, not a path");
-  }
-  secret.credential = credential;
-  secret.file = resolved(file, path);
-  return secret;
-}
-
 void read_url(MapReader& in, mqtt::ClientSettings& mqtt) {
   const config::Value<std::string> url =
       in.need_text("url", "mqtt://HOST[:PORT] or, with TLS, mqtts://HOST[:PORT]");
@@ -64,14 +41,13 @@ void read_url(MapReader& in, mqtt::ClientSettings& mqtt) {
 }
 
 void read_tls(MapReader& in, const std::string& file, mqtt::ClientSettings& mqtt) {
-  mqtt.ca_file = resolved(
-      file,
-      in.text("ca_file",
-              "authorities that may sign the broker's certificate, PEM; empty: the system's", ""));
+  mqtt.ca_file = config::read_path(
+      in, "ca_file", "authorities that may sign the broker's certificate, PEM; empty: the system's",
+      file);
   mqtt.certificate_file =
-      resolved(file, in.text("certificate_file", "the box's own certificate, PEM; needs key", ""));
-  mqtt.key = read_secret_place(in, file, "key",
-                               "private key of certificate_file, PEM, without a pass phrase");
+      config::read_path(in, "certificate_file", "the box's own certificate, PEM; needs key", file);
+  mqtt.key = config::read_secret_at(
+      in, "key", "private key of certificate_file, PEM, without a pass phrase", file);
   const bool own = !mqtt.certificate_file.empty();
   if (in.describing()) return;
   if (own != mqtt.key.given()) in.error("certificate_file and key are given both or none");
@@ -103,7 +79,7 @@ void read_broker(MapReader in, const std::string& file, EdgeConfig& config) {
       in.text("client_id",
               "MQTT client identifier, unique at the broker; empty: loopwarden-GROUP-EDGE", "");
   mqtt.user = in.text("user", "name at the broker; empty: none", "");
-  mqtt.password = read_secret_place(in, file, "password", "of user");
+  mqtt.password = config::read_secret_at(in, "password", "of user", file);
   if (mqtt.password.given() && mqtt.user.empty()) in.error("password", "needs user");
   read_tls(in, file, mqtt);
   read_waits(in, mqtt);
@@ -161,8 +137,8 @@ void read_data(MapReader in, EdgeConfig& config) {
 
 void read_store(MapReader in, const std::string& file, EdgeConfig& config) {
   config.state_directory =
-      resolved(file, in.text("directory", "of store.sqlite: what waits for broker or host",
-                             config.state_directory.string()));
+      config::read_path(in, "directory", "of store.sqlite: what waits for broker or host", file,
+                        config.state_directory.string());
   config.most_stored_bytes =
       1024UL * 1024UL *
       static_cast<std::uint64_t>(in.integer(
@@ -202,8 +178,8 @@ EdgeConfig read_edge(MapReader& in, const std::string& file) {
   if (auto names = in.need_section("sparkplug", "names by which hosts know this box"))
     read_names(*names, config);
   config.runtime_directory =
-      resolved(file, in.text("runtime_directory", "of loopwardend, where its sockets are",
-                             config.runtime_directory.string()));
+      config::read_path(in, "runtime_directory", "of loopwardend, where its sockets are", file,
+                        config.runtime_directory.string());
   if (auto data = in.maybe_section("data", "what is sent when")) read_data(*data, config);
   if (auto store = in.maybe_section("store", "store and forward")) read_store(*store, file, config);
   if (auto files = in.maybe_section("files", "evidence and reports on request"))
@@ -211,9 +187,8 @@ EdgeConfig read_edge(MapReader& in, const std::string& file) {
   config.orders = in.flag(
       "orders", "hosts may give orders, as far as loopwardend.yaml allows in its section edge",
       config.orders);
-  config.commissions = resolved(
-      file, in.text("commissions",
-                    "folder with TAG/commission.json, for detectable/NAME; empty: none", ""));
+  config.commissions = config::read_path(
+      in, "commissions", "folder with TAG/commission.json, for detectable/NAME; empty: none", file);
   config.log_level =
       in.one_of("log_level", kLogLevels, "least grave message that is logged", kLogLevels[1].value);
   if (config.mqtt.client_id.empty()) {

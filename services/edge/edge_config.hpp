@@ -17,7 +17,7 @@
 namespace loopwarden::edge {
 
 struct DeadBands {
-  double percent = 0.5;  // of a metric's range, or of its last value where it has none
+  double percent = 0.5;  // of a metric's range, or of its last value if it has no range
   std::map<std::string, double> by_metric;  // percent, by the metric's name
 };
 

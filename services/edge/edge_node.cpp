@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "config/diagnostic.hpp"
 
 namespace loopwarden::edge {
@@ -41,11 +42,7 @@ mqtt::ClientSettings settings_of(const EdgeConfig& config) {
   return settings;
 }
 
-std::uint64_t system_ms() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::milliseconds>(now).count());
-}
+std::uint64_t system_ms() { return static_cast<std::uint64_t>(base::utc_ms()); }
 
 // bdSeq from the store; a store that can't say begins anew.
 std::optional<std::uint8_t> last_bd_seq(Store& store) {

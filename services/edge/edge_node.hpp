@@ -27,7 +27,7 @@ namespace loopwarden::edge {
 
 class EdgeNode {
  public:
-  // Throws sqlite::Error where there is no store to be had.
+  // Throws sqlite::Error if the store can't be opened or made.
   explicit EdgeNode(EdgeConfig config);
 
   void start();

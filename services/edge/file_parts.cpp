@@ -2,15 +2,14 @@
 #include "services/edge/file_parts.hpp"
 
 #include <fmt/format.h>
-#include <nettle/sha2.h>
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "base/digest/digest.hpp"
 #include "services/edge/box_model.hpp"
 
 namespace loopwarden::edge {
@@ -27,24 +26,6 @@ const char* content_type(const std::string& extension) {
 }
 
 }  // namespace
-
-std::string sha256_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw std::runtime_error(fmt::format("{} can't be read", file.string()));
-  sha256_ctx context;
-  sha256_init(&context);
-  std::array<char, 65536> buffer{};
-  do {
-    stream.read(buffer.data(), buffer.size());
-    sha256_update(&context, static_cast<std::size_t>(stream.gcount()),
-                  reinterpret_cast<const std::uint8_t*>(buffer.data()));
-  } while (stream);
-  std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest{};
-  sha256_digest(&context, digest.size(), digest.data());
-  std::string text;
-  for (const std::uint8_t byte : digest) text += fmt::format("{:02x}", byte);
-  return text;
-}
 
 std::string FileParts::add(const std::string& device, const std::string& request,
                            const fs::path& folder) {
@@ -64,7 +45,7 @@ std::string FileParts::add(const std::string& device, const std::string& request
       continue;
     }
     try {
-      added.push_back({device, request, path, size, sha256_of(path), 0, 0});
+      added.push_back({device, request, path, size, base::sha256_hex_of_file(path), 0, 0});
     } catch (const std::runtime_error& e) {
       left_out += fmt::format("{}; ", e.what());
     }

@@ -14,9 +14,6 @@
 
 namespace loopwarden::edge {
 
-// SHA-256 of a file, in hexadecimal. Throws std::runtime_error.
-std::string sha256_of(const std::filesystem::path& file);
-
 class FileParts {
  public:
   static constexpr std::size_t kMostFolders = 16;
@@ -33,7 +30,7 @@ class FileParts {
     std::string device;
     sparkplug::Metric metric;  // file/NAME, of type File
   };
-  // The next part, the same again until it is gone(); nothing: there is none. A file that can't be read any further ends.
+  // The next part, the same again until it is gone(); nullopt if there is none. A file that can't be read any further ends.
   std::optional<Part> next();
   void gone();
   bool empty() const noexcept { return waiting_.empty(); }

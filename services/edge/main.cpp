@@ -69,7 +69,7 @@ int run_command_line(int argc, char** argv) {
   cli.add_flag("--check", check, "validate the configuration and exit");
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  return config::run_service(cli, argc, argv, [&] { return run(file, check); });
+  return config::run_service(cli, {argv + 1, argv + argc}, [&] { return run(file, check); });
 }
 
 }  // namespace

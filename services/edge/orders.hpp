@@ -45,7 +45,7 @@ class Orders {
     std::uint64_t number;  // the daemon's
     std::chrono::steady_clock::time_point since;
   };
-  // True where it has ended.
+  // True if it has ended.
   bool ask_after(const Waiting& order);
 
   protocol::DaemonClient daemon_;

@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include "base/clock.hpp"
+
 namespace loopwarden::edge {
 namespace {
 
@@ -39,9 +41,7 @@ sqlite::Database opened(const std::filesystem::path& file) {
     return open_file(file);
   } catch (const sqlite::Error& e) {
     if (!e.damaged()) throw;
-    const auto now = std::chrono::system_clock::now().time_since_epoch();
-    const auto aside = sqlite::move_aside(
-        file, std::chrono::duration_cast<std::chrono::milliseconds>(now).count());
+    const auto aside = sqlite::move_aside(file, base::utc_ms());
     spdlog::error("{}: {}; moved to {}", file.string(), e.what(), aside.string());
   }
   return open_file(file);

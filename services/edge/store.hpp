@@ -27,7 +27,7 @@ struct Report {
 
 class Store {
  public:
-  // Opens or makes the file. Throws sqlite::Error where that can't be, std::filesystem::filesystem_error where a damaged one can't
+  // Opens or makes the file. Throws sqlite::Error if that fails, std::filesystem::filesystem_error if a damaged one can't
   // be moved.
   Store(const std::filesystem::path& file, std::uint64_t most_bytes);
   Store(const Store&) = delete;

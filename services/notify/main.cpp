@@ -83,7 +83,7 @@ int run_command_line(int argc, char** argv) {
   add_options(cli, options, test, list);
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  return config::run_service(cli, argc, argv, [&] {
+  return config::run_service(cli, {argv + 1, argv + argc}, [&] {
     options.test = test->count() > 0;
     options.list = list->count() > 0;
     return run(options);

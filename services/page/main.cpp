@@ -2,20 +2,15 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <exception>
 #include <string>
-#include <vector>
 
 #include "config/command_line/service.hpp"
-#include "config/command_line/unknown_word.hpp"
 #include "config/diagnostic.hpp"
 #include "base/exit_code.hpp"
 #include "base/standard_streams.hpp"
 #include "services/page/app/app.hpp"
 #include "services/page/app/user_commands.hpp"
 #include "services/page/settings/page_settings.hpp"
-#include "workbench/command_line/command_line.hpp"
 
 namespace loopwarden::page {
 namespace {
@@ -76,26 +71,15 @@ int run_command_line(int argc, char** argv) {
   add_certificate_command(app, exit_code);
   app.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   app.footer(kFooter);
-  std::vector<std::string> words = workbench::in_options({argv + 1, argv + argc});
-  const std::string unknown = config::unknown_word(app, words);
-  if (!unknown.empty()) {
-    fmt::print(stderr, "loopwarden-page: {}\n", unknown);
-    return kExitUsage;
-  }
-  try {
-    std::reverse(words.begin(), words.end());  // as CLI11 takes them
-    app.parse(words);
+  return config::run_service(app, config::in_options({argv + 1, argv + argc}), [&]() -> int {
     if (!app.get_subcommands().empty()) return exit_code;
-    return run(options);
-  } catch (const CLI::ParseError& e) {
-    return config::say(app, e);
-  } catch (const BadConfiguration& e) {
-    fmt::print(stderr, "loopwarden-page: {}\n", e.what());
-    return kExitConfiguration;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "loopwarden-page: {}\n", e.what());
-    return kExitIo;
-  }
+    try {
+      return run(options);
+    } catch (const BadConfiguration& e) {
+      fmt::print(stderr, "loopwarden-page: {}\n", e.what());
+      return kExitConfiguration;
+    }
+  });
 }
 
 }  // namespace

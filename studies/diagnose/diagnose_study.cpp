@@ -266,13 +266,13 @@ int train_table(const StudyOptions& options) {
       });
   workbench::write_output(
       options.train,
-      table_source(table, fmt::format("loopwarden-study diagnose --train FILE --cases {} --seed {}",
-                                      options.cases, options.seed)));
+      table_text(table, fmt::format("loopwarden-study diagnose --train FILE --cases {} --seed {}",
+                                    options.cases, options.seed)));
   fmt::print("{}: {} trees from {} cases\n", options.train, table.trees.size(), cases.size());
   return kExitOk;
 }
 
-struct Window {
+struct LabelledWindow {
   Label label;
   diagnosis::Diagnosis diagnosis;
   diagnosis::ValveDecision left_out{};  // by weights fitted without this loop
@@ -281,8 +281,8 @@ struct Window {
 
 constexpr double kRidge = 0.3;
 
-std::vector<Window> read_windows(const std::vector<std::string>& folders) {
-  std::vector<Window> windows;
+std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders) {
+  std::vector<LabelledWindow> windows;
   for (const std::string& folder : folders) {
     for (const Label& label : read_labels(std::filesystem::path(folder) / "labels.csv")) {
       const record::Record r = record::read_record(std::filesystem::path(folder) / label.file);
@@ -298,7 +298,7 @@ std::vector<Window> read_windows(const std::vector<std::string>& folders) {
 // every loop has the same as the next. On levels and temperatures there are no open loops to learn from but those whose
 // windows integrate.
 diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
-                                    const std::vector<Window>& windows, bool at_once,
+                                    const std::vector<LabelledWindow>& windows, bool at_once,
                                     const std::string& without) {
   std::vector<LogisticRow> rows;
   std::array<std::vector<std::size_t>, 2> of_class;
@@ -315,15 +315,15 @@ diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
   }
   std::map<std::string, double> of_loop;
   std::array<std::map<std::string, bool>, 2> loops;
-  const auto counts = [&](const Window& w) {
+  const auto counts = [&](const LabelledWindow& w) {
     return at_once && w.label.loop != without && w.diagnosis.judged() && w.at_once();
   };
-  for (const Window& w : windows) {
+  for (const LabelledWindow& w : windows) {
     if (!counts(w)) continue;
     of_loop[w.label.loop] += 1.0;
     loops[w.label.sticky ? 1 : 0][w.label.loop] = true;
   }
-  for (const Window& w : windows) {
+  for (const LabelledWindow& w : windows) {
     if (!counts(w)) continue;
     rows.push_back({.x = diagnosis::terms_of(w.diagnosis.evidence),
                     .positive = w.label.sticky,
@@ -356,15 +356,15 @@ struct LoopFigures {
   }
 };
 
-std::vector<LoopFigures> by_loop(const std::vector<Window>& windows) {
-  std::map<std::string, std::vector<const Window*>> grouped;
-  for (const Window& w : windows) grouped[w.label.loop].push_back(&w);
+std::vector<LoopFigures> by_loop(const std::vector<LabelledWindow>& windows) {
+  std::map<std::string, std::vector<const LabelledWindow*>> grouped;
+  for (const LabelledWindow& w : windows) grouped[w.label.loop].push_back(&w);
   std::vector<LoopFigures> loops;
   for (const auto& [name, members] : grouped) {
     LoopFigures f{.name = name, .sticky = members.front()->label.sticky, .windows = members.size()};
     std::vector<diagnosis::Diagnosis> diagnoses;
     double logits = 0.0;
-    for (const Window* w : members) {
+    for (const LabelledWindow* w : members) {
       const auto verdict = w->diagnosis.verdict;
       const bool right = (verdict == diagnosis::DiagnosisVerdict::valve_effect) == f.sticky;
       const bool decided = verdict != diagnosis::DiagnosisVerdict::cant_tell &&
@@ -411,15 +411,16 @@ void print_share(const char* what, const std::vector<LoopFigures>& loops,
              interval.low, interval.high);
 }
 
-void judge_without_own_loop(std::vector<Window>& windows, const std::vector<Judged>& simulated) {
+void judge_without_own_loop(std::vector<LabelledWindow>& windows,
+                            const std::vector<Judged>& simulated) {
   std::map<std::string, diagnosis::ValveWeights> without;
-  for (const Window& w : windows) {
+  for (const LabelledWindow& w : windows) {
     if (w.at_once() && !without.contains(w.label.loop)) {
       without[w.label.loop] = fit_weights(simulated, windows, true, w.label.loop);
     }
   }
   const diagnosis::ValveWeights later = fit_weights(simulated, windows, false, "");
-  for (Window& w : windows) {
+  for (LabelledWindow& w : windows) {
     w.left_out = diagnosis::decide(w.diagnosis.evidence, w.diagnosis.follows,
                                    w.at_once() ? without[w.label.loop] : later);
   }
@@ -440,7 +441,7 @@ void print_reliability(const std::vector<double>& stated, const std::vector<bool
 }
 
 int write_weights(const StudyOptions& options) {
-  const std::vector<Window> windows = read_windows(options.records);
+  const std::vector<LabelledWindow> windows = read_windows(options.records);
   const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
   const auto line = [&](const char* name, bool at_once) {
     const diagnosis::ValveWeights w = fit_weights(simulated, windows, at_once, "");
@@ -463,9 +464,9 @@ int write_weights(const StudyOptions& options) {
 }
 
 // `refit`: left_out is then what weights say in which the loop had no say.
-void print_json(const std::vector<Window>& windows, bool refit) {
+void print_json(const std::vector<LabelledWindow>& windows, bool refit) {
   nlohmann::json records = nlohmann::json::array();
-  for (const Window& w : windows) {
+  for (const LabelledWindow& w : windows) {
     const diagnosis::Diagnosis& d = w.diagnosis;
     records.push_back({{"record", w.label.file},
                        {"loop", w.label.loop},
@@ -491,12 +492,12 @@ void print_json(const std::vector<Window>& windows, bool refit) {
 }
 
 int judge_records(const StudyOptions& options) {
-  std::vector<Window> windows = read_windows(options.records);
+  std::vector<LabelledWindow> windows = read_windows(options.records);
   if (options.refit) judge_without_own_loop(windows, judge_cases(options, options.seed, "refit"));
   if (!options.evidence.empty()) {
     std::ostringstream file;
     file << "file,loop,sticky," << kEvidenceColumns;
-    for (const Window& w : windows) {
+    for (const LabelledWindow& w : windows) {
       file << fmt::format("{},{},{},", w.label.file, w.label.loop, w.label.sticky ? 1 : 0)
            << evidence_row(w.diagnosis);
     }
@@ -508,7 +509,7 @@ int judge_records(const StudyOptions& options) {
   }
   fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6} {:>6} {:>6} {:>6}\n", "record", "loop",
              "sticky", "verdict", "grade", "cause", "ph", "pl", "A", "p");
-  for (const Window& w : windows) {
+  for (const LabelledWindow& w : windows) {
     const diagnosis::Diagnosis& d = w.diagnosis;
     const bool called = d.verdict == diagnosis::DiagnosisVerdict::valve_effect;
     fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6.2f} {:>6.2f} {:>6.3f} {:>6.2f}{}\n",
@@ -606,7 +607,7 @@ double compare_distributions(const char* what, std::vector<double> simulated,
 }
 
 int compare(const StudyOptions& options) {
-  const std::vector<Window> measured = read_windows(options.records);
+  const std::vector<LabelledWindow> measured = read_windows(options.records);
   const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
   constexpr std::array kNames{"phase", "play", "Hammerstein"};
   std::string worst;
@@ -623,7 +624,7 @@ int compare(const StudyOptions& options) {
         const auto& e = j.diagnosis.evidence;
         s.push_back(std::array{e.phase, e.play, e.hammerstein}[i]);
       }
-      for (const Window& w : measured) {
+      for (const LabelledWindow& w : measured) {
         if (w.diagnosis.judged() && w.label.sticky == sticky)
           m.push_back(numbers_of(w.diagnosis)[i]);
       }

@@ -7,7 +7,9 @@
 #include <complex>
 #include <limits>
 #include <numbers>
-#include <utility>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "model/numeric/draw.hpp"
 #include "model/numeric/random.hpp"
@@ -327,275 +329,354 @@ void round_to(std::vector<double>& x, double step) {
   for (double& v : x) v = std::round(v / step) * step;
 }
 
-// One try; false where the case does not show what its cause says.
-bool try_case(Random& random, DiagnosisCase& out) {
-  out = {};
-  const double of_cause = random.uniform();
-  out.cause = of_cause < 0.30   ? Cause::stiction
-              : of_cause < 0.37 ? Cause::backlash
-              : of_cause < 0.47 ? Cause::tuning
-              : of_cause < 0.64 ? Cause::disturbance
-              : of_cause < 0.68 ? Cause::saturation
-                                : Cause::none;
-  const bool valve = out.cause == Cause::stiction || out.cause == Cause::backlash;
-  const bool tight = out.cause == Cause::tuning;
+// Kinds differ in time scale against logging interval.
+struct Kind {
+  const char* name;
+  double share, integrating, fastest, slowest;
+};
+constexpr std::array<Kind, 5> kKinds{{{"flow", 0.40, 0.0, 0.1, 15.0},
+                                      {"pressure", 0.20, 0.25, 1.0, 40.0},
+                                      {"level", 0.25, 0.95, 0.5, 25.0},
+                                      {"temperature", 0.10, 0.15, 3.0, 60.0},
+                                      {"analyser", 0.05, 0.0, 3.0, 30.0}}};
+constexpr double kNever = 1e300;
 
-  // Kinds differ in time scale against logging interval.
-  struct Kind {
-    const char* name;
-    double share, integrating, fastest, slowest;
-  };
-  constexpr std::array<Kind, 5> kKinds{{{"flow", 0.40, 0.0, 0.1, 15.0},
-                                        {"pressure", 0.20, 0.25, 1.0, 40.0},
-                                        {"level", 0.25, 0.95, 0.5, 25.0},
-                                        {"temperature", 0.10, 0.15, 3.0, 60.0},
-                                        {"analyser", 0.05, 0.0, 3.0, 30.0}}};
-  double of_kind = random.uniform();
-  std::size_t k = 0;
-  while (k + 1 < kKinds.size() && of_kind > kKinds[k].share) of_kind -= kKinds[k++].share;
-  out.kind = kKinds[k].name;
-  out.integrating = chance(random, kKinds[k].integrating);
-  const double time_scale = log_uniform(random, kKinds[k].fastest, kKinds[k].slowest);
-  // Controllers that lean on integral action let a sticking valve cycle; most that behave well do not.
-  const double of_weight = random.uniform();
-  const Weight weight = of_weight < (valve ? 0.6 : 0.15)                  ? Weight::integral
-                        : !valve && !tight && of_weight < kProportionalTo ? Weight::proportional
-                                                                          : Weight::balanced;
-  const Draw loop = draw_loop(random, out.integrating, tight, weight, time_scale);
-  const ProcessDraw& p = loop.process;
+// One case: its numbers are drawn in the order of the functions, then the loop is run and logged.
+class CaseMaker {
+ public:
+  CaseMaker(Random& random, DiagnosisCase& out) : random_(random), out_(out) { out = {}; }
 
-  const auto samples = static_cast<std::size_t>(log_uniform(random, 200.0, 3000.0));
-  const auto steps_per_sample = static_cast<std::size_t>(std::ceil(1.0 / loop.interval - 1e-9));
-  const double dt = 1.0 / static_cast<double>(steps_per_sample);
+  // False where the case does not show what its cause says.
+  bool make() {
+    draw_cause();
+    draw_kind();
+    draw_loads();
+    draw_oscillation();
+    draw_valve();
+    draw_set_point();
+    draw_limits();
+    draw_interruptions();
+    draw_measurement();
+    return run() && shows_its_cause() && log();
+  }
+
+ private:
+  void draw_cause() {
+    const double of_cause = random_.uniform();
+    out_.cause = of_cause < 0.30   ? Cause::stiction
+                 : of_cause < 0.37 ? Cause::backlash
+                 : of_cause < 0.47 ? Cause::tuning
+                 : of_cause < 0.64 ? Cause::disturbance
+                 : of_cause < 0.68 ? Cause::saturation
+                                   : Cause::none;
+    valve_ = out_.cause == Cause::stiction || out_.cause == Cause::backlash;
+    tight_ = out_.cause == Cause::tuning;
+  }
+
+  void draw_kind() {
+    double of_kind = random_.uniform();
+    std::size_t k = 0;
+    while (k + 1 < kKinds.size() && of_kind > kKinds[k].share) of_kind -= kKinds[k++].share;
+    out_.kind = kKinds[k].name;
+    out_.integrating = chance(random_, kKinds[k].integrating);
+    time_scale_ = log_uniform(random_, kKinds[k].fastest, kKinds[k].slowest);
+    // Controllers that lean on integral action let a sticking valve cycle; most that behave well do not.
+    const double of_weight = random_.uniform();
+    const Weight weight = of_weight < (valve_ ? 0.6 : 0.15)                   ? Weight::integral
+                          : !valve_ && !tight_ && of_weight < kProportionalTo ? Weight::proportional
+                                                                              : Weight::balanced;
+    loop_ = draw_loop(random_, out_.integrating, tight_, weight, time_scale_);
+    samples_ = static_cast<std::size_t>(log_uniform(random_, 200.0, 3000.0));
+    steps_per_sample_ = static_cast<std::size_t>(std::ceil(1.0 / loop_.interval - 1e-9));
+    dt_ = 1.0 / static_cast<double>(steps_per_sample_);
+  }
 
   // Sizes in % of span of CO; loads act at the input of the process, in the same unit.
-  const double reach = log_uniform(random, 0.5, 25.0);
-  const double process_memory = p.integrating ? 2.0 * p.tau2 + p.dead_time : p.tau1 + p.dead_time;
-  const double load_time = process_memory * log_uniform(random, 0.3, 60.0);
-  double load = reach * log_uniform(random, 0.01, 0.4);
-  if (!valve) load = reach * log_uniform(random, 0.003, 1.0);
-  if (out.cause == Cause::disturbance || tight) load = reach * log_uniform(random, 0.01, 0.4);
-  Wander wander(load, std::max(load_time, 2.0 * dt), dt, Random(random.bits()));
-  double fast_load = chance(random, 0.45) ? load * random.uniform(0.0, 1.0) : 0.0;
-  if (tight) fast_load = std::max(fast_load, 0.1 * load);
-  Wander flutter(fast_load, std::max(time_scale * log_uniform(random, 0.02, 0.5), 0.5 * dt), dt,
-                 Random(random.bits()));
-
-  double swing = 0.0;
-  const auto shape = static_cast<Oscillator::Shape>(
-      chance(random, 0.45) ? 0 : 1 + choice(random, kShapeNames.size() - 1));
-  if (out.cause == Cause::disturbance) {
-    swing = reach;
-    out.detail = kShapeNames[static_cast<std::size_t>(shape)];
-  } else if (valve && chance(random, 0.15)) {
-    swing = reach * log_uniform(random, 0.03, 0.3);
-  } else if (out.cause == Cause::saturation) {
-    swing = chance(random, 0.5) ? reach : 0.0;
+  void draw_loads() {
+    const ProcessDraw& p = loop_.process;
+    reach_ = log_uniform(random_, 0.5, 25.0);
+    process_memory_ = p.integrating ? 2.0 * p.tau2 + p.dead_time : p.tau1 + p.dead_time;
+    const double load_time = process_memory_ * log_uniform(random_, 0.3, 60.0);
+    load_ = reach_ * log_uniform(random_, 0.01, 0.4);
+    if (!valve_) load_ = reach_ * log_uniform(random_, 0.003, 1.0);
+    if (out_.cause == Cause::disturbance || tight_) {
+      load_ = reach_ * log_uniform(random_, 0.01, 0.4);
+    }
+    wander_ = Wander(load_, std::max(load_time, 2.0 * dt_), dt_, Random(random_.bits()));
+    double fast_load = chance(random_, 0.45) ? load_ * random_.uniform(0.0, 1.0) : 0.0;
+    if (tight_) fast_load = std::max(fast_load, 0.1 * load_);
+    flutter_ = Wander(fast_load, std::max(time_scale_ * log_uniform(random_, 0.02, 0.5), 0.5 * dt_),
+                      dt_, Random(random_.bits()));
   }
-  const double longest = std::max(8.0, static_cast<double>(samples) / 5.0);
-  const double swing_period = std::clamp(time_scale * log_uniform(random, 1.0, 40.0), 5.0, longest);
-  Oscillator oscillator(
-      shape, swing, swing_period, chance(random, 0.6) ? random.uniform(0.0, 0.12) : 0.0,
-      chance(random, 0.6) ? random.uniform(0.0, 0.5) : 0.0,
-      chance(random, 0.7) ? log_uniform(random, 0.01, 0.25) : 0.0, Random(random.bits()));
-  const bool load_at_output = chance(random, 0.3) && !p.integrating;
+
+  void draw_oscillation() {
+    double swing = 0.0;
+    const auto shape = static_cast<Oscillator::Shape>(
+        chance(random_, 0.45) ? 0 : 1 + choice(random_, kShapeNames.size() - 1));
+    if (out_.cause == Cause::disturbance) {
+      swing = reach_;
+      out_.detail = kShapeNames[static_cast<std::size_t>(shape)];
+    } else if (valve_ && chance(random_, 0.15)) {
+      swing = reach_ * log_uniform(random_, 0.03, 0.3);
+    } else if (out_.cause == Cause::saturation) {
+      swing = chance(random_, 0.5) ? reach_ : 0.0;
+    }
+    const double longest = std::max(8.0, static_cast<double>(samples_) / 5.0);
+    const double period = std::clamp(time_scale_ * log_uniform(random_, 1.0, 40.0), 5.0, longest);
+    oscillator_ = Oscillator(
+        shape, swing, period, chance(random_, 0.6) ? random_.uniform(0.0, 0.12) : 0.0,
+        chance(random_, 0.6) ? random_.uniform(0.0, 0.5) : 0.0,
+        chance(random_, 0.7) ? log_uniform(random_, 0.01, 0.25) : 0.0, Random(random_.bits()));
+    load_at_output_ = chance(random_, 0.3) && !loop_.process.integrating;
+  }
 
   // A healthy valve has a little friction too.
-  Friction::Law law = Friction::Law::play;
-  double s = reach * random.uniform(0.0, 0.04);
-  double j = 0.0;
-  if (out.cause == Cause::stiction) {
-    constexpr std::array<Friction::Law, 4> kLaws{Friction::Law::choudhury, Friction::Law::he,
-                                                 Friction::Law::creeping, Friction::Law::choudhury};
-    constexpr std::array<const char*, 4> kLawNames{"choudhury", "he", "creeping", "choudhury"};
-    const std::size_t i = choice(random, kLaws.size());
-    law = kLaws[i];
-    out.detail = kLawNames[i];
-    s = reach;
-    j = s * (chance(random, 0.3) ? random.uniform(0.05, 0.3) : random.uniform(0.3, 1.0));
-    out.size = s;
-  } else if (out.cause == Cause::backlash) {
-    s = reach;
-    out.detail = "play";
-    out.size = s;
-  } else if (chance(random, 0.3)) {
-    law = Friction::Law::none;
+  void draw_valve() {
+    Friction::Law law = Friction::Law::play;
+    band_ = reach_ * random_.uniform(0.0, 0.04);
+    double j = 0.0;
+    if (out_.cause == Cause::stiction) {
+      constexpr std::array<Friction::Law, 4> kLaws{Friction::Law::choudhury, Friction::Law::he,
+                                                   Friction::Law::creeping,
+                                                   Friction::Law::choudhury};
+      constexpr std::array<const char*, 4> kLawNames{"choudhury", "he", "creeping", "choudhury"};
+      const std::size_t i = choice(random_, kLaws.size());
+      law = kLaws[i];
+      out_.detail = kLawNames[i];
+      band_ = reach_;
+      j = band_ * (chance(random_, 0.3) ? random_.uniform(0.05, 0.3) : random_.uniform(0.3, 1.0));
+      out_.size = band_;
+    } else if (out_.cause == Cause::backlash) {
+      band_ = reach_;
+      out_.detail = "play";
+      out_.size = band_;
+    } else if (chance(random_, 0.3)) {
+      law = Friction::Law::none;
+    }
+    friction_ =
+        Friction(law, band_, j, valve_ ? random_.uniform(0.0, 0.25) : 0.0, Random(random_.bits()));
+    before_valve_ = chance(random_, 0.5) ? random_.uniform(0.0, 0.3) * time_scale_ : 0.0;
+    behind_valve_ = chance(random_, 0.4) ? random_.uniform(0.0, 0.25) * time_scale_ : 0.0;
+    bend_ = random_.uniform(-0.012, 0.02);
   }
-  Friction friction(law, s, j, valve ? random.uniform(0.0, 0.25) : 0.0, Random(random.bits()));
-  const double before_valve = chance(random, 0.5) ? random.uniform(0.0, 0.3) * time_scale : 0.0;
-  const double behind_valve = chance(random, 0.4) ? random.uniform(0.0, 0.25) * time_scale : 0.0;
-  const double bend = random.uniform(-0.012, 0.02);  // of the characteristic, per % of CO
 
-  // SP: constant, an operator's steps and ramps, or the output of a master; where it moves it is often what moves the loop most.
-  const double of_sp = random.uniform();
-  const double pv_swing = reach * (p.integrating ? p.gain * time_scale * 3.0 : p.gain);
-  const bool steps = of_sp < 0.15;
-  const bool ramps = of_sp >= 0.15 && of_sp < 0.22;
-  const bool mastered = of_sp >= 0.22 && of_sp < 0.42;
-  const bool set_point_leads = of_sp < 0.42 && !valve && chance(random, 0.7);
-  const double lead = set_point_leads ? log_uniform(random, 1.0, 6.0) : 1.0;
-  Wander master(mastered ? lead * pv_swing * log_uniform(random, 0.1, 1.5) : 0.0,
-                time_scale * log_uniform(random, 2.0, 100.0), dt, Random(random.bits()));
-  double step_level = 0.0;
-  double sp_level = 0.0;
-  double next_step =
-      steps || ramps ? random.uniform(0.0, 0.7) * static_cast<double>(samples) : 1e300;
-  const double ramp_rate = lead * pv_swing / (time_scale * log_uniform(random, 3.0, 60.0));
-  out.mover = out.cause == Cause::disturbance ? "oscillation"
-              : tight                         ? "tuning"
-              : steps || ramps || mastered    ? "set point"
-              : valve && load < 0.1 * reach   ? "valve"
-                                              : "load";
+  // SP: constant, an operator's steps and ramps, or the output of a master; where it moves it is often what moves the
+  // loop most.
+  void draw_set_point() {
+    const ProcessDraw& p = loop_.process;
+    const double of_sp = random_.uniform();
+    pv_swing_ = reach_ * (p.integrating ? p.gain * time_scale_ * 3.0 : p.gain);
+    const bool steps = of_sp < 0.15;
+    ramps_ = of_sp >= 0.15 && of_sp < 0.22;
+    const bool mastered = of_sp >= 0.22 && of_sp < 0.42;
+    const bool set_point_leads = of_sp < 0.42 && !valve_ && chance(random_, 0.7);
+    lead_ = set_point_leads ? log_uniform(random_, 1.0, 6.0) : 1.0;
+    master_ = Wander(mastered ? lead_ * pv_swing_ * log_uniform(random_, 0.1, 1.5) : 0.0,
+                     time_scale_ * log_uniform(random_, 2.0, 100.0), dt_, Random(random_.bits()));
+    next_step_ =
+        steps || ramps_ ? random_.uniform(0.0, 0.7) * static_cast<double>(samples_) : kNever;
+    ramp_rate_ = lead_ * pv_swing_ / (time_scale_ * log_uniform(random_, 3.0, 60.0));
+    out_.mover = out_.cause == Cause::disturbance ? "oscillation"
+                 : tight_                         ? "tuning"
+                 : steps || ramps_ || mastered    ? "set point"
+                 : valve_ && load_ < 0.1 * reach_ ? "valve"
+                                                  : "load";
+  }
 
-  const double u0 = 50.0 + random.uniform(-25.0, 25.0);
-  double low = 0.0;
-  double high = 100.0;
-  if (out.cause == Cause::saturation) {
+  void draw_limits() {
+    u0_ = 50.0 + random_.uniform(-25.0, 25.0);
+    if (out_.cause != Cause::saturation) return;
     // The valve would have to go beyond its end a good part of the time.
-    const double room = reach * random.uniform(0.0, 0.5);
-    chance(random, 0.5) ? (high = u0 + room) : (low = u0 - room);
+    const double room = reach_ * random_.uniform(0.0, 0.5);
+    chance(random_, 0.5) ? (high_ = u0_ + room) : (low_ = u0_ - room);
   }
 
-  // An analyser gives a value every few samples and holds it.
-  const bool analyser = out.kind == std::string("analyser");
-  const auto hold = analyser
-                        ? steps_per_sample * static_cast<std::size_t>(std::clamp(
-                                                 time_scale * random.uniform(0.1, 0.5), 2.0, 20.0))
-                        : std::size_t{1};
-  // An upset of the plant, and a stretch in manual.
-  const double length = static_cast<double>(samples);
-  const double upset_from = chance(random, 0.12) ? random.uniform() * length : 1e300;
-  const double upset_to = upset_from + time_scale * log_uniform(random, 0.5, 8.0);
-  const double upset = reach * random.uniform(-4.0, 4.0);
-  const double manual_from = chance(random, 0.06) ? random.uniform(0.0, 0.8) * length : 1e300;
-  const double manual_to = manual_from + length * random.uniform(0.03, 0.2);
-
-  const auto delay = static_cast<std::size_t>(p.dead_time / dt + 0.5);
-  std::vector<double> line(delay + 1, 0.0);
-  std::size_t line_at = 0;
-  friction.reset(u0);
-  double actuator = u0, flow = 0.0, x1 = 0.0, x2 = 0.0, transmitter = 0.0;
-  double integral = u0, derivative_state = 0.0, measured = 0.0;
-  const double filter = chance(random, 0.35) ? random.uniform(0.0, 0.3) * time_scale : 0.0;
-  const double noise = pv_swing * (chance(random, 0.25) ? 0.0 : log_uniform(random, 0.002, 0.2));
-  const bool averaged = chance(random, 0.3);
-  const double leak =
-      p.integrating ? 1.0 / (process_memory * log_uniform(random, 20.0, 400.0)) : 0.0;
-  const auto warm_up = static_cast<std::size_t>(
-      std::min(20.0 * (process_memory + loop.controller.integral_time), 3000.0 * dt * 10.0) / dt);
-  const auto follow = [dt](double time) { return time > dt ? 1.0 - std::exp(-dt / time) : 1.0; };
-  const double b_actuator = follow(before_valve);
-  const double b_flow = follow(behind_valve);
-  const double b1 = follow(p.tau1);
-  const double b2 = follow(p.tau2);
-  const double b_filter = follow(filter);
-  Random noise_source(random.bits());
-  std::size_t slips_before = 0;
-
-  double pv_sum = 0.0, co_sum = 0.0, sp_sum = 0.0;
-  const std::size_t total = warm_up + samples * steps_per_sample;
-  double u = u0;
-  for (std::size_t n = 0; n < total; ++n) {
-    const bool logging = n >= warm_up;
-    const double t = logging ? static_cast<double>(n - warm_up) * dt : 0.0;
-    if (logging && t >= next_step) {
-      step_level += lead * pv_swing * random.uniform(-2.0, 2.0);
-      next_step += log_uniform(random, 0.2, 1.0) * static_cast<double>(samples);
+  // An analyser that holds its values, an upset of the plant, and a stretch in manual.
+  void draw_interruptions() {
+    if (out_.kind == std::string("analyser")) {
+      hold_ = steps_per_sample_ * static_cast<std::size_t>(std::clamp(
+                                      time_scale_ * random_.uniform(0.1, 0.5), 2.0, 20.0));
     }
-    sp_level = ramps ? std::clamp(step_level, sp_level - ramp_rate * dt, sp_level + ramp_rate * dt)
-                     : step_level;
-    const double sp = sp_level + master.step();
-    // Controller on the filtered measurement, a sample of its own each step.
-    if (n % hold == 0) measured = transmitter + noise * noise_source.normal();
-    const double error = sp - measured;
-    double out_now = loop.controller.gain * error;
-    if (loop.controller.derivative_time > 0.0) {
-      const double b = follow(0.1 * loop.controller.derivative_time + dt);
-      const double slow_before = derivative_state;
-      derivative_state += b * (measured - derivative_state);
-      out_now -= loop.controller.gain * loop.controller.derivative_time *
-                 (derivative_state - slow_before) / dt;
-    }
-    const bool manual = t >= manual_from && t < manual_to;
-    if (manual) integral = u - out_now;
-    const double wish = out_now + integral;
-    u = std::clamp(wish, low, high);
-    if (!manual && (wish == u || (wish - u) * error < 0.0)) {
-      integral += loop.controller.gain * error * dt / loop.controller.integral_time;
-    }
-    actuator += b_actuator * (u - actuator);
-    const double stem = friction.step(actuator);
-    const double opened = stem - u0;
-    flow += b_flow * (opened * (1.0 + bend * opened) - flow);
-    const double disturbance = wander.step() + flutter.step() + oscillator.step(dt) +
-                               (t >= upset_from && t < upset_to ? upset : 0.0);
-    line[line_at] = flow + (load_at_output ? 0.0 : disturbance);
-    line_at = (line_at + 1) % line.size();
-    const double arrived = line[line_at];
-    if (p.integrating) {
-      x2 += b2 * (arrived - x2);
-      x1 += dt * (p.gain * x2 - leak * x1);
-    } else {
-      x1 += b1 * (arrived - x1);
-      x2 += b2 * (x1 - x2);
-    }
-    const double value = p.integrating ? x1 : p.gain * (x2 + (load_at_output ? disturbance : 0.0));
-    transmitter += b_filter * (value - transmitter);
-    if (!std::isfinite(value) || std::abs(value) > 1e6) return false;
-    if (!logging) {
-      slips_before = friction.slips();
-      continue;
-    }
-    pv_sum += measured;
-    co_sum += u;
-    sp_sum += sp;
-    const std::size_t within = (n - warm_up) % steps_per_sample;
-    if (within + 1 < steps_per_sample) continue;
-    const double share = 1.0 / static_cast<double>(steps_per_sample);
-    out.pv.push_back(averaged ? pv_sum * share : measured);
-    out.co.push_back(averaged ? co_sum * share : u);
-    out.sp.push_back(averaged ? sp_sum * share : sp);
-    pv_sum = co_sum = sp_sum = 0.0;
+    const double length = static_cast<double>(samples_);
+    upset_from_ = chance(random_, 0.12) ? random_.uniform() * length : kNever;
+    upset_to_ = upset_from_ + time_scale_ * log_uniform(random_, 0.5, 8.0);
+    upset_ = reach_ * random_.uniform(-4.0, 4.0);
+    manual_from_ = chance(random_, 0.06) ? random_.uniform(0.0, 0.8) * length : kNever;
+    manual_to_ = manual_from_ + length * random_.uniform(0.03, 0.2);
   }
 
-  const double co_deviation = numeric::deviation(out.co);
-  const std::size_t slips = friction.slips() - slips_before;
-  if (co_deviation < 0.02) return false;
-  if (out.cause == Cause::stiction && (slips < 2 || co_deviation > kFarthest * s)) return false;
-  if (out.cause == Cause::backlash && (slips < 2 || co_deviation > kFarthest * s)) return false;
-  std::size_t at_limit = 0;
-  for (const double v : out.co) at_limit += v <= low || v >= high ? 1U : 0U;
-  const double limit_share = static_cast<double>(at_limit) / static_cast<double>(out.co.size());
-  if (out.cause == Cause::saturation) {
-    if (limit_share < 0.1 || limit_share > 0.95) return false;
-  } else if (limit_share > 0.02) {
-    return false;
+  void draw_measurement() {
+    filter_ = chance(random_, 0.35) ? random_.uniform(0.0, 0.3) * time_scale_ : 0.0;
+    noise_ = pv_swing_ * (chance(random_, 0.25) ? 0.0 : log_uniform(random_, 0.002, 0.2));
+    averaged_ = chance(random_, 0.3);
+    leak_ = loop_.process.integrating ? 1.0 / (process_memory_ * log_uniform(random_, 20.0, 400.0))
+                                      : 0.0;
+    noise_source_ = Random(random_.bits());
   }
 
-  const double pv_deviation = numeric::deviation(out.pv);
-  if (pv_deviation <= 0.0) return false;
-  if (chance(random, 0.3)) round_to(out.pv, pv_deviation * log_uniform(random, 0.02, 1.0));
-  if (chance(random, 0.4)) round_to(out.co, co_deviation * log_uniform(random, 0.01, 0.3));
-  if (chance(random, 0.1)) {
-    compress(out.pv, pv_deviation * log_uniform(random, 0.02, 0.3));
-    compress(out.co, co_deviation * log_uniform(random, 0.02, 0.2));
+  // Share of the way that a lag of `time` goes in a step.
+  double follow(double time) const { return time > dt_ ? 1.0 - std::exp(-dt_ / time) : 1.0; }
+
+  double set_point(double t, bool logging) {
+    if (logging && t >= next_step_) {
+      step_level_ += lead_ * pv_swing_ * random_.uniform(-2.0, 2.0);
+      next_step_ += log_uniform(random_, 0.2, 1.0) * static_cast<double>(samples_);
+    }
+    const double most = ramp_rate_ * dt_;
+    sp_level_ = ramps_ ? std::clamp(step_level_, sp_level_ - most, sp_level_ + most) : step_level_;
+    return sp_level_ + master_->step();
   }
-  if (chance(random, 0.12)) {
-    hold_last(out.pv, pv_deviation * log_uniform(random, 0.02, 0.3));
-    hold_last(out.co, co_deviation * log_uniform(random, 0.02, 0.2));
+
+  // CO of the next step.
+  void control(double sp, bool manual) {
+    const ControllerDraw& c = loop_.controller;
+    const double error = sp - measured_;
+    double now = c.gain * error;
+    if (c.derivative_time > 0.0) {
+      const double slow_before = derivative_state_;
+      derivative_state_ += follow(0.1 * c.derivative_time + dt_) * (measured_ - derivative_state_);
+      now -= c.gain * c.derivative_time * (derivative_state_ - slow_before) / dt_;
+    }
+    if (manual) integral_ = u_ - now;
+    const double wish = now + integral_;
+    u_ = std::clamp(wish, low_, high_);
+    if (!manual && (wish == u_ || (wish - u_) * error < 0.0)) {
+      integral_ += c.gain * error * dt_ / c.integral_time;
+    }
   }
-  // Any unit, any action.
-  const double pv_unit = log_uniform(random, 0.01, 100.0);
-  const double pv_zero = pv_unit * random.uniform(-10.0, 100.0);
-  for (double& v : out.pv) v = pv_zero + pv_unit * v;
-  for (double& v : out.sp) v = pv_zero + pv_unit * v;
-  if (chance(random, 0.4)) {
-    for (double& v : out.co) v = 100.0 - v;
+
+  // False where the loop runs away.
+  bool run() {
+    const ProcessDraw& p = loop_.process;
+    std::vector<double> line(static_cast<std::size_t>(p.dead_time / dt_ + 0.5) + 1, 0.0);
+    std::size_t line_at = 0;
+    friction_->reset(u0_);
+    double actuator = u0_, flow = 0.0, x1 = 0.0, x2 = 0.0, transmitter = 0.0;
+    u_ = integral_ = u0_;
+    const auto warm_up = static_cast<std::size_t>(
+        std::min(20.0 * (process_memory_ + loop_.controller.integral_time), 3000.0 * dt_ * 10.0) /
+        dt_);
+    const double b_actuator = follow(before_valve_);
+    const double b_flow = follow(behind_valve_);
+    const double b1 = follow(p.tau1);
+    const double b2 = follow(p.tau2);
+    const double b_filter = follow(filter_);
+    std::size_t slips_before = 0;
+    double pv_sum = 0.0, co_sum = 0.0, sp_sum = 0.0;
+    const std::size_t total = warm_up + samples_ * steps_per_sample_;
+    for (std::size_t n = 0; n < total; ++n) {
+      const bool logging = n >= warm_up;
+      const double t = logging ? static_cast<double>(n - warm_up) * dt_ : 0.0;
+      const double sp = set_point(t, logging);
+      // Controller on the filtered measurement, a sample of its own each step.
+      if (n % hold_ == 0) measured_ = transmitter + noise_ * noise_source_->normal();
+      control(sp, t >= manual_from_ && t < manual_to_);
+      actuator += b_actuator * (u_ - actuator);
+      const double stem = friction_->step(actuator);
+      const double opened = stem - u0_;
+      flow += b_flow * (opened * (1.0 + bend_ * opened) - flow);
+      const double disturbance = wander_->step() + flutter_->step() + oscillator_->step(dt_) +
+                                 (t >= upset_from_ && t < upset_to_ ? upset_ : 0.0);
+      line[line_at] = flow + (load_at_output_ ? 0.0 : disturbance);
+      line_at = (line_at + 1) % line.size();
+      const double arrived = line[line_at];
+      if (p.integrating) {
+        x2 += b2 * (arrived - x2);
+        x1 += dt_ * (p.gain * x2 - leak_ * x1);
+      } else {
+        x1 += b1 * (arrived - x1);
+        x2 += b2 * (x1 - x2);
+      }
+      const double value =
+          p.integrating ? x1 : p.gain * (x2 + (load_at_output_ ? disturbance : 0.0));
+      transmitter += b_filter * (value - transmitter);
+      if (!std::isfinite(value) || std::abs(value) > 1e6) return false;
+      if (!logging) {
+        slips_before = friction_->slips();
+        continue;
+      }
+      pv_sum += measured_;
+      co_sum += u_;
+      sp_sum += sp;
+      if ((n - warm_up) % steps_per_sample_ + 1 < steps_per_sample_) continue;
+      const double share = 1.0 / static_cast<double>(steps_per_sample_);
+      out_.pv.push_back(averaged_ ? pv_sum * share : measured_);
+      out_.co.push_back(averaged_ ? co_sum * share : u_);
+      out_.sp.push_back(averaged_ ? sp_sum * share : sp);
+      pv_sum = co_sum = sp_sum = 0.0;
+    }
+    slips_ = friction_->slips() - slips_before;
+    return true;
   }
-  if (chance(random, 0.25)) out.sp.clear();
-  out.sample_time_s = log_uniform(random, 0.2, 60.0);
-  return true;
-}
+
+  bool shows_its_cause() const {
+    const double co_deviation = numeric::deviation(out_.co);
+    if (co_deviation < 0.02) return false;
+    if (valve_ && (slips_ < 2 || co_deviation > kFarthest * band_)) return false;
+    const auto at_limit = std::count_if(out_.co.begin(), out_.co.end(),
+                                        [&](double v) { return v <= low_ || v >= high_; });
+    const double share = static_cast<double>(at_limit) / static_cast<double>(out_.co.size());
+    return out_.cause == Cause::saturation ? share >= 0.1 && share <= 0.95 : share <= 0.02;
+  }
+
+  // As a plant logs: rounded, compressed, held, in any unit and with any action.
+  bool log() {
+    const double co_deviation = numeric::deviation(out_.co);
+    const double pv_deviation = numeric::deviation(out_.pv);
+    if (pv_deviation <= 0.0) return false;
+    if (chance(random_, 0.3)) round_to(out_.pv, pv_deviation * log_uniform(random_, 0.02, 1.0));
+    if (chance(random_, 0.4)) round_to(out_.co, co_deviation * log_uniform(random_, 0.01, 0.3));
+    if (chance(random_, 0.1)) {
+      compress(out_.pv, pv_deviation * log_uniform(random_, 0.02, 0.3));
+      compress(out_.co, co_deviation * log_uniform(random_, 0.02, 0.2));
+    }
+    if (chance(random_, 0.12)) {
+      hold_last(out_.pv, pv_deviation * log_uniform(random_, 0.02, 0.3));
+      hold_last(out_.co, co_deviation * log_uniform(random_, 0.02, 0.2));
+    }
+    const double pv_unit = log_uniform(random_, 0.01, 100.0);
+    const double pv_zero = pv_unit * random_.uniform(-10.0, 100.0);
+    for (double& v : out_.pv) v = pv_zero + pv_unit * v;
+    for (double& v : out_.sp) v = pv_zero + pv_unit * v;
+    if (chance(random_, 0.4)) {
+      for (double& v : out_.co) v = 100.0 - v;
+    }
+    if (chance(random_, 0.25)) out_.sp.clear();
+    out_.sample_time_s = log_uniform(random_, 0.2, 60.0);
+    return true;
+  }
+
+  Random& random_;
+  DiagnosisCase& out_;
+  bool valve_ = false;
+  bool tight_ = false;
+  Draw loop_;
+  double time_scale_ = 1.0;
+  std::size_t samples_ = 0;
+  std::size_t steps_per_sample_ = 1;
+  double dt_ = 1.0;
+  double reach_ = 0.0, process_memory_ = 0.0, load_ = 0.0;
+  std::optional<Wander> wander_, flutter_, master_;
+  std::optional<Oscillator> oscillator_;
+  bool load_at_output_ = false;
+  std::optional<Friction> friction_;
+  double band_ = 0.0;  // of the friction
+  double before_valve_ = 0.0, behind_valve_ = 0.0;
+  double bend_ = 0.0;  // of the characteristic, per % of CO
+  double pv_swing_ = 0.0, lead_ = 1.0, next_step_ = kNever, ramp_rate_ = 0.0;
+  bool ramps_ = false;
+  double u0_ = 50.0, low_ = 0.0, high_ = 100.0;
+  std::size_t hold_ = 1;
+  double upset_from_ = kNever, upset_to_ = kNever, upset_ = 0.0;
+  double manual_from_ = kNever, manual_to_ = kNever;
+  double filter_ = 0.0, noise_ = 0.0, leak_ = 0.0;
+  bool averaged_ = false;
+  std::optional<Random> noise_source_;
+  // While it runs.
+  double step_level_ = 0.0, sp_level_ = 0.0, measured_ = 0.0;
+  double integral_ = 0.0, derivative_state_ = 0.0, u_ = 0.0;
+  std::size_t slips_ = 0;
+};
 
 }  // namespace
 
@@ -603,7 +684,7 @@ DiagnosisCase diagnosis_case(std::uint64_t seed, std::size_t index) {
   // The generator mixes its seed well enough for neighbouring numbers.
   Random random(seed * 0x9e3779b97f4a7c15ULL + index);
   DiagnosisCase drawn;
-  while (!try_case(random, drawn)) {
+  while (!CaseMaker(random, drawn).make()) {
   }
   return drawn;
 }

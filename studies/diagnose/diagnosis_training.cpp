@@ -117,7 +117,7 @@ Tree grow(const Binned& binned, const std::vector<std::size_t>& rows,
 }  // namespace
 
 TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSettings& settings,
-                   const ParallelFor& parallel) {
+                   const numeric::ParallelFor& parallel) {
   TrainedTable table;
   const Binned binned = bin(cases);
   const std::size_t n = cases.size();
@@ -175,35 +175,22 @@ TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSet
   return table;
 }
 
-std::string table_source(const TrainedTable& table, const std::string& provenance) {
-  std::string text = "// SPDX-License-Identifier: Apache-2.0\n// Written by `" + provenance +
-                     "`; not edited by hand.\n"
-                     "#pragma once\n\n#include <array>\n\n"
-                     "#include \"model/diagnosis/classifier.hpp\"\n\n"
-                     "// clang-format off\n"
-                     "namespace loopwarden::diagnosis {\n\n"
-                     "inline constexpr std::array<float, kCauseCount> kBaseScores{";
-  // 5.F is a float, 5F is nothing.
-  const auto literal = [&](const auto& values) {
-    std::string list;
-    for (const auto& v : values) {
-      std::string digits = fmt::format("{:.5g}", static_cast<double>(v));
-      if (digits.find_first_of(".e") == std::string::npos) digits += ".";
-      list += (list.empty() ? "" : ",") + digits + "F";
+std::string table_text(const TrainedTable& table, const std::string& provenance) {
+  const auto list = [](const auto& values) {
+    std::string text;
+    for (const auto v : values) {
+      text += fmt::format("{}{:.5g}", text.empty() ? "" : ",", static_cast<double>(v));
     }
-    return list;
+    return text;
   };
-  text += literal(table.base) + "};\n\n";
-  text += fmt::format("inline constexpr std::array<Tree, {}> kTrees{{{{\n", table.trees.size());
+  std::string text = "# SPDX-License-Identifier: Apache-2.0\n# Written by `" + provenance +
+                     "`; not edited by hand.\n"
+                     "# The base scores of the causes, then a tree a line: features, thresholds, "
+                     "leaves.\n" +
+                     list(table.base) + "\n";
   for (const Tree& tree : table.trees) {
-    std::string features;
-    for (const auto f : tree.feature) {
-      features += fmt::format("{}{}", features.empty() ? "" : ",", static_cast<unsigned>(f));
-    }
-    text +=
-        "{{" + features + "},{" + literal(tree.threshold) + "},{" + literal(tree.leaf) + "}},\n";
+    text += list(tree.feature) + " " + list(tree.threshold) + " " + list(tree.leaf) + "\n";
   }
-  text += "}};\n\n}  // namespace loopwarden::diagnosis\n// clang-format on\n";
   return text;
 }
 

@@ -4,11 +4,11 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "model/diagnosis/classifier.hpp"
+#include "model/numeric/parallel.hpp"
 
 namespace loopwarden::studies {
 
@@ -33,12 +33,11 @@ struct TrainingSettings {
   std::uint64_t seed = 1;
 };
 
-// `parallel(count, body)` calls body(0..count-1); the table does not depend on how.
-using ParallelFor = std::function<void(std::size_t, const std::function<void(std::size_t)>&)>;
+// The table does not depend on how `parallel` does it.
 TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSettings& settings,
-                   const ParallelFor& parallel);
+                   const numeric::ParallelFor& parallel);
 
-// The source text of model/diagnosis/classifier_table.hpp.
-std::string table_source(const TrainedTable& table, const std::string& provenance);
+// The text of model/diagnosis/classifier.table.
+std::string table_text(const TrainedTable& table, const std::string& provenance);
 
 }  // namespace loopwarden::studies

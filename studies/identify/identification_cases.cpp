@@ -8,6 +8,7 @@
 #include "model/numeric/random.hpp"
 #include "model/plant/backlash.hpp"
 #include "model/plant/stiction_choudhury.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::studies {
 namespace {
@@ -45,21 +46,12 @@ plant::ProcessParameters process_of_case(CaseKind kind, double period_s, numeric
 }  // namespace
 
 const char* to_text(CaseKind kind) noexcept {
-  switch (kind) {
-    case CaseKind::open_steps: return "open, CO steps";
-    case CaseKind::open_steps_load: return "open, CO steps, load";
-    case CaseKind::set_point: return "closed, SP moves";
-    case CaseKind::set_point_load: return "closed, SP moves, load";
-    case CaseKind::set_point_small: return "closed, SP moves little, load";
-    case CaseKind::set_point_hidden: return "closed, SP moves, not recorded, load";
-    case CaseKind::load_only: return "closed, load only";
-    case CaseKind::load_only_hidden: return "closed, load only, SP not recorded";
-    case CaseKind::still: return "closed, noise only";
-    case CaseKind::integrating: return "closed, integrating, load";
-    case CaseKind::backlash: return "closed, SP moves, load, backlash 1 %";
-    case CaseKind::stiction: break;
-  }
-  return "closed, SP moves, load, stiction 1 %";
+  return numeric::enum_name<CaseKind::stiction>(
+      kind,
+      {"open, CO steps", "open, CO steps, load", "closed, SP moves", "closed, SP moves, load",
+       "closed, SP moves little, load", "closed, SP moves, not recorded, load", "closed, load only",
+       "closed, load only, SP not recorded", "closed, noise only", "closed, integrating, load",
+       "closed, SP moves, load, backlash 1 %", "closed, SP moves, load, stiction 1 %"});
 }
 
 IdentificationCase draw_case(CaseKind kind, std::uint64_t seed) {

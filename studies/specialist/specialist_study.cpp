@@ -52,7 +52,7 @@ struct StudyOptions {
   bool json = false;
 };
 
-struct Plant {
+struct StudiedPlant {
   plant::LoopModel model;
   config::SpecialistFolder specialists;
 };
@@ -158,7 +158,7 @@ class Study {
   std::string part_;
   std::string heading_;
   nlohmann::json found_ = nlohmann::json::object();
-  std::vector<Plant> plants_;
+  std::vector<StudiedPlant> plants_;
 };
 
 Tally Study::judge_windows(const specialist::Team& team, const plant::LoopModel& model,
@@ -196,7 +196,7 @@ void Study::table_of_signatures() {
     return 10.0 * (pv - t.low) / (t.high - t.low);
   };
   std::vector<specialist::SignatureSpecialist> all;
-  for (const Plant& p : plants_) {
+  for (const StudiedPlant& p : plants_) {
     const plant::TransmitterParameters& t = p.model.transmitter;
     for (specialist::SignatureSpecialist s : p.specialists.signatures) {
       s.scaling = {volts(s.scaling.centre, t), 10.0 * s.scaling.half_span / (t.high - t.low)};
@@ -245,7 +245,7 @@ void Study::table_of_signatures() {
 }
 
 void Study::fresh_signatures() {
-  const Plant& p = plants_[0];
+  const StudiedPlant& p = plants_[0];
   const std::size_t number = count(1000, 10);
   say("\nFresh signatures of plant 1, {} of each condition, severities 6 to 16 % of span "
       "(hysteresis 4 to 10 %,\nlow air 1.2 to 2.4 %/s); share of each verdict in %\n",
@@ -294,7 +294,7 @@ std::string sweep_picture(const std::vector<double>& severities,
 }
 
 void Study::severity_sweep() {
-  const Plant& p = plants_[0];
+  const StudiedPlant& p = plants_[0];
   const std::size_t number = count(300, 4);
   const std::vector<double> sizes{1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0};
   const std::vector<double> noises{0.05, 0.1, 0.2, 0.4};
@@ -348,7 +348,7 @@ void Study::severity_sweep() {
 }
 
 void Study::windows_anywhere() {
-  const Plant& p = plants_[0];
+  const StudiedPlant& p = plants_[0];
   const std::size_t records = count(100, 2);
   constexpr std::size_t kRecordSamples = 18000;  // 30 minutes
   constexpr std::size_t kWindowsOfRecord = 20;
@@ -395,7 +395,7 @@ void Study::windows_anywhere() {
 }
 
 void Study::unknown_effects() {
-  const Plant& p = plants_[0];
+  const StudiedPlant& p = plants_[0];
   const std::size_t number = count(1000, 5);
   say("\nEffects that are no valve fault, plant 1, {} windows each; shares in %\n", number);
   heading("explaining form");
@@ -410,7 +410,7 @@ void Study::unknown_effects() {
 }
 
 void Study::loop_year() {
-  const Plant& p = plants_[0];
+  const StudiedPlant& p = plants_[0];
   const std::size_t days = count(365, 1);
   const auto samples =
       static_cast<std::size_t>((options_.quick ? 7200.0 : 86400.0) / p.model.sample_time_s);
@@ -558,7 +558,7 @@ bool Study::real_signatures() {
                              Real{"P1L21", Condition::low_air_supply},
                              Real{"P1S22", Condition::stiction},
                              Real{"P1H16", Condition::hysteresis}};
-  const Plant& p = plants_[0];
+  const StudiedPlant& p = plants_[0];
   specialist::SignatureEnsemble ensemble(p.specialists.signatures);
   specialist::TeamJudge judge(*p.specialists.team);
   std::size_t right_signature = 0;

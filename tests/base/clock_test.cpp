@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <ctime>
 
 namespace clock_test {
 
@@ -31,6 +32,14 @@ TEST_CASE("an instant that has passed is not waited for", "[os][clock]") {
   clock.sleep_until_ns(before - 1'000'000'000);
   clock.sleep_until_ns(0);
   CHECK(clock.now_ns() - before < 60'000'000'000);
+}
+
+TEST_CASE("the time of day is that of the system's clock", "[os][clock]") {
+  const auto system_ms = [] { return std::int64_t{1000} * std::time(nullptr); };
+  const std::int64_t before = system_ms();
+  const std::int64_t now = loopwarden::base::utc_ms();
+  CHECK(now >= before);
+  CHECK(now < system_ms() + 1000);
 }
 
 }  // namespace clock_test

@@ -295,7 +295,7 @@ TEST_CASE(
   CHECK_THAT(journal, !Catch::Contains("evidence"));
 }
 
-TEST_CASE("fault, SIGTERM: the output ends at the stop action and the daemon with 0") {
+TEST_CASE("fault, SIGTERM: the output ends at the stop action and the daemon with 0", "[process]") {
   TcpPlant plant;
   plant.settle();
   plant.daemon.signal(SIGTERM);
@@ -305,7 +305,8 @@ TEST_CASE("fault, SIGTERM: the output ends at the stop action and the daemon wit
 }
 
 TEST_CASE(
-    "fault, SIGTERM while the device is silent: the daemon ends and says what it could not do") {
+    "fault, SIGTERM while the device is silent: the daemon ends and says what it could not do",
+    "[process]") {
   TcpPlant plant;
   plant.settle();
   plant.rig.proxy.command("down");
@@ -317,7 +318,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "fault, kill -9: the device's watchdog acts; --safe then sends the output to the stop action") {
+    "fault, kill -9: the device's watchdog acts; --safe then sends the output to the stop action",
+    "[process]") {
   TcpPlant plant;
   plant.settle();
   plant.daemon.signal(SIGKILL);
@@ -329,7 +331,7 @@ TEST_CASE(
   CHECK(plant.daemon.run({"--config", plant.daemon.config().string(), "--safe"}) == 74);
 }
 
-TEST_CASE("fault, restart after kill -9: the loop takes over where the valve stands") {
+TEST_CASE("fault, restart after kill -9: the loop takes over where the valve stands", "[process]") {
   TcpPlant plant;
   plant.settle();
   plant.daemon.signal(SIGKILL);
@@ -339,7 +341,8 @@ TEST_CASE("fault, restart after kill -9: the loop takes over where the valve sta
   plant.recovers();
 }
 
-TEST_CASE("fault, SIGSTOP and SIGCONT: the device's watchdog acts, then bumpless return") {
+TEST_CASE("fault, SIGSTOP and SIGCONT: the device's watchdog acts, then bumpless return",
+          "[process]") {
   TcpPlant plant;
   plant.settle();
   plant.daemon.signal(SIGSTOP);
@@ -369,7 +372,8 @@ std::string untold_loop_file() {
   return text;
 }
 
-TEST_CASE("fault, output unknown: nothing is written before the operator's first output") {
+TEST_CASE("fault, output unknown: nothing is written before the operator's first output",
+          "[process]") {
   TcpRig rig(kDeviceArguments);
   DaemonProcess daemon("links:\n" + tcp_link_yaml("field", rig.proxy.ready("port")),
                        {{"loops.d/FIC-101.yaml", untold_loop_file()}});
@@ -420,7 +424,8 @@ TEST_CASE("fault, output unknown: nothing is written before the operator's first
   CHECK(rig.device.state_number("co") == Approx(kDeviceFailSafe));
 }
 
-TEST_CASE("fault, configuration broken: a reload keeps the loop running; a good one is applied") {
+TEST_CASE("fault, configuration broken: a reload keeps the loop running; a good one is applied",
+          "[process]") {
   TcpPlant plant;
   plant.settle();
   plant.daemon.write_config("loops.d/FIC-101.yaml", "loop: FIC-101\ncontroller: [");
@@ -466,7 +471,8 @@ TEST_CASE("fault, a dead device never delays another loop") {
       [&] { return std::abs(dead.device.state_number("co") - kDeviceFailSafe) < 0.01; }));
 }
 
-TEST_CASE("fault, kill -9 beside a dead device: --safe reaches the others without waiting for it") {
+TEST_CASE("fault, kill -9 beside a dead device: --safe reaches the others without waiting for it",
+          "[process]") {
   TcpRig dead(kDeviceArguments);
   TcpRig alive(kDeviceArguments);
   DaemonProcess daemon("links:\n" + tcp_link_yaml("one", dead.proxy.ready("port")) +

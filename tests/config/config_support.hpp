@@ -2,17 +2,14 @@
 // Short files to vary, and what the readers say about them.
 #pragma once
 
-#include <stdlib.h>
-
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 
 #include "config/config_reader.hpp"
 #include "config/loop_model_reader.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::config::test {
 
@@ -104,45 +101,19 @@ inline std::string said_of_daemon(const std::string& text) {
   return said(read_daemon_text("d.yaml", text));
 }
 
-inline std::string file_text(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  REQUIRE(stream);
-  return text.str();
-}
-
-// A folder of its own for one test, gone afterwards.
-class ScratchFolder {
+class ScratchFolder : public tests::TemporaryFolder {
  public:
-  ScratchFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "loopwarden-XXXXXX").string();
-    REQUIRE(mkdtemp(name.data()) != nullptr);
-    path_ = name;
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-
-  const std::filesystem::path& path() const { return path_; }
   void write(const std::string& name, const std::string& text) const {
-    std::filesystem::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name, std::ios::binary) << text;
+    tests::write_file(*this / name, text);
   }
   // Diagnostics with the folder's own name taken out.
   std::string relative(std::string text) const {
-    const std::string prefix = path_.string() + "/";
+    const std::string prefix = path().string() + "/";
     for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix)) {
       text.erase(at, prefix.size());
     }
     return text;
   }
-
- private:
-  std::filesystem::path path_;
 };
 
 }  // namespace loopwarden::config::test

@@ -2,6 +2,7 @@
 // The examples are accepted as they stand, and any small slip in them is found where it is.
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <vector>
 
 #include "tests/config/config_support.hpp"
@@ -66,7 +67,8 @@ std::vector<Diagnostic> diagnose(const fs::path& file, const std::string& text) 
     return read_model_text(file.string(), text).diagnostics;
   std::map<std::string, hal::modbus::LinkSettings> links;
   const fs::path daemon_file = file.parent_path().parent_path() / "loopwardend.yaml";
-  const auto daemon = read_daemon_text(daemon_file.string(), test::file_text(daemon_file));
+  const auto daemon =
+      read_daemon_text(daemon_file.string(), loopwarden::tests::read_file(daemon_file));
   REQUIRE(daemon);
   return read_loop_text(file.string(), text, daemon->links).diagnostics;
 }
@@ -126,7 +128,7 @@ TEST_CASE("The example plant is the thesis's", "[config][examples]") {
 
 TEST_CASE("A misspelt key is found where it stands, in every example", "[config][examples]") {
   for (const fs::path& file : example_files()) {
-    const std::vector<std::string> lines = lines_of(test::file_text(file));
+    const std::vector<std::string> lines = lines_of(loopwarden::tests::read_file(file));
     for (const Key& key : keys_of(lines)) {
       std::vector<std::string> changed = lines;
       changed[key.line].insert(key.column + key.length, "_x");
@@ -146,7 +148,7 @@ TEST_CASE("A misspelt key is found where it stands, in every example", "[config]
 
 TEST_CASE("A line that is gone or doubled is found, or made no difference", "[config][examples]") {
   for (const fs::path& file : example_files()) {
-    const std::vector<std::string> lines = lines_of(test::file_text(file));
+    const std::vector<std::string> lines = lines_of(loopwarden::tests::read_file(file));
     for (std::size_t n = 0; n < lines.size(); ++n) {
       const std::string code = lines[n].substr(0, lines[n].find('#'));
       if (code.find_first_not_of(' ') == std::string::npos) continue;
@@ -171,7 +173,7 @@ TEST_CASE("A line that is gone or doubled is found, or made no difference", "[co
 
 TEST_CASE("A value of another kind is found on its line, in every example", "[config][examples]") {
   for (const fs::path& file : example_files()) {
-    const std::vector<std::string> lines = lines_of(test::file_text(file));
+    const std::vector<std::string> lines = lines_of(loopwarden::tests::read_file(file));
     for (std::size_t n = 0; n < lines.size(); ++n) {
       const std::string code = lines[n].substr(0, lines[n].find('#'));
       const std::size_t colon = code.find(": ");

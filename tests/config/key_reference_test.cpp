@@ -2,8 +2,10 @@
 #include "config/key_reference.hpp"
 
 #include <cstdlib>
+#include <fstream>
 
 #include "tests/config/config_support.hpp"
+#include "tests/support/shell.hpp"
 
 namespace key_reference_test {
 
@@ -11,28 +13,22 @@ using namespace loopwarden::config;
 
 namespace {
 
-// The file in docs/ is what the readers describe; brought up to date where that is asked for.
-void check_document(const std::string& name, const std::string& described) {
-  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/" + name;
-  if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
-    std::ofstream(path, std::ios::binary) << described;
-  }
-  INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_config '[reference]'");
-  CHECK((test::file_text(path) == described));
-}
+constexpr const char* kDocument = LOOPWARDEN_SOURCE_DIR "/docs/configuration.md";
 
 }  // namespace
 
 TEST_CASE("docs/configuration.md says what the readers say", "[config][reference]") {
-  check_document("configuration.md", describe_configuration());
-}
-
-TEST_CASE("loopwardend.yaml(5) says what the readers say", "[config][reference]") {
-  check_document("man/loopwardend.yaml.5.scd", manual_page());
+  const std::string described = describe_configuration();
+  if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
+    std::ofstream(kDocument, std::ios::binary) << described;
+  }
+  INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_config '[reference]'");
+  CHECK((loopwarden::tests::read_file(kDocument) == described));
 }
 
 TEST_CASE("loopwardend.yaml(5) names every key", "[config][reference]") {
-  const std::string page = manual_page();
+  const std::string script = LOOPWARDEN_SOURCE_DIR "/docs/man/configuration.awk";
+  const std::string page = loopwarden::tests::run("awk -f " + script + " " + kDocument).text;
   for (const KeyReference& reference : {describe_daemon(), describe_loop(), describe_model()}) {
     CHECK(reference.keys().size() > 20);
     for (const KeyDescription& key : reference.keys()) {

@@ -16,16 +16,6 @@ CLI::Option* add_json_flag(CLI::App& sub, bool& json) {
   return sub.add_flag("--json", json, "print the result as JSON");
 }
 
-std::vector<std::string> in_options(std::vector<std::string> words) {
-  if (words.empty()) return words;
-  if (words.front() == "version") words.front() = "--version";
-  if (words.front() == "help") {
-    words.erase(words.begin());
-    words.emplace_back("--help");
-  }
-  return words;
-}
-
 void refuse_negative_counts(CLI::App& app) {
   for (CLI::App* sub : app.get_subcommands([](CLI::App*) { return true; })) {
     refuse_negative_counts(*sub);

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
-#include <vector>
 
 namespace loopwarden::workbench {
 
@@ -13,9 +12,6 @@ namespace loopwarden::workbench {
 void add_socket_option(CLI::App& sub, std::string& socket);
 // --json, as every command that prints a result has it.
 CLI::Option* add_json_flag(CLI::App& sub, bool& json);
-
-// `help COMMAND` and `version` as options.
-std::vector<std::string> in_options(std::vector<std::string> words);
 
 // Counts are not negative: CLI11 takes -1 for 18446744073709551615.
 void refuse_negative_counts(CLI::App& app);

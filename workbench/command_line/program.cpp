@@ -20,7 +20,7 @@ namespace loopwarden::workbench {
 int run_program(CLI::App& app, const int& exit_code, int argc, char** argv) {
   app.require_subcommand(1);
   refuse_negative_counts(app);
-  std::vector<std::string> words = in_options({argv + 1, argv + argc});
+  std::vector<std::string> words = config::in_options({argv + 1, argv + argc});
   const std::string unknown = config::unknown_word(app, words);
   if (!unknown.empty()) {
     fmt::print(stderr, "{}: {}\n", app.get_name(), unknown);

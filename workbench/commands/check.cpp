@@ -38,9 +38,8 @@ std::string tuning_text(const control::PidGains& gains, double pv_span, double c
 
 std::string loop_text(const config::LoopConfig& loop) {
   const control::PidSettings& pid = loop.controller.pid;
-  return fmt::format(
-      "loop {}, {:g} s, {}", loop.name, loop.sample_time_s,
-      tuning_text(pid.gains, loop.pv.high - loop.pv.low, pid.output_high - pid.output_low));
+  return fmt::format("loop {}, {:g} s, {}", loop.name, loop.sample_time_s,
+                     tuning_text(pid.gains, loop.pv.high - loop.pv.low, pid.output_span()));
 }
 
 // A loop file has the key `loop` at its top level, a model has not.
@@ -78,8 +77,7 @@ Checked check(const std::string& path) {
   return checked(config::read_model_file(path), [](const plant::LoopModel& m) {
     const control::PidSettings& pid = m.controller.pid;
     return fmt::format("model: {}; {}", process_text(m.process),
-                       tuning_text(pid.gains, m.transmitter.high - m.transmitter.low,
-                                   pid.output_high - pid.output_low));
+                       tuning_text(pid.gains, m.transmitter.span(), pid.output_span()));
   });
 }
 

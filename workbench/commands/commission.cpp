@@ -34,7 +34,6 @@ namespace loopwarden::workbench {
 namespace {
 
 namespace fs = std::filesystem;
-using commission::Verdict;
 
 struct CommissionOptions {
   RecordInput input;
@@ -61,25 +60,25 @@ commission::HealthyRecord healthy_record(const std::string& path, const RecordIn
   return out;
 }
 
-const char* advice(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::commissioned: return "";
-    case Verdict::not_enough_movement:
+const char* advice(commission::Outcome outcome) {
+  switch (outcome) {
+    case commission::Outcome::commissioned: return "";
+    case commission::Outcome::not_enough_movement:
       return "Nothing was written for the loop; record it again while the set point moves.";
-    case Verdict::not_healthy:
+    case commission::Outcome::not_healthy:
       return "A fault is never learned as normal: repair the valve, then record it again, or raise "
              "--healthy-limit if this is how it has to be.";
-    case Verdict::not_explained:
+    case commission::Outcome::not_explained:
       return "report.html shows what is left; `loopwarden gap` over shorter stretches (--from, "
              "--to) says where it comes from.";
-    case Verdict::not_usable: break;
+    case commission::Outcome::not_usable: break;
   }
   return "Nothing was written for the loop.";
 }
 
 void print_result(const commission::Commissioning& c, const commission::Sight* sight,
                   const std::string& out) {
-  fmt::print("{}: {}\n", commission::to_text(c.verdict), c.why);
+  fmt::print("{}: {}\n", commission::to_text(c.outcome), c.why);
   for (const std::string& note : c.notes) fmt::print("  {}\n", note);
   if (!c.stages.empty()) {
     fmt::print("\n{:<36}{:>12}{:>12}\n", "rmse of PV, PV units", "fitted", "held back");
@@ -100,13 +99,13 @@ void print_result(const commission::Commissioning& c, const commission::Sight* s
                sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
   }
   const fs::path folder = fs::absolute(out).lexically_normal();
-  if (c.verdict == Verdict::commissioned) {
+  if (c.outcome == commission::Outcome::commissioned) {
     if (sight == nullptr) fmt::print("\nNo specialists: they know no integrating process.\n");
     fmt::print("\nFor the loop's file:\nmonitor:\n");
     if (sight != nullptr) fmt::print("  specialists: {}\n", (folder / "specialists").string());
     fmt::print("  twin: {}\n", (folder / "twin.yaml").string());
   } else {
-    fmt::print("{}\n", advice(c.verdict));
+    fmt::print("{}\n", advice(c.outcome));
     if (fs::exists(folder / "twin.yaml")) {
       fmt::print("{}: of an earlier run, left as it was\n", (folder / "twin.yaml").string());
     }
@@ -170,7 +169,7 @@ int run_commission(const CommissionOptions& options) {
         [&](double share) { progress->update(static_cast<std::uint64_t>(100.0 * share)); });
     progress.reset();
     std::optional<commission::Sight> sight;
-    if (made.verdict == Verdict::commissioned && !made.twin.process.integrating()) {
+    if (made.outcome == commission::Outcome::commissioned && !made.twin.process.integrating()) {
       TrainingJob job;
       job.plant = options.plant;
       job.source = "twin of " + fs::path(options.records.front()).filename().string();
@@ -195,13 +194,13 @@ int run_commission(const CommissionOptions& options) {
     }
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (made.verdict == Verdict::commissioned) {
+    if (made.outcome == commission::Outcome::commissioned) {
       files.add(out / "twin.yaml",
                 config::write_model(made.twin, "twin, made by loopwarden commission from " +
                                                    options.records.front() + "\n" + made.why));
     }
     std::vector<commission::Change> changes;
-    if (before && made.verdict == Verdict::commissioned) {
+    if (before && made.outcome == commission::Outcome::commissioned) {
       changes = commission::changes(*before, made.twin);
     }
     nlohmann::json answer = commission_json(made, sight ? &*sight : nullptr);

@@ -133,10 +133,9 @@ int run_explain(const ExplainOptions& options) {
         .record = record_file.string(),
         .model = twin_file.string(),
         .model_text = text_of(twin_file.string()),
-        .corrected_text =
-            explanation.explained()
-                ? config::write_model(explanation.result.corrected, explanation.result.sentence)
-                : std::string(),
+        .corrected_text = explanation.usable() ? config::write_model(explanation.result.corrected,
+                                                                     explanation.result.sentence)
+                                               : std::string(),
         .out = options.folder,
         .seconds_of_work =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),

@@ -176,9 +176,7 @@ gap::Record stretch_of(const record::Record& file, const GapOptions& options, do
           part(file.co, file.has_co), part(file.stem, file.has_stem)};
 }
 
-double output_span(const plant::LoopModel& model) {
-  return model.controller.pid.output_high - model.controller.pid.output_low;
-}
+double output_span(const plant::LoopModel& model) { return model.controller.pid.output_span(); }
 
 // A long record takes minutes and most of it says nothing: the part in which most moves.
 constexpr std::size_t kLongestGap = 12000;  // samples
@@ -244,8 +242,7 @@ gap::Deviations deviations_of(const record::ImportNotes& notes, const plant::Loo
   };
   gap::Deviations out{notes.pv.deviation, notes.co.deviation, told(notes.pv)};
   if (told(notes.co)) return out;
-  out.co =
-      notes.pv.deviation / (model.transmitter.high - model.transmitter.low) * output_span(model);
+  out.co = notes.pv.deviation / model.transmitter.span() * output_span(model);
   out.known = out.known && out.co > 0.0;
   return out;
 }
@@ -353,8 +350,7 @@ int run_gap(GapOptions options) {
       .version = LOOPWARDEN_VERSION};
   nlohmann::json answer = gap_json(result);
   answer["import"] =
-      import_json(notes, {model->transmitter.high - model->transmitter.low, output_span(*model)},
-                  sees_from_percent);
+      import_json(notes, {model->transmitter.span(), output_span(*model)}, sees_from_percent);
   if (!result.check.usable) {
     fmt::print(stderr, "{}: {}\n", options.record, result.check.refusal);
     write_refusal(files, result, context);

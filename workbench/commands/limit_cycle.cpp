@@ -57,7 +57,7 @@ Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlineari
   model.valve_effects.push_back(spec);
   model.transmitter.noise = 0.0;
   model.transmitter.resolution = 0.0;
-  const double span = model.transmitter.high - model.transmitter.low;
+  const double span = model.transmitter.span();
   const double middle = model.transmitter.low + 0.5 * span;
   model.scenario.set_point = {{0.0, middle - 0.1 * span}, {10.0 * model.sample_time_s, middle}};
   const analysis::LinearLoop linear = analysis::linear_loop(model);
@@ -118,7 +118,7 @@ Row compared(const std::string& name, const plant::LoopModel& model,
 // The model's loop with its own settings and those of the rules, with valves of several kinds.
 std::vector<Row> grid_of(const plant::LoopModel& model) {
   std::vector<Row> rows;
-  const double span = model.controller.pid.output_high - model.controller.pid.output_low;
+  const double span = model.controller.pid.output_span();
   std::vector<std::pair<std::string, control::PidGains>> tunings{
       {"its own", model.controller.pid.gains}};
   using analysis::TuningRule;

@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "base/text.hpp"
 #include "config/diagnostic.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "workbench/live/daemon_client.hpp"
@@ -29,7 +30,7 @@ struct SetOptions {
 
 // Both words for a mode, in any case, as the daemon is told; empty if it is neither.
 std::string mode_word(const std::string& word) {
-  const std::string lower = config::lower_case(word);
+  const std::string lower = base::lower_case(word);
   if (lower == "auto" || lower == "automatic") return "auto";
   if (lower == "man" || lower == "manual") return "man";
   return {};

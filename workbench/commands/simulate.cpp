@@ -43,7 +43,7 @@ struct Run {
 double resolution_of(const plant::LoopModel& model, std::optional<double> bits) {
   if (!bits) return 0.0;
   const control::PidSettings& pid = model.controller.pid;
-  return (pid.output_high - pid.output_low) / std::exp2(*bits);
+  return pid.output_span() / std::exp2(*bits);
 }
 
 Run simulate(const plant::LoopModel& model, const SimulateOptions& options,

@@ -21,9 +21,7 @@ plant::EffectSpec effect(const char* name, std::map<std::string, double> paramet
   return {.name = name, .parameters = std::move(parameters)};
 }
 
-double co_span(const plant::LoopModel& model) {
-  return model.controller.pid.output_high - model.controller.pid.output_low;
-}
+double co_span(const plant::LoopModel& model) { return model.controller.pid.output_span(); }
 
 std::vector<std::pair<std::string, std::vector<plant::EffectSpec>>> faults_of(double size) {
   return {{"stiction, J = 0.3 S", {effect("stiction", {{"s", size}, {"j", 0.3 * size}})}},
@@ -42,7 +40,7 @@ struct PlantVariant {
 
 std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPlants plants) {
   std::vector<CompareCase> cases;
-  const double pv_span = model.transmitter.high - model.transmitter.low;
+  const double pv_span = model.transmitter.span();
   for (const PlantVariant& variant :
        {PlantVariant{"own", 1.0, 1.0}, PlantVariant{"lag x 4", 4.0, 1.0},
         PlantVariant{"dead time x 2", 1.0, 2.0}}) {

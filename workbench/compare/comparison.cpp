@@ -212,7 +212,7 @@ std::string trends(const Outcome& outcome, double estimate) {
     chart.lines.push_back({"", palette::kGrey, t, cut(r.sp), true});
     chart.lines.push_back({"", palette::kBlue, t, cut(r.true_pv)});
     const double middle = r.sp[from];
-    const double span = outcome.one.model.transmitter.high - outcome.one.model.transmitter.low;
+    const double span = outcome.one.model.transmitter.span();
     chart.y_range = PlotRange{middle - 0.12 * span, middle + 0.2 * span};
     charts.push_back(std::move(chart));
   }
@@ -299,7 +299,7 @@ void write_report(const ComparisonOptions& options, const std::vector<Outcome>& 
 int run_comparison(const ComparisonOptions& options) {
   const auto model = load_model(options.model);
   if (!model) return kExitConfiguration;
-  const double pv_span = model->transmitter.high - model->transmitter.low;
+  const double pv_span = model->transmitter.span();
   const std::vector<Outcome> outcomes = run_all(*model, options.plants, options.estimate);
   if (!options.out.empty()) write_report(options, outcomes, pv_span);
   options.json ? print_json(outcomes) : print_text(outcomes, pv_span, options.estimate);

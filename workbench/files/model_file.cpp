@@ -4,9 +4,8 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
-#include <sstream>
 
+#include "base/file.hpp"
 #include "config/loop_model_reader.hpp"
 
 namespace loopwarden::workbench {
@@ -17,12 +16,7 @@ std::optional<plant::LoopModel> load_model(const std::string& path) {
   return std::move(model.value);
 }
 
-std::string text_of(const std::string& path) {
-  std::ifstream in(path);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+std::string text_of(const std::string& path) { return base::read_file(path).value_or(""); }
 
 std::string process_text(const plant::ProcessParameters& process) {
   std::string text =

@@ -80,7 +80,7 @@ std::string effects_list(const commission::Commissioning& made) {
 std::string commission_page(const commission::Commissioning& made, const commission::Sight* sight,
                             const gap::Record& record, double seconds) {
   std::string body =
-      fmt::format("<p><b>{}</b>: {}</p>\n", commission::to_text(made.verdict), escaped(made.why));
+      fmt::format("<p><b>{}</b>: {}</p>\n", commission::to_text(made.outcome), escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));
   if (sight != nullptr) {
     body +=

@@ -37,7 +37,7 @@ std::string of_span(double value, std::string_view unit, const plant::LoopModel&
     return percent_of(value, model.controller.output.high - model.controller.output.low);
   }
   if (unit == "PV units") {
-    return percent_of(value, model.transmitter.high - model.transmitter.low);
+    return percent_of(value, model.transmitter.span());
   }
   return "-";
 }
@@ -64,11 +64,11 @@ std::string join_words(const std::vector<std::string>& names) {
   return text;
 }
 
-const char* verdict_words(gap::Verdict verdict) {
-  switch (verdict) {
-    case gap::Verdict::missing_effect: return "The model lacks something";
-    case gap::Verdict::no_gap: return "Model and record agree";
-    case gap::Verdict::unexplained: break;
+const char* verdict_words(gap::Outcome outcome) {
+  switch (outcome) {
+    case gap::Outcome::missing_effect: return "The model lacks something";
+    case gap::Outcome::no_gap: return "Model and record agree";
+    case gap::Outcome::unexplained: break;
   }
   return "Unexplained";
 }
@@ -77,14 +77,14 @@ const char* verdict_words(gap::Verdict verdict) {
 std::string lead(const gap::Result& result) {
   if (!result.sentence.empty()) return escaped(result.sentence);
   if (!result.check.usable) return "The record can't be compared with the model.";
-  switch (result.verdict) {
-    case gap::Verdict::missing_effect: {
+  switch (result.outcome) {
+    case gap::Outcome::missing_effect: {
       std::vector<std::string> names;
       for (const gap::FoundEffect& effect : result.effects) names.push_back(effect.spec.name);
       return "The model lacks " + (names.empty() ? "an effect" : join_words(names)) + ".";
     }
-    case gap::Verdict::no_gap: return "The model explains the record down to its noise.";
-    case gap::Verdict::unexplained: break;
+    case gap::Outcome::no_gap: return "The model explains the record down to its noise.";
+    case gap::Outcome::unexplained: break;
   }
   return "Model and record differ, and no effect of the catalogue explains why.";
 }
@@ -174,8 +174,8 @@ class Page {
     add("<header><p class=\"kind\">Gap report: {} against {}</p>"
         "<span class=\"verdict {}\">{}</span><h1>{}</h1></header>\n",
         escaped(context_.record), escaped(context_.model),
-        result_.check.usable ? gap::to_text(result_.verdict) : "unexplained",
-        result_.check.usable ? verdict_words(result_.verdict) : "Record refused", lead(result_));
+        result_.check.usable ? gap::to_text(result_.outcome) : "unexplained",
+        result_.check.usable ? verdict_words(result_.outcome) : "Record refused", lead(result_));
   }
 
   void tile(const char* name, const std::string& value, const std::string& more) {
@@ -188,7 +188,7 @@ class Page {
     const gap::Misfit& before = result_.before;
     const gap::Misfit& after = result_.after;
     add("<dl class=\"tiles\">");
-    if (result_.verdict == gap::Verdict::missing_effect) {
+    if (result_.outcome == gap::Outcome::missing_effect) {
       tile("Gap closed on data the fit never saw",
            percent(gap_closed_percent(before.holdout_rmse, after.holdout_rmse,
                                       result_.noise_floor_rmse)),

@@ -17,7 +17,7 @@ namespace loopwarden::workbench {
 namespace {
 
 using nlohmann::json;
-using survey::Window;
+using survey::WindowFindings;
 
 constexpr std::size_t kTrendColumns = 500;
 constexpr std::size_t kZoomSamples = 400;
@@ -31,15 +31,15 @@ json rounded(double value) {
   return std::nearbyint(value * scale) / scale;
 }
 
-double median_of(const std::vector<Window>& windows, double Window::*what) {
+double median_of(const std::vector<WindowFindings>& windows, double WindowFindings::*what) {
   std::vector<double> values;
-  for (const Window& w : windows) {
+  for (const WindowFindings& w : windows) {
     if (std::isfinite(w.*what)) values.push_back(w.*what);
   }
   return values.empty() ? std::nan("") : numeric::median(values);
 }
 
-json window_json(const Window& w, const json& diagnosed, double co_span) {
+json window_json(const WindowFindings& w, const json& diagnosed, double co_span) {
   json out = {{"from_s", diagnosed.at("from_s")},
               {"to_s", diagnosed.at("to_s")},
               {"share_automatic", rounded(w.automatic)},
@@ -147,10 +147,10 @@ Cuts cuts_of(const record::Record& r, double window_s) {
   return {length, std::max<std::size_t>(1, (r.size() + length / 2) / length), r.size()};
 }
 
-std::vector<Window> judged_windows(const record::Imported& imported, const Cuts& cuts,
-                                   diagnosis::LoopKind kind, DiagnosedLoop& loop) {
+std::vector<WindowFindings> judged_windows(const record::Imported& imported, const Cuts& cuts,
+                                           diagnosis::LoopKind kind, DiagnosedLoop& loop) {
   const record::Record& r = imported.record;
-  std::vector<Window> windows;
+  std::vector<WindowFindings> windows;
   for (std::size_t w = 0; w < cuts.count; ++w) {
     const std::size_t from = cuts.from(w);
     const std::size_t size = cuts.size(w);
@@ -177,7 +177,7 @@ std::vector<Window> judged_windows(const record::Imported& imported, const Cuts&
   return windows;
 }
 
-json diagnosed_json(const DiagnosedLoop& loop, const std::vector<Window>& windows) {
+json diagnosed_json(const DiagnosedLoop& loop, const std::vector<WindowFindings>& windows) {
   json diagnosed = diagnosis_json(loop);
   if (loop.windows.size() == 1) {
     diagnosed["windows"] = json::array({diagnosed});
@@ -199,7 +199,8 @@ json moment(const record::ImportNotes& notes, double at_s) {
                           notes.start->zone_known);
 }
 
-json picture_of(const record::Record& r, const Cuts& cuts, std::size_t like, const Window& window) {
+json picture_of(const record::Record& r, const Cuts& cuts, std::size_t like,
+                const WindowFindings& window) {
   double zoom = static_cast<double>(kZoomSamples);
   if (window.diagnosis.oscillating)
     zoom = std::max(zoom / 4.0, kZoomPeriods * window.diagnosis.period_s / r.period_s);
@@ -218,9 +219,9 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
                                        ? diagnosis::kind_from_tag(imported.notes.tag)
                                        : *diagnosis::loop_kind(settings.kind);
   const Cuts cuts = cuts_of(imported.record, settings.window_s);
-  const std::vector<Window> windows = judged_windows(imported, cuts, kind, loop);
+  const std::vector<WindowFindings> windows = judged_windows(imported, cuts, kind, loop);
   loop.verdict = survey::judge_windows(windows, {imported.notes.pv, imported.notes.co}, co_span);
-  const Window& like = windows[loop.verdict.like];
+  const WindowFindings& like = windows[loop.verdict.like];
   const json diagnosed = diagnosed_json(loop, windows);
   json out = {{"tag", imported.notes.tag},
               {"files", imported.notes.files},
@@ -233,18 +234,18 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
               {"regularity", rounded(like.regularity)},
               {"since_s", diagnosed.at("since_s")},
               {"since", nullptr}};
-  constexpr std::array<std::pair<const char*, double Window::*>, 11> kMedians{
-      {{"share_automatic", &Window::automatic},
-       {"complete", &Window::complete},
-       {"saturated", &Window::saturated},
-       {"error_rms", &Window::error},
-       {"crossings_per_hour", &Window::crossings_per_hour},
-       {"variability", &Window::variability},
-       {"dead_time_s", &Window::dead_time_s},
-       {"travel_per_hour", &Window::travel_per_hour},
-       {"reversals_per_hour", &Window::reversals_per_hour},
-       {"noise", &Window::noise},
-       {"nonlinearity", &Window::nonlinearity}}};
+  constexpr std::array<std::pair<const char*, double WindowFindings::*>, 11> kMedians{
+      {{"share_automatic", &WindowFindings::automatic},
+       {"complete", &WindowFindings::complete},
+       {"saturated", &WindowFindings::saturated},
+       {"error_rms", &WindowFindings::error},
+       {"crossings_per_hour", &WindowFindings::crossings_per_hour},
+       {"variability", &WindowFindings::variability},
+       {"dead_time_s", &WindowFindings::dead_time_s},
+       {"travel_per_hour", &WindowFindings::travel_per_hour},
+       {"reversals_per_hour", &WindowFindings::reversals_per_hour},
+       {"noise", &WindowFindings::noise},
+       {"nonlinearity", &WindowFindings::nonlinearity}}};
   for (const auto& [key, what] : kMedians) out[key] = rounded(median_of(windows, what));
   for (const char* key : {"verdict", "grade", "effects", "cause", "reason", "settle", "evidence",
                           "against", "probability", "oscillating", "period_s"}) {

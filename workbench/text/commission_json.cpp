@@ -34,8 +34,8 @@ json commission_json(const commission::Commissioning& made, const commission::Si
           {"hours_to_alarm", seen.hours_to_alarm ? json(*seen.hours_to_alarm) : json()}};
     }
   }
-  const bool good = made.verdict == commission::Verdict::commissioned;
-  return {{"verdict", commission::to_text(made.verdict)},
+  const bool good = made.outcome == commission::Outcome::commissioned;
+  return {{"verdict", commission::to_text(made.outcome)},
           {"why", made.why},
           {"twin", good ? json("twin.yaml") : json()},
           {"specialists", sight != nullptr ? json("specialists") : json()},

@@ -14,7 +14,7 @@ json explanation_json(const commission::Explanation& e, monitor::AlarmKind alarm
                       double period_s) {
   json out = {{"from_s", first_s + period_s * static_cast<double>(e.stretch.begin)},
               {"to_s", first_s + period_s * static_cast<double>(e.stretch.end - 1)}};
-  if (!e.explained()) {
+  if (!e.usable()) {
     out["verdict"] = "not_explained";
     out["effects"] = json::array();
     out["gap_closed"] = nullptr;
@@ -32,10 +32,10 @@ json explanation_json(const commission::Explanation& e, monitor::AlarmKind alarm
 }
 
 json first_effect_json(const commission::Explanation& e) {
-  if (!e.explained() || e.result.effects.empty()) return nullptr;
+  if (!e.usable() || e.result.effects.empty()) return nullptr;
   const gap::FoundEffect& effect = e.result.effects.front();
   const control::PidSettings& pid = e.result.model.controller.pid;
-  const double span = pid.output_high - pid.output_low;
+  const double span = pid.output_span();
   const effects::Descriptor* info = effects::find_word(effect.spec.name);
   // The size with each parameter at one end of its interval.
   const auto at_end = [&](std::size_t end) {

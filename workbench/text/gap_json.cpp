@@ -135,7 +135,7 @@ json list_of(const std::vector<T>& items) {
 }  // namespace
 
 json gap_json(const gap::Result& result) {
-  return {{"verdict", gap::to_text(result.verdict)},
+  return {{"verdict", gap::to_text(result.outcome)},
           {"sentence", result.sentence},
           {"compared", result.closed_loop ? "closed_loop" : "measured_output"},
           {"effects", list_of(result.effects)},

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <mutex>
 
+#include "base/digest/digest.hpp"
 #include "config/loop_model_writer.hpp"
-#include "config/specialists/checksum.hpp"
 #include "base/parallel.hpp"
 #include "workbench/training/training_checkpoint.hpp"
 
@@ -33,8 +33,10 @@ std::string key_of(const TrainingJob& job) {
   text += fmt::format("{} {} {} {} {} {} {} {} {}", t.seed, t.windows, t.hidden, t.restarts,
                       t.most_epochs, t.patience, g.seed, g.components, g.learning.most_epochs);
   for (const std::size_t size : g.sizes) text += fmt::format(" {}", size);
-  for (const std::string_view name : specialist::kInputNames) text += fmt::format(" {}", name);
-  return config::sha256_of(text);
+  for (std::size_t i = 0; i < specialist::kNetworkInputs; ++i) {
+    text += fmt::format(" {}", specialist::input_name(i));
+  }
+  return base::sha256_hex(text);
 }
 
 std::vector<specialist::Signature> simulated_signatures(const TrainingJob& job) {

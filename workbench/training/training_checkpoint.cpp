@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/file.hpp"
+
 namespace loopwarden::workbench {
 namespace {
 
@@ -44,13 +46,7 @@ Network network_of(const json& from) {
 void write(const std::filesystem::path& path, const json& content) {
   std::error_code ignored;
   std::filesystem::create_directories(path.parent_path(), ignored);
-  const std::filesystem::path temporary = path.string() + ".tmp";
-  {
-    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    out << content.dump();
-    if (!out.flush()) return;
-  }
-  std::filesystem::rename(temporary, path, ignored);
+  (void)base::replace_file(path, content.dump(), {.mode = 0666, .wait_for_disk = false});
 }
 
 // Null if there is none of this run.

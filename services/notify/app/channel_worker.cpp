@@ -9,7 +9,7 @@
 #include <exception>
 #include <utility>
 
-#include "services/notify/app/wall_clock.hpp"
+#include "base/clock.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -22,8 +22,8 @@ constexpr std::chrono::milliseconds kDiskPause{2000};
 
 }  // namespace
 
-Attempt judge(const Delivery& delivery, const Message& message, const BackOff& back_off,
-              std::int64_t now_ms, double chance) {
+Attempt judge(const Delivery& delivery, const Message& message, std::int64_t now_ms,
+              double chance) {
   Attempt attempt{.id = message.id, .at_ms = now_ms, .result = delivery.text};
   if (delivery.is_sent()) return attempt;
   if (delivery.outcome == Delivery::Outcome::shut_out) {
@@ -34,19 +34,18 @@ Attempt judge(const Delivery& delivery, const Message& message, const BackOff& b
   }
   attempt.state = MessageState::failed;
   if (delivery.outcome == Delivery::Outcome::refused) return attempt;
-  if (now_ms - message.made_ms >= back_off.give_up_ms) {
+  if (now_ms - message.made_ms >= kGiveUp_ms) {
     attempt.result += fmt::format("; given up after {} attempts", message.attempts);
     return attempt;
   }
   attempt.state = MessageState::queued;
-  const std::int64_t pause_ms = back_off.pause_ms(message.attempts, chance);
+  const std::int64_t pause_ms = kBackOff.pause(message.attempts, chance).count();
   attempt.again_ms = now_ms + std::max(pause_ms, delivery.wait_ms.value_or(0));
   return attempt;
 }
 
-ChannelWorker::ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox,
-                             BackOff back_off)
-    : name_(std::move(name)), channel_(std::move(channel)), outbox_(outbox), back_off_(back_off) {}
+ChannelWorker::ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox)
+    : name_(std::move(name)), channel_(std::move(channel)), outbox_(outbox) {}
 
 void ChannelWorker::start() {
   thread_.start({.name = ("lw-" + name_).substr(0, 15), .stack_bytes = kStackBytes},
@@ -98,7 +97,7 @@ void ChannelWorker::run() {
 std::optional<Message> ChannelWorker::next() {
   std::optional<Message> message;
   if (!shut_out_) {
-    message = outbox_.next(name_, utc_ms(), last_);
+    message = outbox_.next(name_, base::utc_ms(), last_);
   } else if (last_) {
     outbox_.settle(*last_);
   }
@@ -109,7 +108,7 @@ std::optional<Message> ChannelWorker::next() {
 void ChannelWorker::wait() {
   const std::optional<std::int64_t> due = shut_out_ ? std::nullopt : outbox_.due_ms(name_);
   const std::int64_t left_ms =
-      std::clamp<std::int64_t>(due ? *due - utc_ms() : kLongestSleep, 1, kLongestSleep);
+      std::clamp<std::int64_t>(due ? *due - base::utc_ms() : kLongestSleep, 1, kLongestSleep);
   std::unique_lock lock(mutex_);
   wake_.wait_for(lock, std::chrono::milliseconds(left_ms), [this] { return woken_; });
   woken_ = false;
@@ -126,7 +125,7 @@ Delivery ChannelWorker::attempt(const Message& message) {
 void ChannelWorker::send(const Message& message) {
   const Delivery delivery = attempt(message);
   const double chance = std::uniform_real_distribution<double>(0.0, 1.0)(random_);
-  last_ = judge(delivery, message, back_off_, utc_ms(), chance);
+  last_ = judge(delivery, message, base::utc_ms(), chance);
   shut_out_ = delivery.outcome == Delivery::Outcome::shut_out;
   const bool good = delivery.outcome == Delivery::Outcome::sent;
   if (good) {

@@ -12,21 +12,23 @@
 #include <random>
 #include <string>
 
+#include "base/back_off.hpp"
 #include "services/notify/channels/channel.hpp"
-#include "services/notify/rules/back_off.hpp"
 #include "services/notify/store/outbox.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::notify {
 
-// What an attempt means for the message.
-Attempt judge(const Delivery& delivery, const Message& message, const BackOff& back_off,
-              std::int64_t now_ms, double chance);
+inline constexpr base::BackOff kBackOff{.first = std::chrono::seconds(2),
+                                        .longest = std::chrono::minutes(15)};
+inline constexpr std::int64_t kGiveUp_ms = 24LL * 3600 * 1000;  // after the message was made
+
+// What an attempt means for the message; `chance` from 0 to 1 shortens the pause before the next.
+Attempt judge(const Delivery& delivery, const Message& message, std::int64_t now_ms, double chance);
 
 class ChannelWorker {
  public:
-  ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox,
-                BackOff back_off = {});
+  ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox);
   ChannelWorker(const ChannelWorker&) = delete;
   ChannelWorker& operator=(const ChannelWorker&) = delete;
   ~ChannelWorker() { stop_for(std::chrono::milliseconds(0)); }
@@ -53,7 +55,6 @@ class ChannelWorker {
   std::string name_;
   std::unique_ptr<Channel> channel_;
   Outbox& outbox_;
-  BackOff back_off_;
   std::mt19937_64 random_{std::random_device{}()};
   std::optional<Attempt> last_;  // not on the disk yet
   bool shut_out_ = false;        // until the next start, which reads user and password anew

@@ -11,7 +11,7 @@
 #include <span>
 #include <utility>
 
-#include "services/notify/app/wall_clock.hpp"
+#include "base/clock.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -55,7 +55,7 @@ std::unique_ptr<Outbox> open_outbox(const std::string& state_directory) {
     return std::make_unique<Outbox>(file);
   } catch (const sqlite::Error& e) {
     if (!e.damaged()) throw;
-    const std::filesystem::path aside = sqlite::move_aside(file, utc_ms());
+    const std::filesystem::path aside = sqlite::move_aside(file, base::utc_ms());
     spdlog::error("{}; kept as {}, a new one begins: alarms that stand are told again", e.what(),
                   aside.string());
   }
@@ -94,7 +94,7 @@ void Notifier::start() {
 }
 
 void Notifier::step() {
-  const std::int64_t now_ms = utc_ms();
+  const std::int64_t now_ms = base::utc_ms();
   try {
     look(now_ms);
     for (auto& [name, line] : lines_) make_messages(line, now_ms);

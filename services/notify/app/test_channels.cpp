@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/clock.hpp"
 #include "config/diagnostic.hpp"
 #include "services/notify/app/commands.hpp"
-#include "services/notify/app/wall_clock.hpp"
 #include "services/notify/channels/channel.hpp"
 #include "services/notify/rules/dispatch.hpp"
 #include "base/exit_code.hpp"
@@ -19,7 +19,7 @@ namespace loopwarden::notify {
 namespace {
 
 Message test_message(const std::string& channel) {
-  const Event event{.utc_ms = utc_ms(),
+  const Event event{.utc_ms = base::utc_ms(),
                     .loop = "TEST",
                     .alarm = "test",
                     .state = "normal",

@@ -51,7 +51,7 @@ class Channel {
   virtual Delivery send(const Message& message, const std::atomic<bool>& quit) = 0;
 };
 
-// Reads the channel's secrets. Throws std::runtime_error where one can't be had.
+// Reads the channel's secrets. Throws std::runtime_error if one can't be read.
 std::unique_ptr<Channel> open_channel(const ChannelSettings& settings, const Sender& sender);
 
 }  // namespace loopwarden::notify

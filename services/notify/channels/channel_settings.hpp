@@ -6,19 +6,9 @@
 #include <variant>
 #include <vector>
 
+#include "base/secret/secret.hpp"
+
 namespace loopwarden::notify {
-
-// A password or key never stands in the configuration: the name of a systemd credential, or a file.
-struct Secret {
-  std::string credential;
-  std::string file;
-
-  bool given() const noexcept { return !credential.empty() || !file.empty(); }
-};
-
-// The secret without the line end behind it. Throws std::runtime_error where it is missing, empty, above 4 KiB, or holds
-// a control character.
-std::string read_secret(const Secret& secret);
 
 struct TimeOuts {
   std::int64_t connect_ms = 10'000;
@@ -55,15 +45,15 @@ struct EmailSettings {
   std::uint16_t port = 0;
   Security security = Security::starttls;
   std::string user;  // empty: no authentication
-  Secret password;
+  base::Secret password;
   TlsFiles tls;
   TimeOuts time_outs;
 };
 
 struct WebhookSettings {
   std::string url;
-  Secret url_secret;  // in place of `url`, where it holds a key
-  Secret key;         // of the signature; none: not signed
+  base::Secret url_secret;  // in place of `url`, if that holds a key
+  base::Secret key;         // of the signature; none: not signed
   TlsFiles tls;
   TimeOuts time_outs;
 };

@@ -9,7 +9,8 @@
 #include <chrono>
 #include <cstdint>
 
-#include "services/notify/channels/digest.hpp"
+#include "base/digest/digest.hpp"
+#include "base/text.hpp"
 #include "services/notify/text/one_line.hpp"
 
 namespace loopwarden::notify {
@@ -43,7 +44,7 @@ std::string recipients(const std::vector<std::string>& to) {
 // The same for each attempt, so that a mail server which gets it twice can tell.
 std::string message_id(const Message& message, const Sender& sender, const std::string& from) {
   return fmt::format("Message-ID: <loopwarden.{}.{}.{}@{}>\n", message.made_ms, message.id,
-                     sha256_hex(sender.box).substr(0, 16), from.substr(from.find('@') + 1));
+                     base::sha256_hex(sender.box).substr(0, 16), from.substr(from.find('@') + 1));
 }
 
 std::string encoded_byte(char c) {
@@ -62,7 +63,7 @@ std::string header_field(std::string_view name, std::string_view raw) {
   for (std::string_view rest = text; !rest.empty();) {
     // As much as leaves the line within 76 characters (RFC 2047), whole characters in each word.
     const std::size_t room = (kLongestLine - column - kEncodedWordMarks) / 4 * 3;
-    const std::string_view part = head(rest, room);
+    const std::string_view part = base::cut(rest, room);
     rest.remove_prefix(part.size());
     field += fmt::format("=?UTF-8?B?{}?={}", base64(part), rest.empty() ? "" : "\n ");
     column = 1;

@@ -13,7 +13,7 @@ namespace loopwarden::notify {
 
 std::string mail_text(const Message& message, const Sender& sender, const EmailSettings& settings);
 
-// A field of unstructured text, folded; encoded words where the text is not short plain ASCII.
+// A field of unstructured text, folded; encoded words if the text is not short plain ASCII.
 std::string header_field(std::string_view name, std::string_view text);
 // Lines of at most 76 characters.
 std::string quoted_printable(std::string_view text);

@@ -74,7 +74,7 @@ Outcome outcome_of(CURLcode code, int refusal) {
 
 SmtpChannel::SmtpChannel(EmailSettings settings, Sender sender)
     : settings_(std::move(settings)), sender_(std::move(sender)) {
-  if (!settings_.user.empty()) password_ = read_secret(settings_.password);
+  if (!settings_.user.empty()) password_ = base::read_secret(settings_.password);
 }
 
 Delivery SmtpChannel::send(const Message& message, const std::atomic<bool>& quit) {

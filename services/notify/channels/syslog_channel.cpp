@@ -25,7 +25,7 @@ namespace {
 using Transport = SyslogSettings::Transport;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kPause{5};
+constexpr std::chrono::milliseconds kConfirmationPause{5};
 
 int connected_local(const std::string& path, std::string& why) {
   sockaddr_un address{};
@@ -99,7 +99,7 @@ std::string wait_confirmed(curl_socket_t fd, Clock::time_point until,
     if (ioctl(fd, SIOCOUTQ, &unconfirmed) != 0) return std::strerror(errno);
     if (unconfirmed == 0) break;
     if (quit || Clock::now() > until) return "the collector does not confirm it in time";
-    std::this_thread::sleep_for(kPause);
+    std::this_thread::sleep_for(kConfirmationPause);
   }
   int error = 0;
   socklen_t length = sizeof error;

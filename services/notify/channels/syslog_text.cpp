@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "services/notify/text/one_line.hpp"
 
 namespace loopwarden::notify {
@@ -35,7 +36,7 @@ std::string structured_data(const Event& event, const Message& message, const Se
   constexpr std::size_t kMostBytes = 100;  // of each: all of them fit into a datagram, escaped
   std::string data = fmt::format("[loopwarden@{}", enterprise);
   const auto add = [&](const char* name, const std::string& value) {
-    if (!value.empty()) data += parameter(name, head(value, kMostBytes));
+    if (!value.empty()) data += parameter(name, base::cut(value, kMostBytes));
   };
   add("box", sender.box);
   add("notification", fmt::format("{}", message.id));
@@ -63,7 +64,7 @@ std::string syslog_line(const Event& event, const Message& message, const Sender
                   rfc3339(event.utc_ms), header_word(sender.box), to_text(event.change),
                   structured_data(event, message, sender, settings.enterprise), kByteOrderMark);
   const std::string text = message.test ? headline(message, sender) : sentence(event, sender);
-  return start + std::string(head(text, most_bytes - std::min(most_bytes, start.size())));
+  return start + std::string(base::cut(text, most_bytes - std::min(most_bytes, start.size())));
 }
 
 std::string octet_frame(std::string_view line) { return fmt::format("{} {}", line.size(), line); }

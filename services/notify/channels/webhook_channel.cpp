@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <stdexcept>
 #include <utility>
 
+#include "base/clock.hpp"
+#include "base/digest/digest.hpp"
 #include "services/notify/channels/curl_request.hpp"
-#include "services/notify/channels/digest.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -23,12 +23,6 @@ std::size_t drop_answer(char* bytes, std::size_t size, std::size_t count, void* 
   static_cast<void>(bytes);
   static_cast<void>(unused);
   return size * count;
-}
-
-std::int64_t unix_now() {
-  return std::chrono::duration_cast<std::chrono::seconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
 }
 
 bool is_final(long response) {
@@ -82,24 +76,24 @@ std::string webhook_body(const Message& message, const Sender& sender) {
 
 std::string webhook_signature(const std::string& key, std::int64_t unix_s,
                               const std::string& body) {
-  return "sha256=" + hmac_sha256_hex(key, fmt::format("{}.{}", unix_s, body));
+  return "sha256=" + base::hmac_sha256_hex(key, fmt::format("{}.{}", unix_s, body));
 }
 
 WebhookChannel::WebhookChannel(WebhookSettings settings, Sender sender)
     : settings_(std::move(settings)), sender_(std::move(sender)) {
-  if (settings_.url_secret.given()) settings_.url = read_secret(settings_.url_secret);
-  if (settings_.key.given()) key_ = read_secret(settings_.key);
+  if (settings_.url_secret.given()) settings_.url = base::read_secret(settings_.url_secret);
+  if (settings_.key.given()) key_ = base::read_secret(settings_.key);
 }
 
 Delivery WebhookChannel::send(const Message& message, const std::atomic<bool>& quit) {
   const std::string body = webhook_body(message, sender_);
-  const std::int64_t now_s = unix_now();
+  const std::int64_t now_s = base::utc_ms() / 1000;
   CurlRequest request(settings_.url, "http,https", settings_.tls, settings_.time_outs);
   const auto header = [&](const std::string& line) { request.append(CURLOPT_HTTPHEADER, line); };
   header("Content-Type: application/json");
   header("Expect:");  // the body is small: it goes at once
   header(fmt::format("X-Loopwarden-Timestamp: {}", now_s));
-  header(fmt::format("X-Loopwarden-Delivery: {}.{}.{}", sha256_hex(sender_.box).substr(0, 16),
+  header(fmt::format("X-Loopwarden-Delivery: {}.{}.{}", base::sha256_hex(sender_.box).substr(0, 16),
                      message.made_ms, message.id));
   if (!key_.empty()) {
     header("X-Loopwarden-Signature: " + webhook_signature(key_, now_s, body));

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "config/source_file.hpp"
+#include "config/file_keys.hpp"
 #include "services/notify/channels/mail_text.hpp"
 
 namespace loopwarden::notify {
@@ -47,39 +47,16 @@ bool is_loopback(std::string_view host) {
 
 std::int64_t ms_of(double seconds) { return std::llround(seconds * 1000.0); }
 
-std::string file_at(MapReader& in, std::string_view key, const char* meaning,
-                    const std::string& file) {
-  const Value<std::string> name = in.text(key, meaning, "");
-  return name.given && name.valid ? config::resolve(file, name.value).string() : std::string();
-}
-
-Secret read_secret_at(MapReader& in, std::string_view key, const char* meaning,
-                      const std::string& file) {
-  Secret secret;
-  std::optional<MapReader> section = in.maybe_section(key, meaning);
-  if (!section) return secret;
-  const Value<std::string> credential =
-      section->text("credential", "name of a systemd credential (LoadCredential= of the unit)", "");
-  secret.credential = credential;
-  secret.file = file_at(*section, "file", "or a file that holds it", file);
-  if (secret.credential.find('/') != std::string::npos) {
-    section->error("credential", "must be a name, without '/'");
-  }
-  if (!section->describing() && credential.given == section->given("file")) {
-    section->error("must have either `credential` or `file`");
-  }
-  return secret;
-}
-
 TlsFiles read_tls(MapReader& in, const std::string& file) {
   TlsFiles tls;
-  tls.authorities = file_at(in, "ca_file",
-                            "certificates (PEM) that may have signed the other side's; those of "
-                            "the system where it is not given",
-                            file);
-  tls.certificate = file_at(in, "certificate_file",
-                            "this box's own certificate (PEM), where one is asked for", file);
-  tls.key = file_at(in, "key_file", "its key (PEM)", file);
+  tls.authorities =
+      config::read_path(in, "ca_file",
+                        "certificates (PEM) that may have signed the other side's; those of "
+                        "the system where it is not given",
+                        file);
+  tls.certificate = config::read_path(
+      in, "certificate_file", "this box's own certificate (PEM), where one is asked for", file);
+  tls.key = config::read_path(in, "key_file", "its key (PEM)", file);
   if (tls.certificate.empty() != tls.key.empty()) {
     in.error("certificate_file and key_file belong together");
   }
@@ -172,7 +149,7 @@ void read_smtp(MapReader in, const std::string& file, EmailSettings& settings) {
                                                                     : 25;
   settings.port = read_port(in, port, "587 (starttls), 465 (tls), 25 (none)");
   settings.user = in.text("user", "name to authenticate with", "");
-  settings.password = read_secret_at(in, "password", "where its password is", file);
+  settings.password = config::read_secret_at(in, "password", "where its password is", file);
   settings.tls = read_tls(in, file);
   if (settings.user.empty() == settings.password.given()) {
     in.error("user and password belong together");
@@ -224,13 +201,13 @@ WebhookSettings read_webhook(MapReader in, const std::string& file) {
   const Value<std::string> url = in.text("url", "where to post; https, or http on this host", "");
   settings.url = url;
   if (url.given && url.valid) check_url(in, url);
-  settings.url_secret = read_secret_at(
+  settings.url_secret = config::read_secret_at(
       in, "url_secret", "where the URL is, if it holds a key; in place of url", file);
   if (!in.describing() && url.given == in.given("url_secret")) {
     in.error("must have either `url` or `url_secret`");
   }
-  settings.key =
-      read_secret_at(in, "key", "where the key of the signature is; none: not signed", file);
+  settings.key = config::read_secret_at(
+      in, "key", "where the key of the signature is; none: not signed", file);
   settings.tls = read_tls(in, file);
   settings.time_outs = read_time_outs(in);
   return settings;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// notify.yaml: what loopwarden-notify watches, its channels, who is told what. docs/notify.md lists every key.
+// notify.yaml: what loopwarden-notify watches, its channels, who is told what. docs/notify-keys.md lists every key.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct NotifyConfig {
   std::string state_directory;
   std::string log_level;
   const date::time_zone* zone = nullptr;  // of times in texts
-  std::string page_url;                   // without a slash behind it; empty: none
+  std::string page_url;                   // without a slash at the end; empty: none
   RuleSettings rules;
   std::vector<ChannelSettings> channels;  // in the order of rules.channels
 };

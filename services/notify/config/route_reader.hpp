@@ -13,7 +13,7 @@ namespace loopwarden::notify {
 Route read_route(config::MapReader& in, const std::vector<std::string>& channels);
 QuietHours read_quiet_hours(config::MapReader& in, const std::vector<std::string>& channels);
 
-// The zone named at the key; reported where there is none of that name.
+// The zone named at the key; an error in the report if there is none of that name.
 const date::time_zone* read_zone(config::MapReader& in, std::string_view key,
                                  const config::Value<std::string>& name);
 

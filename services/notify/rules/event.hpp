@@ -36,12 +36,11 @@ struct Event {
   std::string loop{};
   std::string alarm{};
   Change change = Change::came;
-  std::string state{};  // of the alarm, as the daemon calls it
-  std::optional<double>
-      severity_percent{};                 // % of the CO span; nothing where the alarm has no size
-  std::optional<double> worst_percent{};  // the most since it came
-  std::int64_t waits_min = 0;             // of a reminder: since when nobody has acknowledged it
-  std::string peer{};                     // who acknowledged or shelved it
+  std::string state{};                       // of the alarm, as the daemon calls it
+  std::optional<double> severity_percent{};  // % of the CO span; nullopt if the alarm has no size
+  std::optional<double> worst_percent{};     // the most since it came
+  std::int64_t waits_min = 0;                // of a reminder: since when nobody has acknowledged it
+  std::string peer{};                        // who acknowledged or shelved it
   std::string reason{};
   std::string description{};    // of the loop
   std::int64_t noticed_ms = 0;  // when it was read of the daemon; 0: at once

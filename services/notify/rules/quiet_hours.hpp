@@ -28,10 +28,10 @@ struct QuietHours {
   std::vector<std::string> override_alarms;
 };
 
-// The zone of that name in the system's database; nothing if there is none.
+// The zone of that name in the system's database; nullopt if there is none.
 const date::time_zone* find_zone(const std::string& name);
 
-// UTC ms at which the span that `now_ms` is in ends; nothing if it is in none.
+// UTC ms at which the span that `now_ms` is in ends; nullopt if it is in none.
 std::optional<std::int64_t> quiet_until(const QuietHours& hours, std::int64_t now_ms);
 
 // Those of the channel that are on now.

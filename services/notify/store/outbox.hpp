@@ -38,7 +38,7 @@ struct Attempt {
   std::int64_t id = 0;
   MessageState state = MessageState::sent;  // queued: to be tried again
   std::int64_t at_ms = 0;
-  std::int64_t again_ms = 0;  // where it is to be tried again: when
+  std::int64_t again_ms = 0;  // when it is tried again, if it is
   std::string result;         // in words
 };
 
@@ -78,7 +78,7 @@ class Outbox {
                               const std::optional<Attempt>& last);
   // Takes down what came of the last attempt before the end.
   void settle(const Attempt& last);
-  // When the channel's next message is due; nothing if none is queued.
+  // When the channel's next message is due; nullopt if none is queued.
   std::optional<std::int64_t> due_ms(const std::string& channel);
 
   // What waits for channels that there are no longer will never go.

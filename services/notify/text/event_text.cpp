@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/text.hpp"
 #include "model/monitor/alarm_kind.hpp"
 
 namespace loopwarden::notify {
@@ -41,18 +42,6 @@ std::string what_happened(const Event& event, const Sender& sender) {
   if (event.change == Change::came && event.noticed_ms - event.utc_ms >= kLate)
     return fmt::format("is there since {}", local_time(event.utc_ms, *sender.zone));
   return to_text(event.change);
-}
-
-// In a part of a URL, RFC 3986.
-std::string percent_encoded(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       std::string_view("-._~").find(c) != std::string_view::npos;
-    out += plain ? std::string(1, c)
-                 : fmt::format("%{:02X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
-  }
-  return out;
 }
 
 // Of all loops of the message, or the page itself where they are many.
@@ -137,7 +126,7 @@ std::string alarm_words(const std::string& alarm) {
 
 std::string page_of(const Event& event, const Sender& sender) {
   if (sender.page_url.empty() || event.loop.empty()) return "";
-  return sender.page_url + "/#/loop/" + percent_encoded(event.loop);
+  return sender.page_url + "/#/loop/" + base::percent_encoded(event.loop);
 }
 
 std::string sentence(const Event& event, const Sender& sender) {

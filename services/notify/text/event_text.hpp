@@ -18,7 +18,7 @@ namespace loopwarden::notify {
 struct Sender {
   std::string box;
   const date::time_zone* zone = nullptr;  // of times in texts for people
-  std::string page_url{};  // of the box's page, without a slash behind it; empty: there is none
+  std::string page_url{};  // of the box's page, without a slash at the end; empty if there is none
 };
 
 std::string rfc3339(std::int64_t utc_ms);  // 2026-11-24T07:00:00.123Z

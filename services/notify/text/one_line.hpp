@@ -13,7 +13,4 @@ namespace loopwarden::notify {
 // become '?'. At most `most_bytes`, cut between characters.
 std::string one_line(std::string_view text, std::size_t most_bytes = 300);
 
-// The first bytes of valid UTF-8, at most so many, cut between characters.
-std::string_view head(std::string_view text, std::size_t most_bytes);
-
 }  // namespace loopwarden::notify

@@ -21,14 +21,14 @@ nlohmann::json object_of(const http::Request& request,
 void check_keys(const nlohmann::json& object, std::string_view name,
                 std::initializer_list<std::string_view> keys);
 
-// Throw ApiError 400 where it is missing or something else.
+// Throw ApiError 400 if the key is missing or its value is of another type.
 std::string text_at(const nlohmann::json& object, const char* key, std::size_t longest);
 std::string text_or(const nlohmann::json& object, const char* key, std::size_t longest,
                     std::string fallback);
 std::int64_t whole_at(const nlohmann::json& object, const char* key, std::int64_t low,
                       std::int64_t high);
 
-// Of the query; nothing where the key is absent or empty. Throws ApiError 400.
+// Of the query; nullopt if the key is absent or empty. Throws ApiError 400.
 std::optional<std::int64_t> whole_in(const http::Request& request, const char* key,
                                      std::int64_t low, std::int64_t high);
 std::string text_in(const http::Request& request, const char* key, std::size_t longest);

@@ -9,7 +9,7 @@
 #include "services/page/api/host_names.hpp"
 #include "services/page/box/box.hpp"
 #include "protocol/daemon_client.hpp"
-#include "services/page/files/report_shelf.hpp"
+#include "services/page/files/report_store.hpp"
 #include "services/page/history/history.hpp"
 #include "fleet/queries/fleet.hpp"
 #include "net/http/assets.hpp"
@@ -33,7 +33,7 @@ struct Context {
   Sessions& sessions;
   LogInGuard& guard;
   history::History& history;
-  files::ReportShelf& reports;
+  files::ReportStore& reports;
   fleet::Fleet* fleet;  // null: page.yaml has none
   std::function<http::Response(const http::Request&)> site;
   std::function<http::Counters()> counters;

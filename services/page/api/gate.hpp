@@ -20,7 +20,7 @@ Identity identity_of(Context& context, const http::Request& request,
 // rebinding). Throws ApiError 403.
 void check_host(const Context& context, const http::Request& request);
 
-// No other origin's page makes the browser ask: Sec-Fetch-Site and Origin, where they are sent. Throws ApiError 403.
+// Throws ApiError 403 if Sec-Fetch-Site or Origin, as far as they are sent, show that another origin's page made the browser ask.
 void check_origin(const http::Request& request);
 
 // A POST has the session's token and a JSON body. Throws ApiError 403 or 415.

@@ -35,7 +35,7 @@ http::Response past_csv(Context& context, const Call& call);
 http::Response journal(Context& context, const Call& call);
 http::Response journal_csv(Context& context, const Call& call);
 
-// shelf.cpp
+// reports.cpp
 http::Response reports(Context& context, const Call& call);
 http::Response report(Context& context, const Call& call);
 http::Response evidence(Context& context, const Call& call);

@@ -11,12 +11,12 @@ using nlohmann::json;
 
 constexpr std::size_t kLongestReason = 200;  // bytes, as the daemon takes them
 
-json with_evidence(json answer, files::ReportShelf& shelf) {
+json with_evidence(json answer, files::ReportStore& store) {
   const auto folder = answer.find("evidence");
   if (folder == answer.end() || !folder->is_string()) return answer;
   const std::filesystem::path path = folder->get<std::string>();
   const std::string id = path.filename().string();
-  answer["evidence"] = {{"id", id}, {"folder", path.string()}, {"files", shelf.evidence_files(id)}};
+  answer["evidence"] = {{"id", id}, {"folder", path.string()}, {"files", store.evidence_files(id)}};
   return answer;
 }
 

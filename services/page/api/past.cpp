@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/clock.hpp"
 #include "protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
@@ -18,14 +19,8 @@ using nlohmann::json;
 constexpr std::int64_t kTenMinutes_ms = 600'000;
 constexpr std::size_t kMostCsvRows = 1'000'000;
 
-std::int64_t utc_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
 history::Stretch stretch_of(const http::Request& request) {
-  const std::int64_t to_ms = whole_in(request, "to_ms", 0, kLastMoment_ms).value_or(utc_ms());
+  const std::int64_t to_ms = whole_in(request, "to_ms", 0, kLastMoment_ms).value_or(base::utc_ms());
   const std::int64_t from_ms =
       whole_in(request, "from_ms", 0, kLastMoment_ms).value_or(to_ms - kTenMinutes_ms);
   if (from_ms >= to_ms) throw ApiError(400, "from_ms must be before to_ms", "from_ms");

@@ -19,8 +19,8 @@
 namespace loopwarden::page::api {
 namespace {
 
-using http::Lane;
 using http::Method;
+using http::Pool;
 using http::Request;
 using http::Response;
 
@@ -31,35 +31,35 @@ struct Route {
   Of of;
   Method method;
   std::string_view path;  // "*" is any part; "**", the last, any number of them
-  Lane lane;
+  Pool pool;
   Role role;
   Response (*handle)(Context&, const Call&);
 };
 
 constexpr std::array kRoutes{
-    Route{Of::page, Method::get, "api/session", Lane::here, Role::none, session},
-    Route{Of::box, Method::get, "api/describe", Lane::daemon, Role::viewer, describe},
-    Route{Of::box, Method::get, "api/events", Lane::here, Role::viewer, events},
-    Route{Of::box, Method::get, "api/sparklines", Lane::daemon, Role::viewer, sparklines},
-    Route{Of::box, Method::get, "api/alarms", Lane::here, Role::viewer, alarms},
-    Route{Of::box, Method::get, "api/system", Lane::daemon, Role::viewer, system},
-    Route{Of::box, Method::get, "api/loops/*", Lane::daemon, Role::viewer, loop},
-    Route{Of::box, Method::get, "api/loops/*/windows", Lane::daemon, Role::viewer, windows},
-    Route{Of::box, Method::get, "api/loops/*/history", Lane::disk, Role::viewer, past},
-    Route{Of::box, Method::get, "api/loops/*/history.csv", Lane::disk, Role::viewer, past_csv},
-    Route{Of::box, Method::get, "api/loops/*/alarms/*", Lane::daemon, Role::viewer, loop_alarm},
-    Route{Of::box, Method::get, "api/journal", Lane::daemon, Role::viewer, journal},
-    Route{Of::box, Method::get, "api/journal.csv", Lane::daemon, Role::viewer, journal_csv},
-    Route{Of::box, Method::get, "api/evidence/*", Lane::disk, Role::viewer, evidence},
-    Route{Of::box, Method::get, "api/reports", Lane::disk, Role::viewer, reports},
-    Route{Of::box, Method::get, "reports/**", Lane::disk, Role::viewer, report},
-    Route{Of::fleet, Method::get, "api/fleet", Lane::fleet, Role::viewer, fleet_overview},
-    Route{Of::fleet, Method::get, "api/fleet/valves/*/*/*", Lane::fleet, Role::viewer, fleet_valve},
-    Route{Of::page, Method::post, "api/login", Lane::log_in, Role::none, log_in},
-    Route{Of::page, Method::post, "api/logout", Lane::here, Role::none, log_out},
-    Route{Of::box, Method::post, "api/loops/*/alarms/*", Lane::orders, Role::operator_,
+    Route{Of::page, Method::get, "api/session", Pool::here, Role::none, session},
+    Route{Of::box, Method::get, "api/describe", Pool::daemon, Role::viewer, describe},
+    Route{Of::box, Method::get, "api/events", Pool::here, Role::viewer, events},
+    Route{Of::box, Method::get, "api/sparklines", Pool::daemon, Role::viewer, sparklines},
+    Route{Of::box, Method::get, "api/alarms", Pool::here, Role::viewer, alarms},
+    Route{Of::box, Method::get, "api/system", Pool::daemon, Role::viewer, system},
+    Route{Of::box, Method::get, "api/loops/*", Pool::daemon, Role::viewer, loop},
+    Route{Of::box, Method::get, "api/loops/*/windows", Pool::daemon, Role::viewer, windows},
+    Route{Of::box, Method::get, "api/loops/*/history", Pool::disk, Role::viewer, past},
+    Route{Of::box, Method::get, "api/loops/*/history.csv", Pool::disk, Role::viewer, past_csv},
+    Route{Of::box, Method::get, "api/loops/*/alarms/*", Pool::daemon, Role::viewer, loop_alarm},
+    Route{Of::box, Method::get, "api/journal", Pool::daemon, Role::viewer, journal},
+    Route{Of::box, Method::get, "api/journal.csv", Pool::daemon, Role::viewer, journal_csv},
+    Route{Of::box, Method::get, "api/evidence/*", Pool::disk, Role::viewer, evidence},
+    Route{Of::box, Method::get, "api/reports", Pool::disk, Role::viewer, reports},
+    Route{Of::box, Method::get, "reports/**", Pool::disk, Role::viewer, report},
+    Route{Of::fleet, Method::get, "api/fleet", Pool::fleet, Role::viewer, fleet_overview},
+    Route{Of::fleet, Method::get, "api/fleet/valves/*/*/*", Pool::fleet, Role::viewer, fleet_valve},
+    Route{Of::page, Method::post, "api/login", Pool::log_in, Role::none, log_in},
+    Route{Of::page, Method::post, "api/logout", Pool::here, Role::none, log_out},
+    Route{Of::box, Method::post, "api/loops/*/alarms/*", Pool::orders, Role::operator_,
           act_on_alarm},
-    Route{Of::box, Method::post, "api/loops/*/order", Lane::orders, Role::operator_, order},
+    Route{Of::box, Method::post, "api/loops/*/order", Pool::orders, Role::operator_, order},
 };
 
 bool matches(std::string_view pattern, std::span<const std::string> path) {
@@ -147,9 +147,9 @@ Response excused(const std::function<Response()>& make) noexcept {
 
 }  // namespace
 
-http::Lane Router::lane(const Request& request) const noexcept {
+http::Pool Router::pool(const Request& request) const noexcept {
   const Route* route = find(request);
-  return route == nullptr ? Lane::here : route->lane;
+  return route == nullptr ? Pool::here : route->pool;
 }
 
 Response Router::route(const Request& request) {

@@ -11,7 +11,7 @@ class Router final : public http::Handler {
  public:
   explicit Router(Context context) : context_(std::move(context)) {}
 
-  http::Lane lane(const http::Request& request) const noexcept override;
+  http::Pool pool(const http::Request& request) const noexcept override;
   http::Response answer(const http::Request& request) noexcept override;
 
  private:

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <csignal>
 #include <cstdlib>
 #include <memory>
@@ -18,6 +17,7 @@
 #include <system_error>
 
 #include "base/exit_code.hpp"
+#include "base/text.hpp"
 #include "services/page/api/router.hpp"
 #include "fleet/queries/fleet_database.hpp"
 #include "net/http/server.hpp"
@@ -31,17 +31,10 @@ constexpr std::chrono::milliseconds kPatience{1000};
 // An order waits for the daemon's disk.
 constexpr std::chrono::milliseconds kOrderPatience{3000};
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  });
-  return text;
-}
-
 // The box's own name counts beyond this host only, where TLS proves it.
 std::set<std::string> hosts_of(const PageSettings& settings) {
   std::set<std::string> hosts;
-  for (const std::string& host : settings.hosts) hosts.insert(lower(host));
+  for (const std::string& host : settings.hosts) hosts.insert(base::lower_case(host));
   if (settings.has_tls()) {
     for (std::string& name : http::names_in_certificate(settings.certificate)) {
       hosts.insert(std::move(name));
@@ -60,10 +53,10 @@ http::Assets built_in_site() {
 
 http::ServerSettings server_settings(const PageSettings& settings) {
   http::ServerSettings server;
-  server.door = {.clients = settings.clients,
-                 .per_address = std::max<std::size_t>(1, settings.clients / 4),
-                 .loopback = std::max<std::size_t>(1, settings.clients / 2),
-                 .requests_per_s = settings.requests_per_s};
+  server.limits = {.clients = settings.clients,
+                   .per_address = std::max<std::size_t>(1, settings.clients / 4),
+                   .loopback = std::max<std::size_t>(1, settings.clients / 2),
+                   .requests_per_s = settings.requests_per_s};
   if (settings.has_tls()) server.tls = http::TlsFiles{settings.certificate, settings.key};
   return server;
 }
@@ -194,7 +187,7 @@ class App {
   Sessions sessions_;
   LogInGuard guard_;
   history::History history_;
-  files::ReportShelf reports_;
+  files::ReportStore reports_;
   std::unique_ptr<fleet::FleetDatabase> fleet_;
   api::HostNames hosts_;
   api::Router router_;

@@ -19,7 +19,7 @@ void check_files(const PageSettings& settings);
 
 // Serves the page until SIGTERM or SIGINT; SIGHUP reads certificate and key again.
 // `site`: a folder in place of the built-in files, for work on them; empty: none. Returns the exit code; throws
-// BadConfiguration, or std::runtime_error where it can't begin.
+// BadConfiguration, or std::runtime_error if it can't begin.
 int serve(PageSettings settings, const std::filesystem::path& site);
 
 }  // namespace loopwarden::page

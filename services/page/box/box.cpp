@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "protocol/ask.hpp"
 
 namespace loopwarden::page {
@@ -18,12 +19,6 @@ using nlohmann::json;
 
 // Sizes and times of alarms change without their states.
 constexpr std::chrono::seconds kAlarmsAtLeast{5};
-
-std::int64_t utc_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 std::vector<double> alarm_columns(const protocol::Overview& overview) {
   using protocol::Column;
@@ -80,7 +75,7 @@ json alarms_for_page(const protocol::Alarms& all) {
 
 Box::Box(BoxSettings settings)
     : settings_(std::move(settings)), daemon_(settings_.status_socket, settings_.patience) {
-  now_.since_ms = utc_ms();
+  now_.since_ms = base::utc_ms();
   now_.why = "not asked yet";
 }
 
@@ -204,7 +199,7 @@ void Box::came_up() {
   {
     const std::lock_guard lock(mutex_);
     now_.up = true;
-    now_.since_ms = utc_ms();
+    now_.since_ms = base::utc_ms();
     now_.why.clear();
   }
   spdlog::info("the daemon answers");
@@ -216,7 +211,7 @@ void Box::went_down(const std::string& why) {
   if (!before.up && before.why == why) return;
   {
     const std::lock_guard lock(mutex_);
-    if (now_.up) now_.since_ms = utc_ms();
+    if (now_.up) now_.since_ms = base::utc_ms();
     now_.up = false;
     now_.why = why;
   }

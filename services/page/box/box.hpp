@@ -18,7 +18,7 @@
 #include "protocol/overview.hpp"
 #include "services/page/box/box_state.hpp"
 #include "services/page/box/sparklines.hpp"
-#include "net/http/event_board.hpp"
+#include "net/http/event_hub.hpp"
 
 namespace loopwarden::page {
 

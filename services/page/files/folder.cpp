@@ -4,66 +4,36 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <memory>
-#include <utility>
+
+#include "base/file.hpp"
 
 namespace loopwarden::page::files {
 namespace {
 
-class Descriptor {
- public:
-  explicit Descriptor(int fd) noexcept : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(other.release()) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  int get() const noexcept { return fd_; }
-  int release() noexcept { return std::exchange(fd_, -1); }
-
- private:
-  int fd_;
-};
-
-// -1 where it can't be had. O_NONBLOCK: a FIFO must not hold the thread.
-Descriptor open_below(const std::filesystem::path& top, const std::vector<std::string>& parts,
+// Not open if it can't be had. O_NONBLOCK: a FIFO must not hold the thread.
+base::File open_below(const std::filesystem::path& top, const std::vector<std::string>& parts,
                       int flags) {
   constexpr int kCommon = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
-  Descriptor place(::open(top.c_str(), kCommon | O_DIRECTORY));
-  for (std::size_t i = 0; i < parts.size() && place.get() >= 0; ++i) {
-    if (!is_sound_name(parts[i])) return Descriptor(-1);
+  base::File place(top, kCommon | O_DIRECTORY);
+  for (std::size_t i = 0; i < parts.size() && place.is_open(); ++i) {
+    if (!is_sound_name(parts[i])) return {};
     const bool last = i + 1 == parts.size();
-    place = Descriptor(::openat(place.get(), parts[i].c_str(),
+    place = base::File(::openat(place.fd(), parts[i].c_str(),
                                 kCommon | O_NOFOLLOW | (last ? flags : O_DIRECTORY)));
   }
   return place;
 }
 
-std::optional<std::string> read_file(const Descriptor& file, std::size_t most, bool whole) {
+std::optional<std::string> read_regular(const base::File& file, std::size_t most, bool whole) {
   struct stat status {};
-  if (file.get() < 0 || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
+  if (!file.is_open() || ::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) {
     return std::nullopt;
   }
-  const auto size = static_cast<std::size_t>(status.st_size);
-  if (whole && size > most) return std::nullopt;
-  std::string text(std::min(size, most), '\0');
-  std::size_t got = 0;
-  while (got < text.size()) {
-    const ssize_t n = ::read(file.get(), text.data() + got, text.size() - got);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return std::nullopt;
-    if (n == 0) break;
-    got += static_cast<std::size_t>(n);
-  }
-  text.resize(got);
-  return text;
+  if (whole && static_cast<std::size_t>(status.st_size) > most) return std::nullopt;
+  return file.read(most);
 }
 
 }  // namespace
@@ -76,20 +46,20 @@ bool is_sound_name(const std::string& name) noexcept {
 
 std::optional<std::string> Folder::read(const std::vector<std::string>& parts,
                                         std::size_t most_bytes) const {
-  return read_file(open_below(path_, parts, 0), most_bytes, true);
+  return read_regular(open_below(path_, parts, 0), most_bytes, true);
 }
 
 std::optional<std::string> Folder::read_start(const std::vector<std::string>& parts,
                                               std::size_t most_bytes) const {
-  return read_file(open_below(path_, parts, 0), most_bytes, false);
+  return read_regular(open_below(path_, parts, 0), most_bytes, false);
 }
 
 std::vector<std::string> Folder::list(const std::vector<std::string>& parts,
                                       std::size_t most) const {
   std::vector<std::string> names;
-  Descriptor folder = open_below(path_, parts, O_DIRECTORY);
-  if (folder.get() < 0) return names;
-  const std::unique_ptr<DIR, int (*)(DIR*)> entries(::fdopendir(folder.get()), ::closedir);
+  base::File folder = open_below(path_, parts, O_DIRECTORY);
+  if (!folder.is_open()) return names;
+  const std::unique_ptr<DIR, int (*)(DIR*)> entries(::fdopendir(folder.fd()), ::closedir);
   if (!entries) return names;
   const int fd = folder.release();  // the stream has it now
   while (const dirent* entry = ::readdir(entries.get())) {

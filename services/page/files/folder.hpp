@@ -13,7 +13,7 @@ class Folder {
  public:
   explicit Folder(std::filesystem::path path) : path_(std::move(path)) {}
 
-  // The regular file at `parts`, at most `most_bytes`; nothing where there is none, or it is larger.
+  // The regular file at `parts`; nullopt if there is none, or it is larger than `most_bytes`.
   std::optional<std::string> read(const std::vector<std::string>& parts,
                                   std::size_t most_bytes) const;
   // Its first bytes.

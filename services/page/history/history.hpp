@@ -23,8 +23,8 @@ struct Stretch {
 
 struct Past {
   Curves curves;
-  std::optional<double> bucket_ms;        // nothing: every row is there
-  std::optional<std::int64_t> oldest_ms;  // of all that is kept; nothing: nothing is
+  std::optional<double> bucket_ms;        // nullopt: every row is there
+  std::optional<std::int64_t> oldest_ms;  // of all that is kept; nullopt if nothing is
   std::optional<std::int64_t> newest_ms;
   std::vector<std::string> unreadable;  // a text for each segment that could not be used
 };

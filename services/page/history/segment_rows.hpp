@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A segment file, rows of which are read where they are needed. Unlike record::read_segment, which takes it whole.
+// A segment file; rows are read on demand. Unlike record::read_segment, which takes it whole.
 #pragma once
 
 #include <cstddef>

@@ -5,6 +5,7 @@
 
 #include <system_error>
 
+#include "config/file_keys.hpp"
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
@@ -40,10 +41,10 @@ void read_tls(MapReader& in, const std::string& file, PageSettings& settings) {
 }
 
 void read_sockets(MapReader& in, const std::string& file, PageSettings& settings) {
-  settings.status_socket = config::resolve(
-      file, in.text("status", "where the daemon answers questions", settings.status_socket));
-  settings.page_socket = config::resolve(
-      file, in.text("page", "where the daemon takes the page's orders", settings.page_socket));
+  settings.status_socket = config::read_path(in, "status", "where the daemon answers questions",
+                                             file, settings.status_socket);
+  settings.page_socket = config::read_path(in, "page", "where the daemon takes the page's orders",
+                                           file, settings.page_socket);
 }
 
 void read_session(MapReader& in, PageSettings& settings) {
@@ -113,12 +114,10 @@ PageSettings read_page(MapReader& in, const std::string& file) {
   if (auto tls = in.maybe_section("tls", "HTTPS; needed beyond this host")) {
     read_tls(*tls, file, settings);
   }
-  const Value<std::string> users =
-      in.text("users",
-              "file of `loopwarden-page user`; empty: everybody on this host may look, "
-              "nobody may write",
-              "");
-  if (!users.value.empty()) settings.users = config::resolve(file, users);
+  settings.users = config::read_path(in, "users",
+                                     "file of `loopwarden-page user`; empty: everybody on this "
+                                     "host may look, nobody may write",
+                                     file);
   settings.hosts =
       in.maybe_texts("hosts",
                      "names of this box in a browser's address line, beside localhost, "
@@ -128,7 +127,7 @@ PageSettings read_page(MapReader& in, const std::string& file) {
     read_sockets(*sockets, file, settings);
   }
   settings.state_directory =
-      config::resolve(file, in.text("state_directory", "the daemon's", settings.state_directory));
+      config::read_path(in, "state_directory", "the daemon's", file, settings.state_directory);
   read_limits(in, settings);
   settings.control =
       in.flag("control",

@@ -38,7 +38,7 @@ class Sessions {
 
   // The cookie's value: 256 random bits, of which only a fingerprint is kept.
   std::string begin(const std::string& user, const User& known, Moment now);
-  // Nothing where the session is unknown, too old or too long idle, or its user was removed or has another
+  // Returns nullopt if the session is unknown, too old or too long idle, or its user was removed or has another
   // password. The role is the one that the user has now. `touch`: a person asks; only that keeps it from being idle.
   std::optional<Identity> find(const std::string& cookie, const Users& users, Moment now,
                                bool touch);

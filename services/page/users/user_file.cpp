@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/page/users/user_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,7 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <fstream>
+#include <cerrno>
 #include <iterator>
 
 #include "config/diagnostic.hpp"
@@ -113,27 +112,20 @@ Users parse_users(std::string_view text, const std::string& file) {
 }
 
 Users read_users(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail(path, errno);
-  std::string text(kMostBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) fail(path, errno);
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kMostBytes) throw UserFileError(path.string() + ": is larger than 1 MiB");
-  return parse_users(text, path.string());
+  const std::optional<std::string> text = base::read_file(path, kMostBytes);
+  if (!text && errno == EFBIG) throw UserFileError(path.string() + ": is larger than 1 MiB");
+  if (!text) fail(path, errno);
+  return parse_users(*text, path.string());
 }
 
 void write_users(const Users& users, const std::filesystem::path& path) {
-  const std::string text = to_text(users);
-  const std::filesystem::path temporary = path.string() + ".tmp";
-  base::File file(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0640);
-  if (!file.is_open()) fail(temporary, errno);
-  if (::fchmod(file.fd(), 0640) != 0) fail(temporary, errno);
-  keep_owner(file.fd(), path);
-  if (!file.write(text.data(), text.size()) || !file.sync() || !file.close())
-    fail(temporary, errno);
-  if (::rename(temporary.c_str(), path.c_str()) != 0) fail(path, errno);
-  base::sync_folder(path.has_parent_path() ? path.parent_path() : ".");
+  const auto prepare = [&](int fd) {
+    if (::fchmod(fd, 0640) != 0) fail(path, errno);
+    keep_owner(fd, path);
+  };
+  const std::optional<base::FileError> error =
+      base::replace_file(path, to_text(users), {.prepare = prepare});
+  if (error) fail(error->file, error->error);
 }
 
 UserDirectory::UserDirectory(std::filesystem::path path)

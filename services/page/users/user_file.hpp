@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The users file: one line a user, name:role:hash, behind it :display for a wall display. Lines that begin with # and empty ones are left out.
+// The users file: one line a user, name:role:hash, then :display for a wall display. Lines that begin with # and empty ones are left out.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,7 @@ struct User {
 };
 using Users = std::map<std::string, User>;
 
-// "file:line:column: error: ..." for what is no such file; the path and the reason where it can't be had.
+// "file:line:column: error: ..." if the file is malformed; path and reason if it is unreadable.
 class UserFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

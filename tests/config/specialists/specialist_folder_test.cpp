@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/digest/digest.hpp"
 #include "config/specialists/specialist_folder.hpp"
 
 #include <array>
@@ -7,7 +8,6 @@
 #include <filesystem>
 #include <string>
 
-#include "config/specialists/checksum.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::specialist_folder_test {
@@ -65,9 +65,9 @@ void replace(const std::filesystem::path& file, const std::string& from, const s
 
 // New weights, and the manifest agrees.
 void put_weights(const std::filesystem::path& folder, const std::string& text) {
-  const std::string before = config::sha256_of(read_file(folder / "P7S4.weights"));
+  const std::string before = loopwarden::base::sha256_hex(read_file(folder / "P7S4.weights"));
   write_file(folder / "P7S4.weights", text);
-  replace(folder / "manifest.yaml", before, config::sha256_of(text));
+  replace(folder / "manifest.yaml", before, loopwarden::base::sha256_hex(text));
 }
 
 // The specialists as version 1 wrote them, in a folder of their own.
@@ -76,9 +76,9 @@ void copy_version_1(const std::filesystem::path& to) {
                         std::filesystem::copy_options::recursive);
 }
 
-// Explanations with another value in every place.
-specialist::Explanations varied_explanations() {
-  specialist::Explanations f;
+// WindowFits with another value in every place.
+specialist::WindowFits varied_explanations() {
+  specialist::WindowFits f;
   f.usable = true;
   f.noise = 0.1;
   f.co_range = 10.0;
@@ -87,7 +87,7 @@ specialist::Explanations varied_explanations() {
   f.co_fastest = 1.5;
   f.reversals = 6.0;
   double k = 0.0;
-  for (specialist::ExplanationFit& fit : f.fits) {
+  for (specialist::FaultFit& fit : f.fits) {
     k += 1.0;
     fit.mse = 0.01 + 0.004 * k * k;
     fit.innovation = 0.009 + 0.001 * k;
@@ -104,11 +104,6 @@ specialist::Explanations varied_explanations() {
 using Catch::Matchers::Contains;
 
 }  // namespace
-
-TEST_CASE("a checksum is that of the standard's example", "[specialists]") {
-  CHECK(config::sha256_of("abc") ==
-        "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-}
 
 TEST_CASE("specialists read back as they were written", "[specialists]") {
   const TemporaryFolder folder;

@@ -39,7 +39,7 @@ struct Bench {
     auto io = std::make_unique<FakeLoopIo>();
     io->set_pv(5.0);
     io->set_read_back(5.0);
-    loop.channels = std::make_unique<rt::LoopChannels>(64);
+    loop.channels = std::make_unique<rt::LoopChannels>(rt::LoopChannels::Room{});
     const rt::LoopSettings settings = settings_of(loop.config, config::backing_of(loop.config.io));
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.cycle = std::make_unique<rt::ControlCycle>(

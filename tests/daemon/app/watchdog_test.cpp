@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app/watchdog.hpp"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -144,6 +145,58 @@ TEST_CASE("the service manager may come back, and may have no file for its socke
   CHECK(recv(fd, said.data(), said.size(), 0) == 7);
   close(fd);
   unsetenv("NOTIFY_SOCKET");
+}
+
+// What a service manager hands over begins with this descriptor.
+class HandedOver {
+ public:
+  explicit HandedOver(int type) : kept_(fcntl(kFirst, F_DUPFD_CLOEXEC, 100)) {
+    const int fd = socket(AF_INET, type, 0);
+    if (fd != kFirst) {
+      dup2(fd, kFirst);
+      close(fd);
+    }
+    setenv("LISTEN_PID", std::to_string(getpid()).c_str(), 1);
+    setenv("LISTEN_FDS", "1", 1);
+  }
+  HandedOver(const HandedOver&) = delete;
+  HandedOver& operator=(const HandedOver&) = delete;
+  ~HandedOver() {
+    unsetenv("LISTEN_PID");
+    unsetenv("LISTEN_FDS");
+    if (kept_ < 0) {
+      close(kFirst);
+    } else {
+      dup3(kept_, kFirst, O_CLOEXEC);
+      close(kept_);
+    }
+  }
+  static constexpr int kFirst = 3;
+
+ private:
+  int kept_;
+};
+
+TEST_CASE("a listening socket that the service manager hands over is taken, and nothing else") {
+  CHECK(modbus_listener() == -1);
+  SECTION("one that listens") {
+    const HandedOver handed(SOCK_STREAM);
+    REQUIRE(listen(HandedOver::kFirst, 1) == 0);
+    CHECK(modbus_listener() == HandedOver::kFirst);
+    CHECK((fcntl(HandedOver::kFirst, F_GETFD) & FD_CLOEXEC) != 0);
+    setenv("LISTEN_PID", std::to_string(getpid() + 1).c_str(), 1);
+    CHECK(modbus_listener() == -1);
+    setenv("LISTEN_PID", "me", 1);
+    CHECK(modbus_listener() == -1);
+  }
+  SECTION("one that does not") {
+    const HandedOver handed(SOCK_STREAM);
+    CHECK(modbus_listener() == -1);
+  }
+  SECTION("another kind") {
+    const HandedOver handed(SOCK_DGRAM);
+    CHECK(modbus_listener() == -1);
+  }
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ struct Console {
     loop.config.io = hal::modbus::LoopModbusSettings{};
     loop.config.recording.enabled = false;
     const rt::LoopSettings settings = settings_of(loop.config, config::backing_of(loop.config.io));
-    loop.channels = std::make_unique<rt::LoopChannels>(64);
+    loop.channels = std::make_unique<rt::LoopChannels>(rt::LoopChannels::Room{});
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     auto io = std::make_unique<tests::FakeLoopIo>();
     io->set_pv(50.0);

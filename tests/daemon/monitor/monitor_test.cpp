@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/monitor/monitor.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <memory>
@@ -444,7 +445,11 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
   const Acknowledged done = board.acknowledge_all(model::kValveAlarms, "10.0.0.7:1000", "seen");
   CHECK(done.alarms.size() == 58);
   for (std::size_t i = 0; i < 60; ++i) {
-    CHECK(board.watch(i).alarms.any_unacknowledged() == (i == 3));
+    const model::LoopAlarms& alarms = board.watch(i).alarms;
+    const bool waits =
+        std::any_of(model::kAlarmKinds.begin(), model::kAlarmKinds.end(),
+                    [&](model::AlarmKind kind) { return alarms.alarm(kind).unacknowledged(); });
+    CHECK(waits == (i == 3));
     const AlarmState state = board.watch(i).alarms.alarm(AlarmKind::stiction).state();
     CHECK(state == (i == 0   ? AlarmState::suppressed
                     : i == 7 ? AlarmState::shelved

@@ -48,7 +48,8 @@ struct Bench {
     loop.config.controller = tests::plain_settings().controller;
     loop.config.io = hal::modbus::LoopModbusSettings{};
     loop.io = std::make_unique<tests::FakeLoopIo>();
-    loop.channels = std::make_unique<rt::LoopChannels>(1024);
+    loop.channels = std::make_unique<rt::LoopChannels>(
+        rt::LoopChannels::Room{.records = 1024, .watched = 1024});
     loop.settings = std::make_unique<CurrentSettings>(
         settings_of(loop.config, config::backing_of(loop.config.io)), *loop.channels);
     loops.push_back(std::move(loop));

@@ -39,7 +39,8 @@ class Loop {
                                                    .set_point = 50.0,
                                                    .output = control::OutputAction::go_to(40.0)},
                 daemon::rt::ValvePositionSource source = daemon::rt::ValvePositionSource::none)
-      : channels(1024), cycle(0, kPeriod, settings, start, source, {}, io, channels, events) {
+      : channels({.records = 1024, .watched = 1024}),
+        cycle(0, kPeriod, settings, start, source, {}, io, channels, events) {
     io.set_pv(50.0);
   }
 

@@ -111,7 +111,7 @@ class GuardedLoop {
     return row_;
   }
 
-  daemon::rt::LoopChannels channels{64};
+  daemon::rt::LoopChannels channels{{.records = 64, .watched = 64}};
 
  private:
   daemon::rt::LoopSettings settings_;

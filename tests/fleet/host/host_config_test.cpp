@@ -63,7 +63,7 @@ TEST_CASE("errors name file, place, key, what was expected, and the nearest key"
   CHECK_THAT(errors_of("groups: [A, A]\n"), Catch::Contains("has 'A' twice"));
   CHECK_THAT(errors_of("metrics: {address: localhost}\n"), Catch::Contains("must be a numeric"));
   CHECK_THAT(errors_of("keep: {values: 0}\n"), Catch::Contains("keep.values"));
-  CHECK_THAT(errors_of("password: {}\n"), Catch::Contains("one of credential and file"));
+  CHECK_THAT(errors_of("password: {}\n"), Catch::Contains("either `credential` or `file`"));
 }
 
 TEST_CASE("passwords have no place in URLs") {

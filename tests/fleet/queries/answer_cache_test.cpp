@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 struct Rig {
   AnswerCache::Clock::time_point now{};
-  AnswerCache cache{{.fresh = 5s, .sulk = 2s, .most = 2}, [this] { return now; }};
+  AnswerCache cache{{.fresh = 5s, .retry_after = 2s, .most = 2}, [this] { return now; }};
   int made = 0;
 
   std::string get(const std::string& key) {

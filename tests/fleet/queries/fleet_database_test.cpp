@@ -18,7 +18,7 @@ using namespace fleet;
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-constexpr CacheLimits kNoCache{.fresh = 0ms, .sulk = 0ms};
+constexpr CacheLimits kNoCache{.fresh = 0ms, .retry_after = 0ms};
 
 // North: box1 and box2 answer, box3 is away. South: box4 is connected and says nothing.
 constexpr const char* kPlant = R"(

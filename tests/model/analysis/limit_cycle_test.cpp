@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
+#include <numbers>
 
 #include "model/analysis/describing_function.hpp"
 #include "model/plant/backlash.hpp"
@@ -13,6 +15,19 @@ namespace limit_cycle_test {
 
 using namespace loopwarden;
 using namespace loopwarden::analysis;
+
+// The first harmonic of a valve by simulation, of the last of three periods.
+template <class Valve>
+std::complex<double> measured_describing_function(Valve valve, double amplitude) {
+  constexpr int kSamples = 4000;
+  std::complex<double> sum = 0.0;
+  for (int k = 0; k < 3 * kSamples; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / kSamples;
+    const double x = valve(amplitude * std::sin(angle));
+    if (k >= 2 * kSamples) sum += x * std::complex<double>(std::sin(angle), std::cos(angle));
+  }
+  return sum * 2.0 / (kSamples * amplitude);
+}
 
 TEST_CASE("describing functions are those of the simulated valves", "[analysis][limit-cycle]") {
   for (const double ratio : {0.55, 0.8, 1.2, 2.0, 5.0, 20.0}) {

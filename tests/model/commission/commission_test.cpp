@@ -17,7 +17,7 @@
 namespace commission_test {
 
 using namespace loopwarden;
-using commission::Verdict;
+using commission::Outcome;
 
 commission::Request request_of(const plant::LoopModel& truth) {
   return {.records = {{.columns = test::record_of(truth, 260.0)}},
@@ -44,7 +44,7 @@ TEST_CASE("a rough model becomes a twin that the record can't tell from the plan
   request.model = rough_model();
   const commission::Commissioning made = commissioned(request);
   INFO(made.why);
-  REQUIRE(made.verdict == Verdict::commissioned);
+  REQUIRE(made.outcome == Outcome::commissioned);
   CHECK(made.accepted == std::vector<std::string>{"short"});
   CHECK(made.effects.empty());
   CHECK(made.closed > 0.99);
@@ -64,7 +64,7 @@ TEST_CASE("a rough model becomes a twin that the record can't tell from the plan
 
 TEST_CASE("without a model one is identified", "[commission][long]") {
   const commission::Commissioning made = commissioned(request_of(test::believed_model()));
-  REQUIRE(made.verdict == Verdict::commissioned);
+  REQUIRE(made.outcome == Outcome::commissioned);
   CHECK(made.identified);
   CHECK(made.twin.process.gain == Approx(1.1).epsilon(0.02));
   CHECK(made.twin.controller.pid.gains.kp == Approx(0.4).epsilon(0.1));
@@ -77,14 +77,14 @@ TEST_CASE("a valve fault is refused by name, and up to the limit it is the twin'
   commission::Request request = request_of(truth);
   request.model = rough_model();
   const commission::Commissioning refused = commissioned(request);
-  CHECK(refused.verdict == Verdict::not_healthy);
+  CHECK(refused.outcome == Outcome::not_healthy);
   INFO(refused.why);
   REQUIRE(!refused.effects.empty());
   CHECK(commission::size_percent(refused.effects[0].spec, 10.0) == Approx(3.0).margin(0.5));
   request.healthy_limit_percent = 5.0;
   const commission::Commissioning taken = commissioned(request);
   INFO(taken.why);
-  REQUIRE(taken.verdict == Verdict::commissioned);
+  REQUIRE(taken.outcome == Outcome::commissioned);
   REQUIRE(!taken.twin.valve_effects.empty());
   CHECK(commission::size_percent(taken.twin.valve_effects[0], 10.0) == Approx(3.0).margin(0.6));
 }
@@ -92,16 +92,16 @@ TEST_CASE("a valve fault is refused by name, and up to the limit it is the twin'
 TEST_CASE("records that can't make a twin say why, and nothing is searched", "[commission]") {
   commission::Request request = request_of(test::believed_model());
   request.accept_short = false;
-  CHECK(commissioned(request).verdict == Verdict::not_enough_movement);
+  CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
   request.records[0].columns.co.clear();
-  CHECK(commissioned(request).verdict == Verdict::not_usable);
+  CHECK(commissioned(request).outcome == Outcome::not_usable);
   request = request_of(test::believed_model());
   const std::size_t samples = request.records[0].columns.size();
   request.records[0].columns.sp.assign(samples, 4.0);
-  CHECK(commissioned(request).verdict == Verdict::not_enough_movement);
+  CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
   request = request_of(test::believed_model());
   request.records[0].automatic.assign(samples, 0.0);
-  CHECK(commissioned(request).verdict == Verdict::not_usable);
+  CHECK(commissioned(request).outcome == Outcome::not_usable);
 }
 
 // ---- beside the loop ---------------------------------------------------------------------------
@@ -194,11 +194,11 @@ TEST_CASE(
     "[commission][explain][long]") {
   const gap::Record record = changed_at(gain_change(1.4), 900.0);
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
-  const commission::Stretch stretch = commission::telling_stretch(record, twin_model(), alarm);
+  const gap::SampleRange stretch = commission::telling_stretch(record, twin_model(), alarm);
   CHECK(record.time_s(stretch.begin) == Approx(300.0).margin(45.0));
   CHECK(stretch.end > alarm);
   const commission::Explanation e = commission::explain(record, twin_model(), alarm, test::serial);
-  REQUIRE(e.explained());
+  REQUIRE(e.usable());
   REQUIRE(e.result.effects.size() == 1);
   CHECK(e.result.effects[0].spec.name == "gain_change");
   using monitor::AlarmKind;

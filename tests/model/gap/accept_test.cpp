@@ -93,15 +93,15 @@ TEST_CASE("an effect without which the others do nearly as well is stepped back 
 
 TEST_CASE("a name leads over the best explanation without it, of as many effects or fewer",
           "[gap][accept]") {
-  const Explanation chosen{{"gain_change", "stiction"}, 90.0};
-  const std::vector<Explanation> tried{{{"gain_change"}, 20.0},
-                                       {{"backlash"}, 30.0},
-                                       {{"backlash", "gain_change"}, 60.0},
-                                       {{"drift", "extra_lag", "backlash"}, 85.0},
-                                       {{"stiction"}, 40.0}};
+  const EffectSet chosen{{"gain_change", "stiction"}, 90.0};
+  const std::vector<EffectSet> tried{{{"gain_change"}, 20.0},
+                                     {{"backlash"}, 30.0},
+                                     {{"backlash", "gain_change"}, 60.0},
+                                     {{"drift", "extra_lag", "backlash"}, 85.0},
+                                     {{"stiction"}, 40.0}};
   CHECK(leads(chosen, tried) == std::vector<double>{50.0, 30.0});
   // The model alone is a rival too.
-  CHECK(leads({{"drift"}, 7.0}, std::vector<Explanation>{{{"extra_lag"}, -3.0}}) ==
+  CHECK(leads({{"drift"}, 7.0}, std::vector<EffectSet>{{{"extra_lag"}, -3.0}}) ==
         std::vector<double>{7.0});
 }
 

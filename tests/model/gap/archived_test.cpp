@@ -30,19 +30,19 @@ TEST_CASE("a stick wider than the archive's deviation is named, one that is narr
   truth.valve_effects = {{"stiction", {{"s", 1.0}, {"j", 0.5}}}};
   const gap::Record record = thinned(test::record_of(truth, 260.0), 0.05, 0.05);
   const gap::Result seen = find(record, {.pv = 0.05, .co = 0.05});
-  REQUIRE(seen.verdict == gap::Verdict::missing_effect);
+  REQUIRE(seen.outcome == gap::Outcome::missing_effect);
   REQUIRE(seen.effects.size() == 1);
   CHECK(seen.effects[0].spec.name == "stiction");
   CHECK(seen.effects[0].confidence <= 0.85);
 
   // The same record from an archive that may have kept it to 0.7 only.
   const gap::Result hidden = find(record, {.pv = 0.7, .co = 0.7});
-  CHECK(hidden.verdict != gap::Verdict::missing_effect);
+  CHECK(hidden.outcome != gap::Outcome::missing_effect);
   CHECK(hidden.corrected == test::believed_model());
 
   // Nobody knows to what: the gap is there, and has no name.
   const gap::Result unknown = find(record, {.pv = 0.05, .co = 0.0, .known = false});
-  REQUIRE(unknown.verdict == gap::Verdict::unexplained);
+  REQUIRE(unknown.outcome == gap::Outcome::unexplained);
   CHECK(unknown.effects.empty());
   CHECK(unknown.corrected == test::believed_model());
   REQUIRE(unknown.remainder);

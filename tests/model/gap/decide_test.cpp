@@ -45,7 +45,7 @@ TEST_CASE("a name over noise is given with the confidence of its lead", "[gap][d
   CHECK(d.named[0].lead_nats == 50.0);
   CHECK(d.named[0].confidence == Approx(0.99));
   CHECK(d.named[0].alternatives.empty());
-  CHECK(verdict_of(d, Proof::holds) == Verdict::missing_effect);
+  CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
 }
 
 TEST_CASE("each of a pair has a lead and a confidence of its own", "[gap][decide]") {
@@ -83,19 +83,19 @@ TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
 TEST_CASE("what the reading itself shows stands, whatever the fit says", "[gap][decide]") {
   Decision d = decided(one_name(), more_than_noise());
   d.by_reading = true;
-  CHECK(verdict_of(d, Proof::refuted) == Verdict::missing_effect);
+  CHECK(outcome_of(d, Proof::refuted) == Outcome::missing_effect);
   d.named.clear();
-  CHECK(verdict_of(d, Proof::holds) == Verdict::missing_effect);
+  CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
 }
 
 TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap][decide]") {
   const Decision d = decided(one_name(), more_than_noise());
   CHECK_FALSE(d.believable);
   CHECK(d.unexplained);
-  CHECK(verdict_of(d, Proof::refuted) == Verdict::unexplained);
+  CHECK(outcome_of(d, Proof::refuted) == Outcome::unexplained);
   // Unless the names hold on data that the fit never saw.
-  CHECK(verdict_of(d, Proof::holds) == Verdict::missing_effect);
-  CHECK(verdict_of(d, Proof::partly) == Verdict::missing_effect);
+  CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
+  CHECK(outcome_of(d, Proof::partly) == Outcome::missing_effect);
 
   // What closes enough on the data of the fit is believable, and worth what such names are worth.
   Residuals mostly = more_than_noise();
@@ -103,14 +103,14 @@ TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap
   const Decision named = decided(one_name(), mostly);
   REQUIRE(named.named.size() == 1);
   CHECK(named.named[0].confidence == Approx(0.5));
-  CHECK(verdict_of(named, Proof::holds) == Verdict::missing_effect);
+  CHECK(outcome_of(named, Proof::holds) == Outcome::missing_effect);
 }
 
 TEST_CASE("a rest that is more than noise but does not matter is no gap", "[gap][decide]") {
   Competition none{{{}, 0.0, 0.02}, {}, 0.02};
   // sqrt((1.5 x 0.01)^2 + 0.015^2) = 0.0212
   CHECK_FALSE(decided(none, more_than_noise()).unexplained);
-  CHECK(verdict_of(decided(none, more_than_noise()), Proof::holds) == Verdict::no_gap);
+  CHECK(outcome_of(decided(none, more_than_noise()), Proof::holds) == Outcome::no_gap);
   none.model_rmse = 0.0211;
   CHECK_FALSE(decided(none, more_than_noise()).unexplained);
   none.model_rmse = 0.0213;
@@ -121,7 +121,7 @@ TEST_CASE("noise and a quiet load are no gap, whatever their size", "[gap][decid
   const Competition none{{{}, 0.0, 0.4}, {{{"drift"}, 3.0}}, 0.4};
   const Decision d = decided(none, noise());
   CHECK(d.named.empty());
-  CHECK(verdict_of(d, Proof::holds) == Verdict::no_gap);
+  CHECK(outcome_of(d, Proof::holds) == Outcome::no_gap);
 }
 
 TEST_CASE("a controller speaks for itself", "[gap][decide]") {
@@ -129,10 +129,10 @@ TEST_CASE("a controller speaks for itself", "[gap][decide]") {
   ControllerFinding other;
   other.compared = true;
   other.mismatch = true;
-  CHECK(verdict_of(decided(none, noise(), other), Proof::holds) == Verdict::missing_effect);
+  CHECK(outcome_of(decided(none, noise(), other), Proof::holds) == Outcome::missing_effect);
   other.mismatch = false;
   other.unexplained = true;
-  CHECK(verdict_of(decided(none, noise(), other), Proof::holds) == Verdict::unexplained);
+  CHECK(outcome_of(decided(none, noise(), other), Proof::holds) == Outcome::unexplained);
 }
 
 TEST_CASE("what only partly holds is never sure", "[gap][decide]") {
@@ -142,7 +142,7 @@ TEST_CASE("what only partly holds is never sure", "[gap][decide]") {
 }
 
 TEST_CASE("what the holdout refutes is unexplained", "[gap][decide]") {
-  CHECK(verdict_of(decided(one_name(), noise()), Proof::refuted) == Verdict::unexplained);
+  CHECK(outcome_of(decided(one_name(), noise()), Proof::refuted) == Outcome::unexplained);
 }
 
 }  // namespace decide_test

@@ -33,7 +33,7 @@ TEST_CASE("the free run of an integrating model follows its own record",
   const plant::LoopModel model = level_loop();
   const gap::Result result = gap_of(model, test::record_of(model, 135.0));
   REQUIRE(result.check.usable);
-  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.outcome == gap::Outcome::no_gap);
   // Down to the noise of record_of(): level and balance come from all of the fitted part.
   CHECK(result.before.holdout_rmse < 1.3 * 0.015);
   CHECK(result.corrected.process.integrating());
@@ -71,7 +71,7 @@ TEST_CASE("the free run of a model with a second lag follows its own record",
   model.process.second_time_constant_s = 1.2;
   const gap::Result result = gap_of(model, test::record_of(model, 135.0));
   REQUIRE(result.check.usable);
-  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.corrected.process.second_time_constant_s == 1.2);
 }
 
@@ -90,7 +90,7 @@ TEST_CASE("two lags forget how the record began as slowly as the slower of them"
   cut(record.co);
   const gap::Result result = gap_of(model, record);
   REQUIRE(result.check.usable);
-  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.before.training_rmse < 1.6 * 0.015);
 }
 

@@ -33,7 +33,7 @@ TEST_CASE("a characteristic is learned as a curve of the flow", "[gap][learn]") 
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"valve_characteristic", {}, {{"curve", "quick_opening"}}}};
   const gap::Result result = nameless(test::record_of(truth, 200.0));
-  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.outcome == gap::Outcome::missing_effect);
   CHECK(form_of(result) == "static");
   CHECK(result.effects[0].block == plant::Block::valve);
   CHECK(result.after.holdout_rmse < 0.3 * result.before.holdout_rmse);
@@ -65,20 +65,20 @@ TEST_CASE("a disturbance of no form is not learned", "[gap][learn]") {
     record.pv[k] += level;
   }
   const gap::Result result = nameless(record);
-  CHECK(result.verdict == gap::Verdict::unexplained);
+  CHECK(result.outcome == gap::Outcome::unexplained);
   CHECK(result.effects.empty());
   CHECK(result.corrected == test::believed_model());
 }
 
 TEST_CASE("where nothing is missing nothing is learned", "[gap][learn]") {
-  CHECK(nameless(test::record_of(test::believed_model(), 200.0)).verdict == gap::Verdict::no_gap);
+  CHECK(nameless(test::record_of(test::believed_model(), 200.0)).outcome == gap::Outcome::no_gap);
 }
 
 TEST_CASE("a name that is left out is not given, and learning can be left out", "[gap][learn]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
   const gap::Result result = nameless(test::record_of(truth, 200.0), false);
-  CHECK(result.verdict == gap::Verdict::unexplained);
+  CHECK(result.outcome == gap::Outcome::unexplained);
   CHECK(result.candidates.empty());
 }
 

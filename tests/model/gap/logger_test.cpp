@@ -42,7 +42,7 @@ TEST_CASE("a late CO is said and taken back, and no effect is named for it", "[g
   const plant::LoopModel model = test::believed_model();
   const gap::Record record = gap::with_co_moved_back(test::record_of(model, 130.0), -3);
   const gap::Result result = gap::find_gap(record, model, {}, test::serial, [](double) {});
-  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.effects.empty());
   CHECK(result.sentence.find("CO was logged 3 samples too late") != std::string::npos);
   CHECK(result.before.rmse == Approx(0.015).epsilon(0.2));

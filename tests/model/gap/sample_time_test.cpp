@@ -57,7 +57,7 @@ TEST_CASE("every other sample of a loop that is as its model says has no gap", "
   const auto one = gap::on_one_period(every_other(test::record_of(model, 130.0)), model);
   REQUIRE(one);
   const gap::Result result = find(*one, model, 0.2);
-  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.corrected == model);
 }
 
@@ -68,7 +68,7 @@ TEST_CASE("every other sample of a sticking valve still shows it, less surely", 
   const auto one = gap::on_one_period(every_other(test::record_of(truth, 200.0)), model);
   REQUIRE(one);
   const gap::Result result = find(*one, model, 0.2);
-  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.outcome == gap::Outcome::missing_effect);
   CHECK(result.effects[0].spec.name == "stiction");
   CHECK(result.effects[0].spec.parameters.at("s") == Approx(1.0).epsilon(0.2));
   CHECK(result.effects[0].confidence <= 0.85);

@@ -21,11 +21,11 @@ std::vector<FoundEffect> gain_change() {
 const Misfit kBefore{.rmse = 1.33, .holdout_rmse = 1.4};
 const Misfit kAfter{.rmse = 0.2, .holdout_rmse = 0.28};
 
-std::string said(Verdict verdict, const std::optional<Remainder>& remainder,
+std::string said(Outcome outcome, const std::optional<Remainder>& remainder,
                  const std::vector<std::string>& best = {}, double best_closed = kNone) {
   const std::vector<FoundEffect> effects =
-      verdict == Verdict::missing_effect ? gain_change() : std::vector<FoundEffect>{};
-  return sentence_of({.verdict = verdict,
+      outcome == Outcome::missing_effect ? gain_change() : std::vector<FoundEffect>{};
+  return sentence_of({.outcome = outcome,
                       .effects = effects,
                       .before = kBefore,
                       .after = kAfter,
@@ -39,26 +39,26 @@ std::string said(Verdict verdict, const std::optional<Remainder>& remainder,
 TEST_CASE("a partial answer says how much it explains, and what the rest looks like",
           "[gap][say]") {
   const std::string sentence =
-      said(Verdict::missing_effect, Remainder{0.28, 0.04, LooksLike::disturbance});
+      said(Outcome::missing_effect, Remainder{0.28, 0.04, LooksLike::disturbance});
   CHECK_THAT(sentence, Contains("gain_change (factor 1.36)"));
   CHECK_THAT(sentence, Contains("It explains 96 % of the gap; the rest looks like a disturbance."));
-  CHECK_THAT(said(Verdict::missing_effect, Remainder{0.28, 0.03, LooksLike::disturbance}),
+  CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.03, LooksLike::disturbance}),
              Contains("It explains 97 % of the gap"));
   // A rest of a percent is not worth a sentence, one that can't be measured has none.
-  CHECK_THAT(said(Verdict::missing_effect, Remainder{0.28, 0.019, LooksLike::valve}),
+  CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.019, LooksLike::valve}),
              !Contains("explains"));
-  CHECK_THAT(said(Verdict::missing_effect, Remainder{0.28, kNone, LooksLike::valve}),
+  CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, kNone, LooksLike::valve}),
              !Contains("explains"));
 }
 
 TEST_CASE("what is unexplained names the best that was tried, and what it looks like",
           "[gap][say]") {
-  const std::string sentence = said(Verdict::unexplained, Remainder{1.4, 1.0, LooksLike::valve},
+  const std::string sentence = said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::valve},
                                     {"stiction", "drift"}, 0.42);
   CHECK_THAT(sentence, Contains("stiction and drift, closes only 42 %"));
   CHECK_THAT(sentence, Contains("It looks like the valve."));
   CHECK_THAT(
-      said(Verdict::unexplained, Remainder{1.4, 1.0, LooksLike::nothing_known}, {"drift"}, -0.5),
+      said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::nothing_known}, {"drift"}, -0.5),
       !Contains("drift") && !Contains("looks like"));
 }
 

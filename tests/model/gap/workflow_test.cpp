@@ -25,7 +25,7 @@ gap::Result find(const gap::Record& record, const plant::LoopModel& model,
 TEST_CASE("where nothing is missing, nothing is named and the model stays", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   const gap::Result result = find(test::record_of(model, 130.0), model);
-  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.effects.empty());
   CHECK(result.corrected == model);
   CHECK(result.before.rmse == Approx(0.015).epsilon(0.2));
@@ -37,7 +37,7 @@ TEST_CASE("a changed gain is named, located and added", "[gap][long]") {
   const gap::Record record = test::record_of(truth, 90.0);
   const plant::LoopModel model = test::believed_model();
   const gap::Result result = find(record, model);
-  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.outcome == gap::Outcome::missing_effect);
   REQUIRE(result.effects.size() == 1);
   CHECK(result.effects[0].spec.name == "gain_change");
   CHECK(result.effects[0].block == plant::Block::process);
@@ -60,7 +60,7 @@ TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap]
   truth.transmitter_effects = {{"held_measurement", {{"interval", 1.3}}}};
   const plant::LoopModel model = test::believed_model();
   const gap::Result result = find(test::record_of(truth, 130.0), model);
-  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.outcome == gap::Outcome::missing_effect);
   REQUIRE(result.effects.size() == 1);
   CHECK(result.effects[0].spec == plant::EffectSpec{"held_measurement", {{"interval", 1.3}}});
   CHECK(result.effects[0].block == plant::Block::transmitter);
@@ -74,7 +74,7 @@ TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap]
   CHECK(unnamed.effects.empty());
   // A model that has it lacks nothing.
   const gap::Result known = find(test::record_of(truth, 130.0), truth);
-  CHECK(known.verdict == gap::Verdict::no_gap);
+  CHECK(known.outcome == gap::Outcome::no_gap);
 }
 
 TEST_CASE("a clipped reading is named, flat or with noise behind the limit", "[gap][long]") {
@@ -90,7 +90,7 @@ TEST_CASE("a clipped reading is named, flat or with noise behind the limit", "[g
     }
   }
   const gap::Result result = find(record, model);
-  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.outcome == gap::Outcome::missing_effect);
   REQUIRE(result.effects.size() == 1);
   CHECK(result.effects[0].spec.name == "clipped_measurement");
   CHECK(result.effects[0].spec.parameters.at("high") == Approx(5.8).margin(0.01));
@@ -103,7 +103,7 @@ TEST_CASE("the end of the transmitter's own range is no fault", "[gap][long]") {
   model.transmitter.high = 5.8;
   const gap::Result result = find(test::record_of(model, 130.0), model);
   INFO(result.sentence);
-  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.effects.empty());
 }
 
@@ -187,7 +187,7 @@ TEST_CASE("without CO the closed loop is compared", "[gap][long]") {
   record.co.clear();
   const gap::Result result = find(record, model);
   CHECK(result.closed_loop);
-  CHECK(result.verdict == gap::Verdict::no_gap);
+  CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(std::isfinite(result.before.rmse));
   CHECK(std::isnan(result.controller_before_rmse));
 }
@@ -272,7 +272,7 @@ TEST_CASE("each step of the workflow can be left out", "[gap][long]") {
   const gap::Result result =
       gap::find_gap(record, test::believed_model(), options, test::serial, [](double) {});
   CAPTURE(allowances);
-  REQUIRE(result.verdict == gap::Verdict::missing_effect);
+  REQUIRE(result.outcome == gap::Outcome::missing_effect);
   CHECK(result.effects[0].spec.name == "stiction");
 }
 

@@ -61,7 +61,7 @@ bool apply(Alarm& alarm, Event event, Seen& seen) {
       alarm.condition_off(seen.now_ms);
       return true;
     case Event::not_valid: alarm.window_not_valid(); return true;
-    case Event::explain: alarm.explain(coin()); return true;
+    case Event::explain: alarm.set_consequence(coin()); return true;
     case Event::acknowledge: return alarm.acknowledge(seen.now_ms);
     case Event::reset: return alarm.reset(seen.now_ms);
     case Event::shelve: {
@@ -87,7 +87,7 @@ bool apply(Alarm& alarm, Event event, Seen& seen) {
       } else if (before.window_valid()) {
         alarm.condition_off(seen.now_ms);
       }
-      alarm.explain(before.explained());
+      alarm.set_consequence(before.is_consequence());
       require(alarm.state() == before.state(), "a restart shows the same");
       return true;
     }
@@ -102,7 +102,7 @@ void check(const Alarm& alarm, const Seen& seen) {
   require(alarm.settings().latching || !latched(memory.raised), "latched where it latches only");
   require(memory.times_raised == seen.times_raised, "each coming is counted once");
   require(memory.worst_severity_percent >= memory.severity_percent, "the worst is the worst");
-  require(!(alarm.unacknowledged() && (alarm.shelved() || alarm.explained())),
+  require(!(alarm.unacknowledged() && (alarm.shelved() || alarm.is_consequence())),
           "what is put aside or explained does not wait for the operator");
   require(alarm.shelved() == (alarm.state() == S::shelved), "a shelf is seen");
 }
@@ -127,7 +127,7 @@ TEST_CASE("no sequence of windows, actions and restarts breaks an alarm",
       if (event == Event::off && before.unacknowledged()) {
         require(alarm.unacknowledged(), "what the operator has not seen does not go by itself");
       }
-      if (event == Event::on && !before.active() && !alarm.shelved() && !alarm.explained()) {
+      if (event == Event::on && !before.active() && !alarm.shelved() && !alarm.is_consequence()) {
         require(alarm.state() == S::unacknowledged, "a new alarm waits for the operator");
       }
       if (event == Event::time && alarm.shelved()) {

@@ -50,7 +50,7 @@ Alarm alarm_in(S raised, bool shelved, bool valid, bool explained, bool latching
       alarm.condition_off(kNow - 1);
     }
   }
-  alarm.explain(explained);
+  alarm.set_consequence(explained);
   return alarm;
 }
 
@@ -60,8 +60,8 @@ bool apply(Alarm& alarm, Event event) {
     case Event::on: alarm.condition_on(kNow, 7.0); return true;
     case Event::off: alarm.condition_off(kNow); return true;
     case Event::not_valid: alarm.window_not_valid(); return true;
-    case Event::explained: alarm.explain(true); return true;
-    case Event::not_explained: alarm.explain(false); return true;
+    case Event::explained: alarm.set_consequence(true); return true;
+    case Event::not_explained: alarm.set_consequence(false); return true;
     case Event::acknowledge: return alarm.acknowledge(kNow);
     case Event::reset: return alarm.reset(kNow);
     case Event::shelve: return alarm.shelve(kNow, kNow + 10 * kMinute);

@@ -182,7 +182,7 @@ TEST_CASE("valve and stick are not known until a window lies behind the last cha
       if (!sticks || std::abs(c.co - turn) > kStuck) stem = c.co;
       c.stem = stem;
       watch.add(c, false, false);
-      if (builder.add(c) != WindowBuilder::Event::full) continue;
+      if (builder.add(c) != WindowBuilder::Progress::full) continue;
       measures = measure(builder.window());
       watch.window(measures, nullptr);
       measures = watch.told(measures);

@@ -41,7 +41,7 @@ TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
   CHECK(alarms.alarm(K::low_air_supply).state() == S::unacknowledged);
   for (const K kind : {K::stiction, K::backlash, K::hysteresis, K::unknown}) {
     CHECK(alarms.alarm(kind).state() == S::suppressed);
-    CHECK(alarms.alarm(kind).explained());
+    CHECK(alarms.alarm(kind).is_consequence());
   }
   CHECK(alarms.any_suppressed());
 
@@ -94,7 +94,7 @@ TEST_CASE("transitions name the alarm, both states and the severity", "[monitor]
   CHECK(refused.transitions.empty());
   REQUIRE(alarms.act(K::backlash, AlarmAction::shelve, 3, 100).accepted);
   CHECK(alarms.any_shelved());
-  CHECK_FALSE(alarms.any_unacknowledged());
+  for (const AlarmKind kind : kAlarmKinds) CHECK_FALSE(alarms.alarm(kind).unacknowledged());
   CHECK(alarms.pass_time(99).empty());
   const AlarmTransitions back = alarms.pass_time(100);
   REQUIRE(back.view().size() == 1);

@@ -10,7 +10,7 @@
 namespace window_builder_test {
 
 using namespace loopwarden::monitor;
-using Event = WindowBuilder::Event;
+using Progress = WindowBuilder::Progress;
 
 namespace {
 
@@ -31,9 +31,9 @@ Cycle cycle(std::uint64_t period) {
 std::vector<std::uint64_t> add(WindowBuilder& builder, std::uint64_t from, std::uint64_t to) {
   std::vector<std::uint64_t> full;
   for (std::uint64_t k = from; k < to; ++k) {
-    const Event event = builder.add(cycle(k));
-    CHECK(event != Event::broken);
-    if (event == Event::full) full.push_back(k);
+    const Progress progress = builder.add(cycle(k));
+    CHECK(progress != Progress::broken);
+    if (progress == Progress::full) full.push_back(k);
   }
   return full;
 }
@@ -64,7 +64,7 @@ TEST_CASE("a window holds the newest samples, in order, whatever went before",
                          .co_high = 4.0});
   std::size_t windows = 0;
   for (std::uint64_t k = 5; k < 5 + 4 * kWindowSamples; ++k) {
-    if (builder.add(cycle(k)) != Event::full) continue;
+    if (builder.add(cycle(k)) != Progress::full) continue;
     ++windows;
     const Window w = builder.window();
     REQUIRE(w.pv.size() == kWindowSamples);
@@ -129,10 +129,10 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
     bad.period_index = next;
     reason = WindowState::gap;
   }
-  CHECK(builder.add(bad) == Event::broken);
+  CHECK(builder.add(bad) == Progress::broken);
   CHECK(builder.state() == reason);
   // Told once, however long it lasts.
-  if (builder.add(cycle(next + 1)) == Event::none && reason != WindowState::gap) {
+  if (builder.add(cycle(next + 1)) == Progress::none && reason != WindowState::gap) {
     CHECK(builder.state() == WindowState::filling);
   }
   // A whole window is gathered afresh: nothing from before is in it.
@@ -153,17 +153,17 @@ TEST_CASE("late cycles are bridged, counted, and no more than a window can bear"
   const auto skip = [&](std::uint64_t missing) {
     next += 50 * decimation;
     for (std::uint64_t k = next - 50 * decimation; k < next; ++k) {
-      if (builder.add(cycle(k)) != Event::none) return Event::broken;
+      if (builder.add(cycle(k)) != Progress::none) return Progress::broken;
     }
     next += missing;
     return builder.add(cycle(next++));
   };
-  CHECK(skip(longest) == Event::none);
-  CHECK(skip(longest) == Event::none);
-  CHECK(skip(decimation) == Event::none);  // as many as a window may have
+  CHECK(skip(longest) == Progress::none);
+  CHECK(skip(longest) == Progress::none);
+  CHECK(skip(decimation) == Progress::none);  // as many as a window may have
   SECTION("enough") {
     std::uint64_t at = next;
-    while (builder.add(cycle(at)) != Event::full) ++at;
+    while (builder.add(cycle(at)) != Progress::full) ++at;
     const Window w = builder.window();
     CHECK(at == kWindowSamples * decimation - 1);  // as if nothing were missing
     CHECK(w.bridged_cycles == kMostBridged * decimation);
@@ -179,12 +179,12 @@ TEST_CASE("late cycles are bridged, counted, and no more than a window can bear"
     CHECK(on_the_line);
     CHECK(co_behind);
     // They leave with the window that they belong to.
-    while (builder.add(cycle(++at)) != Event::full) {
+    while (builder.add(cycle(++at)) != Progress::full) {
     }
     CHECK(builder.window().bridged_cycles == 0);
   }
   SECTION("one too many") {
-    CHECK(skip(1) == Event::broken);
+    CHECK(skip(1) == Progress::broken);
     CHECK(builder.state() == WindowState::gap);
   }
 }
@@ -192,7 +192,7 @@ TEST_CASE("late cycles are bridged, counted, and no more than a window can bear"
 TEST_CASE("a window that ends within a bridge is told with the next cycle", "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
   add(builder, 0, kWindowSamples - 2);
-  CHECK(builder.add(cycle(kWindowSamples + 1)) == Event::full);
+  CHECK(builder.add(cycle(kWindowSamples + 1)) == Progress::full);
   CHECK(builder.window().pv.size() == kWindowSamples);
   CHECK(builder.window().pv.back() == Approx(static_cast<double>(kWindowSamples + 1) + 0.2));
   CHECK(builder.window().bridged_cycles == 3);
@@ -208,15 +208,15 @@ TEST_CASE("a stretch that can't be used is told once, and again when its reason 
   WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
   Cycle c = cycle(1);
   c.automatic = false;
-  CHECK(builder.add(c) == Event::broken);
+  CHECK(builder.add(c) == Progress::broken);
   c.period_index = 2;
-  CHECK(builder.add(c) == Event::none);
+  CHECK(builder.add(c) == Progress::none);
   c.period_index = 9;  // a gap within it is no news
-  CHECK(builder.add(c) == Event::none);
+  CHECK(builder.add(c) == Progress::none);
   c.period_index = 10;
   c.automatic = true;
   c.pv_good = false;
-  CHECK(builder.add(c) == Event::broken);
+  CHECK(builder.add(c) == Progress::broken);
   CHECK(builder.state() == WindowState::bad_pv);
 }
 
@@ -227,7 +227,7 @@ TEST_CASE("a loop without read-back has a stem that is no number, and windows al
   for (std::uint64_t k = 0; k < kWindowSamples; ++k) {
     Cycle c = cycle(k);
     c.stem = kNan;
-    full = builder.add(c) == Event::full;
+    full = builder.add(c) == Progress::full;
   }
   REQUIRE(full);
   CHECK(std::isnan(builder.window().stem[0]));

@@ -24,15 +24,15 @@ inline plant::LoopModel flow_loop() {
 }
 
 // What every condition explains down to twice the noise, with movement.
-inline specialist::Explanations plain_explanations() {
-  specialist::Explanations f;
+inline specialist::WindowFits plain_fits() {
+  specialist::WindowFits f;
   f.usable = true;
   f.noise = 0.1;
   f.co_range = 10.0;
   f.pv_range = 10.0;
   f.co_travel = 30.0;
   f.co_fastest = 1.0;
-  for (specialist::ExplanationFit& fit : f.fits) {
+  for (specialist::FaultFit& fit : f.fits) {
     fit.mse = 0.02;
     fit.innovation = 0.02;
     fit.size = 6.0;
@@ -54,7 +54,7 @@ inline specialist::ParallelFor backwards() {
 }
 
 // CO up and down in slow ramps through a play of `deadband` and a lag with dead time, simulated here by
-// other code than the explainer's: sample by sample, in CO units, from the middle of the play.
+// other code than the fitter's: sample by sample, in CO units, from the middle of the play.
 struct PlayWindow {
   std::vector<double> pv, co;
   specialist::LoopWindow view() const { return {pv, co}; }

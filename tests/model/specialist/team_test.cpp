@@ -56,17 +56,17 @@ TEST_CASE("names of conditions and verdicts are those of the files", "[specialis
 }
 
 TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]") {
-  Explanations f = tests::plain_explanations();
+  WindowFits f = tests::plain_fits();
   f.co_range = 3.0;
   f.pv_range = 5.0;
-  // 6 % is what the explanations have found.
+  // 6 % is what the fits have found.
   CHECK(severity_of(f, Condition::stiction) == 3.0);
   CHECK(severity_of(f, Condition::backlash) == 3.0);
   CHECK(severity_of(f, Condition::hysteresis) == 3.0);
   CHECK(severity_of(f, Condition::low_air_supply) == 5.0);
   // An offset moves PV without CO.
-  f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].mse = 0.01;
-  f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].size = -6.0;
+  f.fits[static_cast<std::size_t>(FaultModel::hysteresis_offset)].mse = 0.01;
+  f.fits[static_cast<std::size_t>(FaultModel::hysteresis_offset)].size = -6.0;
   CHECK(severity_of(f, Condition::hysteresis) == 5.0);
   f.pv_range = 20.0;
   CHECK(severity_of(f, Condition::hysteresis) == 6.0);
@@ -79,9 +79,9 @@ TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]
 }
 
 TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[specialist]") {
-  const Explanations plain = tests::plain_explanations();
+  const WindowFits plain = tests::plain_fits();
   // no_fault, stiction, backlash, hysteresis, low air, other
-  const auto verdict = [](const std::array<double, kConditions>& scores, const Explanations& f) {
+  const auto verdict = [](const std::array<double, kConditions>& scores, const WindowFits& f) {
     return TeamJudge(puppet_team(scores)).judge(f);
   };
   const WindowVerdict sticky = verdict({0, 6, 3, 0, 0, 0}, plain);
@@ -96,27 +96,27 @@ TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[s
   CHECK(verdict({0, 0, 7, 5, 0, 0}, plain).verdict == VerdictName::backlash);
   // Something is wrong, but a fault may be it as well.
   CHECK(verdict({0, 0, 0, 0, 5, 5.5}, plain).verdict == VerdictName::not_enough_movement);
-  Explanations shut = plain;
+  WindowFits shut = plain;
   shut.shut_share = 0.4;
   CHECK(verdict({0, 6, 0, 0, 0, 0}, shut).verdict == VerdictName::not_enough_movement);
   // Torn between healthy and a fault that would not show.
   CHECK(verdict({2, 2, 0, 0, 0, 0}, plain).verdict == VerdictName::not_enough_movement);
 
-  Explanations misfit = plain;
-  for (ExplanationFit& fit : misfit.fits) fit.mse = 1.0;
+  WindowFits misfit = plain;
+  for (FaultFit& fit : misfit.fits) fit.mse = 1.0;
   CHECK(verdict({0, 6, 0, 0, 0, 0}, misfit).verdict == VerdictName::unknown);
   CHECK(verdict({6, 0, 0, 0, 0, 0}, misfit).verdict == VerdictName::unknown);
-  Explanations still = plain;
+  WindowFits still = plain;
   still.co_range = 0.3;
   CHECK(verdict({6, 0, 0, 0, 0, 0}, still).verdict == VerdictName::not_enough_movement);
   CHECK(verdict({0, 0, 0, 0, 0, 6}, still).verdict == VerdictName::not_enough_movement);
-  CHECK(verdict({0, 6, 0, 0, 0, 0}, Explanations{}).verdict == VerdictName::not_enough_movement);
+  CHECK(verdict({0, 6, 0, 0, 0, 0}, WindowFits{}).verdict == VerdictName::not_enough_movement);
 }
 
 TEST_CASE("hysteresis is explained by the better of its two forms", "[specialist]") {
-  Explanations f = tests::plain_explanations();
-  f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].mse = 0.01;
-  f.fits[static_cast<std::size_t>(Explanation::hysteresis_offset)].size = -4.0;
+  WindowFits f = tests::plain_fits();
+  f.fits[static_cast<std::size_t>(FaultModel::hysteresis_offset)].mse = 0.01;
+  f.fits[static_cast<std::size_t>(FaultModel::hysteresis_offset)].size = -4.0;
   CHECK(misfit_of(f, Condition::hysteresis) == 0.01);
   CHECK(severity_of(f, Condition::hysteresis) == 4.0);
   CHECK(severity_of(f, Condition::other) == 0.0);

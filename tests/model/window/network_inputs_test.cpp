@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <set>
+#include <map>
+#include <string_view>
 
 #include "model/training/team_training.hpp"
 #include "tests/model/specialist/specialist_support.hpp"
@@ -25,25 +26,28 @@ TEST_CASE("no input of the networks is dead", "[specialist]") {
       low = std::min(low, e.inputs[i]);
       high = std::max(high, e.inputs[i]);
     }
-    INFO(kInputNames[i] << ": " << low << " to " << high);
+    INFO(input_name(i) << ": " << low << " to " << high);
     CHECK(high - low > 0.1);
   }
 }
 
 TEST_CASE("an input is found by its name", "[specialist]") {
-  CHECK(std::set(kInputNames.begin(), kInputNames.end()).size() == kNetworkInputs);
-  Explanations f = tests::plain_explanations();
+  std::map<std::string_view, double> named;
+  for (std::size_t i = 0; i < kNetworkInputs; ++i) named[input_name(i)] = 0.0;
+  CHECK(named.size() == kNetworkInputs);
+  WindowFits f = tests::plain_fits();
   f.reversals = 6.0;
-  ExplanationFit& stiction = f.fits[static_cast<std::size_t>(Explanation::stiction)];
+  FaultFit& stiction = f.fits[static_cast<std::size_t>(FaultModel::stiction)];
   stiction.mse = 0.01;
   stiction.shape = 0.25;
   const NetworkInputs inputs = network_inputs_of(f);
-  CHECK(inputs[input_index("stiction_misfit")] == Approx(0.0).margin(1e-6));
-  CHECK(inputs[input_index("backlash_misfit")] == Approx(std::log(2.0)));
-  CHECK(inputs[input_index("stiction_over_backlash")] == Approx(-2.0 * std::log(2.0)));
-  CHECK(inputs[input_index("stiction_jump")] == Approx(1.0));
-  CHECK(inputs[input_index("co_range_over_noise")] == Approx(std::log(100.0)));
-  CHECK(inputs[input_index("co_reversals")] == Approx(std::log(7.0)));
+  for (std::size_t i = 0; i < kNetworkInputs; ++i) named[input_name(i)] = inputs[i];
+  CHECK(named.at("stiction_misfit") == Approx(0.0).margin(1e-6));
+  CHECK(named.at("backlash_misfit") == Approx(std::log(2.0)));
+  CHECK(named.at("stiction_over_backlash") == Approx(-2.0 * std::log(2.0)));
+  CHECK(named.at("stiction_jump") == Approx(1.0));
+  CHECK(named.at("co_range_over_noise") == Approx(std::log(100.0)));
+  CHECK(named.at("co_reversals") == Approx(std::log(7.0)));
 }
 
 }  // namespace network_inputs_test

@@ -45,12 +45,12 @@ class Echo final : public Handler {
   std::promise<void> go;
   std::shared_future<void> open{go.get_future().share()};
 
-  Lane lane(const Request& request) const noexcept override {
-    return request.part(0) == "slow"   ? Lane::disk
-           : request.part(0) == "busy" ? Lane::daemon
-           : request.part(0) == "wait" ? Lane::orders
-           : request.part(0) == "act"  ? Lane::orders
-                                       : Lane::here;
+  Pool pool(const Request& request) const noexcept override {
+    return request.part(0) == "slow"   ? Pool::disk
+           : request.part(0) == "busy" ? Pool::daemon
+           : request.part(0) == "wait" ? Pool::orders
+           : request.part(0) == "act"  ? Pool::orders
+                                       : Pool::here;
   }
   Response answer(const Request& request) noexcept override {
     try {
@@ -95,7 +95,8 @@ class Echo final : public Handler {
 
 ServerSettings quick() {
   ServerSettings settings;
-  settings.door = {.clients = 200, .per_address = 50, .loopback = 100, .requests_per_s = 100'000.0};
+  settings.limits = {
+      .clients = 200, .per_address = 50, .loopback = 100, .requests_per_s = 100'000.0};
   // Longer than a busy machine holds up a client that is not slow.
   settings.timeouts = {.handshake = milliseconds(2000),
                        .header = milliseconds(2000),
@@ -170,7 +171,7 @@ TEST_CASE("requests are answered one after another on one connection") {
   CHECK(client.ended());
 }
 
-TEST_CASE("long texts of a lane are packed for who takes that, and are what they were") {
+TEST_CASE("long texts of a pool are packed for who takes that, and are what they were") {
   const Running running;
   const std::string body(5000, 'x');
   const std::string ask =
@@ -303,14 +304,14 @@ TEST_CASE("another client is answered while as many as may hold their places") {
   CHECK(running.server.counters().displaced > 0);
 }
 
-TEST_CASE("work that hangs takes its lane's threads and nobody else's") {
+TEST_CASE("work that hangs takes its pool's threads and nobody else's") {
   Running running(patient());
   std::vector<RawClient> waiting;
   const auto wait_for_slow = [&] {
     waiting.push_back(running.client());
     waiting.back().send(get_line("/slow"));
   };
-  // The lane's threads first: one that began late would make room in the full queue.
+  // The pool's threads first: one that began late would make room in the full queue.
   for (int i = 0; i < 2; ++i) wait_for_slow();
   REQUIRE(eventually([&] { return running.echo.hanging == 2; }));
   for (int i = 0; i < 58; ++i) wait_for_slow();
@@ -326,7 +327,7 @@ TEST_CASE("work that hangs takes its lane's threads and nobody else's") {
   CHECK_THAT(waiting.front().until("hello slow"), Contains("hello slow"));
 }
 
-TEST_CASE("an answer that waits in rounds holds no thread of its lane") {
+TEST_CASE("an answer that waits in rounds holds no thread of its pool") {
   Running running(patient());
   std::vector<RawClient> waiting;
   // More than its threads, and few enough that one address may have all of them in the queue at once.
@@ -334,7 +335,7 @@ TEST_CASE("an answer that waits in rounds holds no thread of its lane") {
     waiting.push_back(running.client());
     waiting.back().send(get_line("/wait", "Connection: close\r\n"));
   }
-  // Rounds go on, of all of them and not only of as many as the lane has threads.
+  // Rounds go on, of all of them and not only of as many as the pool has threads.
   REQUIRE(eventually([&] { return running.echo.waiting > 100; }));
   CHECK_THAT(running.answer(get_line("/act", "Connection: close\r\n")), Contains("hello act"));
   running.echo.stay = false;
@@ -354,7 +355,7 @@ TEST_CASE("a delayed answer holds no thread") {
 
 TEST_CASE("too many requests of one address are told to wait") {
   ServerSettings settings = patient();
-  settings.door.requests_per_s = 5.0;
+  settings.limits.requests_per_s = 5.0;
   const Running running(settings);
   RawClient client = running.client();
   std::string all;
@@ -463,8 +464,8 @@ TEST_CASE("whichever allocation fails, the next client is answered") {
 
 TEST_CASE("streams leave places for who only asks") {
   ServerSettings settings = patient();
-  settings.door.clients = 16;
-  settings.door.loopback = 8;
+  settings.limits.clients = 16;
+  settings.limits.loopback = 8;
   const Running running(settings);
   std::vector<RawClient> listening;
   for (int i = 0; i < 7; ++i) {

@@ -7,8 +7,8 @@
 #include <sys/stat.h>
 #include <sys/un.h>
 
+#include "base/digest/digest.hpp"
 #include "services/notify/channels/channel.hpp"
-#include "services/notify/channels/digest.hpp"
 #include "services/notify/channels/syslog_channel.hpp"
 #include "services/notify/channels/webhook_channel.hpp"
 #include "tests/services/notify/notify_support.hpp"
@@ -117,7 +117,7 @@ TEST_CASE("a webhook is signed JSON", "[notify][webhook]") {
   const std::string body = asked.at("body");
   const std::string timestamp = headers.at("x-loopwarden-timestamp");
   CHECK(headers.at("x-loopwarden-signature") ==
-        "sha256=" + hmac_sha256_hex("0123456789abcdef", timestamp + "." + body));
+        "sha256=" + loopwarden::base::hmac_sha256_hex("0123456789abcdef", timestamp + "." + body));
   const nlohmann::json content = nlohmann::json::parse(body);
   CHECK(content.at("box") == "box 12");
   CHECK(content.at("count") == 1);

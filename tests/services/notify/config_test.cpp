@@ -129,23 +129,6 @@ TEST_CASE("each slip is named where it is", "[notify][config]") {
   CHECK_THAT(said("routes: []\n"), Catch::Contains("must be 1 to 32 channels"));
 }
 
-TEST_CASE("secrets are read from a credential or a file", "[notify][config]") {
-  const TemporaryFolder folder;
-  write_file(folder / "key", "s3cret\n");
-  CHECK(read_secret({{}, (folder / "key").string()}) == "s3cret");
-  ::setenv("CREDENTIALS_DIRECTORY", folder.path().c_str(), 1);
-  CHECK(read_secret({"key", {}}) == "s3cret");
-  CHECK_THROWS(read_secret({"none", {}}));
-  ::unsetenv("CREDENTIALS_DIRECTORY");
-  CHECK_THROWS(read_secret({"key", {}}));
-  write_file(folder / "key", "\n");
-  CHECK_THROWS(read_secret({{}, (folder / "key").string()}));
-  write_file(folder / "key", "a\r\nb");
-  CHECK_THROWS(read_secret({{}, (folder / "key").string()}));
-  write_file(folder / "key", std::string(4097, 'a'));
-  CHECK_THROWS(read_secret({{}, (folder / "key").string()}));
-}
-
 TEST_CASE("page_url is a URL of http or https, without a slash behind it", "[notify][config]") {
   const auto good = read_notify_text("n.yaml", kWhole + "page_url: 'https://box7:8443/'\n");
   REQUIRE(good);

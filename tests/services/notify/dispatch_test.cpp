@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/notify/rules/dispatch.hpp"
 
-#include "services/notify/rules/back_off.hpp"
 #include "tests/services/notify/notify_support.hpp"
 
 namespace dispatch_test {
@@ -69,15 +68,6 @@ TEST_CASE("a flood is one message that counts what it does not list", "[notify][
   CHECK(message.count() == 5000);
   CHECK(headline(message, sender()) == "box 12: 5000 changes of alarms: 4000 came, 1000 went");
   CHECK(letter(message, sender()).find("... and 4900 more") != std::string::npos);
-}
-
-TEST_CASE("pauses double up to the longest, between half and all of it", "[notify][dispatch]") {
-  const BackOff back_off{.first_ms = 1000, .longest_ms = 10'000};
-  CHECK(back_off.pause_ms(1, 0.0) == 500);
-  CHECK(back_off.pause_ms(1, 1.0) == 1000);
-  CHECK(back_off.pause_ms(3, 0.5) == 3000);
-  CHECK(back_off.pause_ms(1000, 1.0) == 10'000);
-  CHECK(back_off.pause_ms(1'000'000'000'000, 0.0) == 5000);
 }
 
 }  // namespace dispatch_test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/digest/digest.hpp"
 #include "services/notify/text/event_text.hpp"
 
-#include "services/notify/channels/digest.hpp"
 #include "services/notify/channels/journal_channel.hpp"
 #include "services/notify/channels/mail_text.hpp"
 #include "services/notify/channels/syslog_text.hpp"
@@ -50,7 +50,6 @@ TEST_CASE("one line of valid UTF-8, whatever it was", "[notify][text]") {
   CHECK(one_line("\xF4\x90\x80\x80") == "????");
   CHECK(one_line("\xE2\x82") == "??");
   CHECK(one_line("\xC3\xA4\xC3\xA4", 3) == "\xC3\xA4");
-  CHECK(head("\xC3\xA4\xC3\xA4", 3) == "\xC3\xA4");
   property::for_all("one_line changes nothing a second time", 500, [] {
     const std::string once = one_line(any_bytes());
     property::require(one_line(once) == once, "stays");
@@ -262,10 +261,9 @@ TEST_CASE("fields of the systemd journal", "[notify][journal]") {
   }
 }
 
-TEST_CASE("HMAC-SHA-256 of RFC 4231, and the signature", "[notify][webhook]") {
-  CHECK(hmac_sha256_hex("Jefe", "what do ya want for nothing?") ==
-        "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843");
-  CHECK(webhook_signature("key", 12, "{}") == "sha256=" + hmac_sha256_hex("key", "12.{}"));
+TEST_CASE("a webhook's signature is an HMAC over time and body", "[notify][webhook]") {
+  CHECK(webhook_signature("key", 12, "{}") ==
+        "sha256=" + loopwarden::base::hmac_sha256_hex("key", "12.{}"));
 }
 
 }  // namespace text_test

@@ -44,8 +44,8 @@ TEST_CASE("training finds the evidence that tells the causes apart, by any numbe
     right += sticky == (c.cause == diagnosis::Cause::stiction) ? 1U : 0U;
   }
   CHECK(right >= 590);
-  CHECK(studies::table_source(table, "x") ==
-        studies::table_source(studies::train(cases, settings, backwards), "x"));
+  CHECK(studies::table_text(table, "x") ==
+        studies::table_text(studies::train(cases, settings, backwards), "x"));
 }
 
 }  // namespace loopwarden::tests::diagnosis_training_test

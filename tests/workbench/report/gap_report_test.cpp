@@ -263,7 +263,7 @@ TEST_CASE("every state of a result makes a page", "[gap][report]") {
   gap::Result result = complete_gap_result();
   SECTION("nothing in it") { result = gap::Result{}; }
   SECTION("no gap") {
-    result.verdict = gap::Verdict::no_gap;
+    result.outcome = gap::Outcome::no_gap;
     result.effects.clear();
     result.steps.clear();
     result.series.pv_after = result.series.pv_before;
@@ -273,7 +273,7 @@ TEST_CASE("every state of a result makes a page", "[gap][report]") {
     CHECK_FALSE(contains(page, "Gap closed on data"));
   }
   SECTION("unexplained, without a sentence") {
-    result.verdict = gap::Verdict::unexplained;
+    result.outcome = gap::Outcome::unexplained;
     result.effects.clear();
     result.sentence.clear();
     CHECK(contains(page_of(result), "no effect of the catalogue explains why"));

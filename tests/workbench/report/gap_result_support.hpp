@@ -12,7 +12,7 @@ namespace loopwarden::tests {
 
 inline gap::Result complete_gap_result(std::size_t samples = 600) {
   gap::Result result;
-  result.verdict = gap::Verdict::missing_effect;
+  result.outcome = gap::Outcome::missing_effect;
   result.sentence = "The model lacks stiction of 9 % of span, which closes 98 % of the gap.";
   result.model.process = {.gain = 1.2, .time_constant_s = 4.0, .dead_time_s = 1.5};
   result.corrected = result.model;

@@ -34,13 +34,13 @@ TEST_CASE("the plant is asked for by group, a valve by its names") {
   CHECK(rig.answer(request).status == 400);
 }
 
-TEST_CASE("the plant is for those who have logged in, and never waits for the daemon's lanes") {
+TEST_CASE("the plant is for those who have logged in, and never waits for the daemon's pools") {
   ApiRig rig(true);
   rig.has_fleet = true;
   for (const std::vector<std::string>& path :
        {std::vector<std::string>{"api", "fleet"}, {"api", "fleet", "valves", "A", "b", "c"}}) {
     CHECK(rig.answer(ApiRig::get(path)).status == 401);
-    CHECK(rig.router().lane(ApiRig::get(path)) == http::Lane::fleet);
+    CHECK(rig.router().pool(ApiRig::get(path)) == http::Pool::fleet);
     CHECK(rig.answer(rig.post_as("ella", path, json::object())).status == 405);
   }
   CHECK(rig.fleet.asked.empty());

@@ -5,8 +5,8 @@
 
 namespace loopwarden::tests::router_test {
 
-using http::Lane;
 using http::Method;
+using http::Pool;
 using http::Request;
 using nlohmann::json;
 
@@ -148,18 +148,18 @@ TEST_CASE("methods and addresses that are not there") {
   CHECK(rig.answer(ApiRig::get({"api", "loops", "NONE"})).status == 404);
 }
 
-TEST_CASE("slow work has lanes of its own") {
+TEST_CASE("slow work has pools of its own") {
   ApiRig rig(false);
-  const auto lane = [&](std::vector<std::string> path, Method method = Method::get) {
+  const auto pool = [&](std::vector<std::string> path, Method method = Method::get) {
     Request request = ApiRig::get(std::move(path));
     request.method = method;
-    return rig.router().lane(request);
+    return rig.router().pool(request);
   };
-  CHECK(lane({}) == Lane::here);
-  CHECK(lane({"api", "events"}) == Lane::here);
-  CHECK(lane({"api", "loops", "x", "history"}) == Lane::disk);
-  CHECK(lane({"api", "login"}, Method::post) == Lane::log_in);
-  CHECK(lane({"api", "loops", "x", "order"}, Method::post) == Lane::orders);
+  CHECK(pool({}) == Pool::here);
+  CHECK(pool({"api", "events"}) == Pool::here);
+  CHECK(pool({"api", "loops", "x", "history"}) == Pool::disk);
+  CHECK(pool({"api", "login"}, Method::post) == Pool::log_in);
+  CHECK(pool({"api", "loops", "x", "order"}, Method::post) == Pool::orders);
 }
 
 TEST_CASE("an order needs the daemon's right, the page's right and a confirmation that fits") {

@@ -128,7 +128,7 @@ class ApiRig {
   page::Sessions sessions_{{}};
   page::LogInGuard guard_;
   page::history::History history_;
-  page::files::ReportShelf reports_{folder / "state"};
+  page::files::ReportStore reports_{folder / "state"};
   std::unique_ptr<page::api::Router> router_;
 };
 

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app/assemble.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "daemon/app/status.hpp"
+#include "daemon/loops/loop_orders.hpp"
+#include "model/commission/explain.hpp"
+#include "model/monitor/specialist_judge.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
+  std::vector<monitor::WatchBoard::Loop> loops;
+  for (const config::LoopConfig& loop : configuration.loops) {
+    loops.push_back({loop.name, loop.sample_time_s});
+  }
+  return loops;
+}
+
+console::Rights rights_of(const config::DaemonConfig& config) {
+  return {.page = config.page, .edge = config.edge};
+}
+
+// Where the sockets lie; made where it is missing.
+std::filesystem::path socket_folder(const std::string& runtime_directory) {
+  std::error_code error;
+  std::filesystem::create_directories(runtime_directory, error);
+  if (error) {
+    throw std::runtime_error(
+        fmt::format("runtime_directory {}: {}", runtime_directory, error.message()));
+  }
+  return runtime_directory;
+}
+
+gateway::MasterLossAction action_of(config::ModbusServer::LossAction action) {
+  switch (action) {
+    case config::ModbusServer::LossAction::manual: return gateway::MasterLossAction::manual;
+    case config::ModbusServer::LossAction::automatic: return gateway::MasterLossAction::automatic;
+    case config::ModbusServer::LossAction::report: break;
+  }
+  return gateway::MasterLossAction::report;
+}
+
+std::optional<gateway::SerialServerSettings> serial_of(const config::ModbusServer& server) {
+  if (!server.serial) return std::nullopt;
+  return gateway::SerialServerSettings{
+      .line = server.serial->line, .unit = server.serial->unit, .writes = server.serial->writes};
+}
+
+gateway::GatewaySettings gateway_settings(const config::ModbusServer& server) {
+  return {.tcp = {.address = server.address,
+                  .port = server.port,
+                  .unit = server.unit,
+                  .most_clients = server.most_clients,
+                  .idle_timeout_s = server.idle_timeout_s,
+                  .requests_per_second = server.requests_per_second,
+                  .listener = health::modbus_listener()},
+          .peers = server.clients,
+          .writes = server.writes,
+          .word_order = server.word_order,
+          .master_heartbeat = {.timeout_s = server.master_timeout_s,
+                               .action = action_of(server.on_master_loss)},
+          .serial = serial_of(server)};
+}
+
+}  // namespace
+
+ModbusServer::ModbusServer(const config::ModbusServer& server, console::Parts parts,
+                           base::Clock& clock)
+    : loops(std::move(parts)), gateway(gateway_settings(server), loops, clock) {}
+
+Assembly::Assembly(config::Configuration from_files, const std::filesystem::path& folder,
+                   const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
+                   health::ServiceManager& service)
+    : configuration(std::move(from_files)),
+      origin{.started_ns = loops.clock().now_ns(),
+             .started_ms = base::utc_ms(),
+             .model_hash = specialists.hash,
+             .log_lines_lost = std::move(log_lines_lost)},
+      historian(loops.all(), configuration.daemon.state_directory),
+      journal({.folder = configuration.daemon.state_directory}),
+      board(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
+            base::utc_ms),
+      evidence(configuration.daemon, specialists,
+               {.loops = loops.all(),
+                .board = board,
+                .journal = journal,
+                .config_hash = [this] { return reloader.config_hash(); },
+                .history = [this](std::size_t loop) { return watching.monitor->history(loop); }}),
+      reloader(configuration, folder, loops.all(), historian, journal, reloader_ends(service)),
+      control(socket_folder(configuration.daemon.runtime_directory), console_parts(),
+              rights_of(configuration.daemon)),
+      readers(configuration.daemon.runtime_directory, console_parts()) {
+  if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
+  loops.make(configuration);
+  board.restore(journal.open());
+  make_monitor(specialists);
+  evidence.remember();
+  if (configuration.daemon.modbus_server) {
+    modbus = std::make_unique<ModbusServer>(*configuration.daemon.modbus_server, console_parts(),
+                                            loops.clock());
+  }
+}
+
+void Assembly::make_monitor(const Specialists& specialists) {
+  for (const auto& [name, specialist_folder] : specialists.folders) {
+    watching.judges[name] =
+        std::make_unique<loopwarden::monitor::SpecialistJudge>(*specialist_folder.content.team);
+  }
+  std::vector<monitor::WatchedLoop> watched;
+  for (LoopRuntime& loop : loops.all()) {
+    // One judge serves all loops of its folder: there is one monitor thread.
+    const auto judge = watching.judges.find(loop.config.monitor.specialists);
+    const auto twin = specialists.twins.find(loop.config.monitor.twin);
+    watched.push_back({.cycles = &loop.channels->watched,
+                       .window = window_of(loop.config),
+                       .judge = judge == watching.judges.end() ? nullptr : judge->second.get(),
+                       .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
+                       .history_s = commission::kLongest_s + commission::kEnough_s,
+                       .rule = loopwarden::monitor::kAlarmRule,
+                       .normal_mode = loop.config.normal_mode,
+                       .corrective = loop.config.monitor.corrective,
+                       .orders = &watching.desks.emplace_back(
+                           desk_of(loop, loop.channels->monitor_orders, journal)),
+                       .settings_taken = &loop.channels->settings_taken});
+  }
+  watching.monitor = std::make_unique<monitor::Monitor>(
+      watched, board,
+      [this](std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+             const loopwarden::monitor::LoopMonitor& loop_monitor,
+             const loopwarden::monitor::MonitorStep& step,
+             loopwarden::monitor::AlarmReason reason) {
+        evidence.keep(loop, alarm, loop_monitor, step, reason);
+      });
+}
+
+ReloaderEnds Assembly::reloader_ends(health::ServiceManager& service) {
+  return {.take_over =
+              [this](const config::DaemonConfig& wanted) {
+                configuration.daemon.stop_timeout_s = wanted.stop_timeout_s;
+                control.set_rights(rights_of(wanted));
+                spdlog::set_level(spdlog::level::from_str(wanted.log_level));
+              },
+          .reloading = [&service] { service.reloading(); },
+          .ready = [&service] { service.ready(); }};
+}
+
+// References; what is behind them is asked for when it is needed.
+console::Parts Assembly::console_parts() {
+  return {.loops = loops.all(),
+          .historian = historian,
+          .board = board,
+          .journal = journal,
+          .evidence = evidence.store(),
+          .severe_percent = configuration.daemon.alarms.severe_percent,
+          .daemon_status = [this] { return status_of(*this); },
+          .box_description = [this] { return description_of(*this); },
+          .config_hash = [this] { return reloader.config_hash(); },
+          .reload = [this](const std::string& peer,
+                           bool dry_run) { return reloader.post(peer, dry_run); },
+          .reload_state = [this](std::uint64_t number) { return reloader.state(number); },
+          .box = [this] { return box_reading_of(*this); },
+          .modbus_server =
+              [this] { return modbus ? modbus->gateway.state() : gateway::ServerState{}; }};
+}
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon's parts, made and connected, none of them running yet.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "config/loop_config.hpp"
+#include "daemon/app/evidence_flow.hpp"
+#include "daemon/app/gateway_loops.hpp"
+#include "daemon/app/real_time_loops.hpp"
+#include "daemon/app/reloader.hpp"
+#include "daemon/app/specialist_files.hpp"
+#include "daemon/app/watchdog.hpp"
+#include "daemon/console/control_server.hpp"
+#include "daemon/console/status_server.hpp"
+#include "daemon/gateway/gateway.hpp"
+#include "daemon/journal/journal.hpp"
+#include "daemon/monitor/monitor.hpp"
+#include "daemon/monitor/watch_board.hpp"
+#include "daemon/orders/order_desk.hpp"
+#include "daemon/recorder/historian.hpp"
+
+namespace loopwarden::daemon {
+
+// What stays as it is from the start to the end.
+struct Origin {
+  std::int64_t started_ns;                        // monotonic
+  std::int64_t started_ms;                        // UTC
+  std::uint32_t model_hash;                       // of the specialists; 0: none
+  std::function<std::uint64_t()> log_lines_lost;  // may be empty
+};
+
+// The monitor and what it works with.
+struct Watching {
+  std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges;  // by folder
+  std::deque<orders::OrderDesk> desks;  // one for each loop
+  std::unique_ptr<monitor::Monitor> monitor;
+};
+
+struct ModbusServer {
+  ModbusServer(const config::ModbusServer& server, console::Parts parts, base::Clock& clock);
+
+  GatewayLoops loops;
+  gateway::Gateway gateway;
+};
+
+struct Assembly {
+  // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error. `specialists` and `service`
+  // outlive this.
+  Assembly(config::Configuration from_files, const std::filesystem::path& folder,
+           const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
+           health::ServiceManager& service);
+  Assembly(const Assembly&) = delete;
+  Assembly& operator=(const Assembly&) = delete;
+  ~Assembly() = default;
+
+  config::Configuration configuration;
+  RealTimeLoops loops;
+  Origin origin;
+  Historian historian;
+  journal::Journal journal;
+  monitor::WatchBoard board;
+  EvidenceFlow evidence;
+  Watching watching;
+  Reloader reloader;
+  ControlServer control;
+  StatusServer readers;
+  std::unique_ptr<ModbusServer> modbus;  // null: none is configured
+
+ private:
+  console::Parts console_parts();
+  ReloaderEnds reloader_ends(health::ServiceManager& service);
+  void make_monitor(const Specialists& specialists);
+};
+
+}  // namespace loopwarden::daemon

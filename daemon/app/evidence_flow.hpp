@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a valve alarm to what stays of it: evidence on the disk, a line in the journal, and, of a loop with a twin, an
+// explanation on the board.
+//
+//   monitor -> keep() -> EvidenceStore -> journal
+//                            -> Explainer (with a twin) -> board
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/loop_config.hpp"
+#include "daemon/app/specialist_files.hpp"
+#include "daemon/evidence/evidence_store.hpp"
+#include "daemon/explain/explainer.hpp"
+#include "daemon/journal/journal.hpp"
+#include "daemon/loops/loop_runtime.hpp"
+#include "daemon/monitor/history.hpp"
+#include "daemon/monitor/watch_board.hpp"
+#include "model/monitor/loop_monitor.hpp"
+
+namespace loopwarden::daemon {
+
+class EvidenceFlow {
+ public:
+  struct Ends {
+    const std::vector<LoopRuntime>& loops;
+    monitor::WatchBoard& board;
+    journal::Journal& journal;
+    std::function<std::uint32_t()> config_hash;
+    // Of a loop with a twin; null: it has none.
+    std::function<const monitor::History*(std::size_t loop)> history;
+  };
+  // What is referred to outlives this.
+  EvidenceFlow(const config::DaemonConfig& config, const Specialists& specialists, Ends ends);
+  EvidenceFlow(const EvidenceFlow&) = delete;
+  EvidenceFlow& operator=(const EvidenceFlow&) = delete;
+
+  // Of alarms that were on before the start: before start() only.
+  void remember();
+  void start();
+
+  // The monitor's thread, as an alarm is raised (Monitor::Raised).
+  void keep(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+            const loopwarden::monitor::LoopMonitor& loop_monitor,
+            const loopwarden::monitor::MonitorStep& step, loopwarden::monitor::AlarmReason reason);
+
+  EvidenceStore& store() noexcept { return store_; }
+  const EvidenceStore& store() const noexcept { return store_; }
+  Explainer& explainer() noexcept { return explainer_; }
+  const Explainer& explainer() const noexcept { return explainer_; }
+
+ private:
+  void report_evidence(const evidence::Evidence& evidence, const std::filesystem::path& folder,
+                       const std::string& why);
+  void report_removal(const std::string& why);
+  void have_explained(const evidence::Evidence& evidence, const std::filesystem::path& folder);
+  void report_explanation(const ExplainJob& job, const Explanation* explanation,
+                          const std::string& why);
+  void resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+                          const std::filesystem::path& folder);
+
+  Ends ends_;
+  double accelerate_;
+  std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
+  std::map<std::string, std::string> twins_;                // files as text, by name
+  EvidenceStore store_;
+  Explainer explainer_;
+};
+
+}  // namespace loopwarden::daemon

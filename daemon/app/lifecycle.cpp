@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app/lifecycle.hpp"
+
+#include <csignal>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "base/exit_code.hpp"
+#include "base/signals.hpp"
+#include "daemon/app/attempt.hpp"
+#include "daemon/app/stop_actions.hpp"
+#include "daemon/loops/event_text.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+constexpr std::int64_t kSecond = base::kNanosecondsPerSecond;
+constexpr std::int64_t kSupervisePeriod = kSecond / 10;  // ns between two looks of the main thread
+
+}  // namespace
+
+App::App(config::Configuration configuration, const std::filesystem::path& config_path,
+         const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost)
+    : parts_(std::move(configuration), config_path, specialists, std::move(log_lines_lost),
+             service_) {}
+
+App::~App() {
+  parts_.loops.end();
+  if (parts_.modbus) parts_.modbus->gateway.stop();
+  parts_.reloader.stop();
+  parts_.control.stop();
+  parts_.readers.stop();
+  parts_.watching.monitor->stop();
+  parts_.evidence.store().stop();
+  parts_.evidence.explainer().stop();
+  parts_.historian.stop();
+  parts_.journal.stop();
+  for (LoopRuntime& loop : parts_.loops.all()) loop.io->close();
+}
+
+int App::run() {
+  start();
+  supervise();
+  stop();
+  end_threads();
+  return ended_ ? kExitOk : kExitIo;
+}
+
+void App::start() {
+  const config::DaemonConfig& config = parts_.configuration.daemon;
+  for (LoopRuntime& loop : parts_.loops.all()) loop.io->open();
+  parts_.reloader.start();
+  parts_.journal.start();
+  parts_.evidence.start();
+  parts_.historian.start();
+  parts_.watching.monitor->start();
+  parts_.control.keep_metrics(std::filesystem::path(config.runtime_directory) / "metrics.prom");
+  parts_.control.start();
+  parts_.readers.start();
+  parts_.loops.start(config.real_time);
+  const std::string missing = parts_.loops.rights_missing();
+  if (!missing.empty()) spdlog::warn("without real-time rights: {}", missing);
+  wait_for_first_cycles();
+  // Only now are there values to be read.
+  if (parts_.modbus) {
+    parts_.modbus->gateway.start();
+    spdlog::info("Modbus server at port {}", parts_.modbus->gateway.port());
+  }
+  watch_threads();
+  const std::size_t loops = parts_.loops.all().size();
+  spdlog::info("running {} loop{}", loops, loops == 1 ? "" : "s");
+  service_.ready();
+}
+
+// Ready means: every loop has run at least once. Whether it found its devices shows in its fault.
+void App::wait_for_first_cycles() {
+  base::Clock& clock = parts_.loops.clock();
+  const std::int64_t deadline_ns = parts_.origin.started_ns + 30 * kSecond;
+  record::RecordRow row;
+  for (std::size_t i = 0; i < parts_.loops.all().size(); ++i) {
+    while (!parts_.historian.latest(i, row) && clock.now_ns() < deadline_ns) {
+      clock.sleep_until_ns(clock.now_ns() + kSecond / 100);
+    }
+  }
+}
+
+void App::watch_threads() {
+  const std::int64_t now_ns = parts_.loops.clock().now_ns();
+  const auto watch = [&](std::string name, std::function<std::uint64_t()> ticks,
+                         std::int64_t patience_ns) {
+    thread_watch_.add({std::move(name), std::move(ticks), patience_ns}, now_ns);
+  };
+  std::int64_t longest_period_ns = 0;
+  for (const LoopRuntime& loop : parts_.loops.all()) {
+    longest_period_ns =
+        std::max(longest_period_ns, period_ns(loop.config, parts_.configuration.daemon.accelerate));
+  }
+  watch(
+      "loops", [this] { return parts_.loops.ticks(); }, 2 * kSecond + 3 * longest_period_ns);
+  watch(
+      "historian", [this] { return parts_.historian.ticks(); }, 10 * kSecond);
+  watch(
+      "monitor", [this] { return parts_.watching.monitor->ticks(); }, 10 * kSecond);
+  if (parts_.modbus) {
+    watch(
+        "gateway", [this] { return parts_.modbus->gateway.ticks(); }, 10 * kSecond);
+  }
+  watch(
+      "control", [this] { return parts_.control.ticks(); }, 10 * kSecond);
+  watch(
+      "status", [this] { return parts_.readers.ticks(); }, 10 * kSecond);
+  for (const LoopRuntime& loop : parts_.loops.all()) {
+    if (!loop.io->has_thread()) continue;
+    const hal::LoopIo* io = loop.io.get();
+    watch(
+        "io of " + loop.config.name, [io] { return io->ticks(); }, 15 * kSecond);
+  }
+}
+
+void App::supervise() {
+  for (;;) {
+    const int signal = base::wait_for_signal({SIGTERM, SIGINT, SIGHUP},
+                                             std::chrono::nanoseconds(kSupervisePeriod));
+    if (signal == SIGTERM || signal == SIGINT) {
+      spdlog::info("{}: outputs go to their stop actions",
+                   signal == SIGTERM ? "SIGTERM" : "SIGINT");
+      return;
+    }
+    attempt("reload refused", [&] {
+      if (signal == SIGHUP) parts_.reloader.by_signal();
+      parts_.reloader.step();
+    });
+    attempt("events", [this] { log_events(); });
+    attempt("status", [this] { show_state(); });
+    attempt("watchdog", [this] { feed_watchdog(); });
+  }
+}
+
+void App::feed_watchdog() {
+  const std::int64_t now_ns = parts_.loops.clock().now_ns();
+  const std::vector<std::string> stuck = thread_watch_.stuck(now_ns);
+  if (!stuck.empty() && !stuck_reported_) {
+    spdlog::critical("no progress: {}; the watchdog is no longer fed", fmt::join(stuck, ", "));
+  }
+  stuck_reported_ = !stuck.empty();
+  service_.keep_alive(stuck.empty(), now_ns);
+}
+
+void App::show_state() {
+  const rt::RunnerStatus now = parts_.loops.publish_status();
+  const std::size_t loops = parts_.loops.all().size();
+  std::size_t faulty = 0;
+  record::RecordRow row;
+  for (std::size_t i = 0; i < loops; ++i) {
+    if (parts_.historian.latest(i, row) &&
+        static_cast<control::Fault>(row.fault) != control::Fault::none)
+      ++faulty;
+  }
+  service_.status(
+      fmt::format("{} loops, {} with a fault, {} overruns{}", loops, faulty, now.overruns,
+                  parts_.loops.rights_missing().empty() ? "" : ", no real-time rights"));
+}
+
+void App::log_events() {
+  // One burst must not fill the disk: what is beyond the limit is counted.
+  constexpr int kMostLinesPerLook = 50;
+  rt::Event event;
+  int lines = 0;
+  std::uint64_t suppressed = 0;
+  while (parts_.loops.next_event(event)) {
+    if (++lines > kMostLinesPerLook) {
+      ++suppressed;
+      continue;
+    }
+    const config::LoopConfig& loop = parts_.loops.all()[event.loop].config;
+    const health::EventText line = health::describe(event, loop);
+    const auto level = line.severity == health::Severity::error     ? spdlog::level::err
+                       : line.severity == health::Severity::warning ? spdlog::level::warn
+                                                                    : spdlog::level::info;
+    spdlog::log(level, "loop {}: {}", loop.name, line.text);
+  }
+  if (suppressed > 0) spdlog::warn("{} more events not shown", suppressed);
+}
+
+void App::stop() {
+  base::Clock& clock = parts_.loops.clock();
+  service_.stopping();
+  parts_.loops.stop();
+  const std::int64_t deadline_ns =
+      clock.now_ns() + std::llround(parts_.configuration.daemon.stop_timeout_s * 1e9);
+  while (!parts_.loops.all_stopped() && clock.now_ns() < deadline_ns) {
+    clock.sleep_until_ns(clock.now_ns() + kSecond / 100);
+    attempt("events", [this] { log_events(); });
+    attempt("watchdog", [this] { feed_watchdog(); });
+  }
+  parts_.loops.end();
+  attempt("events", [this] { log_events(); });
+  drive_to_stop(parts_.loops.all());
+}
+
+// Outputs have had their stop action. What is left is the disk, and a disk may hang for ever.
+void App::end_threads() {
+  constexpr std::int64_t kEndPatience = 5 * kSecond;
+  constexpr std::chrono::milliseconds kLook{50};
+  base::Clock& clock = parts_.loops.clock();
+  if (parts_.modbus) parts_.modbus->gateway.stop();
+  parts_.watching.monitor->stop();
+  const std::int64_t deadline_ns = clock.now_ns() + kEndPatience;
+  std::vector<const char*> hung;
+  const auto end = [&](const char* what, auto& part) {
+    bool ended = part.stop_for(kLook);
+    while (!ended && clock.now_ns() < deadline_ns) {
+      attempt("watchdog", [&] { service_.keep_alive(true, clock.now_ns()); });
+      ended = part.stop_for(kLook);
+    }
+    if (!ended) hung.push_back(what);
+  };
+  end("reload", parts_.reloader);
+  end("control socket", parts_.control);
+  end("status socket", parts_.readers);
+  end("recorder", parts_.historian);
+  end("evidence", parts_.evidence.store());
+  end("explanations", parts_.evidence.explainer());
+  end("journal", parts_.journal);  // the last: evidence has a line for it
+  ended_ = hung.empty();
+  if (ended_) return;
+  std::uint64_t rows = 0;
+  for (std::size_t i = 0; i < parts_.loops.all().size(); ++i) {
+    rows += parts_.historian.status(i).waiting;
+  }
+  spdlog::error(
+      "the disk does not answer: {}; lost: {} waiting rows of recordings, {} lines of the "
+      "journal, {} pieces of evidence",
+      fmt::join(hung, ", "), rows, parts_.journal.status().waiting,
+      parts_.evidence.store().status().waiting);
+}
+
+}  // namespace loopwarden::daemon

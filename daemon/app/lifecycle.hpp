@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes the daemon's parts through start, run, reload and stop. daemon/README.md has the table of threads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+
+#include "config/loop_config.hpp"
+#include "daemon/app/assemble.hpp"
+#include "daemon/app/specialist_files.hpp"
+#include "daemon/app/watchdog.hpp"
+
+namespace loopwarden::daemon {
+
+class App {
+ public:
+  // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error. `specialists` outlive this.
+  // `log_lines_lost` counts what the log had no room for; may be empty.
+  App(config::Configuration configuration, const std::filesystem::path& config_path,
+      const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost = {});
+  App(const App&) = delete;
+  App& operator=(const App&) = delete;
+  ~App();
+
+  // Runs until SIGTERM or SIGINT; returns the exit code. The signals must be blocked in the calling
+  // thread before the App is made.
+  int run();
+  // After run(): false if a thread hangs on the disk. Then the App must not be destroyed: the process
+  // ends without.
+  bool ended() const noexcept { return ended_; }
+
+ private:
+  void start();
+  void wait_for_first_cycles();
+  void watch_threads();
+  void supervise();
+  void feed_watchdog();
+  void show_state();
+  void log_events();
+  void stop();
+  void end_threads();
+
+  health::ServiceManager service_;
+  Assembly parts_;
+  health::ThreadWatch thread_watch_;
+  bool stuck_reported_ = false;
+  bool ended_ = false;
+};
+
+}  // namespace loopwarden::daemon

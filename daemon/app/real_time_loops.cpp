@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app/real_time_loops.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+
+#include "base/real_time.hpp"
+#include "model/effects/catalogue.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+// How late the other ends may be. The monitor is after it has judged a window and routine evidence of every
+// loop, all of which may be full at the same moment: 8 ms a loop, 20 ms on a slow machine.
+rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops,
+                               double accelerate) {
+  constexpr double kHistorianLate_s = 5.0;
+  constexpr double kMonitorLate_s = 10.0;
+  constexpr double kJudging_s = 0.02;  // a loop
+  const auto cycles = [&](double late_s) {
+    return static_cast<std::size_t>(late_s / loop.sample_time_s * accelerate) + 8;
+  };
+  return {.records = cycles(kHistorianLate_s),
+          .watched = cycles(kMonitorLate_s + kJudging_s * static_cast<double>(loops)),
+          .monitor_orders = loop.monitor.corrective.enabled ? rt::OrderBox::kRoom : 1};
+}
+
+plant::EffectChain valve_model_of(const config::LoopConfig& loop) {
+  plant::EffectChain chain;
+  effects::EffectContext context{.sample_time_s = loop.sample_time_s,
+                                 .output_low = loop.controller.pid.output_low,
+                                 .output_high = loop.controller.pid.output_high,
+                                 .seed = 1};
+  for (const plant::EffectSpec& spec : loop.valve_position.model) {
+    chain.add(effects::make_effect(spec, context));
+  }
+  return chain;
+}
+
+rt::ValvePositionSource source_of(const config::ValvePosition& position) {
+  switch (position.source) {
+    case config::ValvePosition::Source::read_back: return rt::ValvePositionSource::read_back;
+    case config::ValvePosition::Source::model: return rt::ValvePositionSource::model;
+    case config::ValvePosition::Source::none: break;
+  }
+  return rt::ValvePositionSource::none;
+}
+
+}  // namespace
+
+std::int64_t period_ns(const config::LoopConfig& loop, double accelerate) {
+  return std::llround(loop.sample_time_s / accelerate * 1e9);
+}
+
+void RealTimeLoops::lock_memory() { rights_missing_ = base::lock_memory(); }
+
+void RealTimeLoops::make(const config::Configuration& configuration) {
+  const double accelerate = configuration.daemon.accelerate;
+  std::int64_t tick_ns = 0;
+  for (const config::LoopConfig& loop : configuration.loops) {
+    tick_ns = std::gcd(tick_ns, period_ns(loop, accelerate));
+  }
+  runner_ = std::make_unique<rt::CyclicRunner>(clock_, tick_ns);
+
+  loops_.reserve(configuration.loops.size());
+  for (const config::LoopConfig& config : configuration.loops) {
+    LoopRuntime loop;
+    loop.config = config;
+    const rt::LoopSettings settings = settings_of(config, config::backing_of(config.io));
+    loop.io = backends_.make(config);
+    loop.channels =
+        std::make_unique<rt::LoopChannels>(room_of(config, configuration.loops.size(), accelerate));
+    loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
+    loop.cycle = std::make_unique<rt::ControlCycle>(
+        static_cast<std::uint32_t>(loops_.size()), config.sample_time_s, settings,
+        rt::StartSettings{config.start.mode, config.start.set_point, config.start.output},
+        source_of(config.valve_position), valve_model_of(config), *loop.io, *loop.channels,
+        events_);
+    loops_.push_back(std::move(loop));
+    runner_->add(*loops_.back().cycle,
+                 static_cast<std::uint64_t>(period_ns(config, accelerate) / tick_ns));
+  }
+}
+
+void RealTimeLoops::start(const config::RealTime& rights) {
+  const std::string refused = thread_.start(
+      {.name = "lw-loops", .fifo_priority = rights.priority, .cpu = rights.cpu}, [this] {
+        base::prefault_stack();
+        runner_->run(stop_, quit_);
+      });
+  if (refused.empty()) return;
+  const std::lock_guard lock(status_mutex_);
+  rights_missing_ += (rights_missing_.empty() ? "" : "; ") + refused +
+                     ": a busy machine may delay the loops; raise LimitRTPRIO";
+}
+
+bool RealTimeLoops::all_stopped() const noexcept {
+  return std::all_of(loops_.begin(), loops_.end(), [](const LoopRuntime& loop) {
+    return loop.channels->stop_reached.load(std::memory_order_acquire);
+  });
+}
+
+void RealTimeLoops::end() noexcept {
+  quit_ = true;
+  thread_.join();
+}
+
+rt::RunnerStatus RealTimeLoops::publish_status() {
+  const rt::RunnerStatus now = runner_->status();
+  const std::lock_guard lock(status_mutex_);
+  status_ = now;
+  return now;
+}
+
+rt::RunnerStatus RealTimeLoops::status() const {
+  const std::lock_guard lock(status_mutex_);
+  return status_;
+}
+
+std::string RealTimeLoops::rights_missing() const {
+  const std::lock_guard lock(status_mutex_);
+  return rights_missing_;
+}
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// The loops on the real-time thread: their backends, channels and cycles, and the runner that paces them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "base/spsc_ring.hpp"
+#include "base/thread.hpp"
+#include "config/loop_config.hpp"
+#include "daemon/app/backend_factory.hpp"
+#include "daemon/loops/loop_runtime.hpp"
+#include "daemon/rt/cyclic_runner.hpp"
+
+namespace loopwarden::daemon {
+
+class RealTimeLoops {
+ public:
+  RealTimeLoops() = default;
+  RealTimeLoops(const RealTimeLoops&) = delete;
+  RealTimeLoops& operator=(const RealTimeLoops&) = delete;
+  ~RealTimeLoops() { end(); }
+
+  // Before anything large is allocated.
+  void lock_memory();
+  // Throws std::runtime_error for a backend that can't work.
+  void make(const config::Configuration& configuration);
+  void start(const config::RealTime& rights);
+  // Outputs go to their stop actions, within their rate limits.
+  void stop() noexcept { stop_ = true; }
+  bool all_stopped() const noexcept;
+  // Ends the thread.
+  void end() noexcept;
+
+  // Empty before make().
+  std::vector<LoopRuntime>& all() noexcept { return loops_; }
+  const std::vector<LoopRuntime>& all() const noexcept { return loops_; }
+  base::Clock& clock() noexcept { return clock_; }
+  std::uint64_t ticks() const noexcept { return runner_->ticks(); }
+
+  // Main thread: what the cycles tell; the runner's status, from then on what status() returns.
+  bool next_event(rt::Event& event) noexcept { return events_.try_pop(event); }
+  rt::RunnerStatus publish_status();
+
+  // Any thread.
+  rt::RunnerStatus status() const;
+  // What real-time rights were refused, in words; empty: none.
+  std::string rights_missing() const;
+  std::uint64_t events_dropped() const noexcept { return events_.dropped(); }
+
+ private:
+  BackendFactory backends_;
+  std::vector<LoopRuntime> loops_;
+  base::SpscRing<rt::Event> events_{4096};
+  base::MonotonicClock clock_;
+  std::unique_ptr<rt::CyclicRunner> runner_;
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> quit_{false};
+  base::Thread thread_;
+  mutable std::mutex status_mutex_;  // for what the sockets' threads read
+  rt::RunnerStatus status_;
+  std::string rights_missing_;
+};
+
+// ns on the wall clock.
+std::int64_t period_ns(const config::LoopConfig& loop, double accelerate);
+
+}  // namespace loopwarden::daemon

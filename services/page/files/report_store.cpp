@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/page/files/report_store.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <string_view>
+#include <utility>
+
+#include "services/page/files/self_contained.hpp"
+
+namespace loopwarden::page::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostDepth = 6;
+constexpr std::size_t kMostEntries = 200'000;
+constexpr std::size_t kMostReportBytes = 32UL * 1024UL * 1024UL;
+constexpr std::size_t kMostEvidenceBytes = 8UL * 1024UL * 1024UL;
+constexpr std::size_t kHeadBytes = 4096;
+
+// FNV-1a, 64 bits: the same at every start, so that a link to a report lasts.
+std::string id_of(const std::string& path) {
+  std::uint64_t hash = 14'695'981'039'346'656'037ULL;
+  for (const char c : path) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1'099'511'628'211ULL;
+  }
+  return fmt::format("{:016x}", hash);
+}
+
+std::int64_t utc_ms_of(const fs::directory_entry& entry, std::error_code& error) {
+  const auto written = entry.last_write_time(error);
+  if (error) return 0;
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::file_clock::to_sys(written).time_since_epoch())
+      .count();
+}
+
+std::vector<std::string> parts_of(const fs::path& relative) {
+  std::vector<std::string> parts;
+  for (const fs::path& part : relative) parts.push_back(part.string());
+  return parts;
+}
+
+std::string title_in(std::string_view html) {
+  constexpr std::string_view kBegin = "<title>";
+  const std::size_t begin = html.find(kBegin);
+  if (begin == std::string_view::npos) return {};
+  html.remove_prefix(begin + kBegin.size());
+  std::string title(html.substr(0, std::min(html.find('<'), std::size_t{200})));
+  for (const auto& [name, sign] :
+       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}}) {
+    for (std::size_t at = title.find(name); at != std::string::npos;
+         at = title.find(name, at + 1)) {
+      title.replace(at, std::string_view(name).size(), sign);
+    }
+  }
+  return title;
+}
+
+// By its place and its name, then by how its title begins, as the workbench writes them.
+std::string kind_of(const std::vector<std::string>& parts, std::string_view title) {
+  const std::string& name = parts.back();
+  if (parts.front() == "evidence") return "explanation";
+  if (name == "training.html") return "training";
+  if (name == "survey.html" || title.starts_with("Survey")) return "survey";
+  if (title.starts_with("Gap")) return "gap";
+  if (title.starts_with("Commission")) return "commissioning";
+  if (title.starts_with("Training")) return "training";
+  return "other";
+}
+
+// Evidence is called TIME-LOOP-ALARM.
+std::string loop_of(const std::vector<std::string>& parts) {
+  if (parts.size() < 3 || parts.front() != "evidence") return {};
+  const std::string& folder = parts[1];
+  const std::size_t first = folder.find('-');
+  const std::size_t last = folder.rfind('-');
+  return first == std::string::npos || first >= last ? std::string()
+                                                     : folder.substr(first + 1, last - first - 1);
+}
+
+std::string type_of(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, const char*>, 7> kTypes{
+      {{".html", "text/html; charset=utf-8"},
+       {".css", "text/css; charset=utf-8"},
+       {".svg", "image/svg+xml"},
+       {".png", "image/png"},
+       {".csv", "text/csv; charset=utf-8"},
+       {".json", "application/json"},
+       {".yaml", "text/plain; charset=utf-8"}}};
+  for (const auto& [ending, type] : kTypes) {
+    if (name.ends_with(ending)) return type;
+  }
+  return {};
+}
+
+}  // namespace
+
+Report ReportStore::look_at(const fs::path& path, std::int64_t utc_ms, std::uintmax_t bytes) {
+  Report report;
+  report.parts = parts_of(path);
+  report.id = id_of(path.string());
+  report.utc_ms = utc_ms;
+  report.bytes = bytes;
+  report.title = title_in(folder_.read_start(report.parts, kHeadBytes).value_or(""));
+  report.kind = kind_of(report.parts, report.title);
+  report.loop = loop_of(report.parts);
+  if (report.title.empty()) report.title = path.filename().string();
+  return report;
+}
+
+void ReportStore::look_into(const fs::directory_entry& entry, std::map<std::string, Known>& found) {
+  std::error_code gone;
+  if (entry.path().extension() != ".html" || !entry.is_regular_file(gone)) return;
+  const std::string path = entry.path().lexically_relative(folder_.path()).string();
+  const std::int64_t utc_ms = utc_ms_of(entry, gone);
+  const std::uintmax_t bytes = entry.file_size(gone);
+  if (gone) return;
+  const auto known = known_.find(path);
+  const bool same =
+      known != known_.end() && known->second.utc_ms == utc_ms && known->second.bytes == bytes;
+  found[path] = same ? known->second : Known{utc_ms, bytes, look_at(path, utc_ms, bytes)};
+}
+
+void ReportStore::walk() {
+  const auto begun = Clock::now();
+  std::map<std::string, Known> found;
+  std::error_code error;
+  constexpr auto kOptions = fs::directory_options::skip_permission_denied;
+  fs::recursive_directory_iterator it(folder_.path(), kOptions, error);
+  for (std::size_t seen = 0; !error && it != fs::recursive_directory_iterator() &&
+                             seen < kMostEntries && found.size() < kMost;
+       it.increment(error), ++seen) {
+    const fs::directory_entry& entry = *it;
+    std::error_code gone;
+    if (entry.is_symlink(gone) || !is_sound_name(entry.path().filename().string())) {
+      it.disable_recursion_pending();
+      continue;
+    }
+    // Segments are many, and none of them is a report.
+    const bool segments = it.depth() == 0 && entry.path().filename() == "segments";
+    if (it.depth() >= kMostDepth || segments) it.disable_recursion_pending();
+    look_into(entry, found);
+  }
+  known_ = std::move(found);
+  auto all = std::make_shared<std::vector<Report>>();
+  for (const auto& [path, one] : known_) all->push_back(one.report);
+  std::stable_sort(all->begin(), all->end(),
+                   [](const Report& a, const Report& b) { return a.utc_ms > b.utc_ms; });
+  const auto ended = Clock::now();
+  const std::lock_guard lock(mutex_);
+  index_ = std::move(all);
+  due_ = ended + std::max<Clock::duration>(fresh_, 9 * (ended - begun));
+}
+
+ReportStore::List ReportStore::reports() {
+  const auto now_there = [this](Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    return std::pair(index_, index_ != nullptr && now < due_);
+  };
+  const auto [before, is_fresh] = now_there(Clock::now());
+  if (is_fresh) return before;
+  std::unique_lock walking(walking_, std::defer_lock);
+  // Without any index all wait for the first one.
+  before ? static_cast<void>(walking.try_lock()) : walking.lock();
+  if (!walking.owns_lock()) return before;
+  if (!now_there(Clock::now()).second) walk();
+  return now_there(Clock::now()).first;
+}
+
+std::optional<std::vector<std::string>> ReportStore::parts_of_report(const std::string& id) {
+  List index = [this] {
+    const std::lock_guard lock(mutex_);
+    return index_;
+  }();
+  if (!index) index = reports();
+  const auto report =
+      std::find_if(index->begin(), index->end(), [&](const Report& one) { return one.id == id; });
+  return report == index->end() ? std::nullopt : std::optional(report->parts);
+}
+
+std::optional<std::string> ReportStore::name(const std::string& id) {
+  const auto parts = parts_of_report(id);
+  return parts ? std::optional(parts->back()) : std::nullopt;
+}
+
+std::optional<ReportStore::Content> ReportStore::read(const std::string& id,
+                                                      const std::vector<std::string>& below) {
+  auto parts = parts_of_report(id);
+  const std::string type = below.empty() ? std::string() : type_of(below.back());
+  if (!parts || type.empty()) return std::nullopt;
+  parts->pop_back();
+  const auto read_below = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> path = *parts;
+    path.insert(path.end(), more.begin(), more.end());
+    return folder_.read(path, kMostReportBytes);
+  };
+  std::optional<std::string> bytes = read_below(below);
+  if (!bytes) return std::nullopt;
+  if (type.starts_with("text/html")) bytes = self_contained(*bytes, below, read_below);
+  return Content{type, std::move(*bytes)};
+}
+
+std::vector<std::string> ReportStore::evidence_files(const std::string& id) const {
+  return folder_.list({"evidence", id}, 100);
+}
+
+std::optional<std::string> ReportStore::evidence_file(const std::string& id,
+                                                      const std::string& name) const {
+  return folder_.read({"evidence", id, name}, kMostEvidenceBytes);
+}
+
+fs::path ReportStore::evidence_folder(const std::string& id) const {
+  return folder_.path() / "evidence" / id;
+}
+
+}  // namespace loopwarden::page::files

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/page/files/report_store.hpp"
+
+#include <catch2/catch.hpp>
+#include <sys/stat.h>
+
+#include <algorithm>
+
+#include "tests/support/device/foreign_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests::report_store_test {
+
+using namespace page::files;
+
+std::string html(const std::string& title) {
+  return "<!doctype html><html><head><title>" + title + "</title></head></html>";
+}
+
+TEST_CASE("reports below the state directory, by kind, title and loop") {
+  const TemporaryFolder folder;
+  write_file(folder / "evidence/20261124T070000000Z-FIC-101-stiction/report.html",
+             html("Gap: FIC-101 &lt;a&gt;"));
+  write_file(folder / "gap/report.html", html("Gap: boiler"));
+  write_file(folder / "trained/training.html", html("Errors"));
+  write_file(folder / "twins/FIC-7/report.html", html("Commissioning of FIC-7"));
+  write_file(folder / "plant/survey.html", html("Survey"));
+  write_file(folder / "notes.html", "no title");
+  write_file(folder / "segments/FIC-101/x.html", html("not looked for"));
+  write_file(folder / ".hidden/x.html", html("hidden"));
+  std::filesystem::create_symlink("/etc", folder / "link");
+  ReportStore store(folder.path());
+  const auto list = store.reports();
+  const auto& reports = *list;
+  REQUIRE(reports.size() == 6);
+  const auto kind = [&](const std::string& title) {
+    const auto it = std::find_if(reports.begin(), reports.end(),
+                                 [&](const Report& report) { return report.title == title; });
+    return it == reports.end() ? "missing" : it->kind + " " + it->loop;
+  };
+  CHECK(kind("Gap: FIC-101 <a>") == "explanation FIC-101");
+  CHECK(kind("Gap: boiler") == "gap ");
+  CHECK(kind("Errors") == "training ");
+  CHECK(kind("Commissioning of FIC-7") == "commissioning ");
+  CHECK(kind("Survey") == "survey ");
+  CHECK(kind("notes.html") == "other ");
+  CHECK(std::is_sorted(reports.begin(), reports.end(),
+                       [](const Report& a, const Report& b) { return a.utc_ms > b.utc_ms; }));
+}
+
+TEST_CASE("a report is read by its id, and what lies beside it") {
+  const TemporaryFolder folder;
+  write_file(folder / "plant/survey.html", html("Survey"));
+  write_file(folder / "plant/assets/survey.css", "b {}");
+  write_file(folder / "plant/secret.key", "secret");
+  write_file(folder / "users", "secret");
+  ReportStore store(folder.path());
+  const std::string id = store.reports()->at(0).id;
+  ReportStore fresh(folder.path());
+  CHECK(fresh.name(id) == "survey.html");
+  CHECK(fresh.read(id, {"survey.html"})->type == "text/html; charset=utf-8");
+  CHECK_FALSE(fresh.read(id, {}));
+  CHECK(store.read(id, {"assets", "survey.css"})->bytes == "b {}");
+  CHECK_FALSE(store.read(id, {"secret.key"}));
+  CHECK_FALSE(store.read(id, {"..", "users"}));
+  CHECK_FALSE(store.read(id, {"assets"}));
+  CHECK_FALSE(store.read("0000000000000000", {"survey.html"}));
+}
+
+TEST_CASE(
+    "what came since the index was made is in the next one, and nobody's question makes it "
+    "earlier") {
+  const TemporaryFolder folder;
+  write_file(folder / "gap/report.html", html("Gap: boiler"));
+  ReportStore lasting(folder.path(), std::chrono::hours(1));
+  CHECK(lasting.reports()->size() == 1);
+  write_file(folder / "gap2/report.html", html("Gap: reflux"));
+  ReportStore other(folder.path());
+  std::string id;
+  for (const Report& report : *other.reports()) {
+    if (report.title == "Gap: reflux") id = report.id;
+  }
+  REQUIRE(other.name(id) == "report.html");
+  CHECK_FALSE(lasting.name(id));
+  CHECK_FALSE(lasting.read(id, {"report.html"}));
+  CHECK(lasting.reports()->size() == 1);
+  ReportStore brief(folder.path(), std::chrono::milliseconds(0));
+  CHECK(brief.reports()->size() == 2);
+  write_file(folder / "gap3/report.html", html("Gap: quench"));
+  CHECK(test::eventually([&] { return brief.reports()->size() == 3; }));
+}
+
+TEST_CASE("no link and no odd file leads out") {
+  const TemporaryFolder folder;
+  write_file(folder / "secret.html", html("outside"));
+  write_file(folder / "state/evidence/one/evidence.json", "{}");
+  std::filesystem::create_symlink(folder / "secret.html", folder / "state/evidence/one/link.html");
+  std::filesystem::create_symlink(folder.path(), folder / "state/evidence/up");
+  REQUIRE(::mkfifo((folder / "state/evidence/one/pipe.html").c_str(), 0600) == 0);
+  ReportStore store(folder / "state");
+  CHECK(store.reports()->empty());
+  CHECK(store.evidence_file("one", "evidence.json") == "{}");
+  CHECK(store.evidence_files("one") == std::vector<std::string>{"evidence.json"});
+  for (const char* id : {"", ".", "..", "up", "one/..", "../state", "/etc"}) {
+    CHECK_FALSE(store.evidence_file(id, "secret.html"));
+    CHECK(store.evidence_files(id).empty());
+  }
+  CHECK_FALSE(store.evidence_file("one", "link.html"));
+  CHECK_FALSE(store.evidence_file("one", "pipe.html"));
+  CHECK_FALSE(store.evidence_file("one", "../one/evidence.json"));
+}
+
+}  // namespace loopwarden::tests::report_store_test
