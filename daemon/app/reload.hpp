@@ -24,10 +24,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
+#include "protocol/answers.hpp"
 
 namespace loopwarden::daemon::reload {
 
@@ -91,7 +90,7 @@ std::string why_held(const config::LoopConfig& wanted, const Output& output);
 
 // A line for each file and group of keys; none where nothing has another value.
 std::vector<std::string> to_lines(const Plan& plan);
-nlohmann::json to_json(const Plan& plan);
-nlohmann::json to_json(std::span<const config::Diagnostic> diagnostics);
+protocol::ReloadPlan told(const Plan& plan);
+std::vector<protocol::Diagnostic> told(std::span<const config::Diagnostic> diagnostics);
 
 }  // namespace loopwarden::daemon::reload

@@ -54,22 +54,21 @@ void ReloadQueue::by_signal() {
   add(std::move(job));
 }
 
-nlohmann::json ReloadQueue::state(std::uint64_t number) const {
+std::optional<protocol::ReloadState> ReloadQueue::state(std::uint64_t number) const {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(jobs_.begin(), jobs_.end(),
                                   [&](const auto& job) { return job->number == number; });
-  if (found == jobs_.end()) return nullptr;
+  if (found == jobs_.end()) return std::nullopt;
   const ReloadJob& job = **found;
   switch (job.state) {
-    case ReloadJob::State::waiting: return {{"state", "waiting"}};
-    case ReloadJob::State::reading: return {{"state", "reading"}};
-    case ReloadJob::State::taking: return {{"state", "taking"}};
+    case ReloadJob::State::waiting: return protocol::ReloadState{"waiting"};
+    case ReloadJob::State::reading: return protocol::ReloadState{"reading"};
+    case ReloadJob::State::taking: return protocol::ReloadState{"taking"};
     case ReloadJob::State::done: break;
   }
-  nlohmann::json all = job.result;
-  all["state"] = "done";
-  all["dry_run"] = job.dry_run;
-  all["on_disk"] =
+  protocol::ReloadState all{"done", job.result};
+  all.outcome->dry_run = job.dry_run;
+  all.outcome->on_disk =
       job.dry_run || journal_.wait_written(job.journal_ticket, std::chrono::milliseconds(0));
   return all;
 }
@@ -87,7 +86,8 @@ void ReloadQueue::set(ReloadJob& job, ReloadJob::State state) {
   job.state = state;
 }
 
-void ReloadQueue::finish(ReloadJob& job, nlohmann::json result, std::uint64_t journal_ticket) {
+void ReloadQueue::finish(ReloadJob& job, protocol::ReloadOutcome result,
+                         std::uint64_t journal_ticket) {
   const std::lock_guard lock(mutex_);
   job.result = std::move(result);
   job.journal_ticket = journal_ticket;

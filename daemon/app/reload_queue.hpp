@@ -6,11 +6,11 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
 #include "daemon/journal/journal.hpp"
+#include "protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 
@@ -21,7 +21,7 @@ struct ReloadJob {
   bool by_signal = false;
   bool dry_run = false;
   State state = State::waiting;
-  nlohmann::json result;  // once it is done
+  protocol::ReloadOutcome result;  // once it is done
   std::uint64_t journal_ticket = 0;
 };
 
@@ -33,13 +33,13 @@ class ReloadQueue {
   std::uint64_t post(const std::string& peer, bool dry_run);
   // SIGHUP. One that has not begun yet reads the files of after this one, too.
   void by_signal();
-  // "state" is waiting, reading, taking or done; null: there is no such reload any more.
-  nlohmann::json state(std::uint64_t number) const;
+  // Nothing: there is no such reload any more.
+  std::optional<protocol::ReloadState> state(std::uint64_t number) const;
 
   // Who carries them out. The oldest that waits; null: there is none.
   std::shared_ptr<ReloadJob> next() const;
   void set(ReloadJob& job, ReloadJob::State state);
-  void finish(ReloadJob& job, nlohmann::json result, std::uint64_t journal_ticket);
+  void finish(ReloadJob& job, protocol::ReloadOutcome result, std::uint64_t journal_ticket);
 
  private:
   std::uint64_t add(ReloadJob job);

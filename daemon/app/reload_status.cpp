@@ -28,11 +28,9 @@ std::uint32_t hash_of_mixture(std::uint32_t start, std::uint32_t files, const re
   return base::crc32(text);
 }
 
-void add_keys(nlohmann::json& all, const std::string& file,
+void add_keys(std::vector<protocol::WaitingKey>& all, const std::string& file,
               const std::vector<reload::Change>& changes) {
-  for (const reload::Change& change : changes) {
-    all.push_back({{"file", file}, {"key", change.key}, {"why", change.why}});
-  }
+  for (const reload::Change& change : changes) all.push_back({change.key, file, change.why});
 }
 
 }  // namespace
@@ -48,27 +46,24 @@ void ReloadStatus::taken(std::uint32_t files_hash) {
 }
 
 void ReloadStatus::publish(const reload::Plan& plan) {
-  nlohmann::json restart = nlohmann::json::array();
-  nlohmann::json output = nlohmann::json::array();
-  add_keys(restart, plan.daemon.file, plan.daemon.waiting_for_restart);
-  for (const reload::LoopPlan& loop : plan.loops) {
-    add_keys(restart, loop.keys.file, loop.keys.waiting_for_restart);
-    add_keys(output, loop.keys.file, loop.waiting_for_output);
-  }
   const bool waits = !plan.all_in_force();
-  nlohmann::json status = {{"files_hash", files_hash_},
-                           {"files_in_force", !waits && refused_.empty()},
-                           {"waiting_for_restart", std::move(restart)},
-                           {"waiting_for_output", std::move(output)},
-                           {"refused", refused_}};
+  protocol::ConfigurationStatus status;
+  status.refused = refused_;
+  status.files_hash = files_hash_;
+  status.files_in_force = !waits && refused_.empty();
+  add_keys(status.waiting_for_restart, plan.daemon.file, plan.daemon.waiting_for_restart);
+  for (const reload::LoopPlan& loop : plan.loops) {
+    add_keys(status.waiting_for_restart, loop.keys.file, loop.keys.waiting_for_restart);
+    add_keys(status.waiting_for_output, loop.keys.file, loop.waiting_for_output);
+  }
   config_hash_ = waits ? hash_of_mixture(start_hash_, files_hash_, plan) : files_hash_;
   const std::lock_guard lock(mutex_);
-  json_ = std::move(status);
+  status_ = std::move(status);
 }
 
-nlohmann::json ReloadStatus::json() const {
+protocol::ConfigurationStatus ReloadStatus::get() const {
   const std::lock_guard lock(mutex_);
-  return json_;
+  return status_;
 }
 
 }  // namespace loopwarden::daemon

@@ -7,9 +7,8 @@
 #include <mutex>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
 #include "daemon/app/reload.hpp"
+#include "protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 
@@ -23,7 +22,7 @@ class ReloadStatus {
   // `plan`: of the last files that were taken, as far as it has come.
   void publish(const reload::Plan& plan);
 
-  nlohmann::json json() const;
+  protocol::ConfigurationStatus get() const;
   // Of what is in force; of no set of files while something waits.
   std::uint32_t config_hash() const noexcept { return config_hash_.load(); }
 
@@ -33,7 +32,7 @@ class ReloadStatus {
   std::string refused_;  // why the newest files were refused; empty: they were not
   std::atomic<std::uint32_t> config_hash_;
   mutable std::mutex mutex_;
-  nlohmann::json json_;
+  protocol::ConfigurationStatus status_;
 };
 
 }  // namespace loopwarden::daemon

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plan in words and as JSON.
+// A plan in words, and as the sockets answer it.
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "daemon/app/reload.hpp"
@@ -45,15 +44,15 @@ std::string kept_line(const LoopPlan& loop) {
   return line;
 }
 
-nlohmann::json json_of(const std::vector<Change>& changes) {
-  nlohmann::json all = nlohmann::json::array();
+std::vector<protocol::KeyChange> told(const std::vector<Change>& changes) {
+  std::vector<protocol::KeyChange> all;
   for (const Change& change : changes) {
-    nlohmann::json one = {{"key", change.key}};
+    protocol::KeyChange one{.key = change.key};
     if (!change.from.empty()) {
-      one["from"] = change.from;
-      one["to"] = change.to;
+      one.from = change.from;
+      one.to = change.to;
     }
-    if (!change.why.empty()) one["why"] = change.why;
+    if (!change.why.empty()) one.why = change.why;
     all.push_back(std::move(one));
   }
   return all;
@@ -83,32 +82,31 @@ std::vector<std::string> to_lines(const Plan& plan) {
   return lines;
 }
 
-nlohmann::json to_json(const Plan& plan) {
-  nlohmann::json loops = nlohmann::json::array();
+protocol::ReloadPlan told(const Plan& plan) {
+  protocol::ReloadPlan all{
+      .daemon = {.file = plan.daemon.file,
+                 .applied = told(plan.daemon.applied),
+                 .waiting_for_restart = told(plan.daemon.waiting_for_restart)}};
   for (const LoopPlan& loop : plan.loops) {
-    loops.push_back({{"loop", loop.loop},
-                     {"file", loop.keys.file},
-                     {"decision", to_text(loop.decision)},
-                     {"applied", json_of(loop.keys.applied)},
-                     {"waiting_for_output", json_of(loop.waiting_for_output)},
-                     {"waiting_for_restart", json_of(loop.keys.waiting_for_restart)}});
+    all.loops.push_back({.loop = loop.loop,
+                         .file = loop.keys.file,
+                         .decision = to_text(loop.decision),
+                         .applied = told(loop.keys.applied),
+                         .waiting_for_output = told(loop.waiting_for_output),
+                         .waiting_for_restart = told(loop.keys.waiting_for_restart)});
   }
-  return {{"daemon",
-           {{"file", plan.daemon.file},
-            {"applied", json_of(plan.daemon.applied)},
-            {"waiting_for_restart", json_of(plan.daemon.waiting_for_restart)}}},
-          {"loops", std::move(loops)}};
+  return all;
 }
 
-nlohmann::json to_json(std::span<const config::Diagnostic> diagnostics) {
-  nlohmann::json all = nlohmann::json::array();
+std::vector<protocol::Diagnostic> told(std::span<const config::Diagnostic> diagnostics) {
+  std::vector<protocol::Diagnostic> all;
   for (const config::Diagnostic& d : diagnostics) {
-    all.push_back({{"file", d.file},
-                   {"line", d.place.line},
-                   {"column", d.place.column},
-                   {"level", d.level == config::Diagnostic::Level::error ? "error" : "warning"},
-                   {"key", d.key},
-                   {"message", d.message}});
+    all.push_back({.file = d.file,
+                   .level = d.level == config::Diagnostic::Level::error ? "error" : "warning",
+                   .key = d.key,
+                   .message = d.message,
+                   .line = d.place.line,
+                   .column = d.place.column});
   }
   return all;
 }

@@ -73,7 +73,8 @@ void Reloader::step() {
     if (current_.job->state == State::taking) throw;
     files_.forget();
     status_.refused(e.what());
-    queue_.finish(*current_.job, {{"outcome", "refused"}, {"why", e.what()}}, 0);
+    queue_.finish(*current_.job,
+                  {.outcome = "refused", .config_hash = config_hash(), .why = e.what()}, 0);
     current_.job = nullptr;
     ends_.ready();
     throw;
@@ -101,14 +102,15 @@ void Reloader::look_at_files() {
 }
 
 void Reloader::take(const ReadFiles& read) {
-  current_.diagnostics = reload::to_json(read.files.diagnostics);
+  current_.diagnostics = reload::told(read.files.diagnostics);
   const config::Configuration& wanted = *read.files;
   std::vector<reload::Output> outputs;
   for (std::size_t i = 0; i < loops_.size(); ++i) outputs.push_back(output(i));
   reload::Plan plan = reload::plan(in_force(), wanted, outputs);
   if (current_.job->dry_run) {
-    const char* outcome = plan.all_in_force() ? "in_force" : "waits";
-    finish(outcome, {{"plan", reload::to_json(plan)}}, reload::to_lines(plan));
+    finish({.outcome = plan.all_in_force() ? "in_force" : "waits",
+            .lines = reload::to_lines(plan),
+            .plan = reload::told(plan)});
     return;
   }
   for (const config::Diagnostic& d : read.files.diagnostics) {
@@ -155,14 +157,16 @@ void Reloader::finish_taking() {
                                             : "not everything in the files is in force");
   status_.publish(plan_);
   const std::uint64_t ticket = write_down(what_was_done(plan_));
-  finish(in_force ? "in_force" : "waits", {{"plan", reload::to_json(plan_)}}, std::move(lines),
+  finish({.outcome = in_force ? "in_force" : "waits",
+          .lines = std::move(lines),
+          .plan = reload::told(plan_)},
          ticket);
 }
 
 void Reloader::refuse(const ReadFiles& read) {
   const std::vector<config::Diagnostic>& diagnostics = read.files.diagnostics;
   const std::string why = read.error.empty() ? first_error(diagnostics) : read.error;
-  current_.diagnostics = reload::to_json(diagnostics);
+  current_.diagnostics = reload::told(diagnostics);
   std::vector<std::string> lines;
   for (const config::Diagnostic& d : diagnostics) lines.push_back(config::to_text(d));
   if (!read.error.empty()) lines.push_back(read.error);
@@ -176,15 +180,12 @@ void Reloader::refuse(const ReadFiles& read) {
     status_.publish(plan_);
     ticket = write_down("refused: " + why);
   }
-  finish("refused", {{"why", why}}, std::move(lines), ticket);
+  finish({.outcome = "refused", .lines = std::move(lines), .why = why}, ticket);
 }
 
-void Reloader::finish(const char* outcome, nlohmann::json result, std::vector<std::string> lines,
-                      std::uint64_t journal_ticket) {
-  result["outcome"] = outcome;
-  result["lines"] = std::move(lines);
-  result["diagnostics"] = std::exchange(current_.diagnostics, nullptr);
-  result["config_hash"] = config_hash();
+void Reloader::finish(protocol::ReloadOutcome result, std::uint64_t journal_ticket) {
+  result.diagnostics = std::exchange(current_.diagnostics, std::nullopt);
+  result.config_hash = config_hash();
   const bool dry_run = current_.job->dry_run;
   queue_.finish(*current_.job, std::move(result), journal_ticket);
   current_.job = nullptr;

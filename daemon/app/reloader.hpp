@@ -10,10 +10,9 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "config/loop_config.hpp"
 #include "daemon/app/configuration_files.hpp"
@@ -24,6 +23,7 @@
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/recorder/historian.hpp"
+#include "protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 
@@ -55,9 +55,11 @@ class Reloader {
 
   // Any thread. As in ReloadQueue.
   std::uint64_t post(const std::string& peer, bool dry_run) { return queue_.post(peer, dry_run); }
-  nlohmann::json state(std::uint64_t number) const { return queue_.state(number); }
+  std::optional<protocol::ReloadState> state(std::uint64_t number) const {
+    return queue_.state(number);
+  }
   // As in ReloadStatus.
-  nlohmann::json status() const { return status_.json(); }
+  protocol::ConfigurationStatus status() const { return status_.get(); }
   std::uint32_t config_hash() const noexcept { return status_.config_hash(); }
 
  private:
@@ -65,7 +67,7 @@ class Reloader {
   struct Current {
     std::shared_ptr<ReloadJob> job;  // null: none is
     std::uint32_t hash_before = 0;
-    nlohmann::json diagnostics;
+    std::optional<std::vector<protocol::Diagnostic>> diagnostics;
     std::chrono::steady_clock::time_point taking_since{};
   };
 
@@ -75,8 +77,7 @@ class Reloader {
   void follow_offers();
   void finish_taking();
   void refuse(const ReadFiles& read);
-  void finish(const char* outcome, nlohmann::json result, std::vector<std::string> lines,
-              std::uint64_t journal_ticket = 0);
+  void finish(protocol::ReloadOutcome result, std::uint64_t journal_ticket = 0);
   std::uint64_t write_down(const std::string& result) const;
   config::Configuration in_force() const;
   reload::Output output(std::size_t loop) const;

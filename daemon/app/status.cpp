@@ -2,15 +2,13 @@
 #include "daemon/app/status.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/clock.hpp"
 #include "daemon/app/assemble.hpp"
 #include "daemon/loops/loop_health.hpp"
 
 namespace loopwarden::daemon {
-
-using nlohmann::json;
 
 namespace {
 
@@ -20,100 +18,106 @@ double uptime_s(const Assembly& parts) {
   return static_cast<double>(base::MonotonicClock().now_ns() - parts.origin.started_ns) / 1e9;
 }
 
-json histogram_json(const rt::LatencyHistogram& h) {
-  return {{"p50", microseconds(h.quantile_ns(0.5))},
-          {"p99", microseconds(h.quantile_ns(0.99))},
-          {"p99_9", microseconds(h.quantile_ns(0.999))},
-          {"worst", microseconds(h.worst_ns)},
-          {"sum", microseconds(h.sum_ns)},
-          {"bins", h.bins}};
+protocol::Histogram histogram_of(const rt::LatencyHistogram& h) {
+  return {.p50 = microseconds(h.quantile_ns(0.5)),
+          .p99 = microseconds(h.quantile_ns(0.99)),
+          .p99_9 = microseconds(h.quantile_ns(0.999)),
+          .worst = microseconds(h.worst_ns),
+          .sum = microseconds(h.sum_ns),
+          .bins = {h.bins.begin(), h.bins.end()}};
 }
 
-json journal_json(const journal::Journal& journal) {
+protocol::JournalStatus journal_of(const journal::Journal& journal) {
   const journal::JournalStatus lines = journal.status();
-  return {{"file", journal.path().string()}, {"written", lines.written},
-          {"waiting", lines.waiting},        {"lost", lines.lost},
-          {"damaged", lines.damaged},        {"error", lines.error}};
+  return {.error = lines.error,
+          .file = journal.path().string(),
+          .written = lines.written,
+          .waiting = lines.waiting,
+          .lost = lines.lost,
+          .damaged = lines.damaged};
 }
 
-json evidence_json(const EvidenceStatus& kept) {
-  return {{"written", kept.written},
-          {"waiting", kept.waiting},
-          {"lost", kept.lost},
-          {"error", kept.error},
-          {"removal_error", kept.removal_error}};
+protocol::EvidenceStatus evidence_of(const EvidenceStatus& kept) {
+  return {.error = kept.error,
+          .removal_error = kept.removal_error,
+          .written = kept.written,
+          .waiting = kept.waiting,
+          .lost = kept.lost};
 }
 
-json explanations_json(const ExplainerStatus& explained) {
-  return {{"explained", explained.explained},
-          {"failed", explained.failed},
-          {"waiting", explained.waiting}};
+protocol::ExplanationsStatus explanations_of(const ExplainerStatus& explained) {
+  return {
+      .explained = explained.explained, .failed = explained.failed, .waiting = explained.waiting};
 }
 
-json monitor_json(const monitor::MonitorStatus& watched) {
-  return {{"windows", watched.windows},
-          {"cycles", watched.cycles},
-          {"dropped", watched.dropped},
-          {"backlog", watched.backlog}};
+protocol::MonitorStatus monitor_of(const monitor::MonitorStatus& watched) {
+  return {.windows = watched.windows,
+          .cycles = watched.cycles,
+          .dropped = watched.dropped,
+          .backlog = watched.backlog};
 }
 
-json modbus_json(const gateway::Gateway& gateway) {
+protocol::ModbusServer modbus_of(const gateway::Gateway& gateway) {
   const gateway::TcpServerCounters c = gateway.counters();
-  json server = {{"port", gateway.port()},  {"clients", c.clients}, {"requests", c.requests},
-                 {"accepted", c.accepted},  {"refused", c.refused}, {"displaced", c.displaced},
-                 {"malformed", c.malformed}};
+  protocol::ModbusServer server{.port = gateway.port(),
+                                .clients = c.clients,
+                                .requests = c.requests,
+                                .accepted = c.accepted,
+                                .refused = c.refused,
+                                .displaced = c.displaced,
+                                .malformed = c.malformed};
   if (const auto serial = gateway.serial_counters()) {
-    server["serial"] = {
-        {"open", serial->open}, {"requests", serial->requests}, {"malformed", serial->malformed}};
+    server.serial = protocol::SerialServer{serial->open, serial->requests, serial->malformed};
   }
   return server;
 }
 
-json rights_json(const config::SocketRights& rights) {
-  return {{"alarms", rights.alarms}, {"control", rights.control}};
+protocol::SocketRights rights_of(const config::SocketRights& rights) {
+  return {.alarms = rights.alarms, .control = rights.control};
 }
 
 }  // namespace
 
-json status_of(const Assembly& parts) {
+protocol::DaemonStatus status_of(const Assembly& parts) {
   const rt::RunnerStatus runner = parts.loops.status();
-  return {{"version", LOOPWARDEN_VERSION},
-          {"config_hash", parts.reloader.config_hash()},
-          {"configuration", parts.reloader.status()},
-          {"recorder", {{"disk_wait_s", parts.historian.recorder().disk_wait_s()}}},
-          {"log_lines_lost", parts.origin.log_lines_lost ? parts.origin.log_lines_lost() : 0},
-          {"model_hash", parts.origin.model_hash},
-          {"journal", journal_json(parts.journal)},
-          {"evidence", evidence_json(parts.evidence.store().status())},
-          {"explanations", explanations_json(parts.evidence.explainer().status())},
-          {"monitor", monitor_json(parts.watching.monitor->status())},
-          {"modbus_server", parts.modbus ? modbus_json(parts.modbus->gateway) : json(nullptr)},
-          {"uptime_s", uptime_s(parts)},
-          {"accelerate", parts.configuration.daemon.accelerate},
-          {"real_time_missing", parts.loops.rights_missing()},
-          {"ticks", runner.ticks},
-          {"overruns", runner.overruns},
-          {"skipped_ticks", runner.skipped_ticks},
-          {"events_dropped", parts.loops.events_dropped()},
-          {"wake_up_us", histogram_json(runner.wake_up)},
-          {"work_us", histogram_json(runner.work)}};
+  return {.version = LOOPWARDEN_VERSION,
+          .config_hash = parts.reloader.config_hash(),
+          .model_hash = parts.origin.model_hash,
+          .configuration = parts.reloader.status(),
+          .recorder = {parts.historian.recorder().disk_wait_s()},
+          .log_lines_lost = parts.origin.log_lines_lost ? parts.origin.log_lines_lost() : 0,
+          .journal = journal_of(parts.journal),
+          .evidence = evidence_of(parts.evidence.store().status()),
+          .explanations = explanations_of(parts.evidence.explainer().status()),
+          .monitor = monitor_of(parts.watching.monitor->status()),
+          .modbus_server =
+              parts.modbus ? std::optional(modbus_of(parts.modbus->gateway)) : std::nullopt,
+          .uptime_s = uptime_s(parts),
+          .accelerate = parts.configuration.daemon.accelerate,
+          .real_time_missing = parts.loops.rights_missing(),
+          .ticks = runner.ticks,
+          .overruns = runner.overruns,
+          .skipped_ticks = runner.skipped_ticks,
+          .events_dropped = parts.loops.events_dropped(),
+          .wake_up_us = histogram_of(runner.wake_up),
+          .work_us = histogram_of(runner.work)};
 }
 
-json description_of(const Assembly& parts) {
+protocol::Description description_of(const Assembly& parts) {
   const console::Rights rights = parts.control.rights();
   const config::DaemonConfig& config = parts.configuration.daemon;
-  return {{"version", LOOPWARDEN_VERSION},
-          {"config_hash", parts.reloader.config_hash()},
-          {"model_hash", parts.origin.model_hash},
-          {"accelerate", config.accelerate},
-          {"started_ms", parts.origin.started_ms},
-          {"state_directory", config.state_directory},
-          {"page", rights_json(rights.page)},
-          {"edge", rights_json(rights.edge)},
-          {"alarms",
-           {{"severe_percent", config.alarms.severe_percent},
-            {"latching", config.alarms.settings.latching},
-            {"shelve_limit_min", config.alarms.settings.shelve_limit_ms / 60'000}}}};
+  const config::Alarms& alarms = config.alarms;
+  return {.version = LOOPWARDEN_VERSION,
+          .config_hash = parts.reloader.config_hash(),
+          .model_hash = parts.origin.model_hash,
+          .accelerate = config.accelerate,
+          .started_ms = parts.origin.started_ms,
+          .state_directory = config.state_directory,
+          .page = rights_of(rights.page),
+          .edge = rights_of(rights.edge),
+          .alarms = {.severe_percent = alarms.severe_percent,
+                     .latching = alarms.settings.latching,
+                     .shelve_limit_min = alarms.settings.shelve_limit_ms / 60'000}};
 }
 
 gateway::BoxReading box_reading_of(const Assembly& parts) {

@@ -2,18 +2,17 @@
 // What the sockets and the Modbus server show of the daemon as a whole. Any thread.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "daemon/gateway/map_values.hpp"
+#include "protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 
 struct Assembly;
 
 // `daemon` of the request "status".
-nlohmann::json status_of(const Assembly& parts);
-// Of the request "describe", what is not about one loop.
-nlohmann::json description_of(const Assembly& parts);
+protocol::DaemonStatus status_of(const Assembly& parts);
+// Of the request "describe", without the loops.
+protocol::Description description_of(const Assembly& parts);
 // For the registers.
 gateway::BoxReading box_reading_of(const Assembly& parts);
 

@@ -4,12 +4,13 @@
 #include <spdlog/spdlog.h>
 
 #include <exception>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <variant>
 
 #include "daemon/console/metrics.hpp"
 #include "daemon/console/request.hpp"
-#include "daemon/console/status_json.hpp"
+#include "daemon/console/status.hpp"
 #include "base/group_access.hpp"
 
 namespace loopwarden::daemon {
@@ -169,8 +170,9 @@ LocalServer::Answer ControlServer::answer(std::string_view line, SocketName sock
                                           unsigned peer_uid) {
   LocalServer::Answer answer;
   std::string now = console::answer_line(line, [&](const nlohmann::json& request) -> std::string {
-    const std::string what = console::wanted_text(request, "request");
-    const console::Sender sender = console::sender_of(request, socket, peer_uid);
+    const std::string what = protocol::name_of(request);
+    const console::Sender sender =
+        console::sender_of(request.get<protocol::Person>(), socket, peer_uid);
     check_allowed(what, socket);
     if (!console::is_order(what)) return readings_.answer(what, request);
     answer = orders_.answer(what, request, sender);

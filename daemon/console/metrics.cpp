@@ -6,6 +6,7 @@
 
 #include <array>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <system_error>
 #include <utility>

@@ -8,12 +8,13 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "daemon/console/readings.hpp"
 #include "daemon/console/request.hpp"
-#include "daemon/console/status_json.hpp"
+#include "daemon/console/status.hpp"
 #include "daemon/loops/loop_orders.hpp"
 #include "daemon/orders/order_text.hpp"
 
@@ -34,91 +35,83 @@ std::chrono::milliseconds patience_for(const Sender& sender) {
   return sender.socket == SocketName::control ? kDiskPatience : kLimitedDiskPatience;
 }
 
-control::Mode wanted_mode(const json& request) {
+// What `words` has for a word, or RequestError with `otherwise`.
+template <class Meaning>
+Meaning meant_by(const std::string& word, const std::map<std::string, Meaning>& words,
+                 const char* otherwise) {
+  const auto meaning = words.find(word);
+  if (meaning == words.end()) throw RequestError(otherwise);
+  return meaning->second;
+}
+
+control::Mode wanted_mode(const std::string& word) {
   static const std::map<std::string, control::Mode> kModes{{"auto", control::Mode::automatic},
                                                            {"automatic", control::Mode::automatic},
                                                            {"man", control::Mode::manual},
                                                            {"manual", control::Mode::manual}};
-  const auto mode = kModes.find(wanted_text(request, "mode"));
-  if (mode == kModes.end()) throw RequestError("mode is auto or man");
-  return mode->second;
+  return meant_by(word, kModes, "mode is auto or man");
 }
 
-rt::Expectation wanted_expectation(const json& expect) {
-  if (!expect.is_object()) throw RequestError("expect is an object");
+rt::Expectation wanted_expectation(const protocol::Expected& expect) {
   rt::Expectation expected;
-  for (const auto& [key, value] : expect.items()) {
-    if (key == "set_point") {
-      expected.set_point = wanted_number(expect, "set_point");
-    } else if (key == "output") {
-      expected.output = value.is_null() ? rt::kOutputNotKnown : wanted_number(expect, "output");
-    } else if (key == "mode") {
-      expected.mode = wanted_mode(expect);
-    } else {
-      // What is not looked at must not seem to be.
-      throw RequestError("expect has set_point, output and mode, not '" + key + "'");
-    }
+  if (expect.set_point) expected.set_point = *expect.set_point;
+  if (expect.output) {
+    expected.output = std::isnan(*expect.output) ? rt::kOutputNotKnown : *expect.output;
   }
+  if (expect.mode) expected.mode = wanted_mode(*expect.mode);
   return expected;
 }
 
 // As one order, with what its sender has seen.
-rt::Order wanted_order(const json& request) {
+rt::Order wanted_order(const protocol::SetRequest& request) {
+  static const std::map<std::string, rt::JacketWish> kJacket{
+      {"off", rt::JacketWish::off}, {"shadow", rt::JacketWish::shadow}, {"on", rt::JacketWish::on}};
   rt::Order order;
-  if (request.contains("set_point")) order.set_point = wanted_number(request, "set_point");
-  if (request.contains("output")) order.output = wanted_number(request, "output");
-  if (request.contains("mode")) order.mode = wanted_mode(request);
-  if (request.contains("jacket")) {
-    static const std::map<std::string, rt::JacketWish> kJacket{{"off", rt::JacketWish::off},
-                                                               {"shadow", rt::JacketWish::shadow},
-                                                               {"on", rt::JacketWish::on}};
-    const auto wish = kJacket.find(wanted_text(request, "jacket"));
-    if (wish == kJacket.end()) throw RequestError("jacket is off, shadow or on");
-    order.jacket = wish->second;
+  order.set_point = request.set_point;
+  order.output = request.output;
+  if (request.mode) order.mode = wanted_mode(*request.mode);
+  if (request.jacket) {
+    order.jacket = meant_by(*request.jacket, kJacket, "jacket is off, shadow or on");
   }
-  if (request.contains("expect")) order.expected = wanted_expectation(request.at("expect"));
+  if (request.expect) order.expected = wanted_expectation(*request.expect);
   return order;
 }
 
-// An operator's words; may be missing.
-std::string reason_of(const json& request) { return optional_text(request, "reason", 200); }
-
-model::AlarmAction wanted_action(const json& request) {
+model::AlarmAction wanted_action(const std::string& word) {
   static const std::map<std::string, model::AlarmAction> kActions{
       {"acknowledge", model::AlarmAction::acknowledge},
       {"reset", model::AlarmAction::reset},
       {"shelve", model::AlarmAction::shelve},
       {"unshelve", model::AlarmAction::unshelve}};
-  const auto action = kActions.find(wanted_text(request, "action"));
-  if (action == kActions.end()) {
-    throw RequestError("action is acknowledge, reset, shelve or unshelve");
-  }
-  return action->second;
+  return meant_by(word, kActions, "action is acknowledge, reset, shelve or unshelve");
 }
 
 }  // namespace
 
 LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& request,
                                            const Sender& sender) {
-  if (what == "set") return done(set(request, sender));
-  if (what == "order") return done(order(request));
-  if (what == "record") return done(record(request, sender));
-  if (what == "alarm") return alarm(request, sender);
-  if (what == "acknowledge_all") return acknowledge_all(request, sender);
-  if (what == "reload") return done(reload(request, sender));
-  if (what == "reload_state") return done(reload_state(request));
-  return veto(request, sender);
+  if (what == protocol::SetRequest::kName) return done(set(request, sender));
+  if (what == protocol::OrderRequest::kName) return done(order(request));
+  if (what == protocol::RecordRequest::kName) return done(record(request, sender));
+  if (what == protocol::AlarmRequest::kName) return alarm(request, sender);
+  if (what == protocol::AcknowledgeAllRequest::kName) return acknowledge_all(request, sender);
+  if (what == protocol::ReloadStateRequest::kName) return done(reload_state(request));
+  if (what == protocol::VetoRequest::kName) return veto(request, sender);
+  // The files are read elsewhere: nobody waits for the disk here.
+  const bool dry_run = request.get<protocol::ReloadRequest>().dry_run.value_or(false);
+  return done(protocol::ReloadNumber{parts_.reload(sender.peer, dry_run)});
 }
 
-LocalServer::Answer OperatorOrders::when_written(json reply, std::uint64_t ticket,
+template <class Reply>
+LocalServer::Answer OperatorOrders::when_written(Reply reply, std::uint64_t ticket,
                                                  const Sender& sender) const {
   using Clock = std::chrono::steady_clock;
   return [&journal = parts_.journal, reply = std::move(reply), ticket,
           until = Clock::now() + patience_for(sender)]() mutable -> std::optional<std::string> {
     const journal::Written written = journal.written(ticket);
     if (written == journal::Written::not_yet && Clock::now() < until) return std::nullopt;
-    reply["on_disk"] = written == journal::Written::yes;
-    return done(std::move(reply));
+    reply.on_disk = written == journal::Written::yes;
+    return done(reply);
   };
 }
 
@@ -180,8 +173,9 @@ std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& ord
   return lines;
 }
 
-json OperatorOrders::set(const json& request, const Sender& sender) {
-  const std::size_t index = loop_index(parts_, request);
+protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
+                                         const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
   const rt::LoopSettings settings = parts_.loops[index].settings->get();
   const rt::Order order = wanted_order(request);
   std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);
@@ -196,7 +190,7 @@ json OperatorOrders::set(const json& request, const Sender& sender) {
     why = "too many commands at once; nothing of this order was taken";
   }
   spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(index), sender.peer,
-               request.dump(), why.empty() ? "" : " refused: ", why);
+               json(request).dump(), why.empty() ? "" : " refused: ", why);
   if (!why.empty()) {
     for (journal::JournalEntry& line : lines) {
       line.result = "refused: " + why;
@@ -209,50 +203,55 @@ json OperatorOrders::set(const json& request, const Sender& sender) {
   if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
     parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
   }
-  return {{"order", number}, {"sample_time_s", parts_.loops[index].config.sample_time_s}};
+  return {.order = number, .sample_time_s = parts_.loops[index].config.sample_time_s};
 }
 
 namespace {
 
 // Of an order that held for another value only: the one in force, under its key in `set`.
-json changed_value(const orders::Outcome& outcome) {
+std::optional<protocol::InForce> changed_value(const orders::Outcome& outcome) {
   switch (outcome.refusal) {
     case rt::Refusal::mode_changed:
-      return {{"mode", outcome.now.mode == control::Mode::manual ? "manual" : "automatic"}};
-    case rt::Refusal::set_point_changed: return {{"set_point", number(outcome.now.set_point)}};
-    case rt::Refusal::output_changed: return {{"output", number(outcome.now.output)}};
-    default: return nullptr;
+      return protocol::InForce{.mode = outcome.now.mode == control::Mode::manual ? "manual"
+                                                                                 : "automatic"};
+    case rt::Refusal::set_point_changed:
+      return protocol::InForce{.set_point = outcome.now.set_point};
+    case rt::Refusal::output_changed: return protocol::InForce{.output = outcome.now.output};
+    default: return std::nullopt;
   }
 }
 
 }  // namespace
 
-json OperatorOrders::order(const json& request) {
-  orders::OrderDesk& desk = this->desk(loop_index(parts_, request));
-  const std::uint64_t number = optional_count(request, "order", 0);
+protocol::OrderState OperatorOrders::order(const protocol::OrderRequest& request) {
+  orders::OrderDesk& desk = this->desk(loop_index(parts_, request.loop));
+  const std::uint64_t number = request.order.value_or(0);
   if (number < 1 || number > desk.newest()) throw RequestError("there is no such order");
   if (const std::optional<orders::Outcome> outcome = desk.outcome(number)) {
-    return {{"state", outcome->why.empty() ? "done" : "refused"},
-            {"why", outcome->why},
-            {"now", changed_value(*outcome)},
-            {"on_disk",
-             parts_.journal.wait_written(outcome->journal_ticket, std::chrono::milliseconds(0))}};
+    return {.state = outcome->why.empty() ? "done" : "refused",
+            .outcome =
+                protocol::OrderOutcome{.why = outcome->why,
+                                       .now = changed_value(*outcome),
+                                       .on_disk = parts_.journal.wait_written(
+                                           outcome->journal_ticket, std::chrono::milliseconds(0))}};
   }
   bool waits = false;
   desk.for_each_waiting([&](const rt::Order& one) { waits = waits || one.number == number; });
   if (!waits) throw RequestError("what became of that order is in the journal");
-  return {{"state", "waiting"}};
+  return {.state = "waiting"};
 }
 
-json OperatorOrders::record(const json& request, const Sender& sender) {
-  const std::size_t index = loop_index(parts_, request);
+protocol::RecordFile OperatorOrders::record(const protocol::RecordRequest& request,
+                                            const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
   Recorder& recorder = parts_.historian.recorder();
-  const bool stop = request.contains("stop");
+  const bool stop = request.stop.has_value();
   journal::JournalEntry line = line_of(index, sender.peer);
   line.what = stop ? "record stopped" : "record started";
   std::string file;
   try {
-    line.new_value = stop ? std::string() : wanted_text(request, "start");
+    if (!stop && !request.start) throw RequestError("a text is needed for \"start\"");
+    line.new_value = stop ? std::string() : *request.start;
     file = stop ? recorder.stop_csv(index, kRecordPatience)
                 : recorder.start_csv(index, line.new_value, kRecordPatience);
   } catch (const std::exception& e) {
@@ -263,19 +262,20 @@ json OperatorOrders::record(const json& request, const Sender& sender) {
   line.new_value = file;
   line.result = file.empty() ? "no record was being written" : "done";
   parts_.journal.post(std::move(line));
-  return {{"file", file}};
+  return {file};
 }
 
-LocalServer::Answer OperatorOrders::alarm(const json& request, const Sender& sender) {
+LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
+                                          const Sender& sender) {
   constexpr std::uint64_t kMostMinutes = 24UL * 60UL;
-  const std::size_t index = loop_index(parts_, request);
+  const std::size_t index = loop_index(parts_, request.loop);
   monitor::AlarmOrder order;
-  order.kind = wanted_alarm(request);
-  order.action = wanted_action(request);
+  order.kind = wanted_alarm(request.alarm);
+  order.action = wanted_action(request.action);
   order.peer = sender.peer;
-  order.reason = reason_of(request);
+  order.reason = short_text(request.reason, "reason");
   if (order.action == model::AlarmAction::shelve) {
-    const std::uint64_t minutes = optional_count(request, "minutes", 0);
+    const std::uint64_t minutes = request.minutes.value_or(0);
     if (minutes < 1 || minutes > kMostMinutes) {
       throw RequestError("minutes must be a whole number from 1 to 1440");
     }
@@ -284,44 +284,36 @@ LocalServer::Answer OperatorOrders::alarm(const json& request, const Sender& sen
   const monitor::OrderResult result = parts_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
   const monitor::LoopWatch watch = parts_.board.watch(index);
-  return when_written(
-      {{"alarm", alarm_json(parts_.board.name(index), order.kind, watch.alarms.alarm(order.kind))}},
-      result.ticket, sender);
+  return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind,
+                                                             watch.alarms.alarm(order.kind))},
+                      result.ticket, sender);
 }
 
-LocalServer::Answer OperatorOrders::acknowledge_all(const json& request, const Sender& sender) {
-  const monitor::Acknowledged done =
-      parts_.board.acknowledge_all(model::kAlarmKinds, sender.peer, reason_of(request));
-  json alarms = json::array();
+LocalServer::Answer OperatorOrders::acknowledge_all(const protocol::AcknowledgeAllRequest& request,
+                                                    const Sender& sender) {
+  const monitor::Acknowledged done = parts_.board.acknowledge_all(
+      model::kAlarmKinds, sender.peer, short_text(request.reason, "reason"));
+  protocol::AllAcknowledged all;
   for (const auto& [loop, kind] : done.alarms) {
-    alarms.push_back({{"loop", parts_.board.name(loop)}, {"alarm", model::to_text(kind)}});
+    all.acknowledged.push_back({parts_.board.name(loop), model::to_text(kind)});
   }
-  return when_written({{"acknowledged", std::move(alarms)}}, done.ticket, sender);
+  return when_written(std::move(all), done.ticket, sender);
 }
 
-LocalServer::Answer OperatorOrders::veto(const json& request, const Sender& sender) {
-  const std::size_t index = loop_index(parts_, request);
-  const auto wanted = request.find("veto");
-  if (wanted == request.end() || !wanted->is_boolean()) {
-    throw RequestError("veto must be true or false");
-  }
+LocalServer::Answer OperatorOrders::veto(const protocol::VetoRequest& request,
+                                         const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
   const monitor::OrderResult result =
-      parts_.board.set_veto(index, wanted->get<bool>() ? model::Veto::back : model::Veto::none,
-                            sender.peer, reason_of(request));
+      parts_.board.set_veto(index, request.veto ? model::Veto::back : model::Veto::none,
+                            sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
-  return when_written(json::object(), result.ticket, sender);
+  return when_written(protocol::Vetoed{}, result.ticket, sender);
 }
 
-// The files are read elsewhere: nobody waits for the disk here.
-json OperatorOrders::reload(const json& request, const Sender& sender) {
-  return {{"reload", parts_.reload(sender.peer, optional_flag(request, "dry_run"))}};
-}
-
-json OperatorOrders::reload_state(const json& request) {
-  json state = parts_.reload_state(optional_count(request, "reload", 0));
-  if (state.is_null())
-    throw RequestError("there is no such reload; the journal has the older ones");
-  return state;
+protocol::ReloadState OperatorOrders::reload_state(const protocol::ReloadStateRequest& request) {
+  std::optional<protocol::ReloadState> state = parts_.reload_state(request.reload.value_or(0));
+  if (!state) throw RequestError("there is no such reload; the journal has the older ones");
+  return std::move(*state);
 }
 
 }  // namespace loopwarden::daemon::console

@@ -10,12 +10,13 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/console/parts.hpp"
 #include "daemon/console/sender.hpp"
 #include "daemon/orders/order_desk.hpp"
 #include "base/local_server.hpp"
+#include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -36,17 +37,18 @@ class OperatorOrders {
   void close();
 
  private:
-  nlohmann::json set(const nlohmann::json& request, const Sender& sender);
-  nlohmann::json order(const nlohmann::json& request);
-  nlohmann::json record(const nlohmann::json& request, const Sender& sender);
-  base::LocalServer::Answer alarm(const nlohmann::json& request, const Sender& sender);
-  base::LocalServer::Answer acknowledge_all(const nlohmann::json& request, const Sender& sender);
-  base::LocalServer::Answer veto(const nlohmann::json& request, const Sender& sender);
+  protocol::OrderTaken set(const protocol::SetRequest& request, const Sender& sender);
+  protocol::OrderState order(const protocol::OrderRequest& request);
+  protocol::RecordFile record(const protocol::RecordRequest& request, const Sender& sender);
+  base::LocalServer::Answer alarm(const protocol::AlarmRequest& request, const Sender& sender);
+  base::LocalServer::Answer acknowledge_all(const protocol::AcknowledgeAllRequest& request,
+                                            const Sender& sender);
+  base::LocalServer::Answer veto(const protocol::VetoRequest& request, const Sender& sender);
   // `reply`, with "on_disk".
-  base::LocalServer::Answer when_written(nlohmann::json reply, std::uint64_t ticket,
+  template <class Reply>
+  base::LocalServer::Answer when_written(Reply reply, std::uint64_t ticket,
                                          const Sender& sender) const;
-  nlohmann::json reload(const nlohmann::json& request, const Sender& sender);
-  nlohmann::json reload_state(const nlohmann::json& request);
+  protocol::ReloadState reload_state(const protocol::ReloadStateRequest& request);
   orders::OrderDesk& desk(std::size_t loop);
   // Lines for the journal, without their results: of an operator's action, of each part of an order.
   journal::JournalEntry line_of(std::size_t loop, const std::string& peer) const;

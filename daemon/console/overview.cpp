@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <limits>
 #include <vector>
 
-#include "daemon/console/compact_text.hpp"
 #include "daemon/loops/loop_health.hpp"
 
 namespace loopwarden::daemon::console {
@@ -15,6 +13,7 @@ namespace {
 
 namespace model = loopwarden::monitor;
 using model::AlarmState;
+using protocol::Column;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -87,55 +86,46 @@ std::vector<Glance> glance_at(const Parts& parts) {
   return all;
 }
 
-struct Column {
-  const char* name;
+struct Source {
+  protocol::Column column;
   double (*value)(const Glance& glance);
   bool of_row = true;  // not known before the first cycle
 };
 
-constexpr std::array kColumns{
-    Column{"period", [](const Glance& g) { return static_cast<double>(g.row.period_index); }},
-    Column{"pv", [](const Glance& g) { return g.row.pv; }},
-    Column{"sp", [](const Glance& g) { return g.row.sp; }},
-    Column{"co", [](const Glance& g) { return g.row.co; }},
-    Column{"stem", [](const Glance& g) { return g.row.stem; }},
-    Column{"mode", [](const Glance& g) { return static_cast<double>(g.row.mode); }},
-    Column{"requested_mode",
+constexpr std::array kSources{
+    Source{Column::period, [](const Glance& g) { return static_cast<double>(g.row.period_index); }},
+    Source{Column::pv, [](const Glance& g) { return g.row.pv; }},
+    Source{Column::sp, [](const Glance& g) { return g.row.sp; }},
+    Source{Column::co, [](const Glance& g) { return g.row.co; }},
+    Source{Column::stem, [](const Glance& g) { return g.row.stem; }},
+    Source{Column::mode, [](const Glance& g) { return static_cast<double>(g.row.mode); }},
+    Source{Column::requested_mode,
            [](const Glance& g) { return static_cast<double>(g.row.requested_mode); }},
-    Column{"fault", [](const Glance& g) { return static_cast<double>(g.row.fault); }},
-    Column{"quality", [](const Glance& g) { return static_cast<double>(g.row.pv_quality); }},
-    Column{"flags", [](const Glance& g) { return static_cast<double>(g.row.flags); }},
-    Column{"pv_age_ms", [](const Glance& g) { return static_cast<double>(g.row.age_ms); }},
-    Column{"ne107", [](const Glance& g) { return g.ne107; }},
-    Column{"alarm", [](const Glance& g) { return g.alarm; }, false},
-    Column{"alarm_kind", [](const Glance& g) { return g.alarm_kind; }, false},
-    Column{"alarms_unacknowledged", [](const Glance& g) { return g.unacknowledged; }, false},
-    Column{"condition", [](const Glance& g) { return g.condition; }, false},
+    Source{Column::fault, [](const Glance& g) { return static_cast<double>(g.row.fault); }},
+    Source{Column::quality, [](const Glance& g) { return static_cast<double>(g.row.pv_quality); }},
+    Source{Column::flags, [](const Glance& g) { return static_cast<double>(g.row.flags); }},
+    Source{Column::pv_age_ms, [](const Glance& g) { return static_cast<double>(g.row.age_ms); }},
+    Source{Column::ne107, [](const Glance& g) { return g.ne107; }},
+    Source{Column::alarm, [](const Glance& g) { return g.alarm; }, false},
+    Source{Column::alarm_kind, [](const Glance& g) { return g.alarm_kind; }, false},
+    Source{Column::alarms_unacknowledged, [](const Glance& g) { return g.unacknowledged; }, false},
+    Source{Column::condition, [](const Glance& g) { return g.condition; }, false},
 };
-
-void put_column(std::string& text, const Column& column, const std::vector<Glance>& all) {
-  text += ",\"";
-  text += column.name;
-  text += "\":[";
-  for (const Glance& glance : all) {
-    put(text, glance.known || !column.of_row ? column.value(glance) : kUnknown);
-    text += ',';
-  }
-  if (text.back() == ',') text.pop_back();
-  text += ']';
-}
+static_assert(kSources.size() == protocol::kColumns);
 
 }  // namespace
 
-std::string overview(const Parts& parts) {
+protocol::Overview overview(const Parts& parts) {
   const std::vector<Glance> all = glance_at(parts);
-  std::string text;
-  text.reserve(200 + 100 * all.size());
-  fmt::format_to(std::back_inserter(text), R"({{"ok":true,"now_ms":{},"config_hash":{})",
-                 parts.board.now_ms(), parts.config_hash());
-  for (const Column& column : kColumns) put_column(text, column, all);
-  text += '}';
-  return text;
+  protocol::Overview overview{.now_ms = parts.board.now_ms(), .config_hash = parts.config_hash()};
+  for (const Source& source : kSources) {
+    std::vector<double>& values = overview[source.column];
+    values.reserve(all.size());
+    for (const Glance& glance : all) {
+      values.push_back(glance.known || !source.of_row ? source.value(glance) : kUnknown);
+    }
+  }
+  return overview;
 }
 
 }  // namespace loopwarden::daemon::console

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// All loops at a glance: the answer to `overview`, a line of JSON.
-//
-// One column for each quantity, in the order of the loops, numbers in at most six digits. It is asked for several times
-// a second, of a thousand loops: no document is built on the way to the text.
+// All loops at a glance: the answer to `overview`.
 #pragma once
 
-#include <string>
-
 #include "daemon/console/parts.hpp"
+#include "protocol/overview.hpp"
 
 namespace loopwarden::daemon::console {
 
-std::string overview(const Parts& parts);
+protocol::Overview overview(const Parts& parts);
 
 }  // namespace loopwarden::daemon::console

@@ -3,10 +3,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/gateway/map_values.hpp"
@@ -14,6 +13,7 @@
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/recorder/historian.hpp"
+#include "protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -25,13 +25,13 @@ struct Parts {
   monitor::WatchBoard& board;
   journal::Journal& journal;
   const EvidenceStore& evidence;
-  double severe_percent;                            // % of the CO span
-  std::function<nlohmann::json()> daemon_status;    // of the status, what is not about one loop
-  std::function<nlohmann::json()> box_description;  // of `describe`, the same
-  std::function<std::uint32_t()> config_hash;       // of what is in force
-  // A number to ask for, or std::runtime_error; what has become of it, null: there is no such.
+  double severe_percent;  // % of the CO span
+  std::function<protocol::DaemonStatus()> daemon_status;
+  std::function<protocol::Description()> box_description;  // without the loops
+  std::function<std::uint32_t()> config_hash;              // of what is in force
+  // A number to ask for, or std::runtime_error; what has become of it, nothing: there is no such.
   std::function<std::uint64_t(const std::string& peer, bool dry_run)> reload;
-  std::function<nlohmann::json(std::uint64_t number)> reload_state;
+  std::function<std::optional<protocol::ReloadState>(std::uint64_t number)> reload_state;
   std::function<gateway::BoxReading()> box;             // for the registers
   std::function<gateway::ServerState()> modbus_server;  // the same
 };

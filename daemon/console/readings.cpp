@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -12,7 +12,7 @@
 #include "daemon/console/overview.hpp"
 #include "daemon/console/registers.hpp"
 #include "daemon/console/request.hpp"
-#include "daemon/console/status_json.hpp"
+#include "daemon/console/status.hpp"
 #include "daemon/loops/loop_health.hpp"
 
 namespace loopwarden::daemon::console {
@@ -22,8 +22,7 @@ namespace model = loopwarden::monitor;
 
 namespace {
 
-constexpr std::size_t kMostTrendRows = 512;
-constexpr std::size_t kLongestText = 200;  // bytes
+constexpr std::uint64_t kMostTrendRows = 512;
 
 // Whether the device tells where the valve stands.
 bool has_read_back(const LoopRuntime& loop) {
@@ -53,62 +52,61 @@ void put_item(std::string& text, const json& item) {
   text += text_of(item);
 }
 
-json loop_description(const LoopRuntime& loop, const Recorder& recorder) {
+protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder& recorder) {
   const config::LoopConfig& config = loop.config;
   const bool judged = !config.monitor.specialists.empty();
-  json all = ranges_json(loop.settings->get());
-  all.update({{"tag", config.name},
-              {"description", config.description},
-              {"pv_unit", config.pv_unit},
-              {"co_unit", config.co_unit},
-              {"sample_time_s", config.sample_time_s},
-              {"stem", has_read_back(loop)},
-              {"monitor", judged || config.monitor.routine},
-              {"twin", !config.monitor.twin.empty()},
-              {"specialists", judged ? classes() : std::vector<std::string>{}},
-              {"recording", config.recording.enabled},
-              {"simulated", is_simulated(config)},
-              {"folder", recorder.segments_folder(config.name).string()}});
-  return all;
+  const protocol::Ranges ranges = ranges_of(loop.settings->get());
+  return {.tag = config.name,
+          .description = config.description,
+          .pv_unit = config.pv_unit,
+          .co_unit = config.co_unit,
+          .sample_time_s = config.sample_time_s,
+          .stem = has_read_back(loop),
+          .monitor = judged || config.monitor.routine,
+          .twin = !config.monitor.twin.empty(),
+          .specialists = judged ? classes() : std::vector<std::string>{},
+          .recording = config.recording.enabled,
+          .simulated = is_simulated(config),
+          .folder = recorder.segments_folder(config.name).string(),
+          .pv_range = ranges.pv_range,
+          .co_range = ranges.co_range,
+          .sp_limits = ranges.sp_limits,
+          .output_limits = ranges.output_limits};
 }
 
-std::optional<std::int64_t> optional_ms(const json& request, const char* key) {
-  const std::optional<std::uint64_t> count = optional_count(request, key);
+std::optional<std::int64_t> signed_count(const protocol::Maybe<std::uint64_t>& count) {
   return count ? std::optional(static_cast<std::int64_t>(*count)) : std::nullopt;
 }
 
-journal::JournalEntry::Kind wanted_kind(const json& request) {
+journal::JournalEntry::Kind wanted_kind(const std::string& name) {
   using Kind = journal::JournalEntry::Kind;
-  const std::string name = wanted_text(request, "kind");
   for (const Kind kind : {Kind::alarm, Kind::operator_action, Kind::register_write, Kind::system}) {
     if (name == journal::to_text(kind)) return kind;
   }
   throw RequestError("kind is alarm, operator, register or system");
 }
 
-journal::JournalQuery wanted_lines(const json& request) {
+journal::JournalQuery wanted_lines(const protocol::JournalRequest& request) {
   constexpr std::uint64_t kMostLines = 1000;
   journal::JournalQuery query;
-  query.most = std::min(optional_count(request, "most", query.most), kMostLines);
-  query.before_id = optional_ms(request, "before_id");
-  if (request.contains("kind")) query.kind = wanted_kind(request);
-  query.text = optional_text(request, "text", kLongestText);
-  query.from_ms = optional_ms(request, "from_ms");
-  query.to_ms = optional_ms(request, "to_ms");
+  query.most = std::min<std::uint64_t>(request.most.value_or(query.most), kMostLines);
+  query.before_id = signed_count(request.before_id);
+  if (request.kind) query.kind = wanted_kind(*request.kind);
+  query.text = short_text(request.text, "text");
+  query.from_ms = signed_count(request.from_ms);
+  query.to_ms = signed_count(request.to_ms);
   return query;
 }
 
 }  // namespace
 
-std::size_t loop_index(const Parts& parts, const json& request) {
-  const std::string name = wanted_text(request, "loop");
+std::size_t loop_index(const Parts& parts, const std::string& name) {
   const std::optional<std::size_t> found = find_loop(parts.loops, name);
   if (!found) throw RequestError("no loop '" + name + "'");
   return *found;
 }
 
-model::AlarmKind wanted_alarm(const json& request) {
-  const std::string name = wanted_text(request, "alarm");
+model::AlarmKind wanted_alarm(const std::string& name) {
   for (const model::AlarmKind kind : model::kAlarmKinds) {
     if (name == model::to_text(kind)) return kind;
   }
@@ -120,18 +118,19 @@ model::AlarmKind wanted_alarm(const json& request) {
 }
 
 std::string Readings::answer(std::string_view what, const json& request) {
-  if (what == "status") return status();
-  if (what == "trend") return done(trend(request));
-  if (what == "alarms") return alarms();
-  if (what == "describe") return done(describe());
-  if (what == "overview") return overview(parts_);
-  if (what == "loop") return done(loop(request));
-  if (what == "windows") return done(windows(request));
-  if (what == "registers") return registers(parts_, optional_flag(request, "values_only"));
-  if (what == "explain") return done(explain(request));
+  if (what == protocol::StatusRequest::kName) return status();
+  if (what == protocol::TrendRequest::kName) return done(trend(request));
+  if (what == protocol::AlarmsRequest::kName) return alarms();
+  if (what == protocol::DescribeRequest::kName) return done(describe());
+  if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
+  if (what == protocol::LoopRequest::kName) return done(loop(request));
+  if (what == protocol::WindowsRequest::kName) return done(windows(request));
+  if (what == protocol::RegistersRequest::kName) return to_text(registers(parts_, request));
+  if (what == protocol::ExplainRequest::kName) return done(explain(request));
   return done(journal(request));
 }
 
+// As protocol::Status.
 std::string Readings::status() const {
   std::string text = R"({"daemon":)" + text_of(parts_.daemon_status()) + R"(,"loops":[)";
   for (std::size_t i = 0; i < parts_.loops.size(); ++i) {
@@ -141,74 +140,65 @@ std::string Readings::status() const {
   return text;
 }
 
-json Readings::trend(const json& request) const {
-  const std::size_t index = loop_index(parts_, request);
-  const std::uint64_t most =
-      std::min<std::uint64_t>(optional_count(request, "most", kMostTrendRows), kMostTrendRows);
-  const auto rows = parts_.historian.trend(index, optional_count(request, "from", 0), most);
-  json period = json::array();
-  std::map<std::string, json> columns;
-  for (const char* name : {"sp", "pv", "co", "stem", "jacket", "compensator", "mode"})
-    columns[name] = json::array();
-  for (const auto& row : rows) {
-    period.push_back(row.period_index);
-    columns["sp"].push_back(number(row.sp));
-    columns["pv"].push_back(number(row.pv));
-    columns["co"].push_back(number(row.co));
-    columns["stem"].push_back(number(row.stem));
-    columns["jacket"].push_back(number(static_cast<double>(row.jacket_rate)));
-    columns["compensator"].push_back(number(static_cast<double>(row.compensator)));
-    columns["mode"].push_back(control::to_text(static_cast<control::Mode>(row.mode)));
+protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
+  const std::size_t index = loop_index(parts_, request.loop);
+  const std::uint64_t most = std::min(request.most.value_or(kMostTrendRows), kMostTrendRows);
+  protocol::Trend trend;
+  trend.sample_time_s = parts_.loops[index].config.sample_time_s;
+  for (const auto& row : parts_.historian.trend(index, request.from.value_or(0), most)) {
+    trend.period.push_back(row.period_index);
+    trend.sp.push_back(row.sp);
+    trend.pv.push_back(row.pv);
+    trend.co.push_back(row.co);
+    trend.stem.push_back(row.stem);
+    trend.jacket.push_back(static_cast<double>(row.jacket_rate));
+    trend.compensator.push_back(static_cast<double>(row.compensator));
+    trend.mode.emplace_back(control::to_text(static_cast<control::Mode>(row.mode)));
   }
-  json reply = {{"sample_time_s", parts_.loops[index].config.sample_time_s},
-                {"period", std::move(period)}};
-  for (auto& [name, values] : columns) reply[name] = std::move(values);
-  return reply;
+  return trend;
 }
 
+// As protocol::Alarms.
 std::string Readings::alarms() const {
   std::string text = R"({"alarms":[)";
   for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
     const monitor::LoopWatch watch = parts_.board.watch(i);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
-      put_item(text, alarm_json(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
+      put_item(text, alarm_of(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
     }
   }
   text += R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
   return text;
 }
 
-json Readings::describe() const {
-  json all = parts_.box_description();
-  json loops = json::array();
+protocol::Description Readings::describe() const {
+  protocol::Description all = parts_.box_description();
   for (const LoopRuntime& loop : parts_.loops) {
-    loops.push_back(loop_description(loop, parts_.historian.recorder()));
+    all.loops.push_back(description_of(loop, parts_.historian.recorder()));
   }
-  all["loops"] = std::move(loops);
   return all;
 }
 
-json Readings::loop(const json& request) const {
-  const std::size_t index = loop_index(parts_, request);
-  json all = loop_status(parts_, index);
-  all["ranges"] = ranges_json(parts_.loops[index].settings->get());
+protocol::LoopAnswer Readings::loop(const protocol::LoopRequest& request) const {
+  const std::size_t index = loop_index(parts_, request.loop);
   const auto newest = parts_.board.watch(index).explanation;
-  all["explanation"] = newest ? explanation_json(*newest) : json(nullptr);
+  return {.status = loop_status(parts_, index),
+          .ranges = ranges_of(parts_.loops[index].settings->get()),
+          .explanation = newest ? std::optional(told(*newest)) : std::nullopt};
+}
+
+protocol::Windows Readings::windows(const protocol::WindowsRequest& request) const {
+  protocol::Windows all;
+  for (const monitor::LoggedWindow& one : parts_.board.windows(loop_index(parts_, request.loop))) {
+    all.windows.push_back(window_of(one));
+  }
   return all;
 }
 
-json Readings::windows(const json& request) const {
-  json windows = json::array();
-  for (const monitor::LoggedWindow& window : parts_.board.windows(loop_index(parts_, request))) {
-    windows.push_back(window_json(window));
-  }
-  return {{"windows", std::move(windows)}};
-}
-
-json Readings::explain(const json& request) {
+protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
   constexpr std::size_t kMostLines = 200;
-  const std::size_t index = loop_index(parts_, request);
-  const model::AlarmKind kind = wanted_alarm(request);
+  const std::size_t index = loop_index(parts_, request.loop);
+  const model::AlarmKind kind = wanted_alarm(request.alarm);
   const monitor::LoopWatch watch = parts_.board.watch(index);
   const model::AlarmGuide guide = model::guide_of(kind);
   struct OnDisk {
@@ -221,31 +211,30 @@ json Readings::explain(const json& request) {
         return OnDisk{parts_.evidence.newest(name, kind), parts_.journal.newest(kMostLines, name)};
       },
       kReaderPatience);
-  const auto folder = disk ? disk->folder : std::nullopt;
-  json history = json::array();
-  for (const journal::JournalRow& row : disk ? disk->rows : std::vector<journal::JournalRow>()) {
-    if (row.entry.alarm == model::to_text(kind)) history.push_back(journal_json(row));
+  protocol::Explained answer{.alarm = alarm_of(name, kind, watch.alarms.alarm(kind)),
+                             .cause = guide.cause,
+                             .consequence = guide.consequence,
+                             .action = guide.action,
+                             .explanation = explanation_of(watch, kind),
+                             .monitor = monitor_of(watch),
+                             .disk_answers = disk.has_value()};
+  if (!disk) return answer;
+  if (disk->folder) answer.evidence = disk->folder->string();
+  for (const journal::JournalRow& row : disk->rows) {
+    if (row.entry.alarm == model::to_text(kind)) answer.history.push_back(line_of(row));
   }
-  return {{"alarm", alarm_json(parts_.board.name(index), kind, watch.alarms.alarm(kind))},
-          {"cause", guide.cause},
-          {"consequence", guide.consequence},
-          {"action", guide.action},
-          {"explanation", explanation_of(watch, kind)},
-          {"monitor", watch_json(watch)},
-          {"disk_answers", disk.has_value()},
-          {"evidence", folder ? json(folder->string()) : json(nullptr)},
-          {"history", std::move(history)}};
+  return answer;
 }
 
-json Readings::journal(const json& request) {
+protocol::Journal Readings::journal(const protocol::JournalRequest& request) {
   journal::JournalQuery query = wanted_lines(request);
-  if (request.contains("loop")) query.loop = parts_.board.name(loop_index(parts_, request));
+  if (request.loop) query.loop = parts_.board.name(loop_index(parts_, *request.loop));
   const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
       [this, query] { return parts_.journal.search(query); }, kReaderPatience);
   if (!rows) throw RequestError("the disk does not answer; the journal can't be read");
-  json lines = json::array();
-  for (const journal::JournalRow& row : *rows) lines.push_back(journal_json(row));
-  return {{"lines", std::move(lines)}};
+  protocol::Journal all;
+  for (const journal::JournalRow& row : *rows) all.lines.push_back(line_of(row));
+  return all;
 }
 
 }  // namespace loopwarden::daemon::console

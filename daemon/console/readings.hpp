@@ -7,10 +7,11 @@
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/console/parts.hpp"
 #include "daemon/recorder/disk_errand.hpp"
+#include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -31,22 +32,22 @@ class Readings {
 
  private:
   std::string status() const;
-  nlohmann::json trend(const nlohmann::json& request) const;
+  protocol::Trend trend(const protocol::TrendRequest& request) const;
   std::string alarms() const;
-  nlohmann::json describe() const;
-  nlohmann::json loop(const nlohmann::json& request) const;
-  nlohmann::json windows(const nlohmann::json& request) const;
-  nlohmann::json explain(const nlohmann::json& request);
-  nlohmann::json journal(const nlohmann::json& request);
+  protocol::Description describe() const;
+  protocol::LoopAnswer loop(const protocol::LoopRequest& request) const;
+  protocol::Windows windows(const protocol::WindowsRequest& request) const;
+  protocol::Explained explain(const protocol::ExplainRequest& request);
+  protocol::Journal journal(const protocol::JournalRequest& request);
 
   const Parts& parts_;
   // The disk is its own: a request that needs it waits for a second at most, all others not at all.
   DiskErrand reader_;
 };
 
-// The loop that a request names. Throws RequestError.
-std::size_t loop_index(const Parts& parts, const nlohmann::json& request);
-loopwarden::monitor::AlarmKind wanted_alarm(const nlohmann::json& request);
+// What a request names. Throws RequestError.
+std::size_t loop_index(const Parts& parts, const std::string& name);
+loopwarden::monitor::AlarmKind wanted_alarm(const std::string& name);
 
 // Requests that need the disk wait so long for it. Other peers wait as long, once: behind a disk that hangs already
 // nobody waits.

@@ -4,13 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
+#include <vector>
 
-#include <nlohmann/json.hpp>
-
-#include "daemon/console/compact_text.hpp"
 #include "daemon/console/plant_readings.hpp"
-#include "daemon/console/request.hpp"
 
 namespace loopwarden::daemon::console {
 namespace {
@@ -19,8 +15,6 @@ namespace map = register_map;
 using hal::modbus::RegisterType;
 using map::Register;
 using map::Table;
-
-constexpr int kDigits = 9;  // of a float: all that the registers hold
 
 const char* short_name(Table table) {
   switch (table) {
@@ -54,17 +48,17 @@ Kind kind_of_values(const Register& reg) {
 
 bool of_box(const Register& reg) { return reg.area == map::Area::box; }
 
-nlohmann::json name_of(const Register& reg) {
+protocol::Field field_of(const Register& reg) {
   const Kind kind = kind_of_values(reg);
-  return {{"name", reg.name},
-          {"table", short_name(reg.table)},
-          {"area", of_box(reg) ? "box" : "loop"},
-          {"unit", reg.unit},
-          {"type", kind.name},
-          {"writable", map::writable(reg)},
-          {"low", number(kind.low * reg.scale)},
-          {"high", number(kind.high * reg.scale)},
-          {"meaning", reg.meaning}};
+  return {.name = reg.name,
+          .table = short_name(reg.table),
+          .area = of_box(reg) ? "box" : "loop",
+          .unit = reg.unit,
+          .type = kind.name,
+          .writable = map::writable(reg),
+          .low = kind.low * reg.scale,
+          .high = kind.high * reg.scale,
+          .meaning = reg.meaning};
 }
 
 // As a master would read it; null where the map's mark says that it is not there.
@@ -76,41 +70,32 @@ double as_read(const Register& reg, double value) {
   return missing ? std::numeric_limits<double>::quiet_NaN() : raw * reg.scale;
 }
 
-void put_values(std::string& text, gateway::MapValues& values, bool box, std::size_t loop) {
-  text += '[';
+std::vector<double> values_of(gateway::MapValues& values, bool box, std::size_t loop) {
+  std::vector<double> all;
   for (const Register& reg : map::registers()) {
-    if (of_box(reg) != box) continue;
-    put(text, as_read(reg, values.value(reg, loop)), kDigits);
-    text += ',';
+    if (of_box(reg) == box) all.push_back(as_read(reg, values.value(reg, loop)));
   }
-  text.back() = ']';
+  return all;
 }
 
 }  // namespace
 
-std::string registers(const Parts& parts, bool values_only) {
+protocol::Registers registers(const Parts& parts, const protocol::RegistersRequest& request) {
   PlantReadings plant(parts);
   const gateway::ServerState server = parts.modbus_server();
   gateway::MapValues values(plant, server);
-  std::string text = R"({"ok":true,)";
-  if (!values_only) {
-    nlohmann::json names = nlohmann::json::array();
-    for (const Register& reg : map::registers()) names.push_back(name_of(reg));
-    text += "\"names\":" + names.dump() + ',';
+  protocol::Registers all;
+  if (!request.values_only.value_or(false)) {
+    std::vector<protocol::Field>& names = all.names.emplace();
+    for (const Register& reg : map::registers()) names.push_back(field_of(reg));
   }
   // Not of the map, which has no process alarms.
-  text += "\"alarm_changes\":" + std::to_string(parts.board.alarm_changes()) + ',';
-  text += "\"box\":";
-  put_values(text, values, true, 0);
-  text += ",\"loops\":[";
+  all.alarm_changes = parts.board.alarm_changes();
+  all.box = values_of(values, true, 0);
   for (std::size_t i = 0; i < plant.loops(); ++i) {
-    if (i > 0) text += ',';
-    text += "{\"tag\":" + nlohmann::json(plant.name(i)).dump() + ",\"values\":";
-    put_values(text, values, false, i);
-    text += '}';
+    all.loops.push_back({plant.name(i), values_of(values, false, i)});
   }
-  text += "]}";
-  return text;
+  return all;
 }
 
 }  // namespace loopwarden::daemon::console

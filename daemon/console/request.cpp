@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace loopwarden::daemon::console {
@@ -43,45 +43,12 @@ std::string answer_line(std::string_view line,
   }
 }
 
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
-double wanted_number(const json& request, const char* key) {
-  const json& value = request.at(key);
-  if (!value.is_number()) throw RequestError(std::string(key) + " must be a number");
-  return value.get<double>();
-}
-
-std::string wanted_text(const json& request, const char* key) {
-  const auto it = request.find(key);
-  if (it == request.end() || !it->is_string()) {
-    throw RequestError(std::string("a text is needed for \"") + key + "\"");
+std::string short_text(const protocol::Maybe<std::string>& text, const char* key) {
+  constexpr std::size_t kMost = 200;  // bytes
+  if (text && text->size() > kMost) {
+    throw RequestError(fmt::format("{}: at most {} bytes", key, kMost));
   }
-  return it->get<std::string>();
-}
-
-std::optional<std::uint64_t> optional_count(const json& request, const char* key) {
-  const auto it = request.find(key);
-  if (it == request.end()) return std::nullopt;
-  if (!it->is_number_unsigned()) throw RequestError(std::string(key) + " must be a whole number");
-  return it->get<std::uint64_t>();
-}
-
-std::uint64_t optional_count(const json& request, const char* key, std::uint64_t fallback) {
-  return optional_count(request, key).value_or(fallback);
-}
-
-bool optional_flag(const json& request, const char* key) {
-  const auto it = request.find(key);
-  if (it == request.end()) return false;
-  if (!it->is_boolean()) throw RequestError(std::string(key) + " must be true or false");
-  return it->get<bool>();
-}
-
-std::string optional_text(const json& request, const char* key, std::size_t most) {
-  if (!request.contains(key)) return {};
-  std::string text = wanted_text(request, key);
-  if (text.size() > most) throw RequestError(fmt::format("{}: at most {} bytes", key, most));
-  return text;
+  return text.value_or("");
 }
 
 }  // namespace loopwarden::daemon::console

@@ -2,22 +2,16 @@
 // One line of a socket, from request to answer: a JSON object each.
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <optional>
-#include <stdexcept>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
+#include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 
-// A request that can't be served; its text goes to the peer.
-class RequestError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+using protocol::RequestError;
 
 // On one line; bytes that are no UTF-8 are replaced.
 std::string text_of(const nlohmann::json& value);
@@ -28,17 +22,7 @@ std::string done(nlohmann::json reply);  // with "ok": true
 std::string answer_line(std::string_view line,
                         const std::function<std::string(const nlohmann::json& request)>& handler);
 
-// A number, or null where it is none.
-nlohmann::json number(double value);
-
-// What stands at a key of a request, or RequestError.
-double wanted_number(const nlohmann::json& request, const char* key);
-std::string wanted_text(const nlohmann::json& request, const char* key);
-std::optional<std::uint64_t> optional_count(const nlohmann::json& request, const char* key);
-std::uint64_t optional_count(const nlohmann::json& request, const char* key,
-                             std::uint64_t fallback);
-bool optional_flag(const nlohmann::json& request, const char* key);
-// At most `most` bytes; empty: it is not there.
-std::string optional_text(const nlohmann::json& request, const char* key, std::size_t most);
+// Throws RequestError for more than 200 bytes; empty: it is not there.
+std::string short_text(const protocol::Maybe<std::string>& text, const char* key);
 
 }  // namespace loopwarden::daemon::console

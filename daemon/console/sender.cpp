@@ -13,15 +13,16 @@ namespace {
 
 constexpr std::size_t kLongestName = 64;
 
-std::string name_of(const nlohmann::json& request, const char* key) {
-  if (!request.contains(key)) return {};
-  std::string name = wanted_text(request, key);
+std::string sound(const protocol::Maybe<std::string>& given, const char* key) {
+  if (!given) return {};
+  const std::string& name = *given;
   constexpr std::string_view kNotInNames = "\"'`\\@";
-  const bool sound = !name.empty() && name.size() <= kLongestName &&
-                     std::all_of(name.begin(), name.end(), [&](char c) {
-                       return c > ' ' && c <= '~' && kNotInNames.find(c) == std::string_view::npos;
-                     });
-  if (!sound) {
+  const bool is_sound =
+      !name.empty() && name.size() <= kLongestName &&
+      std::all_of(name.begin(), name.end(), [&](char c) {
+        return c > ' ' && c <= '~' && kNotInNames.find(c) == std::string_view::npos;
+      });
+  if (!is_sound) {
     throw RequestError(fmt::format(
         "{}: 1 to {} printable characters of ASCII, none of them a blank, a quote, \\ or @", key,
         kLongestName));
@@ -31,15 +32,15 @@ std::string name_of(const nlohmann::json& request, const char* key) {
 
 }  // namespace
 
-Sender sender_of(const nlohmann::json& request, SocketName socket, unsigned uid) {
+Sender sender_of(const protocol::Person& person, SocketName socket, unsigned uid) {
   if (socket == SocketName::control || socket == SocketName::status) {
-    if (request.contains("user") || request.contains("address")) {
+    if (person.user || person.address) {
       throw RequestError("user and address can be named on page.sock and edge.sock alone");
     }
     return {socket, fmt::format("uid {}", uid)};
   }
-  const std::string user = name_of(request, "user");
-  const std::string address = name_of(request, "address");
+  const std::string user = sound(person.user, "user");
+  const std::string address = sound(person.address, "address");
   const std::string who = user + (user.empty() || address.empty() ? "" : "@") + address +
                           (user.empty() && address.empty() ? "" : " by ");
   return {socket, fmt::format("{}{} (uid {})", who, to_text(socket), uid)};

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <exception>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "daemon/console/offers.hpp"
@@ -58,7 +59,7 @@ bool StatusServer::stop_for(std::chrono::milliseconds patience) {
 
 std::string StatusServer::answer(std::string_view line) {
   return console::answer_line(line, [&](const nlohmann::json& request) {
-    const std::string what = console::wanted_text(request, "request");
+    const std::string what = protocol::name_of(request);
     console::check_offered(what, console::SocketName::status, {});
     return readings_.answer(what, request);
   });

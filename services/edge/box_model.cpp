@@ -4,16 +4,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 
+#include "model/monitor/alarm_kind.hpp"
 #include "net/sparkplug/topic.hpp"
 
 namespace loopwarden::edge {
 namespace {
 
-using nlohmann::json;
 using sparkplug::DataType;
 using sparkplug::Value;
 
@@ -49,35 +51,33 @@ double dead_band_of(const std::string& name, const DeadBands& bands) {
 }
 
 // One field of the map. A register with a scale holds no integer any more.
-MetricSpec spec_of(const json& field, const DeadBands& bands) {
+MetricSpec spec_of(const protocol::Field& field, const DeadBands& bands) {
   MetricSpec spec;
-  spec.name = field.at("name").get<std::string>();
-  spec.unit = field.at("unit").get<std::string>();
+  spec.name = field.name;
+  spec.unit = field.unit;
   spec.slow = kSlow.contains(spec.name);
-  const RegisterKind kind = kind_of(field.at("type").get<std::string>());
+  const RegisterKind kind = kind_of(field.type);
   spec.type = kind.type;
-  const json& high = field.at("high");
-  if (spec.type == DataType::boolean || !high.is_number()) {
+  if (spec.type == DataType::boolean || !std::isfinite(field.high)) {
     if (spec.type == DataType::float32) spec.dead_band_percent = dead_band_of(spec.name, bands);
     return spec;
   }
-  if (high.get<double>() != kind.high) {
+  if (field.high != kind.high) {
     spec.type = DataType::float32;
     // Of what is in percent, 100 is the whole.
     spec.low = 0.0;
-    spec.high = spec.unit.starts_with('%') ? 100.0 : high.get<double>();
+    spec.high = spec.unit.starts_with('%') ? 100.0 : field.high;
     spec.dead_band_percent = dead_band_of(spec.name, bands);
   }
   return spec;
 }
 
-Value value_of(const json& value, DataType type) {
-  if (value.is_null()) return {};
-  if (type == DataType::boolean)
-    return value.is_boolean() ? value.get<bool>() : value.get<double>() != 0.0;
-  if (sparkplug::is_unsigned(type)) return value.get<std::uint64_t>();
-  if (sparkplug::is_signed(type)) return value.get<std::int64_t>();
-  return static_cast<double>(value.get<float>());
+Value value_of(double value, DataType type) {
+  if (!std::isfinite(value)) return {};
+  if (type == DataType::boolean) return value != 0.0;
+  if (sparkplug::is_unsigned(type)) return static_cast<std::uint64_t>(value);
+  if (sparkplug::is_signed(type)) return static_cast<std::int64_t>(value);
+  return static_cast<double>(static_cast<float>(value));
 }
 
 // "CO/(PV s)" with the loop's own units; what is a share of a span stays.
@@ -106,12 +106,6 @@ MetricSpec plain(std::string name, DataType type, std::string unit = "") {
 
 constexpr const char* kOfSpan = "% of CO span";
 
-const std::vector<std::string>& valve_alarms() {
-  static const std::vector<std::string> kAlarms{"stiction",       "backlash", "hysteresis",
-                                                "low_air_supply", "unknown",  "model_gap"};
-  return kAlarms;
-}
-
 void add_explanation(std::vector<MetricSpec>& specs) {
   for (const char* name : {"alarm", "verdict", "effect", "sentence", "remedy"}) {
     specs.push_back(plain(std::string("explanation/") + name, DataType::string));
@@ -133,8 +127,9 @@ void add_extras(std::vector<MetricSpec>& specs) {
     specs.push_back(plain("alarm/" + alarm + "/since", DataType::date_time));
   }
   // A process alarm has no size.
-  for (const std::string& alarm : valve_alarms()) {
-    specs.push_back(plain("alarm/" + alarm + "/severity", DataType::float64, kOfSpan));
+  for (const monitor::AlarmKind kind : monitor::kValveAlarms) {
+    specs.push_back(
+        plain(fmt::format("alarm/{}/severity", to_text(kind)), DataType::float64, kOfSpan));
   }
   add_explanation(specs);
   specs.push_back(plain("order/result", DataType::string));
@@ -184,19 +179,23 @@ std::string unique_device(const std::string& tag, std::set<std::string>& taken) 
   return device;
 }
 
-void set_range(MetricSpec& spec, const json& range) {
-  spec.low = range.at(0).get<double>();
-  spec.high = range.at(1).get<double>();
+const std::vector<protocol::Field>& names_of(const protocol::Registers& registers) {
+  if (!registers.names) throw std::out_of_range("registers without names");
+  return *registers.names;
+}
+
+void set_range(MetricSpec& spec, const protocol::Range& range) {
+  spec.low = range[0];
+  spec.high = range[1];
 }
 
 // The specs that all loops have, with what is this loop's own.
-std::vector<MetricSpec> specs_of_loop(std::vector<MetricSpec> specs, const json& loop) {
-  const auto pv = loop.at("pv_unit").get<std::string>();
-  const auto co = loop.at("co_unit").get<std::string>();
+std::vector<MetricSpec> specs_of_loop(std::vector<MetricSpec> specs,
+                                      const protocol::LoopDescription& loop) {
   for (MetricSpec& spec : specs) {
-    spec.unit = unit_of_loop(spec.unit, pv, co);
-    if (kOfPv.contains(spec.name)) set_range(spec, loop.at("pv_range"));
-    if (kOfCo.contains(spec.name)) set_range(spec, loop.at("co_range"));
+    spec.unit = unit_of_loop(spec.unit, loop.pv_unit, loop.co_unit);
+    if (kOfPv.contains(spec.name)) set_range(spec, loop.pv_range);
+    if (kOfCo.contains(spec.name)) set_range(spec, loop.co_range);
   }
   return specs;
 }
@@ -211,24 +210,22 @@ const std::vector<std::string>& evidence_files() {
 
 const std::vector<std::string>& alarm_names() {
   static const std::vector<std::string> kAlarms = [] {
-    std::vector<std::string> all = valve_alarms();
-    for (const char* name : {"bad_pv", "output_lost", "output_unknown", "not_normal_mode"}) {
-      all.emplace_back(name);
-    }
+    std::vector<std::string> all;
+    for (const monitor::AlarmKind kind : monitor::kAlarmKinds) all.emplace_back(to_text(kind));
     return all;
   }();
   return kAlarms;
 }
 
-BoxModel::Area BoxModel::take_names(const json& names, const char* area,
+BoxModel::Area BoxModel::take_names(const std::vector<protocol::Field>& names, const char* area,
                                     const DeadBands& bands) const {
   Area taken;
   std::map<std::string, std::size_t> known;
   std::size_t column = 0;
-  for (const json& field : names) {
-    if (field.at("area") != area) continue;
+  for (const protocol::Field& field : names) {
+    if (field.area != area) continue;
     MetricSpec spec = spec_of(field, bands);
-    const bool scaled = field.at("type") == "i16" && spec.type == DataType::float32;
+    const bool scaled = field.type == "i16" && spec.type == DataType::float32;
     if (known.emplace(spec.name, taken.specs.size()).second) {
       taken.columns.push_back({column, taken.specs.size(), scaled});
       taken.specs.push_back(std::move(spec));
@@ -240,19 +237,19 @@ BoxModel::Area BoxModel::take_names(const json& names, const char* area,
 
 BoxModel::BoxModel() : node_specs_(own_specs()) {}
 
-BoxModel::BoxModel(const json& registers, const json& describe, const DeadBands& dead_bands,
-                   const Detectable& detectable)
-    : box_(take_names(registers.at("names"), "box", dead_bands)),
-      loop_(take_names(registers.at("names"), "loop", dead_bands)),
+BoxModel::BoxModel(const protocol::Registers& registers, const protocol::Description& describe,
+                   const DeadBands& dead_bands, const Detectable& detectable)
+    : box_(take_names(names_of(registers), "box", dead_bands)),
+      loop_(take_names(names_of(registers), "loop", dead_bands)),
       node_specs_(own_specs()) {
   node_specs_.insert(node_specs_.end(), box_.specs.begin(), box_.specs.end());
   std::vector<MetricSpec> common = loop_.specs;
   add_conditions(common, conditions_);
   add_extras(common);
   std::set<std::string> taken;
-  for (const json& loop : describe.at("loops")) {
+  for (const protocol::LoopDescription& loop : describe.loops) {
     LoopModel model;
-    model.tag = loop.at("tag").get<std::string>();
+    model.tag = loop.tag;
     model.device = unique_device(model.tag, taken);
     model.specs = specs_of_loop(common, loop);
     model.fixed = {
@@ -273,32 +270,32 @@ const LoopModel* BoxModel::find(const std::string& device) const noexcept {
   return found == loops_.end() ? nullptr : &*found;
 }
 
-void BoxModel::take_values(const Area& area, const json& values, Reading::Item* first) {
+void BoxModel::take_values(const Area& area, const std::vector<double>& values,
+                           Reading::Item* first) {
   constexpr double kNotThere = -327.68;  // the lowest of a scaled i16
   for (const Column& column : area.columns) {
-    const json& value = values.at(column.column);
-    const bool there = !column.scaled || !value.is_number() || value.get<double>() != kNotThere;
+    const double value = values.at(column.column);
+    const bool there = !column.scaled || value != kNotThere;
     if (there) first[column.metric].value = value_of(value, area.specs[column.metric].type);
   }
 }
 
-Reading BoxModel::node_reading(const json& registers, const Extras& extras) const {
+Reading BoxModel::node_reading(const protocol::Registers* registers, const Extras& extras) const {
   Reading now;
   now.items.resize(node_specs_.size());
-  if (!registers.is_null()) {
-    take_values(box_, registers.at("box"),
-                now.items.data() + (node_specs_.size() - box_.specs.size()));
+  if (registers != nullptr) {
+    take_values(box_, registers->box, now.items.data() + (node_specs_.size() - box_.specs.size()));
   }
   put(node_specs_, extras, now);
   return now;
 }
 
-Reading BoxModel::loop_reading(std::size_t loop, const json& registers,
+Reading BoxModel::loop_reading(std::size_t loop, const protocol::Registers& registers,
                                const Extras& extras) const {
   const LoopModel& model = loops_.at(loop);
   Reading now;
   now.items.resize(model.specs.size());
-  const json& values = registers.at("loops").at(loop).at("values");
+  const std::vector<double>& values = registers.loops.at(loop).values;
   take_values(loop_, values, now.items.data());
   const std::optional<std::size_t> quality = column("pv_quality");
   const bool good = !quality || values.at(*quality) != 0;
@@ -312,12 +309,11 @@ Reading BoxModel::loop_reading(std::size_t loop, const json& registers,
   return now;
 }
 
-json BoxModel::config_hash(const json& registers) const {
+std::optional<double> BoxModel::config_hash(const protocol::Registers& registers) const {
   for (const Column& column : box_.columns) {
-    if (box_.specs[column.metric].name == "config_hash")
-      return registers.at("box").at(column.column);
+    if (box_.specs[column.metric].name == "config_hash") return registers.box.at(column.column);
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 std::optional<std::size_t> BoxModel::column(const std::string& field) const noexcept {

@@ -13,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "protocol/answers.hpp"
 #include "services/edge/device.hpp"
 #include "services/edge/edge_config.hpp"
 
@@ -36,9 +35,9 @@ class BoxModel {
   // Of a daemon that was never seen: the edge node's own metrics, no loop.
   BoxModel();
   // From `registers` with its names and from `describe`. `detectable`: of each tag, percent of the CO span by name.
-  // Throws nlohmann::json::exception where an answer has another form.
+  // Throws std::out_of_range where an answer is too short.
   using Detectable = std::map<std::string, std::map<std::string, double>>;
-  BoxModel(const nlohmann::json& registers, const nlohmann::json& describe,
+  BoxModel(const protocol::Registers& registers, const protocol::Description& describe,
            const DeadBands& dead_bands, const Detectable& detectable);
 
   const std::vector<MetricSpec>& node_specs() const noexcept { return node_specs_; }
@@ -46,13 +45,14 @@ class BoxModel {
   // The loop of a device; null: none.
   const LoopModel* find(const std::string& device) const noexcept;
 
-  Reading node_reading(const nlohmann::json& registers, const Extras& extras) const;
-  Reading loop_reading(std::size_t loop, const nlohmann::json& registers,
+  // `registers`: null where the daemon is not there.
+  Reading node_reading(const protocol::Registers* registers, const Extras& extras) const;
+  Reading loop_reading(std::size_t loop, const protocol::Registers& registers,
                        const Extras& extras) const;
   // A field's place among the values of each loop; nullopt if the map has no such field.
   std::optional<std::size_t> column(const std::string& field) const noexcept;
   // CRC of the configuration in force, of the box's registers.
-  nlohmann::json config_hash(const nlohmann::json& registers) const;
+  std::optional<double> config_hash(const protocol::Registers& registers) const;
 
   // Whether births of the other would say something else.
   friend bool operator==(const BoxModel& a, const BoxModel& b) {
@@ -70,8 +70,10 @@ class BoxModel {
     std::vector<MetricSpec> specs;  // units still PV and CO
     std::vector<Column> columns;
   };
-  Area take_names(const nlohmann::json& names, const char* area, const DeadBands& dead_bands) const;
-  static void take_values(const Area& area, const nlohmann::json& values, Reading::Item* first);
+  Area take_names(const std::vector<protocol::Field>& names, const char* area,
+                  const DeadBands& dead_bands) const;
+  static void take_values(const Area& area, const std::vector<double>& values,
+                          Reading::Item* first);
 
   Area box_;
   Area loop_;

@@ -10,7 +10,6 @@
 namespace loopwarden::edge {
 namespace {
 
-using nlohmann::json;
 using sparkplug::Metric;
 using sparkplug::Value;
 
@@ -34,34 +33,36 @@ std::optional<std::string> behind(std::string_view prefix, const std::string& na
 }
 
 // What may stand together in one `set`. False: the metric is none of them, or has no value for it.
-bool add_to_set(const Metric& metric, Order& set) {
+bool add_to_set(const Metric& metric, std::string& what, protocol::SetRequest& set) {
   const std::optional<double> value = number_of(metric.value);
   if (!value) return false;
   if (metric.name == "mode") {
     if (*value != 0.0 && *value != 1.0) return false;
-    set.request["mode"] = *value == 1.0 ? "auto" : "man";
+    set.mode = *value == 1.0 ? "auto" : "man";
   } else if (metric.name == "sp") {
-    set.request["set_point"] = *value;
+    set.set_point = *value;
   } else if (metric.name == "output") {
-    set.request["output"] = *value;
+    set.output = *value;
   } else {
     return false;
   }
-  set.what += fmt::format("{}{} {}", set.what.empty() ? "" : ", ", metric.name, *value);
+  what += fmt::format("{}{} {}", what.empty() ? "" : ", ", metric.name, *value);
   return true;
+}
+
+protocol::AlarmRequest on_alarm(std::string alarm, const char* action) {
+  protocol::AlarmRequest request;
+  request.alarm = std::move(alarm);
+  request.action = action;
+  return request;
 }
 
 std::optional<Order> shelve_order(const Metric& metric) {
   const auto alarm = behind("shelve_", metric.name);
   const std::optional<double> minutes = number_of(metric.value);
   if (!alarm || !minutes || *minutes < 0.0 || *minutes != std::floor(*minutes)) return std::nullopt;
-  json request{{"request", "alarm"}, {"alarm", *alarm}};
-  if (*minutes == 0.0) {
-    request["action"] = "unshelve";
-  } else {
-    request["action"] = "shelve";
-    request["minutes"] = static_cast<std::uint64_t>(*minutes);
-  }
+  protocol::AlarmRequest request = on_alarm(*alarm, *minutes == 0.0 ? "unshelve" : "shelve");
+  if (*minutes > 0.0) request.minutes = static_cast<std::uint64_t>(*minutes);
   return Order{fmt::format("{} {}", metric.name, *minutes), std::move(request)};
 }
 
@@ -69,12 +70,14 @@ std::optional<Order> alarm_order(const Metric& metric) {
   for (const char* action : {"acknowledge", "reset", "unshelve"}) {
     const auto alarm = behind(std::string(action) + '_', metric.name);
     if (alarm && is_true(metric.value)) {
-      return Order{metric.name, {{"request", "alarm"}, {"alarm", *alarm}, {"action", action}}};
+      return Order{metric.name, on_alarm(*alarm, action)};
     }
   }
   const auto* flag = std::get_if<bool>(&metric.value);
   if (metric.name == "veto_corrective_action" && flag != nullptr) {
-    return Order{fmt::format("veto {}", *flag), {{"request", "veto"}, {"veto", *flag}}};
+    protocol::VetoRequest request;
+    request.veto = *flag;
+    return Order{fmt::format("veto {}", *flag), std::move(request)};
   }
   return shelve_order(metric);
 }
@@ -89,8 +92,7 @@ void read_node_metric(const Metric& metric, Command& command) {
   }
 }
 
-void read_device_metric(const Metric& metric, Order& set, Command& command) {
-  if (add_to_set(metric, set)) return;
+void read_device_metric(const Metric& metric, Command& command) {
   if (const auto* text = std::get_if<std::string>(&metric.value);
       text != nullptr && metric.name == "request/evidence") {
     command.evidence.push_back(*text);
@@ -105,15 +107,16 @@ void read_device_metric(const Metric& metric, Order& set, Command& command) {
 
 Command read_command(const std::vector<Metric>& metrics, bool of_device) {
   Command command;
-  Order set{"", {{"request", "set"}}};
+  std::string what;
+  protocol::SetRequest set;
   for (const Metric& metric : metrics) {
-    if (of_device) {
-      read_device_metric(metric, set, command);
-    } else {
+    if (!of_device) {
       read_node_metric(metric, command);
+    } else if (!add_to_set(metric, what, set)) {
+      read_device_metric(metric, command);
     }
   }
-  if (!set.what.empty()) command.orders.insert(command.orders.begin(), std::move(set));
+  if (!what.empty()) command.orders.insert(command.orders.begin(), {what, std::move(set)});
   return command;
 }
 

@@ -16,17 +16,18 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "net/sparkplug/payload.hpp"
+#include "protocol/requests.hpp"
 
 namespace loopwarden::edge {
 
 struct Order {
-  std::string what;        // "sp 5, mode 1"
-  nlohmann::json request;  // for the daemon, without loop and user
+  std::string what;  // "sp 5, mode 1"
+  // For the daemon, without loop and user.
+  std::variant<protocol::SetRequest, protocol::AlarmRequest, protocol::VetoRequest> request;
 };
 
 struct Command {

@@ -5,53 +5,50 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <utility>
+
+#include "protocol/ask.hpp"
 
 namespace loopwarden::edge {
 namespace {
 
 using nlohmann::json;
+using protocol::DaemonError;
 using sparkplug::Value;
 
 constexpr std::chrono::milliseconds kPatience{3000};
 
-Value text_or_null(const json& object, const char* key) {
-  const auto it = object.find(key);
-  return it == object.end() || !it->is_string() ? Value{} : Value{it->get<std::string>()};
-}
-
-Value number_or_null(const json& object, const char* key) {
-  const auto it = object.find(key);
-  return it == object.end() || !it->is_number() ? Value{} : Value{it->get<double>()};
-}
+Value number_or_null(double value) { return std::isfinite(value) ? Value{value} : Value{}; }
 
 // Milliseconds since 1970; 0 is never.
-Value date_or_null(const json& object, const char* key) {
-  const auto it = object.find(key);
-  const bool there = it != object.end() && it->is_number_integer() && it->get<std::int64_t>() > 0;
-  return there ? Value{it->get<std::uint64_t>()} : Value{};
+Value date_or_null(std::int64_t ms) {
+  return ms > 0 ? Value{static_cast<std::uint64_t>(ms)} : Value{};
 }
 
-void put_explanation(const json& e, Extras& extras) {
-  for (const char* name : {"alarm", "verdict", "effect", "sentence", "remedy"}) {
-    extras[std::string("explanation/") + name] = text_or_null(e, name);
-  }
-  extras["explanation/size"] = number_or_null(e, "size_percent");
-  extras["explanation/low"] = number_or_null(e, "low_percent");
-  extras["explanation/high"] = number_or_null(e, "high_percent");
-  extras["explanation/confidence"] = number_or_null(e, "confidence");
-  extras["explanation/gap_closed"] = number_or_null(e, "gap_closed");
-  extras["explanation/agrees"] = e.value("agrees", false);
-  extras["explanation/raised"] = date_or_null(e, "raised_ms");
+void put_explanation(const protocol::Explanation& e, Extras& extras) {
+  extras["explanation/alarm"] = e.alarm;
+  extras["explanation/verdict"] = e.verdict;
+  extras["explanation/effect"] = e.effect;
+  extras["explanation/sentence"] = e.sentence;
+  extras["explanation/remedy"] = e.remedy;
+  extras["explanation/size"] = number_or_null(e.size_percent);
+  extras["explanation/low"] = number_or_null(e.low_percent);
+  extras["explanation/high"] = number_or_null(e.high_percent);
+  extras["explanation/confidence"] = number_or_null(e.confidence);
+  extras["explanation/gap_closed"] = number_or_null(e.gap_closed);
+  extras["explanation/agrees"] = e.agrees;
+  extras["explanation/raised"] = date_or_null(e.raised_ms);
 }
 
-void put_alarm(const json& alarm, Extras& extras) {
-  const std::string start = "alarm/" + alarm.at("alarm").get<std::string>() + '/';
-  extras[start + "state"] = text_or_null(alarm, "state");
-  extras[start + "severity"] = number_or_null(alarm, "severity_percent");
-  extras[start + "since"] = date_or_null(alarm, "raised_ms");
+void put_alarm(const protocol::Alarm& alarm, Extras& extras) {
+  const std::string start = "alarm/" + alarm.alarm + '/';
+  extras[start + "state"] = alarm.state;
+  extras[start + "severity"] = number_or_null(alarm.severity_percent);
+  extras[start + "since"] = date_or_null(alarm.raised_ms);
 }
 
 // detectable of a commission.json: percent of the CO span by name.
@@ -73,7 +70,7 @@ std::map<std::string, double> detectable_in(const std::filesystem::path& file) {
 
 DaemonView::DaemonView(const std::filesystem::path& runtime_directory, DeadBands dead_bands,
                        std::filesystem::path commissions)
-    : link_((runtime_directory / "status.sock").string(), kPatience),
+    : daemon_((runtime_directory / "status.sock").string(), kPatience),
       dead_bands_(std::move(dead_bands)),
       commissions_(std::move(commissions)) {}
 
@@ -81,10 +78,10 @@ bool DaemonView::look() {
   try {
     bool changed = false;
     if (described_) {
-      registers_ = link_.ask({{"request", "registers"}, {"values_only", true}});
+      registers_ = ask(daemon_, protocol::RegistersRequest{.values_only = true});
       // A reload may have changed units and ranges, a restart the loops.
       const bool same = model_.config_hash(registers_) == config_hash_ &&
-                        registers_.at("loops").size() == model_.loops().size();
+                        registers_.loops.size() == model_.loops().size();
       if (!same) changed = describe();
     } else {
       changed = describe();
@@ -92,26 +89,27 @@ bool DaemonView::look() {
     look_at_alarms();
     look_at_explanations();
     return changed;
-  } catch (const DaemonAway&) {
-    described_ = false;
+  } catch (const DaemonError& e) {
+    if (!e.refused()) described_ = false;
     throw;
-  } catch (const json::exception& e) {
+  } catch (const std::out_of_range& e) {
     described_ = false;
-    throw DaemonRefused(
-        fmt::format("status.sock answers in another way than expected: {}", e.what()));
+    throw DaemonError(DaemonError::Kind::not_known,
+                      fmt::format("the daemon answers in another way than expected: {}", e.what()));
   }
 }
 
 bool DaemonView::describe() {
-  const json describe = link_.ask({{"request", "describe"}});
-  registers_ = link_.ask({{"request", "registers"}});
+  const protocol::Description describe = ask(daemon_, protocol::DescribeRequest{});
+  registers_ = ask(daemon_, protocol::RegistersRequest{});
   BoxModel model(registers_, describe, dead_bands_, detectable(describe));
-  if (registers_.at("loops").size() != model.loops().size()) {
-    throw DaemonRefused("registers and describe don't have the same loops");
+  if (registers_.loops.size() != model.loops().size()) {
+    throw DaemonError(DaemonError::Kind::not_known,
+                      "registers and describe don't have the same loops");
   }
   config_hash_ = model.config_hash(registers_);
-  state_directory_ = describe.at("state_directory").get<std::string>();
-  version_ = describe.at("version").get<std::string>();
+  state_directory_ = describe.state_directory;
+  version_ = describe.version;
   const bool changed = !(model == model_);
   model_ = std::move(model);
   extras_.assign(model_.loops().size(), {});
@@ -120,11 +118,11 @@ bool DaemonView::describe() {
   return changed;
 }
 
-BoxModel::Detectable DaemonView::detectable(const json& describe) const {
+BoxModel::Detectable DaemonView::detectable(const protocol::Description& describe) const {
   BoxModel::Detectable all;
   if (commissions_.empty()) return all;
-  for (const json& loop : describe.at("loops")) {
-    const auto tag = loop.at("tag").get<std::string>();
+  for (const auto& loop : describe.loops) {
+    const std::string& tag = loop.tag;
     // A tag with a slash would lead elsewhere.
     if (std::filesystem::path(tag).filename() != tag) continue;
     all[tag] = detectable_in(commissions_ / tag / "commission.json");
@@ -148,39 +146,43 @@ void DaemonView::note_columns() {
   alarm_columns_ = columns(fields);
   explanation_columns_ = columns(
       {"explanation_alarm", "explanation_effect", "explanation_agrees", "explanation_size"});
-  alarms_seen_ = nullptr;
-  explanations_seen_.assign(model_.loops().size(), nullptr);
+  alarms_seen_.clear();
+  explanations_seen_.assign(model_.loops().size(), {});
 }
 
-json DaemonView::values(std::size_t loop, const std::vector<std::size_t>& columns) const {
-  json found = json::array();
-  const json& all = registers_.at("loops").at(loop).at("values");
-  for (const std::size_t column : columns) found.push_back(all.at(column));
+std::vector<double> DaemonView::values(std::size_t loop,
+                                       const std::vector<std::size_t>& columns) const {
+  std::vector<double> found;
+  for (const std::size_t column : columns) {
+    found.push_back(registers_.loops.at(loop).values.at(column));
+  }
   return found;
 }
 
 void DaemonView::look_at_alarms() {
   // The registers have sizes, but no process alarms: of those it is only told that something has changed.
-  json now = json::array({registers_.value("alarm_changes", json())});
-  for (std::size_t i = 0; i < model_.loops().size(); ++i) now.push_back(values(i, alarm_columns_));
-  if (now == alarms_seen_) return;
+  std::vector<double> now{static_cast<double>(registers_.alarm_changes)};
+  for (std::size_t i = 0; i < model_.loops().size(); ++i) {
+    const std::vector<double> own = values(i, alarm_columns_);
+    now.insert(now.end(), own.begin(), own.end());
+  }
+  if (protocol::same(now, alarms_seen_)) return;
   std::map<std::string, Extras*> by_tag;
   for (std::size_t i = 0; i < extras_.size(); ++i) by_tag[model_.loops()[i].tag] = &extras_[i];
-  const json answer = link_.ask({{"request", "alarms"}});
-  for (const json& alarm : answer.at("alarms")) {
-    const auto loop = by_tag.find(alarm.at("loop").get<std::string>());
-    if (loop != by_tag.end()) put_alarm(alarm, *loop->second);
+  for (const protocol::Alarm& alarm : ask(daemon_, protocol::AlarmsRequest{}).alarms) {
+    if (const auto loop = by_tag.find(alarm.loop); loop != by_tag.end()) {
+      put_alarm(alarm, *loop->second);
+    }
   }
   alarms_seen_ = std::move(now);
 }
 
 void DaemonView::look_at_explanations() {
   for (std::size_t i = 0; i < extras_.size(); ++i) {
-    json now = values(i, explanation_columns_);
-    if (now == explanations_seen_[i]) continue;
-    const json loop = link_.ask({{"request", "loop"}, {"loop", model_.loops()[i].tag}});
-    const json& explanation = loop.at("explanation");
-    if (explanation.is_object()) put_explanation(explanation, extras_[i]);
+    std::vector<double> now = values(i, explanation_columns_);
+    if (explanations_seen_[i] && protocol::same(now, *explanations_seen_[i])) continue;
+    const auto loop = ask(daemon_, protocol::LoopRequest{model_.loops()[i].tag});
+    if (loop.explanation) put_explanation(*loop.explanation, extras_[i]);
     explanations_seen_[i] = std::move(now);
   }
 }
@@ -188,7 +190,7 @@ void DaemonView::look_at_explanations() {
 Reading DaemonView::node_reading(const Extras& own) const {
   Extras all = own;
   if (!version_.empty()) all["version"] = version_;
-  return model_.node_reading(described_ ? registers_ : json(nullptr), all);
+  return model_.node_reading(described_ ? &registers_ : nullptr, all);
 }
 
 Reading DaemonView::loop_reading(std::size_t loop) const {
@@ -212,14 +214,10 @@ std::optional<std::filesystem::path> DaemonView::evidence(std::size_t loop,
   const std::string& tag = model_.loops().at(loop).tag;
   const auto& alarms = alarm_names();
   if (std::find(alarms.begin(), alarms.end(), wanted) != alarms.end()) {
-    const json answer = link_.ask({{"request", "explain"}, {"loop", tag}, {"alarm", wanted}});
+    const auto answer = ask(daemon_, protocol::ExplainRequest{tag, wanted});
     // The host asks again where nobody knows.
-    if (!answer.value("disk_answers", true)) {
-      throw std::runtime_error("the box's disk does not answer");
-    }
-    const auto folder = answer.find("evidence");
-    if (folder == answer.end() || !folder->is_string()) return std::nullopt;
-    return folder->get<std::string>();
+    if (!answer.disk_answers) throw std::runtime_error("the box's disk does not answer");
+    return answer.evidence;
   }
   // A name, and nothing that leads elsewhere; of this loop.
   if (wanted.empty() || wanted.front() == '.' ||

@@ -8,10 +8,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "services/edge/box_model.hpp"
-#include "services/edge/daemon_link.hpp"
+#include "protocol/daemon_client.hpp"
 
 namespace loopwarden::edge {
 
@@ -21,8 +19,7 @@ class DaemonView {
   DaemonView(const std::filesystem::path& runtime_directory, DeadBands dead_bands,
              std::filesystem::path commissions);
 
-  // Asks for everything anew; true if the model is another one than before. Throws DaemonAway or, where it answers
-  // in a way that can't be understood, DaemonRefused.
+  // Asks for everything anew; true if the model is another one than before. Throws protocol::DaemonError.
   bool look();
 
   const BoxModel& model() const noexcept { return model_; }
@@ -35,29 +32,29 @@ class DaemonView {
 
  private:
   bool describe();
-  BoxModel::Detectable detectable(const nlohmann::json& describe) const;
+  BoxModel::Detectable detectable(const protocol::Description& describe) const;
   void note_columns();
   void look_at_alarms();
   void look_at_explanations();
-  nlohmann::json values(std::size_t loop, const std::vector<std::size_t>& columns) const;
+  std::vector<double> values(std::size_t loop, const std::vector<std::size_t>& columns) const;
 
-  DaemonLink link_;
+  protocol::DaemonClient daemon_;
   DeadBands dead_bands_;
   std::filesystem::path commissions_;
 
   BoxModel model_;
   bool described_ = false;
-  nlohmann::json config_hash_;
+  std::optional<double> config_hash_;
   std::filesystem::path state_directory_;
   std::string version_;
-  nlohmann::json registers_;
+  protocol::Registers registers_;
   std::vector<Extras> extras_;  // of each loop
 
   // What changes when alarms or explanations do, by column, and how it was when they were asked for.
   std::vector<std::size_t> alarm_columns_;
   std::vector<std::size_t> explanation_columns_;
-  nlohmann::json alarms_seen_;
-  std::vector<nlohmann::json> explanations_seen_;
+  std::vector<double> alarms_seen_;
+  std::vector<std::optional<std::vector<double>>> explanations_seen_;
 };
 
 }  // namespace loopwarden::edge

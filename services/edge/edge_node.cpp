@@ -331,8 +331,8 @@ void EdgeNode::want_evidence(std::size_t loop, const std::string& wanted) {
     const auto folder = view_.evidence(loop, wanted);
     const std::string why = folder ? files_.add(device, wanted, *folder) : "refused: there is none";
     if (!why.empty()) orders_.refuse(device, what + why);
-  } catch (const DaemonRefused& e) {
-    orders_.refuse(device, what + "refused: " + e.what());
+  } catch (const protocol::DaemonError& e) {
+    orders_.refuse(device, what + (e.refused() ? "refused: " : "not known: ") + e.what());
   } catch (const std::exception& e) {
     orders_.refuse(device, what + "not known: " + e.what());
   }

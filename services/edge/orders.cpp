@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <utility>
+#include <variant>
+
+#include "protocol/ask.hpp"
 
 namespace loopwarden::edge {
 namespace {
@@ -13,24 +16,26 @@ namespace {
 constexpr std::chrono::milliseconds kOrderPatience{2000};
 constexpr std::chrono::seconds kLongestWait{60};
 constexpr std::size_t kMostOrders = 100;
+constexpr const char* kUser = "sparkplug";
 
-const char* outcome_of(const nlohmann::json& answer) {
-  return answer.value("on_disk", true) ? "done" : "done, the journal does not have it yet";
+const char* done(bool on_disk) {
+  return on_disk ? "done" : "done, the journal does not have it yet";
 }
-std::string outcome_of(const DaemonAway& e) {
-  return fmt::format(
-      "{}: {}",
-      e.may_be_done() ? "not known" : "refused: no socket for orders (loopwardend.yaml: edge)",
-      e.what());
-}
-std::string outcome_of(const nlohmann::json::exception& e) {
-  return fmt::format("not known: the daemon answers in another way than expected: {}", e.what());
+std::string outcome_of(const protocol::DaemonError& e) {
+  using Kind = protocol::DaemonError::Kind;
+  switch (e.kind()) {
+    case Kind::refused: return fmt::format("refused: {}", e.what());
+    case Kind::down:
+      return fmt::format("refused: no socket for orders (loopwardend.yaml: edge): {}", e.what());
+    case Kind::not_known: break;
+  }
+  return fmt::format("not known: {}", e.what());
 }
 
 }  // namespace
 
 Orders::Orders(const std::filesystem::path& runtime_directory, bool allowed)
-    : link_((runtime_directory / "edge.sock").string(), kOrderPatience), allowed_(allowed) {}
+    : daemon_((runtime_directory / "edge.sock").string(), kOrderPatience), allowed_(allowed) {}
 
 void Orders::give(const std::string& device, const std::string& tag, const Order& order) {
   const auto end = [&](const std::string& how) {
@@ -39,21 +44,21 @@ void Orders::give(const std::string& device, const std::string& tag, const Order
   };
   if (!allowed_) return end("refused: edge.yaml has no orders: true");
   if (waiting_.size() >= kMostOrders) return end("refused: too many orders wait");
-  nlohmann::json request = order.request;
-  request["loop"] = tag;
-  request["user"] = "sparkplug";
   try {
-    const nlohmann::json answer = link_.ask(request);
-    if (!answer.contains("order")) {
-      return end(outcome_of(answer));
+    const auto give = [&](auto request) {
+      request.loop = tag;
+      request.user = kUser;
+      return ask(daemon_, request);
+    };
+    if (const auto* set = std::get_if<protocol::SetRequest>(&order.request)) {
+      waiting_.push_back(
+          {device, tag, order.what, give(*set).order, std::chrono::steady_clock::now()});
+    } else if (const auto* veto = std::get_if<protocol::VetoRequest>(&order.request)) {
+      end(done(give(*veto).on_disk));
+    } else {
+      end(done(give(std::get<protocol::AlarmRequest>(order.request)).on_disk));
     }
-    waiting_.push_back({device, tag, order.what, answer.at("order").get<std::uint64_t>(),
-                        std::chrono::steady_clock::now()});
-  } catch (const DaemonRefused& e) {
-    end(fmt::format("refused: {}", e.what()));
-  } catch (const DaemonAway& e) {
-    end(outcome_of(e));
-  } catch (const nlohmann::json::exception& e) {
+  } catch (const protocol::DaemonError& e) {
     end(outcome_of(e));
   }
 }
@@ -66,23 +71,19 @@ void Orders::acknowledge_all(const std::vector<Loop>& loops) {
   };
   if (!allowed_) return tell("refused: edge.yaml has no orders: true");
   try {
-    const nlohmann::json answer =
-        link_.ask({{"request", "acknowledge_all"}, {"user", "sparkplug"}});
-    const char* how = outcome_of(answer);
-    for (const nlohmann::json& alarm : answer.at("acknowledged")) {
-      const auto tag = alarm.at("loop").get<std::string>();
-      const auto loop =
-          std::find_if(loops.begin(), loops.end(), [&](const Loop& l) { return l.tag == tag; });
+    protocol::AcknowledgeAllRequest request;
+    request.user = kUser;
+    const auto answer = ask(daemon_, request);
+    const char* how = done(answer.on_disk);
+    for (const auto& [tag, alarm] : answer.acknowledged) {
+      const auto loop = std::find_if(loops.begin(), loops.end(),
+                                     [&tag = tag](const Loop& l) { return l.tag == tag; });
       if (loop == loops.end()) continue;
-      const auto what = "acknowledge_" + alarm.at("alarm").get<std::string>();
+      const auto what = "acknowledge_" + alarm;
       spdlog::info("{}: {}: {}", tag, what, how);
       done_.push_back({loop->device, fmt::format("{}: {}", what, how)});
     }
-  } catch (const DaemonRefused& e) {
-    tell(fmt::format("refused: {}", e.what()));
-  } catch (const DaemonAway& e) {
-    tell(outcome_of(e));
-  } catch (const nlohmann::json::exception& e) {
+  } catch (const protocol::DaemonError& e) {
     tell(outcome_of(e));
   }
 }
@@ -94,11 +95,9 @@ bool Orders::ask_after(const Waiting& order) {
     return true;
   };
   try {
-    const nlohmann::json answer =
-        link_.ask({{"request", "order"}, {"loop", order.tag}, {"order", order.number}});
-    const auto state = answer.at("state").get<std::string>();
-    if (state == "done") return end("done");
-    if (state == "refused") return end("refused: " + answer.value("why", std::string()));
+    const auto now = ask(daemon_, protocol::OrderRequest{order.tag, order.number});
+    if (now.state == "done") return end("done");
+    if (now.state == "refused") return end("refused: " + (now.outcome ? now.outcome->why : ""));
   } catch (const std::exception& e) {
     return end(fmt::format("not known: {}", e.what()));
   }

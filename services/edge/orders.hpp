@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "services/edge/command.hpp"
-#include "services/edge/daemon_link.hpp"
+#include "protocol/daemon_client.hpp"
 
 namespace loopwarden::edge {
 
@@ -48,7 +48,7 @@ class Orders {
   // True if it has ended.
   bool ask_after(const Waiting& order);
 
-  DaemonLink link_;
+  protocol::DaemonClient daemon_;
   bool allowed_;
   std::vector<Waiting> waiting_;
   std::vector<Outcome> done_;

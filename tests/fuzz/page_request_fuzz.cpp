@@ -55,7 +55,7 @@ RequestHead head_from(std::string_view& input) {
 json answer_from(std::string_view& input) {
   const std::string line = take(input, "\n");
   json answer = json::parse(line, nullptr, false);
-  if (!answer.is_object()) throw page::DaemonRefused(line);
+  if (!answer.is_object()) throw protocol::DaemonError(protocol::DaemonError::Kind::refused, line);
   return answer;
 }
 

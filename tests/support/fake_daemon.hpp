@@ -178,7 +178,8 @@ class FakeDaemon {
       return {{"evidence", evidence_.empty() ? json(nullptr) : json(evidence_.string())}};
     if (what == "loop") {
       const auto found = explanations_.find(request.at("loop").get<std::string>());
-      return {{"explanation", found == explanations_.end() ? json(nullptr) : found->second}};
+      return {{"name", request.at("loop")},
+              {"explanation", found == explanations_.end() ? json(nullptr) : found->second}};
     }
     return {{"ok", false}, {"error", "no such request: " + what}};
   }

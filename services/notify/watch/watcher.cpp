@@ -8,6 +8,8 @@
 #include <iterator>
 #include <utility>
 
+#include "protocol/ask.hpp"
+#include "services/notify/text/one_line.hpp"
 #include "services/notify/watch/answers.hpp"
 
 namespace loopwarden::notify {
@@ -16,7 +18,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPeriod{1000};
-constexpr std::chrono::milliseconds kPatience{3000};
+constexpr std::uint64_t kNewestLines = 200;  // of the journal
 // An answer that takes so long is as good as none.
 constexpr std::chrono::milliseconds kLate{3000};
 
@@ -48,9 +50,10 @@ void Watcher::run() {
     std::string why;
     try {
       ask();
+    } catch (const protocol::DaemonError& e) {
+      why = (e.refused() ? "the daemon says: " : "") + one_line(e.what());
     } catch (const std::exception& e) {
       why = e.what();
-      client_.reset();
     }
     lock.lock();
     if (why != error_) {
@@ -62,17 +65,16 @@ void Watcher::run() {
 }
 
 void Watcher::ask() {
-  if (!client_) client_ = std::make_unique<base::LocalClient>(socket_, kPatience);
   Snapshot snapshot;
-  snapshot.alarms = alarms_from(client_->request(kAlarmsRequest, kPatience));
+  snapshot.alarms = readings_of(protocol::ask(daemon_, protocol::AlarmsRequest{}));
   if (changed(snapshot.alarms)) {
     describe();
     try {
-      snapshot.journal = journal_from(client_->request(kJournalRequest, kPatience));
+      snapshot.journal =
+          lines_of(protocol::ask(daemon_, protocol::JournalRequest{.most = kNewestLines}));
     } catch (const std::exception& e) {
-      // The alarm counts; who and why are missing then. A late answer would be taken for the next one.
+      // The alarm counts; who and why are missing then.
       spdlog::warn("no reasons: {}", e.what());
-      client_.reset();
     }
   }
   for (AlarmReading& alarm : snapshot.alarms) {
@@ -89,10 +91,9 @@ void Watcher::ask() {
 // Only where something may be told. A reload may have changed them.
 void Watcher::describe() {
   try {
-    descriptions_ = descriptions_from(client_->request(kDescribeRequest, kPatience));
-  } catch (const base::NoAnswer&) {
-    throw;
-  } catch (const std::exception& e) {
+    descriptions_ = descriptions_of(protocol::ask(daemon_, protocol::DescribeRequest{}));
+  } catch (const protocol::DaemonError& e) {
+    if (e.kind() == protocol::DaemonError::Kind::down) throw;
     spdlog::warn("no descriptions: {}", e.what());
   }
 }

@@ -7,14 +7,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "services/notify/rules/watch_rules.hpp"
-#include "base/local_socket.hpp"
+#include "protocol/daemon_client.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::notify {
@@ -29,7 +28,7 @@ void keep_reasons(Snapshot& newer, Snapshot older);
 
 class Watcher {
  public:
-  explicit Watcher(std::string socket) : socket_(std::move(socket)) {}
+  explicit Watcher(std::string socket) : daemon_(std::move(socket), kPatience) {}
   Watcher(const Watcher&) = delete;
   Watcher& operator=(const Watcher&) = delete;
   ~Watcher() { stop_for(std::chrono::milliseconds(0)); }
@@ -51,9 +50,10 @@ class Watcher {
   void describe();
   bool changed(const std::vector<AlarmReading>& alarms);
 
-  std::string socket_;
+  static constexpr std::chrono::milliseconds kPatience{3000};
+
   // Of the thread alone.
-  std::unique_ptr<base::LocalClient> client_;
+  protocol::DaemonClient daemon_;
   std::vector<AlarmReading> before_;
   std::map<std::string, std::string> descriptions_;  // by loop
 

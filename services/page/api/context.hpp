@@ -8,7 +8,7 @@
 
 #include "services/page/api/host_names.hpp"
 #include "services/page/box/box.hpp"
-#include "services/page/box/daemon_door.hpp"
+#include "protocol/daemon_client.hpp"
 #include "services/page/files/report_store.hpp"
 #include "services/page/history/history.hpp"
 #include "fleet/queries/fleet.hpp"
@@ -27,8 +27,8 @@ struct Context {
   const HostNames& hosts;
   std::function<Box::Now()> now;
   std::function<std::string()> sparklines;
-  Daemon& daemon;  // status.sock
-  Daemon& orders;  // page.sock
+  protocol::Daemon& daemon;  // status.sock
+  protocol::Daemon& orders;  // page.sock
   UserDirectory& users;
   Sessions& sessions;
   LogInGuard& guard;

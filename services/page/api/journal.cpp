@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 
@@ -49,7 +50,8 @@ std::string cell(const json& value) {
 
 class LinesAsCsv final : public http::Source {
  public:
-  LinesAsCsv(Daemon& daemon, json request) : daemon_(daemon), request_(std::move(request)) {}
+  LinesAsCsv(protocol::Daemon& daemon, json request)
+      : daemon_(daemon), request_(std::move(request)) {}
 
   std::string next() override {
     std::string text;
@@ -68,7 +70,7 @@ class LinesAsCsv final : public http::Source {
   }
 
  private:
-  Daemon& daemon_;
+  protocol::Daemon& daemon_;
   json request_;
   bool begun_ = false;
   bool ended_ = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/statvfs.h>
 
+#include "protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/gate.hpp"
 #include "services/page/api/handlers.hpp"
@@ -36,12 +37,12 @@ http::Response describe(Context& context, const Call& call) {
   check_query(call.request, {});
   const Box::Now now = context.now();
   http::Response response;
-  if (!now.plant) {
+  if (!now.state) {
     response.body = dump({{"up", false}, {"loops", json::array()}});
     return response;
   }
   // The daemon's text is an object: this goes in at its front.
-  response.body = (now.up ? R"({"up":true,)" : R"({"up":false,)") + now.plant->text.substr(1);
+  response.body = (now.up ? R"({"up":true,)" : R"({"up":false,)") + now.state->text.substr(1);
   return response;
 }
 
@@ -68,7 +69,10 @@ http::Response alarms(Context& context, const Call& call) {
   check_query(call.request, {});
   const Box::Now now = context.now();
   http::Response response;
-  if (!now.alarms) throw DaemonDown(now.why.empty() ? "the daemon was not asked yet" : now.why);
+  if (!now.alarms) {
+    throw protocol::DaemonError(protocol::DaemonError::Kind::down,
+                                now.why.empty() ? "the daemon was not asked yet" : now.why);
+  }
   response.shared = now.alarms;
   return response;
 }
@@ -85,7 +89,7 @@ http::Response system(Context& context, const Call& call) {
   answer["page"]["history_bytes"] = context.history.bytes();
   answer["page"]["sessions"] = context.sessions.size();
   if (!now.up) return json_response(answer);
-  json status = context.daemon.ask({{"request", "status"}});
+  json status = context.daemon.ask(protocol::StatusRequest{});
   answer["daemon"] = status.at("daemon");
   json buses = json::array();
   for (const json& one : status.at("loops")) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"
@@ -21,50 +22,52 @@ json with_evidence(json answer, files::ReportStore& store) {
 
 }  // namespace
 
-const PlantLoop& loop_at(const std::shared_ptr<const Plant>& plant, std::string_view tag) {
-  const PlantLoop* loop = plant ? plant->find(tag) : nullptr;
+const protocol::LoopDescription& loop_at(const std::shared_ptr<const BoxState>& state,
+                                         std::string_view tag) {
+  const protocol::LoopDescription* loop = state ? state->find(tag) : nullptr;
   if (loop == nullptr) throw ApiError(404, "there is no loop of that name");
   return *loop;
 }
 
 http::Response loop(Context& context, const Call& call) {
   check_query(call.request, {});
-  const auto plant = context.now().plant;
-  const PlantLoop& loop = loop_at(plant, call.request.part(2));
-  return json_response(context.daemon.ask({{"request", "loop"}, {"loop", loop.tag}}));
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
+  return json_response(context.daemon.ask(protocol::LoopRequest{loop.tag}));
 }
 
 http::Response windows(Context& context, const Call& call) {
   check_query(call.request, {});
-  const auto plant = context.now().plant;
-  const PlantLoop& loop = loop_at(plant, call.request.part(2));
-  return json_response(context.daemon.ask({{"request", "windows"}, {"loop", loop.tag}}));
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
+  return json_response(context.daemon.ask(protocol::WindowsRequest{loop.tag}));
 }
 
 http::Response loop_alarm(Context& context, const Call& call) {
   check_query(call.request, {});
-  const auto plant = context.now().plant;
-  const PlantLoop& loop = loop_at(plant, call.request.part(2));
-  json answer = context.daemon.ask(
-      {{"request", "explain"}, {"loop", loop.tag}, {"alarm", call.request.part(4)}});
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
+  json answer =
+      context.daemon.ask(protocol::ExplainRequest{loop.tag, std::string(call.request.part(4))});
   return json_response(with_evidence(std::move(answer), context.reports));
 }
 
 http::Response act_on_alarm(Context& context, const Call& call) {
-  const auto plant = context.now().plant;
-  const PlantLoop& loop = loop_at(plant, call.request.part(2));
-  if (!plant->alarms) {
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
+  if (!state->about.page.alarms) {
     throw ApiError(403, "loopwardend.yaml has no page: {alarms: true}, so alarms are only shown");
   }
   const json body = object_of(call.request, {"action", "minutes", "reason"});
-  json order = {{"request", "alarm"},
-                {"loop", loop.tag},
-                {"alarm", call.request.part(4)},
-                {"action", text_at(body, "action", 32)},
-                {"reason", text_or(body, "reason", kLongestReason, "")},
-                {"user", call.who.user},
-                {"address", call.request.peer}};
-  if (order["action"] == "shelve") order["minutes"] = whole_at(body, "minutes", 1, 1440);
+  protocol::AlarmRequest order{.loop = loop.tag,
+                               .alarm = std::string(call.request.part(4)),
+                               .action = text_at(body, "action", 32),
+                               .reason = text_or(body, "reason", kLongestReason, ""),
+                               .user = call.who.user,
+                               .address = call.request.peer};
+  if (order.action == "shelve") {
+    order.minutes = static_cast<std::uint64_t>(whole_at(body, "minutes", 1, 1440));
+  }
   return json_response(context.orders.ask(order));
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"
@@ -56,6 +57,17 @@ Wish wish_of(const http::Request& request, const std::string& tag) {
   return wish;
 }
 
+// `to`: a request or what it expects.
+template <class To>
+void put(const std::string& what, const json& value, To& to) {
+  if (what == "mode") {
+    to.mode = value.get<std::string>();
+  } else {
+    const double number = value.is_null() ? protocol::kNone : value.get<double>();
+    (what == "output" ? to.output : to.set_point) = number;
+  }
+}
+
 http::Response changed_meanwhile(const json& told) {
   http::Response response =
       json_response({{"error", told.at("why")}, {"now", *told.at("now").begin()}});
@@ -67,16 +79,15 @@ http::Response changed_meanwhile(const json& told) {
 // cycle comes in seconds or minutes: between the looks no thread is held.
 class Outcome {
  public:
-  Outcome(Context& context, std::string tag, const json& sent)
+  Outcome(Context& context, std::string tag, const protocol::OrderTaken& sent)
       : context_(&context),
         tag_(std::move(tag)),
-        order_(sent.at("order")),
-        patience_(5.0 + 3.0 * sent.value("sample_time_s", 0.1)) {}
+        order_(sent.order),
+        patience_(5.0 + 3.0 * sent.sample_time_s) {}
 
   http::Response look() const {
-    const json now =
-        context_->orders.ask({{"request", "order"}, {"loop", tag_}, {"order", order_}});
-    return is_over(now) ? answer_of(now) : later();
+    const json now = context_->orders.ask(protocol::OrderRequest{tag_, order_});
+    return is_over(protocol::read_answer<protocol::OrderState>(now)) ? answer_of(now) : later();
   }
 
  private:
@@ -92,11 +103,12 @@ class Outcome {
     return std::clamp(waited / 8, kFirstPause, kLongestPause);
   }
 
-  bool is_over(const json& now) const {
-    const std::string state = now.at("state").get<std::string>();
+  bool is_over(const protocol::OrderState& now) const {
     const auto waited = Clock::now() - begun_;
-    if (state == "done") return now.value("on_disk", false) || waited > kForDisk;
-    return state == "refused" || waited > patience_;
+    if (now.state == "done") {
+      return (now.outcome && now.outcome->on_disk) || waited > kForDisk;
+    }
+    return now.state == "refused" || waited > patience_;
   }
 
   static http::Response answer_of(const json& told) {
@@ -113,7 +125,7 @@ class Outcome {
 
   Context* context_;
   std::string tag_;
-  json order_;
+  std::uint64_t order_;
   std::chrono::duration<double> patience_;
   Clock::time_point begun_ = Clock::now();
 };
@@ -121,25 +133,23 @@ class Outcome {
 }  // namespace
 
 http::Response order(Context& context, const Call& call) {
-  const auto plant = context.now().plant;
-  const PlantLoop& loop = loop_at(plant, call.request.part(2));
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
   if (!context.settings.control) throw ApiError(403, "page.yaml has no control: true");
-  if (!plant->control) {
+  if (!state->about.page.control) {
     throw ApiError(403,
                    "loopwardend.yaml has no page: {control: true}, so nothing is set from here");
   }
   const Wish wish = wish_of(call.request, loop.tag);
-  json request = {{"request", "set"},
-                  {"loop", loop.tag},
-                  {wish.what, wish.value},
-                  {"user", call.who.user},
-                  {"address", call.request.peer}};
+  protocol::SetRequest request{
+      .loop = loop.tag, .user = call.who.user, .address = call.request.peer};
+  put(wish.what, wish.value, request);
   // Nothing known is no value to hold the order to, a loop that has not run yet: but where the output stands may be
   // not known to the loop either, until somebody orders it.
   if (wish.old && (!wish.old->is_null() || wish.what == "output")) {
-    request["expect"] = {{wish.what, *wish.old}};
+    put(wish.what, *wish.old, request.expect.emplace());
   }
-  return Outcome(context, loop.tag, context.orders.ask(request)).look();
+  return Outcome(context, loop.tag, ask(context.orders, request)).look();
 }
 
 }  // namespace loopwarden::page::api

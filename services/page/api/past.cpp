@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "base/clock.hpp"
+#include "protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"
@@ -27,30 +28,25 @@ history::Stretch stretch_of(const http::Request& request) {
 }
 
 // What the daemon's memory has beyond the segments: where nothing is recorded, or the disk is behind.
-std::vector<history::Block> newer_rows(Context& context, const Box::Now& now, const Plant& plant,
-                                       const PlantLoop& loop,
+std::vector<history::Block> newer_rows(Context& context, const Box::Now& now, const BoxState& state,
+                                       const protocol::LoopDescription& loop,
                                        const std::optional<history::Block>& newest) {
   constexpr std::int64_t kUsualLag_ms = 2000;
   if (!now.up || !now.periods) return {};
   if (newest && now.now_ms - newest->last_ms < kUsualLag_ms) return {};
-  const double period_now = now.periods->at(plant.index.at(loop.tag));
-  const double ms_per_period = 1000.0 * loop.sample_time_s / plant.accelerate;
+  const double period_now = now.periods->at(state.index.at(loop.tag));
+  const double ms_per_period = 1000.0 * loop.sample_time_s / state.about.accelerate;
   if (!std::isfinite(period_now)) return {};
-  const json trend = context.daemon.ask({{"request", "trend"}, {"loop", loop.tag}});
-  const json& periods = trend.at("period");
+  const auto trend = ask(context.daemon, protocol::TrendRequest{.loop = loop.tag});
   std::vector<history::Block> rows;
-  for (std::size_t i = 0; i < periods.size(); ++i) {
-    const auto number = [&](const char* key) {
-      const json& value = trend.at(key).at(i);
-      return value.is_number() ? value.get<double>() : std::nan("");
-    };
+  for (std::size_t i = 0; i < trend.period.size(); ++i) {
     record::RecordRow row;
-    row.period_index = periods[i].get<std::uint64_t>();
-    row.pv = number("pv");
-    row.sp = number("sp");
-    row.co = number("co");
-    row.stem = number("stem");
-    row.mode = trend.at("mode").at(i) == "AUTO" ? 1 : 0;
+    row.period_index = trend.period[i];
+    row.pv = trend.pv.at(i);
+    row.sp = trend.sp.at(i);
+    row.co = trend.co.at(i);
+    row.stem = trend.stem.at(i);
+    row.mode = trend.mode.at(i) == "AUTO" ? 1 : 0;
     const double ago = period_now - static_cast<double>(row.period_index);
     const std::int64_t at_ms = now.now_ms - std::llround(ago * ms_per_period);
     if (newest && at_ms <= newest->last_ms) continue;
@@ -79,7 +75,7 @@ json or_null(const std::optional<std::int64_t>& value) { return value ? json(*va
 
 // By hand: a library takes ten times as long for the four thousand rows.
 std::string past_json(const history::Past& past, const history::Stretch& stretch,
-                      const PlantLoop& loop) {
+                      const protocol::LoopDescription& loop) {
   const json head = {
       {"from_ms", stretch.from_ms},
       {"to_ms", stretch.to_ms},
@@ -156,7 +152,7 @@ class RowsAsCsv final : public http::Source {
   std::int64_t last_ms_ = 0;
 };
 
-std::filesystem::path folder_of(const Context& context, const PlantLoop& loop) {
+std::filesystem::path folder_of(const Context& context, const protocol::LoopDescription& loop) {
   // Where the page's state directory is another than the daemon's, such as a copy, it is the page's.
   return context.settings.state_directory / "segments" / loop.tag;
 }
@@ -166,14 +162,14 @@ std::filesystem::path folder_of(const Context& context, const PlantLoop& loop) {
 http::Response past(Context& context, const Call& call) {
   check_query(call.request, {"from_ms", "to_ms", "points"});
   const Box::Now now = context.now();
-  const PlantLoop& loop = loop_at(now.plant, call.request.part(2));
+  const protocol::LoopDescription& loop = loop_at(now.state, call.request.part(2));
   const history::Stretch stretch = stretch_of(call.request);
   const auto points = static_cast<std::size_t>(
       whole_in(call.request, "points", 2, static_cast<std::int64_t>(history::kMostPoints))
           .value_or(1000));
   const history::Past past = context.history.past(
       folder_of(context, loop), stretch, points, [&](const std::optional<history::Block>& newest) {
-        return newer_rows(context, now, *now.plant, loop, newest);
+        return newer_rows(context, now, *now.state, loop, newest);
       });
   http::Response response;
   response.body = past_json(past, stretch, loop);
@@ -182,8 +178,8 @@ http::Response past(Context& context, const Call& call) {
 
 http::Response past_csv(Context& context, const Call& call) {
   check_query(call.request, {"from_ms", "to_ms"});
-  const auto plant = context.now().plant;
-  const PlantLoop& loop = loop_at(plant, call.request.part(2));
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
   const history::Stretch stretch = stretch_of(call.request);
   http::Response response;
   response.content_type = "text/csv; charset=utf-8";

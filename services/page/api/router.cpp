@@ -120,10 +120,8 @@ Response excuse(std::exception_ptr what) {
     std::rethrow_exception(what);
   } catch (const ApiError& e) {
     return http::error_response(e.status(), e.what(), e.field());
-  } catch (const DaemonRefused& e) {
-    return http::error_response(409, e.what());
-  } catch (const DaemonDown& e) {
-    return http::error_response(503, e.what());
+  } catch (const protocol::DaemonError& e) {
+    return http::error_response(e.refused() ? 409 : 503, e.what());
   } catch (const fleet::FleetDown& e) {
     return http::error_response(503, e.what());
   } catch (const record::RecordError& e) {

@@ -31,7 +31,7 @@ long utc_offset_s() {
 }
 
 json session_json(Context& context, const Identity& who) {
-  const auto plant = context.now().plant;
+  const auto state = context.now().state;
   const bool acts = who.role >= Role::operator_;
   return {{"user", who.user.empty() ? json(nullptr) : json(who.user)},
           {"role", to_text(who.role)},
@@ -39,8 +39,8 @@ json session_json(Context& context, const Identity& who) {
           {"login", context.users.has_file()},
           {"must_login", who.role == Role::none},
           {"can",
-           {{"alarms", acts && plant && plant->alarms},
-            {"control", acts && plant && plant->control && context.settings.control}}},
+           {{"alarms", acts && state && state->about.page.alarms},
+            {"control", acts && state && state->about.page.control && context.settings.control}}},
           {"box", context.settings.box},
           {"fleet", context.fleet != nullptr},
           {"time_zone", context.settings.time_zone},

@@ -84,7 +84,7 @@ class App {
         box_({.status_socket = settings.box ? settings.status_socket.string() : std::string(),
               .live = per_second(settings.updates_per_s)}),
         daemon_(settings.status_socket, kPatience),
-        orders_(settings.page_socket, kOrderPatience, DaemonDoor::Connections::fresh),
+        orders_(settings.page_socket, kOrderPatience),
         users_(settings.users),
         sessions_(session_limits(settings)),
         reports_(settings.state_directory),
@@ -181,8 +181,8 @@ class App {
   std::filesystem::path site_folder_;
   http::Assets site_;
   Box box_;
-  DaemonDoor daemon_;
-  DaemonDoor orders_;
+  protocol::DaemonClient daemon_;
+  protocol::DaemonClient orders_;
   UserDirectory users_;
   Sessions sessions_;
   LogInGuard guard_;

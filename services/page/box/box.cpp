@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/clock.hpp"
+#include "protocol/ask.hpp"
 
 namespace loopwarden::page {
 namespace {
@@ -20,31 +20,16 @@ using nlohmann::json;
 // Sizes and times of alarms change without their states.
 constexpr std::chrono::seconds kAlarmsAtLeast{5};
 
-std::vector<double> numbers(const json& overview, const char* key) {
-  std::vector<double> values;
-  for (const json& one : overview.at(key)) {
-    values.push_back(one.is_number() ? one.get<double>()
-                                     : std::numeric_limits<double>::quiet_NaN());
+std::vector<double> alarm_columns(const protocol::Overview& overview) {
+  using protocol::Column;
+  std::vector<double> all;
+  for (const Column column : {Column::alarm, Column::alarm_kind, Column::alarms_unacknowledged}) {
+    all.insert(all.end(), overview[column].begin(), overview[column].end());
   }
-  return values;
+  return all;
 }
 
-std::string alarm_columns(const json& overview) {
-  std::string text;
-  for (const char* key : {"alarm", "alarm_kind", "alarms_unacknowledged"}) {
-    text += overview.at(key).dump();
-  }
-  return text;
-}
-
-std::string hash_of(const json& overview) {
-  const json& hash = overview.at("config_hash");
-  return hash.is_string() ? hash.get<std::string>() : hash.dump();
-}
-
-bool is_there(const json& alarm) {
-  return alarm.value("active", false) || alarm.value("unacknowledged", false);
-}
+bool is_there(const protocol::Alarm& alarm) { return alarm.active || alarm.unacknowledged; }
 
 // Periods count from the daemon's start: one that restarted between two looks is seen by them.
 bool has_begun_anew(const std::shared_ptr<const std::vector<double>>& before,
@@ -57,40 +42,39 @@ bool has_begun_anew(const std::shared_ptr<const std::vector<double>>& before,
 }
 
 // How long the plant has run, by the loop that is furthest.
-std::int64_t plant_ms(const Plant& plant, const std::vector<double>& periods) {
+std::int64_t plant_ms(const std::vector<protocol::LoopDescription>& loops,
+                      const std::vector<double>& periods) {
   double longest_s = 0.0;
-  for (std::size_t i = 0; i < std::min(periods.size(), plant.loops.size()); ++i) {
-    longest_s = std::fmax(longest_s, periods[i] * plant.loops[i].sample_time_s);
+  for (std::size_t i = 0; i < std::min(periods.size(), loops.size()); ++i) {
+    longest_s = std::fmax(longest_s, periods[i] * loops[i].sample_time_s);
   }
   return static_cast<std::int64_t>(1000.0 * longest_s);
 }
 
 }  // namespace
 
-json alarms_for_page(const json& answer) {
+json alarms_for_page(const protocol::Alarms& all) {
   json shown = json::array();
   std::map<std::string, std::pair<std::int64_t, std::size_t>> first;  // by loop: when, which
-  for (const json& alarm : answer.at("alarms")) {
+  for (const protocol::Alarm& alarm : all.alarms) {
     // One that is suppressed and off is one that could not come: of a plant at rest that would be all of them.
-    if (alarm.at("state") == "normal" || (alarm.at("state") == "suppressed" && !is_there(alarm))) {
-      continue;
-    }
+    if (alarm.state == "normal" || (alarm.state == "suppressed" && !is_there(alarm))) continue;
     json one = alarm;
     one["first_out"] = false;
     if (is_there(alarm)) {
-      const auto raised_ms = alarm.value("raised_ms", std::int64_t{0});
-      const auto [it, is_new] =
-          first.try_emplace(alarm.at("loop").get<std::string>(), raised_ms, shown.size());
-      if (!is_new && raised_ms < it->second.first) it->second = {raised_ms, shown.size()};
+      const auto [it, is_new] = first.try_emplace(alarm.loop, alarm.raised_ms, shown.size());
+      if (!is_new && alarm.raised_ms < it->second.first) {
+        it->second = {alarm.raised_ms, shown.size()};
+      }
     }
     shown.push_back(std::move(one));
   }
   for (const auto& [loop, one] : first) shown[one.second]["first_out"] = true;
-  return {{"now_ms", answer.at("now_ms")}, {"alarms", std::move(shown)}};
+  return {{"now_ms", all.now_ms}, {"alarms", std::move(shown)}};
 }
 
 Box::Box(BoxSettings settings)
-    : settings_(std::move(settings)), door_(settings_.status_socket, settings_.patience) {
+    : settings_(std::move(settings)), daemon_(settings_.status_socket, settings_.patience) {
   now_.since_ms = base::utc_ms();
   now_.why = "not asked yet";
 }
@@ -153,33 +137,29 @@ void Box::wait() {
 
 void Box::look() {
   try {
-    look_at(door_.ask_text(R"({"request":"overview"})"));
-  } catch (const DaemonDown& e) {
+    look_at(daemon_.ask_text(json(protocol::OverviewRequest{}).dump()));
+  } catch (const protocol::DaemonError& e) {
     went_down(e.what());
-  } catch (const DaemonRefused& e) {
-    went_down(e.what());
-  } catch (const json::exception& e) {
-    went_down(std::string("the daemon's answer can't be read: ") + e.what());
   }
 }
 
 void Box::look_at(const std::string& text) {
-  const json overview = json::parse(text);
-  if (!overview.value("ok", false)) throw DaemonRefused(overview.value("error", "no overview"));
+  const auto overview = protocol::read_answer<protocol::Overview>(protocol::answer_in(text));
   const Now before = now();
-  auto periods = std::make_shared<const std::vector<double>>(numbers(overview, "period"));
-  if (!before.up || !before.plant || before.plant->config_hash != hash_of(overview) ||
+  auto periods = std::make_shared<const std::vector<double>>(overview[protocol::Column::period]);
+  if (!before.up || !before.state || before.state->about.config_hash != overview.config_hash ||
       has_begun_anew(before.periods, *periods)) {
-    fetch_plant();
+    fetch_state();
   }
   {
     const std::lock_guard lock(mutex_);
-    now_.now_ms = overview.at("now_ms").get<std::int64_t>();
+    now_.now_ms = overview.now_ms;
     now_.periods = std::move(periods);
-    sparklines_.add(plant_ms(*now_.plant, *now_.periods), numbers(overview, "pv"));
+    sparklines_.add(plant_ms(now_.state->about.loops, *now_.periods),
+                    overview[protocol::Column::pv]);
   }
-  std::string columns = alarm_columns(overview);
-  if (columns != alarm_columns_ || Clock::now() >= alarms_due_) {
+  std::vector<double> columns = alarm_columns(overview);
+  if (!protocol::same(columns, alarm_columns_) || Clock::now() >= alarms_due_) {
     fetch_alarms();
     alarm_columns_ = std::move(columns);
     alarms_due_ = Clock::now() + kAlarmsAtLeast;
@@ -188,17 +168,17 @@ void Box::look_at(const std::string& text) {
   publish_(http::EventKind::overview, text);
 }
 
-void Box::fetch_plant() {
-  std::shared_ptr<const Plant> plant = plant_of(door_.ask({{"request", "describe"}}));
+void Box::fetch_state() {
+  auto state = box_state_of(daemon_.ask(protocol::DescribeRequest{}));
   {
     const std::lock_guard lock(mutex_);
-    now_.plant = std::move(plant);
+    now_.state = std::move(state);
   }
   publish_(http::EventKind::describe, "{}");
 }
 
 void Box::fetch_alarms() {
-  const json alarms = alarms_for_page(door_.ask({{"request", "alarms"}}));
+  const json alarms = alarms_for_page(ask(daemon_, protocol::AlarmsRequest{}));
   std::string list = alarms.at("alarms").dump();
   {
     const std::lock_guard lock(mutex_);

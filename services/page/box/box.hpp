@@ -14,8 +14,9 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "base/thread.hpp"
-#include "services/page/box/daemon_door.hpp"
-#include "services/page/box/plant.hpp"
+#include "protocol/daemon_client.hpp"
+#include "protocol/overview.hpp"
+#include "services/page/box/box_state.hpp"
 #include "services/page/box/sparklines.hpp"
 #include "net/http/event_hub.hpp"
 
@@ -47,10 +48,9 @@ class Box {
   // Any thread.
   struct Now {
     bool up = false;
-    std::int64_t since_ms = 0;  // UTC, of the last change
-    std::string why;            // it is down
-    std::shared_ptr<const Plant>
-        plant;  // null: never heard of; of a daemon that is down the last one
+    std::int64_t since_ms = 0;              // UTC, of the last change
+    std::string why;                        // it is down
+    std::shared_ptr<const BoxState> state;  // null: never heard of; of one that is down the last
     std::shared_ptr<const std::string> alarms;           // as /api/alarms
     std::int64_t now_ms = 0;                             // of the newest overview
     std::shared_ptr<const std::vector<double>> periods;  // of each loop in that overview
@@ -62,7 +62,7 @@ class Box {
   void run();
   void look();
   void look_at(const std::string& overview);
-  void fetch_plant();
+  void fetch_state();
   void fetch_alarms();
   void went_down(const std::string& why);
   void came_up();
@@ -70,7 +70,7 @@ class Box {
   void wait();
 
   BoxSettings settings_;
-  DaemonDoor door_;
+  protocol::DaemonClient daemon_;
   Publish publish_;
   Errand errand_;
 
@@ -83,14 +83,14 @@ class Box {
   Sparklines sparklines_;
 
   // Of the thread alone.
-  std::string alarm_columns_;  // of the newest overview: when they change, the alarms have
-  std::string alarm_list_;     // as published last
+  std::vector<double> alarm_columns_;  // of the newest overview: when they change, the alarms have
+  std::string alarm_list_;             // as published last
   std::chrono::steady_clock::time_point alarms_due_{};
   base::Thread thread_;
 };
 
 // The alarms of the daemon's answer that aren't normal, nor suppressed and off, each with "first_out": it came before the others of its
 // loop that are still there.
-nlohmann::json alarms_for_page(const nlohmann::json& answer);
+nlohmann::json alarms_for_page(const protocol::Alarms& all);
 
 }  // namespace loopwarden::page

@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -359,9 +358,9 @@ TEST_CASE("Loops that came and went are named", "[app][reload]") {
   CHECK(has_line(all, "FIC-102: the loop is new; it needs a restart"));
   CHECK(has_line(all,
                  "FIC-101: the loop is gone from the files; it runs on as it is until a restart"));
-  const nlohmann::json json = daemon::reload::to_json(all);
-  CHECK(json.at("loops")[0].at("decision") == "came");
-  CHECK(json.at("loops")[0].at("waiting_for_restart")[0].at("key") == "loop");
+  const loopwarden::protocol::ReloadPlan told = daemon::reload::told(all);
+  CHECK(told.loops.at(0).decision == "came");
+  CHECK(told.loops.at(0).waiting_for_restart.at(0).key == "loop");
 }
 
 }  // namespace loopwarden::tests::reload_plan_test

@@ -84,13 +84,13 @@ struct Bench {
     REQUIRE(test::eventually([&] {
       reloader->step();
       run(1);
-      told = reloader->state(number);
+      told = *reloader->state(number);
       return told.at("state") == "done";
     }));
     return told;
   }
   json reload() { return done(reloader->post("uid 1000", false)); }
-  std::size_t waiting(const char* list) const { return reloader->status().at(list).size(); }
+  std::size_t waiting(const char* list) const { return json(reloader->status()).at(list).size(); }
   double kp() const { return loops[0].settings->get().controller.pid.gains.kp; }
 
   config::test::ScratchFolder files;
@@ -115,7 +115,7 @@ TEST_CASE("a reload is told step by step, and its hash is that of the files", "[
   bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
   bench.write("loopwardend.yaml", "log_level: debug\n");
   const std::uint64_t number = bench.reloader->post("uid 1000", false);
-  CHECK(bench.reloader->state(number) == json{{"state", "waiting"}});
+  CHECK(json(*bench.reloader->state(number)) == json{{"state", "waiting"}});
   const json result = bench.done(number);
   CHECK(result.at("outcome") == "in_force");
   CHECK(bench.kp() == 0.5);
@@ -123,8 +123,8 @@ TEST_CASE("a reload is told step by step, and its hash is that of the files", "[
   CHECK(bench.reloading == 1);
   CHECK(bench.ready == 1);
   CHECK(bench.reloader->config_hash() != first);
-  CHECK(bench.reloader->config_hash() == bench.reloader->status().at("files_hash"));
-  CHECK(bench.reloader->state(99).is_null());
+  CHECK(bench.reloader->config_hash() == bench.reloader->status().files_hash);
+  CHECK_FALSE(bench.reloader->state(99));
 }
 
 TEST_CASE("a dry run says the same and does nothing", "[app][reload]") {
@@ -149,7 +149,7 @@ TEST_CASE("while something waits, the hash tells what is in force", "[app][reloa
   CHECK(bench.reload().at("outcome") == "waits");
   const std::uint32_t mixed = bench.reloader->config_hash();
   CHECK(mixed != first);
-  CHECK(mixed != bench.reloader->status().at("files_hash"));
+  CHECK(mixed != bench.reloader->status().files_hash);
   CHECK(bench.reload().at("outcome") == "waits");
   CHECK(bench.reloader->config_hash() == mixed);
   CHECK(bench.waiting("waiting_for_restart") == 1);
@@ -158,12 +158,12 @@ TEST_CASE("while something waits, the hash tells what is in force", "[app][reloa
   CHECK(bench.reload().at("outcome") == "refused");
   CHECK(bench.reloader->config_hash() == mixed);
   CHECK(bench.waiting("waiting_for_restart") == 1);
-  CHECK(bench.reloader->status().at("refused") != "");
+  CHECK(bench.reloader->status().refused != "");
   // Back to the old files nothing waits.
   bench.write("loops.d/a.yaml", kLoop);
   CHECK(bench.reload().at("outcome") == "in_force");
   CHECK(bench.reloader->config_hash() == first);
-  CHECK(bench.reloader->status().at("files_in_force") == true);
+  CHECK(bench.reloader->status().files_in_force);
 }
 
 TEST_CASE("limits that wait come into force with CO, unless a later reload says otherwise",
@@ -184,7 +184,7 @@ TEST_CASE("limits that wait come into force with CO, unless a later reload says 
     move_output(3.0);
     CHECK(bench.kp() == 0.5);
     CHECK(bench.waiting("waiting_for_output") == 0);
-    CHECK(bench.reloader->config_hash() == bench.reloader->status().at("files_hash"));
+    CHECK(bench.reloader->config_hash() == bench.reloader->status().files_hash);
   }
   SECTION("the next reload keeps the loop whole") {
     bench.write("loops.d/a.yaml", with(narrow, "unit: V", "unit: mA"));
@@ -230,7 +230,7 @@ TEST_CASE("a loop whose next cycle is far away does not hold up the reload", "[a
   json state;
   REQUIRE(test::eventually([&] {
     bench.reloader->step();
-    state = bench.reloader->state(number);
+    state = *bench.reloader->state(number);
     return state.at("state") == "done";
   }));
   CHECK(state.at("outcome") == "waits");

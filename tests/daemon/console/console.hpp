@@ -53,7 +53,7 @@ struct Console {
   }
 
   console::Parts parts() {
-    return tests::parts_of(*this, [] { return json{{"version", "test"}}; });
+    return tests::parts_of(*this, [] { return protocol::DaemonStatus{.version = "test"}; });
   }
   json ask(const std::string& line, console::SocketName socket = console::SocketName::control) {
     const base::LocalServer::Answer answer = server->answer(line, socket, 1000);

@@ -2,6 +2,7 @@
 #include "daemon/console/metrics.hpp"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 #include <filesystem>
 #include <sstream>
 #include <string>

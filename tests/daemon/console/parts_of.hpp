@@ -6,15 +6,13 @@
 #include <string>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "daemon/console/parts.hpp"
 
 namespace loopwarden::tests {
 
 // What the sockets show of a test's bench.
 template <class Bench>
-daemon::console::Parts parts_of(Bench& bench, std::function<nlohmann::json()> status) {
+daemon::console::Parts parts_of(Bench& bench, std::function<protocol::DaemonStatus()> status) {
   return {.loops = bench.loops,
           .historian = bench.historian,
           .board = bench.board,
@@ -22,16 +20,10 @@ daemon::console::Parts parts_of(Bench& bench, std::function<nlohmann::json()> st
           .evidence = bench.evidence,
           .severe_percent = 10.0,
           .daemon_status = std::move(status),
-          .box_description =
-              [] {
-                return nlohmann::json{{"version", "test"}};
-              },
+          .box_description = [] { return protocol::Description{.version = "test"}; },
           .config_hash = [] { return 17U; },
           .reload = [](const std::string&, bool) { return std::uint64_t{1}; },
-          .reload_state =
-              [](std::uint64_t) {
-                return nlohmann::json{{"state", "reading"}};
-              },
+          .reload_state = [](std::uint64_t) { return protocol::ReloadState{"reading"}; },
           .box = [] { return daemon::gateway::BoxReading{.utc_ms = 1'800'000'000'123}; },
           .modbus_server = [] { return daemon::gateway::ServerState{}; }};
 }

@@ -56,7 +56,8 @@ class EdgeSocket {
   int fd_;
 };
 
-const Order kSetPoint{"sp 5", {{"request", "set"}, {"set_point", 5.0}}};
+const Order kSetPoint{"sp 5", protocol::SetRequest{.set_point = 5.0}};
+const Order kAcknowledge{"acknowledge_stiction", protocol::AlarmRequest{}};
 
 std::string told(Orders& orders) {
   const std::vector<Orders::Outcome> all = orders.outcomes();
@@ -110,7 +111,7 @@ TEST_CASE("an order that is done and not in the journal yet is told so", "[edge]
   Orders orders(folder.path(), true);
   int peer = -1;
   std::thread daemon([&] { peer = socket.take(R"({"ok": true, "on_disk": false})"); });
-  orders.give("d", "FIC-101", {"acknowledge_stiction", {{"request", "alarm"}}});
+  orders.give("d", "FIC-101", kAcknowledge);
   daemon.join();
   CHECK(told(orders) == "acknowledge_stiction: done, the journal does not have it yet");
   ::close(peer);
@@ -151,9 +152,9 @@ TEST_CASE("the first order after a restart of the daemon reaches the new one", "
   for (int run = 0; run < 2; ++run) {
     const EdgeSocket socket(folder.path());
     std::thread daemon([&] { ::close(socket.take(R"({"ok": true, "on_disk": true})")); });
-    orders.give("d", "FIC-101", kSetPoint);
+    orders.give("d", "FIC-101", kAcknowledge);
     daemon.join();
-    CHECK(told(orders) == "sp 5: done");
+    CHECK(told(orders) == "acknowledge_stiction: done");
   }
 }
 

@@ -178,7 +178,7 @@ TEST_CASE("an order needs the daemon's right, the page's right and a confirmatio
   SECTION("the daemon's right") {
     json description = describe_of_two();
     description["page"]["control"] = false;
-    rig.now.plant = page::plant_of(description);
+    rig.now.state = page::box_state_of(description);
     expected = 403;
   }
   SECTION("another tag") {
@@ -258,7 +258,9 @@ TEST_CASE("what has changed behind the operator's back is told with its value") 
   const std::string why = "the set point is 5.5 by now, 5 was expected";
   json expected{{"error", why}};
   SECTION("at once, where the daemon knows no value") {
-    rig.orders.says = [&](const json&) -> json { throw page::DaemonRefused(why); };
+    rig.orders.says = [&](const json&) -> json {
+      throw protocol::DaemonError(protocol::DaemonError::Kind::refused, why);
+    };
   }
   SECTION("when the cycle takes it") {
     rig.orders.says = [&](const json& request) -> json {
@@ -392,7 +394,7 @@ TEST_CASE("an order of a slow loop is waited for in rounds") {
   rig.orders.says = [&](const json& request) -> json {
     if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 60.0}};
     if (++looks < 4) return {{"state", "waiting"}, {"why", ""}, {"on_disk", false}};
-    if (last == "gone") throw page::DaemonDown("gone");
+    if (last == "gone") throw protocol::DaemonError(protocol::DaemonError::Kind::down, "gone");
     return {{"state", last}, {"why", "too warm"}, {"on_disk", true}};
   };
   int status = 200;
@@ -436,9 +438,13 @@ TEST_CASE("a stream ends with its session") {
 
 TEST_CASE("an absent daemon is 503, one that refuses 409 with its words") {
   ApiRig rig(false);
-  rig.daemon.says = [](const json&) -> json { throw page::DaemonDown("gone"); };
+  rig.daemon.says = [](const json&) -> json {
+    throw protocol::DaemonError(protocol::DaemonError::Kind::down, "gone");
+  };
   CHECK(rig.answer(ApiRig::get({"api", "journal"})).status == 503);
-  rig.daemon.says = [](const json&) -> json { throw page::DaemonRefused("no"); };
+  rig.daemon.says = [](const json&) -> json {
+    throw protocol::DaemonError(protocol::DaemonError::Kind::refused, "no");
+  };
   CHECK(rig.answer(ApiRig::get({"api", "journal"})).body == R"({"error":"no"})");
 }
 

@@ -63,13 +63,13 @@ TEST_CASE("a daemon is seen to come, to go and to come back") {
       [&] { return heard.of(http::EventKind::daemon).find("\"up\":false") != std::string::npos; }));
   std::optional<FakeDaemon> daemon(std::in_place, folder / "status.sock", answer);
   REQUIRE(eventually([&] { return box.now().up; }));
-  CHECK(box.now().plant->loops.size() == 2);
+  CHECK(box.now().state->about.loops.size() == 2);
   CHECK(eventually([&] { return heard.times(http::EventKind::overview) > 3; }));
   REQUIRE(eventually([&] { return !heard.of(http::EventKind::alarms).empty(); }));
   CHECK(json::parse(heard.of(http::EventKind::alarms)).size() == 1);
   daemon.reset();
   REQUIRE(eventually([&] { return !box.now().up; }));
-  CHECK(box.now().plant);
+  CHECK(box.now().state);
   CHECK_FALSE(box.now().why.empty());
   const int descriptions = heard.times(http::EventKind::describe);
   daemon.emplace(folder / "status.sock", answer);
@@ -105,8 +105,9 @@ TEST_CASE("a daemon that is stopped, and whose queue is full, holds nobody") {
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   REQUIRE(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
   REQUIRE(::listen(fd, 1) == 0);
-  DaemonDoor door(path, std::chrono::milliseconds(20));
-  for (int i = 0; i < 10; ++i) CHECK_THROWS_AS(door.ask({{"request", "overview"}}), DaemonDown);
+  protocol::DaemonClient client(path, std::chrono::milliseconds(20));
+  for (int i = 0; i < 10; ++i)
+    CHECK_THROWS_AS(client.ask({{"request", "overview"}}), protocol::DaemonError);
   ::close(fd);
 }
 
@@ -115,20 +116,26 @@ TEST_CASE("the daemon's refusals are told apart from its absence") {
   const FakeDaemon daemon(folder / "s", [](const json&) -> json {
     return {{"ok", false}, {"error", "no loop 'x'"}};
   });
-  DaemonDoor door((folder / "s").string(), std::chrono::milliseconds(30'000));
-  CHECK_THROWS_WITH(door.ask({{"request", "loop"}}), "no loop 'x'");
-  CHECK_THROWS_AS(door.ask({{"request", "loop"}}), DaemonRefused);
+  protocol::DaemonClient client((folder / "s").string(), std::chrono::milliseconds(30'000));
+  try {
+    client.ask({{"request", "loop"}});
+    FAIL("not refused");
+  } catch (const protocol::DaemonError& e) {
+    CHECK(e.refused());
+    CHECK(e.what() == std::string("no loop 'x'"));
+  }
 }
 
 TEST_CASE("of a loop's alarms the one that came first is told") {
   json quiet = alarm_of("A", "hysteresis", "suppressed", 0);
   quiet["active"] = quiet["unacknowledged"] = false;
-  const json shown = alarms_for_page(
-      {{"now_ms", 9},
-       {"alarms",
-        {alarm_of("A", "stiction", "unacknowledged", 30),
-         alarm_of("A", "backlash", "acknowledged", 20), alarm_of("A", "unknown", "normal", 1),
-         quiet, alarm_of("B", "stiction", "unacknowledged", 40)}}});
+  const json answer{
+      {"now_ms", 9},
+      {"alarms",
+       {alarm_of("A", "stiction", "unacknowledged", 30),
+        alarm_of("A", "backlash", "acknowledged", 20), alarm_of("A", "unknown", "normal", 1), quiet,
+        alarm_of("B", "stiction", "unacknowledged", 40)}}};
+  const json shown = alarms_for_page(answer);
   REQUIRE(shown["alarms"].size() == 3);
   CHECK(shown["alarms"][0]["first_out"] == false);
   CHECK(shown["alarms"][1]["first_out"] == true);

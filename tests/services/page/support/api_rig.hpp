@@ -22,7 +22,7 @@ class ApiRig {
     settings.control = true;
     settings.state_directory = folder / "state";
     now.up = true;
-    now.plant = page::plant_of(describe_of_two());
+    now.state = page::box_state_of(describe_of_two());
     now.alarms = std::make_shared<const std::string>(R"({"alarms":[],"now_ms":1})");
     if (!with_users) return;
     page::write_users({{"vera", {page::Role::viewer, hash()}},

@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/local_server.hpp"
-#include "services/page/box/daemon_door.hpp"
+#include "protocol/daemon_client.hpp"
 
 namespace loopwarden::tests {
 
@@ -82,7 +82,7 @@ class FakeDaemon {
 };
 
 // Keeps what it was asked, without a socket.
-class SpokenDaemon final : public page::Daemon {
+class SpokenDaemon final : public protocol::Daemon {
  public:
   std::function<nlohmann::json(const nlohmann::json&)> says = [](const nlohmann::json&) {
     return nlohmann::json::object();

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/console/status.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "daemon/loops/loop_health.hpp"
+
+namespace loopwarden::daemon::console {
+
+namespace model = loopwarden::monitor;
+
+namespace {
+
+protocol::Io io_of(const hal::IoCounters& c) {
+  return {.connected = c.connected,
+          .transactions = c.transactions,
+          .timeouts = c.timeouts,
+          .device_exceptions = c.device_exceptions,
+          .invalid_replies = c.invalid_replies,
+          .stale_replies_discarded = c.stale_replies_discarded,
+          .reconnects = c.reconnects,
+          .writes = c.writes,
+          .write_errors = c.write_errors,
+          .old_commands_withheld = c.old_commands_withheld};
+}
+
+const char* source_text(model::StickSource source) {
+  switch (source) {
+    case model::StickSource::read_back: return "read-back";
+    case model::StickSource::ellipse: return "PV and CO";
+    case model::StickSource::none: break;
+  }
+  return "none";
+}
+
+protocol::Recording recording_of(const RecordingStatus& recording) {
+  return {.rows = recording.rows,
+          .dropped = recording.dropped,
+          .waiting = recording.waiting,
+          .queue_dropped = recording.queue_dropped,
+          .bytes = recording.segments.bytes,
+          .rows_lost = recording.segments.rows_lost,
+          .disk_errors = recording.segments.disk_errors,
+          .last_disk_error = recording.segments.last_error,
+          .csv_file = recording.csv_file,
+          .csv_error = recording.csv_error};
+}
+
+// What the newest cycle says.
+protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtime,
+                         const rt::LoopSettings& settings) {
+  const auto flag = [&](record::RecordFlag bit) { return (row.flags & bit) != 0; };
+  return {.period = row.period_index,
+          .time_s = static_cast<double>(row.period_index) * runtime.config.sample_time_s,
+          .sp = row.sp,
+          .pv = row.pv,
+          .co = row.co,
+          .stem = row.stem,
+          // Where a ramp goes: what an order's `expect` is held against.
+          .set_point_wanted = runtime.channels->set_point_wanted.load(std::memory_order_relaxed),
+          .mode = control::to_text(static_cast<control::Mode>(row.mode)),
+          .requested_mode = control::to_text(static_cast<control::Mode>(row.requested_mode)),
+          .fault = control::to_text(static_cast<control::Fault>(row.fault)),
+          .pv_quality = hal::to_text(static_cast<hal::Quality>(row.pv_quality)),
+          .pv_reason = hal::to_text(static_cast<hal::Reason>(row.pv_reason)),
+          .pv_limit = hal::to_text(static_cast<hal::Limit>(row.pv_limit)),
+          .pv_age_ms = static_cast<double>(row.age_ms),
+          .at_low = flag(record::kAtLow),
+          .at_high = flag(record::kAtHigh),
+          .rate_limited = flag(record::kRateLimited),
+          .output_lost = flag(record::kOutputLost),
+          .jacket = {.form = form_text(row.jacket_form),
+                     .acting = flag(record::kJacketActs),
+                     .rate = static_cast<double>(row.jacket_rate),
+                     .shadow_rate = static_cast<double>(row.jacket_rate_shadow)},
+          .compensator = {.kind = control::to_text(settings.controller.compensator.kind),
+                          .acting = flag(record::kCompensatorActs),
+                          .added = static_cast<double>(row.compensator),
+                          .shadow_added = static_cast<double>(row.compensator_shadow)},
+          .ne107 = {}};
+}
+
+// Of a specialist: how sure it is that this is its window.
+double probability_of(const monitor::LoggedWindow& window, specialist::Condition condition) {
+  const auto p = [&](model::AlarmKind kind) {
+    return static_cast<double>(window.probability[model::index_of(kind)]);
+  };
+  switch (condition) {
+    case specialist::Condition::stiction: return p(model::AlarmKind::stiction);
+    case specialist::Condition::backlash: return p(model::AlarmKind::backlash);
+    case specialist::Condition::hysteresis: return p(model::AlarmKind::hysteresis);
+    case specialist::Condition::low_air_supply: return p(model::AlarmKind::low_air_supply);
+    case specialist::Condition::other: return p(model::AlarmKind::unknown);
+    case specialist::Condition::no_fault: break;
+  }
+  double faults = 0.0;
+  for (const float one : window.probability) faults += static_cast<double>(one);
+  return std::max(0.0, 1.0 - faults);
+}
+
+const char* verdict_text(const monitor::LoggedWindow& window) {
+  using Result = model::WindowJudgement::Result;
+  return window.result == Result::fault ? model::to_text(window.fault)
+                                        : model::to_text(window.result);
+}
+
+// Six digits: a float has no more.
+double rounded(double value) {
+  return std::isfinite(value) ? std::stod(fmt::format("{:.6g}", value)) : value;
+}
+
+}  // namespace
+
+const char* form_text(std::uint8_t jacket_form) {
+  switch (static_cast<control::JacketForm>(jacket_form)) {
+    case control::JacketForm::off: return "off";
+    case control::JacketForm::paper: return "paper";
+    case control::JacketForm::bounded: return "bounded";
+    case control::JacketForm::dwell: break;
+  }
+  return "dwell";
+}
+
+protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
+                         const model::Alarm& alarm) {
+  const model::AlarmMemory& memory = alarm.memory();
+  const bool has_size = model::has_size(kind);
+  return {.loop = loop,
+          .alarm = model::to_text(kind),
+          .state = model::to_text(alarm.state()),
+          .active = alarm.active(),
+          .unacknowledged = alarm.unacknowledged(),
+          .consequence = alarm.is_consequence() && alarm.active(),
+          .raised_ms = memory.raised_ms,
+          .changed_ms = memory.changed_ms,
+          .times_raised = memory.times_raised,
+          .shelved_until_ms = memory.shelved_until_ms,
+          .severity_percent = has_size ? memory.severity_percent : protocol::kNone,
+          .worst_severity_percent = has_size ? memory.worst_severity_percent : protocol::kNone};
+}
+
+protocol::Explanation told(const Explanation& e) {
+  return {.alarm = model::to_text(e.alarm),
+          .final_name = e.final_name ? std::optional<std::string>(model::to_text(*e.final_name))
+                                     : std::nullopt,
+          .raised_ms = e.raised_ms,
+          .ended_ms = e.ended_ms,
+          .verdict = e.verdict,
+          .effect = e.effect,
+          .size_percent = e.size_percent,
+          .low_percent = e.low_percent,
+          .high_percent = e.high_percent,
+          .confidence = e.confidence,
+          .alternatives = e.alternatives,
+          .gap_closed = e.gap_closed,
+          .agrees = e.agrees,
+          .since_s = e.since_s,
+          .sentence = e.sentence,
+          .remedy = e.remedy,
+          .folder = e.folder.string()};
+}
+
+std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& watch,
+                                                    model::AlarmKind kind) {
+  if (const auto& own = watch.explanations[model::index_of(kind)]) return told(*own);
+  const auto& newest = watch.explanation;
+  return newest && newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
+}
+
+protocol::Monitor monitor_of(const monitor::LoopWatch& watch) {
+  const model::WindowMeasures& m = watch.measures;
+  const analysis::ConditionIndices& condition = watch.condition;
+  const bool no_size = watch.judgement.result == model::WindowJudgement::Result::fault &&
+                       !model::has_size(watch.judgement.fault);
+  std::map<std::string, double> probability;
+  for (const model::AlarmKind kind : model::kWindowAlarms) {
+    probability[model::to_text(kind)] = watch.judgement.probability[model::index_of(kind)];
+  }
+  return {.window_state = model::to_text(watch.window_state),
+          .windows = watch.windows,
+          .windows_suppressed = watch.windows_suppressed,
+          .probability = std::move(probability),
+          .severity_percent = no_size ? protocol::kNone : watch.judgement.severity_percent,
+          .oscillation_index = m.oscillation_index,
+          .oscillation_period_s = m.period_s,
+          .variability_percent = m.variability_percent,
+          .mean_error_percent = m.mean_error_percent,
+          .saturated_percent = m.saturated_percent,
+          .bridged_cycles = m.bridged_cycles,
+          .travel_percent_per_hour = m.travel_percent_per_hour,
+          .reversals_per_hour = m.reversals_per_hour,
+          .stick_percent =
+              m.stick_source == model::StickSource::none ? protocol::kNone : m.stick_percent,
+          .stick_source = source_text(m.stick_source),
+          .condition = {.control_performance = condition.control_performance,
+                        .valve = condition.valve,
+                        .actuator = condition.actuator,
+                        .positioner = condition.positioner,
+                        .environment = condition.environment},
+          .corrective_action = model::to_text(watch.corrective),
+          .hours_automatic = watch.times.seconds_in(control::Mode::automatic) / 3600.0,
+          .hours_manual = watch.times.seconds_in(control::Mode::manual) / 3600.0,
+          .hours_at_limit = watch.times.seconds_at_limit() / 3600.0};
+}
+
+protocol::JudgedWindow window_of(const monitor::LoggedWindow& window) {
+  const bool before_judge = window.state == model::WindowState::valid ||
+                            window.state == model::WindowState::not_enough_movement;
+  protocol::JudgedWindow all{.time_ms = window.utc_ms};
+  if (window.state != model::WindowState::valid) all.suppressed = model::to_text(window.state);
+  if (!before_judge) return all;
+  all.verdict = verdict_text(window);
+  if (window.result == model::WindowJudgement::Result::fault && model::has_size(window.fault)) {
+    all.severity_percent = rounded(static_cast<double>(window.severity_percent));
+  }
+  for (std::size_t i = 0; i < specialist::kConditions; ++i) {
+    const auto condition = static_cast<specialist::Condition>(i);
+    all.specialists.push_back({.mse = rounded(static_cast<double>(window.errors[i])),
+                               .class_ = specialist::to_text(condition),
+                               .probability = rounded(probability_of(window, condition))});
+  }
+  return all;
+}
+
+protocol::JournalLine line_of(const journal::JournalRow& row) {
+  const journal::JournalEntry& e = row.entry;
+  return {.id = row.id,
+          .utc_ms = e.utc_ms,
+          .kind = journal::to_text(e.kind),
+          .loop = e.loop,
+          .alarm = e.alarm,
+          .from = e.from,
+          .to = e.to,
+          .severity_percent = e.severity_percent.value_or(protocol::kNone),
+          .peer = e.peer,
+          .what = e.what,
+          .old_ = e.old_value,
+          .new_ = e.new_value,
+          .result = e.result,
+          .reason = e.reason};
+}
+
+protocol::Ranges ranges_of(const rt::LoopSettings& settings) {
+  const control::ControllerSettings& controller = settings.controller;
+  return {.pv_range = {settings.pv_check.low, settings.pv_check.high},
+          .co_range = {controller.pid.output_low, controller.pid.output_high},
+          .sp_limits = {controller.set_point.low, controller.set_point.high},
+          .output_limits = {controller.output.low, controller.output.high}};
+}
+
+protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
+  const LoopRuntime& runtime = parts.loops[index];
+  const config::LoopConfig& config = runtime.config;
+  const rt::LoopSettings settings = runtime.settings->get();
+  const protocol::Ranges ranges = ranges_of(settings);
+  const monitor::LoopWatch watch = parts.board.watch(index);
+  const auto position_age_ms =
+      static_cast<double>(runtime.channels->position_age_ms.load(std::memory_order_relaxed));
+  protocol::LoopStatus loop{
+      .name = config.name,
+      .description = config.description,
+      .pv_unit = config.pv_unit,
+      .co_unit = config.co_unit,
+      .pv_range = ranges.pv_range,
+      .co_range = ranges.co_range,
+      .sample_time_s = config.sample_time_s,
+      .io = io_of(runtime.io->counters()),
+      .recording = recording_of(parts.historian.status(index)),
+      .monitor = monitor_of(watch),
+      .orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed),
+      .position_age_ms = position_age_ms < 0.0 ? protocol::kNone : position_age_ms};
+  for (const model::AlarmKind kind : model::kAlarmKinds) {
+    loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch.alarms.alarm(kind));
+  }
+  record::RecordRow row;
+  if (!parts.historian.latest(index, row)) return loop;
+  loop.cycle = cycle_of(row, runtime, settings);
+  loop.cycle->ne107 = model::to_text(health_of(config, row, watch, parts.severe_percent));
+  return loop;
+}
+
+}  // namespace loopwarden::daemon::console

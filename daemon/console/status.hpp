@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// What loops, alarms and windows are in the daemon's answers.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "daemon/console/parts.hpp"
+#include "protocol/answers.hpp"
+
+namespace loopwarden::daemon::console {
+
+// One loop's part of `status`.
+protocol::LoopStatus loop_status(const Parts& parts, std::size_t loop);
+// The ends of a loop's ranges and what its orders must keep to, as in force.
+protocol::Ranges ranges_of(const rt::LoopSettings& settings);
+
+const char* form_text(std::uint8_t jacket_form);
+protocol::Alarm alarm_of(const std::string& loop, loopwarden::monitor::AlarmKind kind,
+                         const loopwarden::monitor::Alarm& alarm);
+protocol::Monitor monitor_of(const monitor::LoopWatch& watch);
+protocol::Explanation told(const Explanation& explanation);
+// Of this alarm, under its first or its final name.
+std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& watch,
+                                                    loopwarden::monitor::AlarmKind kind);
+protocol::JudgedWindow window_of(const monitor::LoggedWindow& window);
+protocol::JournalLine line_of(const journal::JournalRow& row);
+
+}  // namespace loopwarden::daemon::console

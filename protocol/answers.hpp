@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the daemon answers on its sockets: one struct for each answer, and for each part of one. Words are those of to_text() of
+// the model's enumerations. daemon/console/README.md says what they mean.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/message.hpp"
+
+namespace loopwarden::protocol {
+
+using Range = std::array<double, 2>;  // lowest, highest
+
+// --- alarms ---
+
+struct Alarm {
+  std::string loop{}, alarm{}, state{};
+  bool active = false, unacknowledged = false;
+  bool consequence = false;  // of another alarm that is active
+  std::int64_t raised_ms = 0, changed_ms = 0;
+  std::uint64_t times_raised = 0;
+  std::int64_t shelved_until_ms = 0;
+  double severity_percent = kNone, worst_severity_percent = kNone;
+};
+
+struct Alarms {
+  std::vector<Alarm> alarms{};
+  std::int64_t now_ms = 0;
+};
+
+// Why an alarm came, by the gap workflow.
+struct Explanation {
+  std::string alarm{};
+  std::optional<std::string> final_name{};
+  std::int64_t raised_ms = 0, ended_ms = 0;
+  std::string verdict{}, effect{};
+  double size_percent = kNone, low_percent = kNone, high_percent = kNone;
+  double confidence = kNone;
+  std::vector<std::string> alternatives{};
+  double gap_closed = kNone;
+  bool agrees = false;
+  double since_s = kNone;
+  std::string sentence{}, remedy{}, folder{};
+};
+
+struct JournalLine {
+  std::int64_t id = 0, utc_ms = 0;
+  std::string kind{}, loop{}, alarm{}, from{}, to{};
+  double severity_percent = kNone;
+  std::string peer{}, what{}, old_{}, new_{}, result{}, reason{};
+};
+
+struct Journal {
+  std::vector<JournalLine> lines{};  // newest first
+};
+
+// --- one loop ---
+
+struct Condition {
+  double control_performance = kNone, valve = kNone, actuator = kNone, positioner = kNone;
+  double environment = kNone;
+};
+
+struct Monitor {
+  std::string window_state{};
+  std::uint64_t windows = 0, windows_suppressed = 0;
+  std::map<std::string, double> probability{};  // by alarm
+  double severity_percent = kNone;
+  double oscillation_index = 0.0, oscillation_period_s = 0.0, variability_percent = 0.0;
+  double mean_error_percent = 0.0, saturated_percent = 0.0;
+  std::uint64_t bridged_cycles = 0;
+  double travel_percent_per_hour = 0.0, reversals_per_hour = 0.0;
+  double stick_percent = kNone;
+  std::string stick_source{};
+  Condition condition{};
+  std::string corrective_action{};
+  double hours_automatic = 0.0, hours_manual = 0.0, hours_at_limit = 0.0;
+};
+
+struct Io {
+  bool connected = false;
+  std::uint64_t transactions = 0, timeouts = 0, device_exceptions = 0, invalid_replies = 0;
+  std::uint64_t stale_replies_discarded = 0, reconnects = 0, writes = 0, write_errors = 0;
+  std::uint64_t old_commands_withheld = 0;
+};
+
+struct Recording {
+  std::uint64_t rows = 0, dropped = 0, waiting = 0, queue_dropped = 0, bytes = 0, rows_lost = 0;
+  std::uint64_t disk_errors = 0;
+  std::string last_disk_error{}, csv_file{}, csv_error{};
+};
+
+struct Jacket {
+  std::string form = "off";
+  bool acting = false;
+  double rate = kNone, shadow_rate = kNone;  // CO units/s
+};
+
+struct Compensator {
+  std::string kind = "none";
+  bool acting = false;
+  double added = kNone, shadow_added = kNone;  // CO units
+};
+
+// What the newest cycle says.
+struct Cycle {
+  std::uint64_t period = 0;
+  double time_s = 0.0;
+  double sp = kNone, pv = kNone, co = kNone, stem = kNone;
+  double set_point_wanted = kNone;
+  std::string mode = "-", requested_mode = "-", fault = "starting";
+  std::string pv_quality = "good", pv_reason = "none", pv_limit = "none";
+  double pv_age_ms = kNone;
+  bool at_low = false, at_high = false, rate_limited = false, output_lost = false;
+  Jacket jacket{};
+  Compensator compensator{};
+  std::string ne107 = "-";
+};
+
+struct LoopStatus {
+  std::string name{}, description{}, pv_unit{}, co_unit{};
+  Range pv_range{}, co_range{};
+  double sample_time_s = 0.0;
+  Io io{};
+  Recording recording{};
+  Monitor monitor{};
+  std::map<std::string, Alarm> alarms{};  // by name
+  std::uint64_t orders_refused = 0;
+  double position_age_ms = kNone;
+  std::optional<Cycle> cycle{};  // its members stand among the loop's; nothing: none has run yet
+};
+
+struct Ranges {
+  Range pv_range{}, co_range{}, sp_limits{}, output_limits{};
+};
+
+struct LoopAnswer {
+  LoopStatus status{};  // its members stand in the answer itself
+  Ranges ranges{};
+  std::optional<Explanation> explanation{};  // the newest
+};
+
+struct Explained {
+  std::optional<std::string> evidence{};  // folder
+  Alarm alarm{};
+  std::string cause{}, consequence{}, action{};
+  std::optional<Explanation> explanation{};
+  Monitor monitor{};
+  bool disk_answers = true;
+  std::vector<JournalLine> history{};
+};
+
+// One value a cycle.
+struct Trend {
+  std::vector<std::uint64_t> period{};
+  double sample_time_s = 0.0;
+  std::vector<double> sp{}, pv{}, co{}, stem{}, jacket{}, compensator{};
+  std::vector<std::string> mode{};
+};
+
+struct SpecialistView {
+  double mse = kNone;
+  std::string class_{};
+  double probability = kNone;
+};
+
+struct JudgedWindow {
+  std::int64_t time_ms = 0;
+  std::optional<std::string> verdict{}, suppressed{};
+  double severity_percent = kNone;
+  std::vector<SpecialistView> specialists{};
+};
+
+struct Windows {
+  std::vector<JudgedWindow> windows{};  // oldest first
+};
+
+// --- what is the same from one reload to the next ---
+
+struct LoopDescription {
+  std::string tag{}, description{}, pv_unit{}, co_unit{};
+  double sample_time_s = 0.1;
+  bool stem = false, monitor = false, twin = false;
+  std::vector<std::string> specialists{};
+  bool recording = false, simulated = false;
+  std::string folder{};  // of its segments
+  Range pv_range{}, co_range{}, sp_limits{}, output_limits{};
+};
+
+struct SocketRights {
+  bool alarms = false, control = false;
+};
+
+struct AlarmRules {
+  double severe_percent = kNone;
+  bool latching = false;
+  std::int64_t shelve_limit_min = 0;
+};
+
+struct Description {
+  std::vector<LoopDescription> loops{};
+  std::string version{};
+  std::uint32_t config_hash = 0, model_hash = 0;
+  double accelerate = 1.0;
+  std::int64_t started_ms = 0;
+  std::string state_directory{};
+  SocketRights page{}, edge{};
+  AlarmRules alarms{};
+};
+
+// --- the register map ---
+
+struct Field {
+  std::string name{}, table{}, area{}, unit{}, type{};
+  bool writable = false;
+  double low = kNone, high = kNone;
+  std::string meaning{};
+};
+
+struct LoopRegisters {
+  std::string tag{};
+  std::vector<double> values{};
+};
+
+struct Registers {
+  std::vector<LoopRegisters> loops{};
+  std::vector<double> box{};
+  Maybe<std::vector<Field>> names{};
+  std::uint64_t alarm_changes = 0;
+};
+
+// --- the daemon ---
+
+struct Histogram {
+  double p50 = 0.0, p99 = 0.0, p99_9 = 0.0, worst = 0.0, sum = 0.0;  // us
+  std::vector<std::uint64_t> bins{};  // each twice as wide as the one before
+};
+
+struct WaitingKey {
+  std::string key{}, file{}, why{};
+};
+
+struct ConfigurationStatus {
+  std::string refused{};  // why; empty: the files in the folder are those that were read last
+  std::uint32_t files_hash = 0;
+  bool files_in_force = false;
+  std::vector<WaitingKey> waiting_for_restart{}, waiting_for_output{};
+};
+
+struct JournalStatus {
+  std::string error{}, file{};
+  std::uint64_t written = 0, waiting = 0, lost = 0, damaged = 0;
+};
+
+struct EvidenceStatus {
+  std::string error{}, removal_error{};
+  std::uint64_t written = 0, waiting = 0, lost = 0;
+};
+
+struct ExplanationsStatus {
+  std::uint64_t explained = 0, failed = 0, waiting = 0;
+};
+
+struct MonitorStatus {
+  std::uint64_t windows = 0, cycles = 0, dropped = 0, backlog = 0;
+};
+
+struct SerialServer {
+  bool open = false;
+  std::uint64_t requests = 0, malformed = 0;
+};
+
+struct ModbusServer {
+  std::uint64_t port = 0, clients = 0, requests = 0, accepted = 0, refused = 0, displaced = 0;
+  std::uint64_t malformed = 0;
+  Maybe<SerialServer> serial{};
+};
+
+struct RecorderStatus {
+  double disk_wait_s = 0.0;
+};
+
+struct DaemonStatus {
+  std::string version{};
+  std::uint32_t config_hash = 0, model_hash = 0;
+  ConfigurationStatus configuration{};
+  RecorderStatus recorder{};
+  std::uint64_t log_lines_lost = 0;
+  JournalStatus journal{};
+  EvidenceStatus evidence{};
+  ExplanationsStatus explanations{};
+  MonitorStatus monitor{};
+  std::optional<ModbusServer> modbus_server{};
+  double uptime_s = 0.0, accelerate = 1.0;
+  std::string real_time_missing{};
+  std::uint64_t ticks = 0, overruns = 0, skipped_ticks = 0, events_dropped = 0;
+  Histogram wake_up_us{}, work_us{};
+};
+
+struct Status {
+  std::vector<LoopStatus> loops{};
+  DaemonStatus daemon{};
+};
+
+// --- what becomes of orders ---
+
+// Only from the loop's cycle on: see OrderState.
+struct OrderTaken {
+  std::uint64_t order = 0;
+  double sample_time_s = 0.1;
+};
+
+// The one value in force that was not the expected one.
+struct InForce {
+  Maybe<double> set_point{}, output{};
+  Maybe<std::string> mode{};
+};
+
+struct OrderOutcome {
+  std::string why{};  // empty: done
+  std::optional<InForce> now{};
+  bool on_disk = false;
+};
+
+struct OrderState {
+  std::string state{};                    // waiting, done, refused
+  std::optional<OrderOutcome> outcome{};  // its members stand beside the state; nothing: it waits
+};
+
+struct AlarmActed {
+  Alarm alarm{};
+  bool on_disk = false;
+};
+
+struct AcknowledgedAlarm {
+  std::string loop{}, alarm{};
+};
+
+struct AllAcknowledged {
+  std::vector<AcknowledgedAlarm> acknowledged{};
+  bool on_disk = false;
+};
+
+struct Vetoed {
+  bool on_disk = false;
+};
+
+struct RecordFile {
+  std::string file{};  // empty: none was being written
+};
+
+struct ReloadNumber {
+  std::uint64_t reload = 0;
+};
+
+struct KeyChange {
+  std::string key{};
+  Maybe<std::string> from{}, to{}, why{};
+};
+
+struct DaemonPlan {
+  std::string file{};
+  std::vector<KeyChange> applied{}, waiting_for_restart{};
+};
+
+struct LoopPlan {
+  std::string loop{}, file{}, decision{};
+  std::vector<KeyChange> applied{}, waiting_for_output{}, waiting_for_restart{};
+};
+
+struct ReloadPlan {
+  DaemonPlan daemon{};
+  std::vector<LoopPlan> loops{};
+};
+
+struct Diagnostic {
+  std::string file{}, level{}, key{}, message{};
+  int line = 0, column = 0;
+};
+
+struct ReloadOutcome {
+  std::string outcome{};  // in_force, waits, refused
+  bool dry_run = false, on_disk = false;
+  std::vector<std::string> lines{};
+  std::optional<std::vector<Diagnostic>> diagnostics{};
+  std::uint32_t config_hash = 0;
+  Maybe<std::string> why{};
+  Maybe<ReloadPlan> plan{};
+};
+
+struct ReloadState {
+  std::string state{};  // waiting, reading, taking, done
+  std::optional<ReloadOutcome>
+      outcome{};  // its members stand beside the state; nothing: not done yet
+};
+
+}  // namespace loopwarden::protocol

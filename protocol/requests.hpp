@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the daemon can be asked, and which struct it answers with. daemon/console/README.md has the table.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "protocol/answers.hpp"
+#include "protocol/message.hpp"
+#include "protocol/overview.hpp"
+
+namespace loopwarden::protocol {
+
+// A request that can't be served; its text goes to the peer. What reading a request from JSON throws.
+class RequestError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct StatusRequest {
+  static constexpr const char* kName = "status";
+  using Answer = Status;
+};
+
+struct DescribeRequest {
+  static constexpr const char* kName = "describe";
+  using Answer = Description;
+};
+
+struct OverviewRequest {
+  static constexpr const char* kName = "overview";
+  using Answer = Overview;
+};
+
+struct AlarmsRequest {
+  static constexpr const char* kName = "alarms";
+  using Answer = Alarms;
+};
+
+struct LoopRequest {
+  static constexpr const char* kName = "loop";
+  using Answer = LoopAnswer;
+  std::string loop{};
+};
+
+struct WindowsRequest {
+  static constexpr const char* kName = "windows";
+  using Answer = Windows;
+  std::string loop{};
+};
+
+struct TrendRequest {
+  static constexpr const char* kName = "trend";
+  using Answer = Trend;
+  std::string loop{};
+  Maybe<std::uint64_t> from{}, most{};  // period; rows
+};
+
+struct RegistersRequest {
+  static constexpr const char* kName = "registers";
+  using Answer = Registers;
+  Maybe<bool> values_only{};
+};
+
+struct ExplainRequest {
+  static constexpr const char* kName = "explain";
+  using Answer = Explained;
+  std::string loop{}, alarm{};
+};
+
+struct JournalRequest {
+  static constexpr const char* kName = "journal";
+  using Answer = Journal;
+  Maybe<std::string> loop{};
+  Maybe<std::uint64_t> most{}, before_id{};
+  Maybe<std::string> kind{}, text{};
+  Maybe<std::uint64_t> from_ms{}, to_ms{};
+};
+
+// Who orders, by the word of the program that has page.sock or edge.sock.
+struct Person {
+  Maybe<std::string> user{}, address{};
+};
+
+// What the sender has seen.
+struct Expected {
+  Maybe<double> set_point{}, output{};  // no number: an output that is not known
+  Maybe<std::string> mode{};
+};
+
+struct SetRequest {
+  static constexpr const char* kName = "set";
+  using Answer = OrderTaken;
+  std::string loop{};
+  Maybe<double> set_point{}, output{};
+  Maybe<std::string> mode{};    // auto, man
+  Maybe<std::string> jacket{};  // off, shadow, on
+  Maybe<Expected> expect{};
+  Maybe<std::string> user{}, address{};
+};
+
+struct OrderRequest {
+  static constexpr const char* kName = "order";
+  using Answer = OrderState;
+  std::string loop{};
+  Maybe<std::uint64_t> order{};
+};
+
+struct AlarmRequest {
+  static constexpr const char* kName = "alarm";
+  using Answer = AlarmActed;
+  std::string loop{}, alarm{}, action{};  // acknowledge, reset, shelve, unshelve
+  Maybe<std::string> reason{};
+  Maybe<std::uint64_t> minutes{};
+  Maybe<std::string> user{}, address{};
+};
+
+struct AcknowledgeAllRequest {
+  static constexpr const char* kName = "acknowledge_all";
+  using Answer = AllAcknowledged;
+  Maybe<std::string> reason{}, user{}, address{};
+};
+
+struct VetoRequest {
+  static constexpr const char* kName = "veto";
+  using Answer = Vetoed;
+  std::string loop{};
+  bool veto = true;
+  Maybe<std::string> reason{}, user{}, address{};
+};
+
+struct RecordRequest {
+  static constexpr const char* kName = "record";
+  using Answer = RecordFile;
+  std::string loop{};
+  Maybe<std::string> start{};  // name
+  Maybe<bool> stop{};
+};
+
+struct ReloadRequest {
+  static constexpr const char* kName = "reload";
+  using Answer = ReloadNumber;
+  Maybe<bool> dry_run{};
+};
+
+struct ReloadStateRequest {
+  static constexpr const char* kName = "reload_state";
+  using Answer = ReloadState;
+  Maybe<std::uint64_t> reload{};
+};
+
+// The name of a request that came. Throws RequestError.
+std::string name_of(const nlohmann::json& request);
+
+}  // namespace loopwarden::protocol

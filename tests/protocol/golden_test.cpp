@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the sockets answer, byte for byte: tests/protocol/golden has a line for each kind of answer. LOOPWARDEN_WRITE_GOLDEN=1 writes
+// them anew, for a change that is meant.
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string>
+#include <thread>
+#include <variant>
+
+#include <catch2/catch.hpp>
+
+#include "protocol/requests.hpp"
+#include "tests/daemon/console/console_bench.hpp"
+
+namespace loopwarden::daemon::golden_test {
+namespace {
+
+using console::SocketName;
+using console_bench::Bench;
+using console_bench::json;
+namespace model = loopwarden::monitor;
+
+const console::Rights kAll{.page = {.alarms = true, .control = true},
+                           .edge = {.alarms = true, .control = true}};
+
+std::string line_of(Bench& bench, const json& request, SocketName socket) {
+  const base::LocalServer::Answer answer = bench.server->answer(request.dump(), socket, 1000);
+  const auto* const later = std::get_if<base::LocalServer::Later>(&answer);
+  std::optional<std::string> told;
+  if (later == nullptr) told = std::get<std::string>(answer);
+  while (!told && !(told = (*later)())) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const std::string folder = bench.folder.path().string();
+  for (std::size_t at = 0; (at = told->find(folder)) != std::string::npos;) {
+    told->replace(at, folder.size(), "/state");
+  }
+  return *told;
+}
+
+Explanation why() {
+  return {.alarm = model::AlarmKind::stiction,
+          .final_name = model::AlarmKind::backlash,
+          .raised_ms = 1'799'999'990'000,
+          .ended_ms = 1'799'999'995'000,
+          .verdict = "explained",
+          .effect = "backlash",
+          .size_percent = 4.5,
+          .low_percent = 4.0,
+          .high_percent = 5.25,
+          .confidence = 0.875,
+          .gap_closed = 0.75,
+          .agrees = true,
+          .alternatives = {"hysteresis"},
+          .sentence = "Play of 4.5 %.",
+          .remedy = "Look at the linkage.",
+          .folder = "/state/evidence/one"};
+}
+
+model::WindowJudgement stiction_seen() {
+  model::WindowJudgement judgement;
+  judgement.result = model::WindowJudgement::Result::fault;
+  judgement.fault = model::AlarmKind::stiction;
+  judgement.probability = {0.75, 0.125, 0.0, 0.0, 0.0, 0.0};
+  judgement.severity_percent = 6.25;
+  judgement.errors = {4.0, 0.5, 1.0, 2.0, 3.0, 5.0};
+  return judgement;
+}
+
+// Everything that can be asked, by the name of its golden file.
+std::map<std::string, std::string> answers() {
+  Bench bench(kAll);
+  std::map<std::string, std::string> told;
+  const auto ask = [&](const char* name, json request, SocketName socket = SocketName::control) {
+    if (!request.contains("loop") && request.value("request", "") != "journal")
+      request["loop"] = "FIC-101";
+    told[name] = line_of(bench, request, socket);
+  };
+  const auto written = [&](const char* name, const json& request) {
+    CHECK(test::eventually([&] {
+      ask(name, request);
+      return told[name].find("\"on_disk\":true") != std::string::npos;
+    }));
+  };
+  ask("status_before_the_first_cycle", {{"request", "status"}});
+  bench.run(2);
+  record::RecordRow row;
+  const auto recorded = [&](std::uint64_t period) {
+    REQUIRE(test::eventually(
+        [&] { return bench.historian.latest(0, row) && row.period_index == period; }));
+  };
+  recorded(2);
+
+  const json anna{{"user", "anna"}, {"address", "10.0.0.5"}};
+  json set{{"request", "set"},
+           {"loop", "FIC-101"},
+           {"set_point", 42.5},
+           {"expect", {{"set_point", 50.0}}}};
+  set.update(anna);
+  ask("set", set, SocketName::page);
+  ask("order_waiting", {{"request", "order"}, {"order", 1}}, SocketName::page);
+  bench.run(1);
+  written("order_done", {{"request", "order"}, {"order", 1}});
+  set["expect"]["set_point"] = 40.0;
+  bench.ask(set.dump(), SocketName::page);
+  bench.run(1);
+  written("order_refused", {{"request", "order"}, {"order", 2}});
+  recorded(4);
+  ask("set_refused", {{"request", "set"}, {"output", 12.0}});
+  ask("no_such_loop", {{"request", "loop"}, {"loop", "FIC-999"}});
+  bench.now_ms += 1000;
+  bench.board.window_judged(0,
+                            {.oscillation_index = 1.5,
+                             .period_s = 20.0,
+                             .stick_percent = 6.5,
+                             .stick_source = model::StickSource::read_back},
+                            stiction_seen(), console_bench::stiction_on());
+  bench.board.set_progress(0, model::ModeTimes(0.1), {.control_performance = 91.0, .valve = 40.5},
+                           model::WindowState::valid);
+  bench.board.explained(0, why());
+  bench.now_ms += 48'000;
+  bench.board.window_not_fit(0, {}, model::WindowState::saturated);
+  ask("status", {{"request", "status"}});
+  ask("loop", {{"request", "loop"}});
+  ask("describe", {{"request", "describe"}});
+  ask("overview", {{"request", "overview"}});
+  ask("trend", {{"request", "trend"}});
+  ask("windows", {{"request", "windows"}});
+  ask("registers", {{"request", "registers"}});
+  ask("registers_values_only", {{"request", "registers"}, {"values_only", true}});
+  ask("alarms", {{"request", "alarms"}});
+  ask("alarm_shelved", {{"request", "alarm"},
+                        {"alarm", "backlash"},
+                        {"action", "shelve"},
+                        {"minutes", 30},
+                        {"reason", "packing"}});
+  ask("alarm_refused", {{"request", "alarm"}, {"alarm", "hysteresis"}, {"action", "acknowledge"}});
+  bench.board.process_changed(0, {model::AlarmKind::output_lost, true}, "the device is gone");
+  ask("acknowledge_all", {{"request", "acknowledge_all"}, {"reason", "seen"}});
+  ask("veto_refused", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
+  bench.board.corrective_state(0, model::CorrectiveState::waiting);
+  ask("veto", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
+  ask("record_started", {{"request", "record"}, {"start", "trial"}});
+  ask("record_stopped", {{"request", "record"}, {"stop", true}});
+  ask("reload", {{"request", "reload"}, {"dry_run", true}});
+  ask("reload_state", {{"request", "reload_state"}, {"reload", 1}});
+  ask("explain", {{"request", "explain"}, {"alarm", "stiction"}});
+  bench.lines(17);
+  ask("journal", {{"request", "journal"}, {"most", 20}});
+  return told;
+}
+
+// As it is once its struct has read and written it.
+template <class Answer>
+json again(const json& answer) {
+  return answer.get<Answer>();
+}
+
+using Again = json (*)(const json&);
+const std::map<std::string, Again> kAgain{
+    {"status_before_the_first_cycle", again<protocol::Status>},
+    {"status", again<protocol::Status>},
+    {"describe", again<protocol::Description>},
+    {"overview", again<protocol::Overview>},
+    {"registers", again<protocol::Registers>},
+    {"registers_values_only", again<protocol::Registers>},
+    {"loop", again<protocol::LoopAnswer>},
+    {"trend", again<protocol::Trend>},
+    {"windows", again<protocol::Windows>},
+    {"alarms", again<protocol::Alarms>},
+    {"explain", again<protocol::Explained>},
+    {"journal", again<protocol::Journal>},
+    {"set", again<protocol::OrderTaken>},
+    {"order_waiting", again<protocol::OrderState>},
+    {"order_done", again<protocol::OrderState>},
+    {"order_refused", again<protocol::OrderState>},
+    {"alarm_shelved", again<protocol::AlarmActed>},
+    {"acknowledge_all", again<protocol::AllAcknowledged>},
+    {"veto", again<protocol::Vetoed>},
+    {"record_started", again<protocol::RecordFile>},
+    {"record_stopped", again<protocol::RecordFile>},
+    {"reload", again<protocol::ReloadNumber>},
+    {"reload_state", again<protocol::ReloadState>}};
+
+}  // namespace
+
+TEST_CASE("the sockets answer as they always have", "[protocol]") {
+  const std::filesystem::path folder = LOOPWARDEN_SOURCE_DIR "/tests/protocol/golden";
+  for (const auto& [name, text] : answers()) {
+    INFO(name);
+    const std::filesystem::path file = folder / (name + ".json");
+    if (std::getenv("LOOPWARDEN_WRITE_GOLDEN") != nullptr) std::ofstream(file) << text << '\n';
+    std::ifstream stream(file);
+    std::string golden;
+    std::getline(stream, golden);
+    CHECK(text == golden);
+  }
+}
+
+TEST_CASE("an answer that its struct has read is written as it was", "[protocol]") {
+  for (const auto& [name, text] : answers()) {
+    INFO(name);
+    json answer = json::parse(text);
+    if (answer.at("ok") == false) continue;
+    json told = kAgain.at(name)(answer);
+    told["ok"] = true;
+    CHECK(told == answer);
+  }
+}
+
+TEST_CASE("what a daemon of another version does not send has a default", "[protocol]") {
+  const json old{{"alarms", {{{"loop", "FIC-101"}, {"alarm", "stiction"}, {"newer", 1}}}}};
+  const auto alarms = old.get<protocol::Alarms>();
+  REQUIRE(alarms.alarms.size() == 1);
+  CHECK(alarms.alarms[0].loop == "FIC-101");
+  CHECK_FALSE(alarms.alarms[0].active);
+  CHECK(std::isnan(alarms.alarms[0].severity_percent));
+  CHECK_THROWS_AS(json::object().get<protocol::Alarms>(), json::exception);
+  CHECK_THROWS_AS(json::array().get<protocol::Alarms>(), json::exception);
+}
+
+TEST_CASE("a request is what it was when it has been sent", "[protocol]") {
+  protocol::SetRequest set;
+  set.loop = "FIC-101";
+  set.output = 40.0;
+  set.expect = protocol::Expected{.set_point = {}, .output = protocol::kNone, .mode = "auto"};
+  const json sent = set;
+  CHECK(sent == json{{"request", "set"},
+                     {"loop", "FIC-101"},
+                     {"output", 40.0},
+                     {"expect", {{"output", nullptr}, {"mode", "auto"}}}});
+  CHECK(json(sent.get<protocol::SetRequest>()) == sent);
+}
+
+}  // namespace loopwarden::daemon::golden_test
