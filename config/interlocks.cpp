@@ -6,9 +6,10 @@
 namespace loopwarden::config {
 
 Backing backing_of(const Io& io) noexcept {
-  return {.simulated = std::holds_alternative<SimIo>(io),
-          .hardware = std::holds_alternative<hal::modbus::LoopModbusSettings>(io) ||
-                      std::holds_alternative<hal::iio::AnalogSettings>(io)};
+  const bool simulated = std::holds_alternative<SimIo>(io);
+  // What is not known to move nothing is hardware.
+  return {.simulated = simulated,
+          .hardware = !simulated && !std::holds_alternative<hal::replay::ReplaySettings>(io)};
 }
 
 JacketInterlocks interlocks_of(const control::JacketSettings& jacket, Backing backing) noexcept {

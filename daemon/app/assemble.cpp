@@ -64,7 +64,7 @@ gateway::GatewaySettings gateway_settings(const config::ModbusServer& server) {
                   .most_clients = server.most_clients,
                   .idle_timeout_s = server.idle_timeout_s,
                   .requests_per_second = server.requests_per_second,
-                  .listener = health::modbus_listener()},
+                  .listener = modbus_listener()},
           .peers = server.clients,
           .writes = server.writes,
           .word_order = server.word_order,
@@ -81,7 +81,7 @@ ModbusServer::ModbusServer(const config::ModbusServer& server, console::Parts pa
 
 Assembly::Assembly(config::Configuration from_files, const std::filesystem::path& folder,
                    const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
-                   health::ServiceManager& service)
+                   ServiceManager& service)
     : configuration(std::move(from_files)),
       origin{.started_ns = loops.clock().now_ns(),
              .started_ms = base::utc_ms(),
@@ -144,7 +144,7 @@ void Assembly::make_monitor(const Specialists& specialists) {
       });
 }
 
-ReloaderEnds Assembly::reloader_ends(health::ServiceManager& service) {
+ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
   return {.take_over =
               [this](const config::DaemonConfig& wanted) {
                 configuration.daemon.stop_timeout_s = wanted.stop_timeout_s;

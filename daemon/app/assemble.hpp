@@ -55,7 +55,7 @@ struct Assembly {
   // outlive this.
   Assembly(config::Configuration from_files, const std::filesystem::path& folder,
            const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
-           health::ServiceManager& service);
+           ServiceManager& service);
   Assembly(const Assembly&) = delete;
   Assembly& operator=(const Assembly&) = delete;
   ~Assembly() = default;
@@ -75,7 +75,7 @@ struct Assembly {
 
  private:
   console::Parts console_parts();
-  ReloaderEnds reloader_ends(health::ServiceManager& service);
+  ReloaderEnds reloader_ends(ServiceManager& service);
   void make_monitor(const Specialists& specialists);
 };
 

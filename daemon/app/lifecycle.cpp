@@ -181,10 +181,10 @@ void App::log_events() {
       continue;
     }
     const config::LoopConfig& loop = parts_.loops.all()[event.loop].config;
-    const health::EventText line = health::describe(event, loop);
-    const auto level = line.severity == health::Severity::error     ? spdlog::level::err
-                       : line.severity == health::Severity::warning ? spdlog::level::warn
-                                                                    : spdlog::level::info;
+    const EventText line = describe(event, loop);
+    const auto level = line.severity == Severity::error     ? spdlog::level::err
+                       : line.severity == Severity::warning ? spdlog::level::warn
+                                                            : spdlog::level::info;
     spdlog::log(level, "loop {}: {}", loop.name, line.text);
   }
   if (suppressed > 0) spdlog::warn("{} more events not shown", suppressed);

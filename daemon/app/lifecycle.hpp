@@ -41,9 +41,9 @@ class App {
   void stop();
   void end_threads();
 
-  health::ServiceManager service_;
+  ServiceManager service_;
   Assembly parts_;
-  health::ThreadWatch thread_watch_;
+  ThreadWatch thread_watch_;
   bool stuck_reported_ = false;
   bool ended_ = false;
 };

@@ -13,7 +13,7 @@
 #include <ctime>
 #include <utility>
 
-namespace loopwarden::daemon::health {
+namespace loopwarden::daemon {
 namespace {
 
 // What the service manager tells by the environment, as sd_watchdog_enabled(3) and sd_listen_fds(3) describe it.
@@ -119,4 +119,4 @@ int modbus_listener() noexcept {
   return listener;
 }
 
-}  // namespace loopwarden::daemon::health
+}  // namespace loopwarden::daemon

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace loopwarden::daemon::health {
+namespace loopwarden::daemon {
 
 // Progress of one thread: a counter that grows while the thread is alive.
 struct WatchedThread {
@@ -65,4 +65,4 @@ class ServiceManager {
 // The listening TCP socket that the service manager handed over (loopwardend.socket), -1: none.
 int modbus_listener() noexcept;
 
-}  // namespace loopwarden::daemon::health
+}  // namespace loopwarden::daemon

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-namespace loopwarden::daemon::health {
+namespace loopwarden::daemon {
 namespace {
 
 std::string output_text(double output, const config::LoopConfig& loop) {
@@ -68,4 +68,4 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
   return {Severity::error, "unknown event"};
 }
 
-}  // namespace loopwarden::daemon::health
+}  // namespace loopwarden::daemon

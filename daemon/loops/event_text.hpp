@@ -6,7 +6,7 @@
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/rt/event.hpp"
 
-namespace loopwarden::daemon::health {
+namespace loopwarden::daemon {
 
 enum class Severity : unsigned char { info, warning, error };
 
@@ -18,4 +18,4 @@ struct EventText {
 // An event of the real-time thread in words, with the loop's units.
 EventText describe(const rt::Event& event, const config::LoopConfig& loop);
 
-}  // namespace loopwarden::daemon::health
+}  // namespace loopwarden::daemon

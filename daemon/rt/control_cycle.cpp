@@ -32,7 +32,7 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
   decision = supervisor_.settle(decision, output_known_);
   const double output_before = controller_.output_applied();
 
-  // PI, compensator, limits.
+  // PID, jacket, compensator, limits.
   const ControllerOutput out = decide(decision, pv);
 
   // Finite and in range, or not written.

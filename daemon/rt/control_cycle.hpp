@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One loop, one period: the whole path from the transmitter to the positioner.
+// One loop, one period: from the newest sample to the newest command; the backend's thread speaks to the devices.
 #pragma once
 
 #include <atomic>

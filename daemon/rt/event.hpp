@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the real-time thread has to say, as numbers; daemon/health puts it into words.
+// What the real-time thread has to say, as numbers; daemon/loops/event_text.hpp puts it into words.
 #pragma once
 
 #include <cstdint>

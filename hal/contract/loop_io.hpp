@@ -88,7 +88,7 @@ class LoopIo {
   virtual IoCounters counters() const noexcept = 0;
 
   // A number that grows while the backend's own thread is alive, also while it waits for a dead
-  // device. Backends without a thread return the same as `has_thread() == false`.
+  // device. Watched only where has_thread() is true.
   virtual bool has_thread() const noexcept { return false; }
   virtual std::uint64_t ticks() const noexcept { return 0; }
 };

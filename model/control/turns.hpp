@@ -31,8 +31,6 @@ class Turns {
     return direction_;
   }
 
-  int direction() const noexcept { return direction_; }
-
  private:
   double band_;
   double extreme_ = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// No effect of the plant: `gap` finds it by replaying the controller (gap/controller_block.hpp).
+// No effect of the plant: `gap` finds it by replaying the controller (model/gap/controller.hpp).
 #include "model/effects/descriptor.hpp"
 
 namespace loopwarden::effects::controller_mismatch {

@@ -18,7 +18,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::health::watchdog_test {
+namespace loopwarden::daemon::watchdog_test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -200,4 +200,4 @@ TEST_CASE("a listening socket that the service manager hands over is taken, and 
 }
 
 }  // namespace
-}  // namespace loopwarden::daemon::health::watchdog_test
+}  // namespace loopwarden::daemon::watchdog_test

@@ -130,6 +130,41 @@ TEST_CASE("a loop's block: values, scaled copies, and one sequence for the whole
   CHECK(block.front() == block.back());
 }
 
+TEST_CASE("each bit of a loop says one thing, and each count of the box stands in its register",
+          "[gateway][map]") {
+  Bench bench;
+  record::RecordRow& row = bench.plant.readings[0].row;
+  row.stem = kNan;
+  CHECK(bench.word("loop_bits") == 0);
+  const auto bits = [&](record::RecordFlag flag) {
+    row.flags = flag;
+    return bench.word("loop_bits");
+  };
+  CHECK(bits(record::kAtLow) == 1);
+  CHECK(bits(record::kAtHigh) == 2);
+  CHECK(bits(record::kRateLimited) == 4);
+  CHECK(bits(record::kOutputLost) == 8);
+  CHECK(bits(record::kJacketActs) == 16);
+  CHECK(bits(record::kCompensatorActs) == 64);
+  BoxReading& box = bench.plant.box_reading;
+  box.journal_waiting = 2;
+  box.journal_lost = 3;
+  box.window_backlog = 4;
+  box.monitor_dropped = 5;
+  CHECK(bench.box_word("journal_waiting") == 2);
+  CHECK(bench.box_word("journal_lost") == 3);
+  CHECK(bench.box_word("window_backlog") == 4);
+  const std::uint32_t dropped =
+      bench.address(Table::input_register, "monitor_dropped", 0, map::Area::box);
+  CHECK(bench.read(Table::input_register, dropped, 2) == Words{0, 5});
+  CHECK(bench.box_word("status_bits") == 1);
+  box.journal_trouble = true;
+  CHECK(bench.box_word("status_bits") == 1 + 16);
+  box.journal_trouble = false;
+  box.real_time_rights = false;
+  CHECK(bench.box_word("status_bits") == 1 + 32);
+}
+
 TEST_CASE("what is not there is never sent as a number that is none", "[gateway][map]") {
   Bench bench;
   record::RecordRow& row = bench.plant.readings[0].row;

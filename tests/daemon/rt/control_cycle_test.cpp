@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "model/plant/backlash.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 
 namespace loopwarden::tests::control_cycle_test {
@@ -829,6 +830,61 @@ TEST_CASE("a reload puts the jacket back as its file has it, and says that it ca
   CHECK(loop.channels.settings_taken.load() == 1);
 }
 
+TEST_CASE("the jacket can go by a model of the valve") {
+  auto settings = plain_settings();
+  settings.controller.jacket.form = control::JacketForm::paper;
+  const bool with_play = GENERATE(true, false);
+  plant::EffectChain valve;
+  if (with_play) valve.add(plant::Effect(plant::Backlash(4.0)));
+  Loop loop(settings,
+            {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::go_to(40.0)},
+            daemon::rt::ValvePositionSource::model, valve);
+  loop.run(5);
+  loop.io.set_pv(45.0);
+  loop.run(5);
+  CHECK((loop.row.jacket_rate_shadow != 0.0F) == with_play);
+}
+
+TEST_CASE("a loop reports a change once, and nothing while nothing changes") {
+  Loop loop;
+  loop.run(5);
+  loop.take_events();
+  loop.run(50);
+  CHECK(loop.take_events().empty());
+  loop.order({.mode = Mode::manual});
+  loop.run(50);
+  auto events = loop.take_events();
+  REQUIRE(events.size() == 1);
+  CHECK(events[0].code == EventCode::mode_changed);
+  CHECK(static_cast<Mode>(events[0].a) == Mode::manual);
+  loop.channels.settings.publish({plain_settings(), 1});
+  loop.run(50);
+  events = loop.take_events();
+  REQUIRE(events.size() == 1);
+  CHECK(events[0].code == EventCode::settings_applied);
+}
+
+TEST_CASE(
+    "a fault's action is not ended by an order for an output that is known, or in a graver fault") {
+  Loop loop;
+  SECTION("commands don't reach the valve") {
+    loop.run(5);
+    loop.io.inputs.output_ok = false;
+    loop.io.inputs.output_reason = hal::Reason::link_lost;
+    loop.run(5);
+    REQUIRE(loop.fault() == Fault::output_lost);
+  }
+  SECTION("the contact is open, and nothing tells the output") {
+    loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
+    loop.io.inputs.enable = hal::Enable::open;
+    loop.run(5);
+    REQUIRE(loop.fault() == Fault::enable_open);
+  }
+  loop.order({.mode = Mode::manual, .output = 60.0});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::output_in_fault);
+}
+
 TEST_CASE("the jacket and a compensator never act together") {
   auto settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::bounded;
@@ -932,6 +988,16 @@ TEST_CASE("an order that can't act is refused as a whole, and reported") {
   REQUIRE(loop.fault() == Fault::enable_open);
   refused({.output = 60.0}, Refusal::output_in_fault);
   refused({.mode = Mode::automatic}, Refusal::manual_after_fault);
+}
+
+TEST_CASE("a value out of its limits is told from an order that comes at the wrong time") {
+  using daemon::rt::is_out_of_limits;
+  for (std::uint8_t code = 0; code <= static_cast<std::uint8_t>(Refusal::output_changed); ++code) {
+    const auto refusal = static_cast<Refusal>(code);
+    CHECK(is_out_of_limits(refusal) == (refusal == Refusal::set_point_out_of_limits ||
+                                        refusal == Refusal::output_out_of_limits ||
+                                        refusal == Refusal::gain_out_of_limits));
+  }
 }
 
 TEST_CASE("what is asked for and is so already is no offence") {

@@ -58,7 +58,10 @@ TEST_CASE("loops of one period are spread over the ticks") {
   paced.runner.add(a.cycle, 2);
   paced.runner.add(b.cycle, 2);
   paced.run(10);
-  CHECK(rows_of(b).front().time_ns - rows_of(a).front().time_ns == kTick);
+  const auto later = rows_of(b);
+  CHECK(later.front().time_ns - rows_of(a).front().time_ns == kTick);
+  CHECK(later.front().period_index == 0);
+  CHECK((later.front().flags & record::kLateCycle) == 0);
 }
 
 TEST_CASE("jitter shorter than a tick costs nothing and does not add up") {

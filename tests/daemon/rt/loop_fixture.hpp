@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "daemon/rt/control_cycle.hpp"
@@ -38,9 +39,10 @@ class Loop {
                 daemon::rt::StartSettings start = {.mode = control::Mode::automatic,
                                                    .set_point = 50.0,
                                                    .output = control::OutputAction::go_to(40.0)},
-                daemon::rt::ValvePositionSource source = daemon::rt::ValvePositionSource::none)
+                daemon::rt::ValvePositionSource source = daemon::rt::ValvePositionSource::none,
+                plant::EffectChain valve_model = {})
       : channels({.records = 1024, .watched = 1024}),
-        cycle(0, kPeriod, settings, start, source, {}, io, channels, events) {
+        cycle(0, kPeriod, settings, start, source, std::move(valve_model), io, channels, events) {
     io.set_pv(50.0);
   }
 

@@ -72,6 +72,7 @@ TEST_CASE("a value that stands still while the output moves is frozen") {
   CHECK(look(5.001, 52.5, 1) == hal::Reason::none);
   CHECK(look(5.001, 80.0, 9) == hal::Reason::none);  // not yet ten seconds
   CHECK(look(5.001, 80.0, 2) == hal::Reason::frozen);
+  CHECK(guard.check(good(5.001, now), 80.0, 100.0, now).quality == hal::Quality::uncertain);
 }
 
 TEST_CASE("the first value is not frozen, whatever it is and wherever the output stands") {

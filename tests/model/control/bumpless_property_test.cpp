@@ -188,6 +188,18 @@ TEST_CASE("an order in the period of new settings moves the output as ordered",
   CHECK(controller.step({.process_variable = 50.0}).output == 55.0);
 }
 
+TEST_CASE("later orders know nothing of the settings before", "[control][bumpless]") {
+  ControllerSettings s;
+  s.output.high = 60.0;
+  LoopController controller(s, kPeriod, 50.0, 30.0);
+  controller.step({.process_variable = 50.0});
+  s.output.high = 80.0;
+  controller.configure(s);
+  controller.step({.process_variable = 50.0});
+  controller.request_output(70.0);
+  CHECK(controller.step({.process_variable = 50.0}).output == 70.0);
+}
+
 TEST_CASE("an output that the old limits held does not go at the rate limit",
           "[control][bumpless]") {
   ControllerSettings s;

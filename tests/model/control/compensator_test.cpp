@@ -95,6 +95,24 @@ TEST_CASE("the knocker pulses at its period, width and amplitude, the way CO goe
   CHECK(onsets == 60);
 }
 
+TEST_CASE("a knocker that starts afresh waits a whole period for its first pulse",
+          "[control][compensator]") {
+  Compensator c({.kind = CompensatorKind::knocker,
+                 .amplitude = 0.3,
+                 .pulse_period_s = 2.0,
+                 .pulse_width_s = 0.4},
+                kPeriod);
+  const auto first_pulse = [&] {
+    int k = 0;
+    while (c.step({.output = 5.0 + 0.01 * k}).added == 0.0 && k < 100) ++k;
+    return k;
+  };
+  CHECK(first_pulse() == 19);
+  for (int k = 0; k < 10; ++k) c.step({.output = 5.0});
+  c.reset();
+  CHECK(first_pulse() == 19);
+}
+
 TEST_CASE("reinforcement and backlash compensation jump at reversals only, and not for noise",
           "[control][compensator]") {
   const std::vector<double> reinforced =
@@ -173,6 +191,31 @@ TEST_CASE("the two-move method stops the cycle of a one-parameter sticking valve
   CHECK(swing(sticky, 2500.0, 4000.0).rms < 0.6);
 }
 
+TEST_CASE("the two-move method's first move lasts its time, and a new set point ends the second",
+          "[control][compensator]") {
+  Compensator c({.kind = CompensatorKind::two_move,
+                 .stick_band = 1.0,
+                 .move_time_s = 1.0,
+                 .max_mean_error = 5.0},
+                kPeriod);
+  CompensatorInputs in{.set_point = 5.0, .error = 0.0, .output = 5.0};
+  Correction found;
+  for (int k = 0; k < 2000 && !found.hold_integral; ++k) {
+    in.output = wave(k);
+    found = c.step(in);
+  }
+  REQUIRE(found.hold_integral);
+  int periods = 1;
+  while (periods < 100 && c.step(in).added == found.added) ++periods;
+  CHECK(periods == 10);
+  CHECK(c.step(in).hold_integral);
+  in.set_point = 5.1;
+  const Correction after = c.step(in);
+  CHECK(after.release);
+  CHECK(after.added == 0.0);
+  CHECK_FALSE(c.step(in).hold_integral);
+}
+
 TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing up",
           "[control][compensator]") {
   const auto kind =
@@ -242,6 +285,28 @@ TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing
     asked = asked || out.correction_shadow != 0.0;
   }
   CHECK(asked);
+}
+
+TEST_CASE("the integral that the two-move method held goes on when it no longer acts",
+          "[control][compensator]") {
+  ControllerSettings settings;
+  settings.pid = {.gains = {.kp = 0.2, .ki = 0.02}, .output_high = 10.0};
+  settings.output.high = 10.0;
+  settings.compensator = {
+      .kind = CompensatorKind::two_move, .stick_band = 0.5, .max_mean_error = 5.0};
+  LoopController c(settings, kPeriod, 5.0, 4.0);
+  c.request_mode(Mode::automatic);
+  bool acts = false;
+  for (int k = 0; k < 6000 && !acts; ++k) {
+    const double pv = 5.0 + 1.5 * std::sin(2.0 * std::numbers::pi * k / 300.0);
+    acts = c.step({.process_variable = pv}).correction != 0.0;
+  }
+  REQUIRE(acts);
+  settings.compensator.shadow = true;
+  c.configure(settings);
+  c.step({.process_variable = 4.0});
+  const double before = c.step({.process_variable = 4.0}).output;
+  CHECK(c.step({.process_variable = 4.0}).output == Approx(before + 0.02 * 1.0 * kPeriod));
 }
 
 TEST_CASE("compensators at a limit do not wind the integral up", "[control][compensator]") {

@@ -75,6 +75,18 @@ TEST_CASE("automatic to manual holds what stands", "[control][modes]") {
   CHECK(controller.step(pv(20.0)).output == output);
 }
 
+TEST_CASE("to ask for manual once more does not stop an output on its way", "[control][modes]") {
+  ControllerSettings s = settings();
+  s.output.rate_per_s = 10.0;
+  LoopController controller(s, kPeriod, 50.0, 30.0);
+  controller.request_output(40.0);
+  controller.step(pv(42.0));
+  controller.request_mode(Mode::manual);
+  double output = 0.0;
+  for (int k = 0; k < 20; ++k) output = controller.step(pv(42.0)).output;
+  CHECK(output == 40.0);
+}
+
 TEST_CASE("out of fallback every way is bumpless", "[control][modes]") {
   LoopController controller = automatic(settings(), 50.0, 30.0);
   for (int k = 0; k < 20; ++k) controller.step(pv(45.0));
@@ -176,6 +188,16 @@ TEST_CASE("the set point ramps, and from PV after a change of mode", "[control][
   CHECK(controller.step(pv(50.0)).set_point == 50.0);
   controller.step_fallback(OutputAction::hold());
   CHECK(controller.step(pv(47.0)).set_point == Approx(47.1));
+}
+
+TEST_CASE("new limits of the set point hold at once", "[control][modes]") {
+  ControllerSettings s = settings();
+  LoopController controller = automatic(s, 50.0, 30.0);
+  controller.step(pv(50.0));
+  s.set_point.high = 40.0;
+  controller.configure(s);
+  CHECK(controller.step(pv(50.0)).set_point == 40.0);
+  CHECK(controller.set_point_target() == 40.0);
 }
 
 TEST_CASE("retuning while running moves nothing", "[control][modes]") {

@@ -39,6 +39,8 @@ TEST_CASE("small moves are spared", "[control][limits]") {
   CHECK(limit_output(limits, 50.4, 50.0, 0.1).output == 50.0);
   CHECK(limit_output(limits, 49.6, 50.0, 0.1).output == 50.0);
   CHECK(limit_output(limits, 50.5, 50.0, 0.1).output == 50.5);
+  CHECK(limit_output(limits, 0.3, 0.0, 0.1).output == 0.0);  // away from a limit as well
+  CHECK(limit_output(limits, 99.7, 100.0, 0.1).output == 100.0);
 }
 
 TEST_CASE("a limit is always reached, deadband or not", "[control][limits]") {

@@ -194,6 +194,10 @@ TEST_CASE("conditional integration stops only what would drive further away", "[
   pid.step(5.0, 4.0, 9.0, 0.0);  // more went out than was asked for: integration up helps
   CHECK(pid.integral() == Approx(held));
   CHECK(pid.error(5.0, 4.0) == 1.0);
+  const double u = pid.step(5.0, 4.0, 9.0, 0.0);
+  const double before = pid.integral();
+  pid.step(5.0, 4.0, u - 0.01, 0.0);  // however little
+  CHECK(pid.integral() == before);
 }
 
 TEST_CASE("a difference within the tolerance is no windup", "[control][pid]") {
@@ -207,6 +211,16 @@ TEST_CASE("a difference within the tolerance is no windup", "[control][pid]") {
   const double before = pid.integral();
   pid.step(5.0, 4.0, u - 0.29, 0.0);
   CHECK(pid.integral() == Approx(before + 0.05));
+}
+
+TEST_CASE("an output that is shifted has not wound up", "[control][pid]") {
+  PidSettings settings = pi(2.0, 0.5);
+  settings.anti_windup = AntiWindup::back_calculation;
+  Pid pid(settings, kPeriod);
+  pid.initialise(4.0, 3.0, 3.0);
+  CHECK(pid.step(3.0, 3.0, 4.0, 0.0) == 4.0);
+  pid.shift(2.0);
+  CHECK(pid.step(3.0, 3.0, 6.0, 0.0) == 6.0);
 }
 
 TEST_CASE("the derivative acts on PV only", "[control][pid]") {

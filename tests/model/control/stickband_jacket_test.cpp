@@ -300,6 +300,11 @@ TEST_CASE("another form starts afresh, other settings keep what was learnt", "[j
     jacket.configure(settings(JacketForm::dwell));
     CHECK(share_left(jacket, -0.3) == 1.0);
   }
+  SECTION("off, where it does not stand back either") {
+    jacket.configure(settings(JacketForm::off));
+    jacket.step(inputs(1.0, 5.5, 5.4));
+    CHECK_FALSE(jacket.standing_back());
+  }
   SECTION("reset") {
     jacket.reset();
     CHECK(share_left(jacket, -0.3) == 1.0);

@@ -105,6 +105,17 @@ TEST_CASE("bad PV holds first, then acts", "[control][supervisor]") {
   }
 }
 
+TEST_CASE("a PV that is bad every other period does not hold the output for ever",
+          "[control][supervisor]") {
+  SafetySettings s = settings();
+  s.bad_pv_hold_s = 1.0;
+  Supervisor supervisor = running(s);
+  for (int k = 0; k < 10; ++k) {
+    REQUIRE(supervisor.step({.pv_good = k % 2 == 1}).action == OutputAction::hold());
+  }
+  CHECK(supervisor.step({.pv_good = false}).action == OutputAction::go_to(6.0));
+}
+
 TEST_CASE("the wait for a bad PV is full also soon after the start", "[control][supervisor]") {
   SafetySettings s = settings();
   s.bad_pv_hold_s = 0.3;
