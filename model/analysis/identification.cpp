@@ -11,7 +11,7 @@
 namespace loopwarden::analysis {
 namespace {
 
-using Column = std::vector<double>;
+using Values = std::vector<double>;
 
 constexpr std::size_t kFewestSamples = 30;
 constexpr std::size_t kMostSamples = 20'000;
@@ -22,8 +22,8 @@ constexpr double kSamplesALag = 20.0;       // a thinned record keeps
 std::string number(double value, int digits = 6) { return numeric::text("%.*g", digits, value); }
 
 // Gaps closed by the value before, at the start by the first there is.
-Column closed_up(std::span<const double> column) {
-  Column out(column.begin(), column.end());
+Values closed_up(std::span<const double> column) {
+  Values out(column.begin(), column.end());
   const auto first =
       std::find_if(out.begin(), out.end(), [](double v) { return std::isfinite(v); });
   double held = first == out.end() ? 0.0 : *first;
@@ -35,8 +35,8 @@ Column closed_up(std::span<const double> column) {
 }
 
 struct Columns {
-  Column co, pv, sp, automatic;  // without gaps
-  Column measured;               // PV as it is
+  Values co, pv, sp, automatic;  // without gaps
+  Values measured;               // PV as it is
   double period_s = 0.1;
 
   std::size_t size() const noexcept { return co.size(); }
@@ -45,15 +45,15 @@ struct Columns {
 // The columns where the controller acts: a record may be faster than the controller, or CO be sent only where it has
 // moved enough. Every row where CO moves in most of them.
 struct ControllerRows {
-  Column co, pv, sp, automatic;
+  Values co, pv, sp, automatic;
   std::size_t first = 0;  // sample
   std::size_t every = 1;  // samples
   double period_s = 0.1;
 
   LoopColumns loop() const { return {.co = co, .pv = pv, .sp = sp, .automatic = automatic}; }
   // Of one value for each row, as long as the record.
-  Column held(const Column& of_rows, std::size_t samples) const {
-    Column out;
+  Values held(const Values& of_rows, std::size_t samples) const {
+    Values out;
     for (std::size_t k = 0; k < samples; ++k) {
       out.push_back(of_rows[std::min(k < first ? 0 : (k - first) / every, of_rows.size() - 1)]);
     }
@@ -81,7 +81,7 @@ Columns columns_of(const IdentificationRecord& record) {
     c.automatic = closed_up(record.mode);
     for (double& v : c.automatic) v = v == 0.0 ? 0.0 : 1.0;
   }
-  const auto still = [](const Column& v) {
+  const auto still = [](const Values& v) {
     return std::all_of(v.begin(), v.end(), [&](double x) { return x == v.front(); });
   };
   if (still(c.co)) throw IdentificationError("CO never moves in this record");
@@ -105,8 +105,8 @@ ControllerRows controller_rows(const Columns& c) {
   rows.first = static_cast<std::size_t>(std::max_element(moved_at.begin(), moved_at.end()) -
                                         moved_at.begin());
   rows.period_s = c.period_s * static_cast<double>(rows.every);
-  const auto taken = [&](const Column& column) {
-    Column out;
+  const auto taken = [&](const Values& column) {
+    Values out;
     for (std::size_t k = rows.first; k < column.size(); k += rows.every) out.push_back(column[k]);
     return out;
   };
@@ -117,7 +117,7 @@ ControllerRows controller_rows(const Columns& c) {
   return rows;
 }
 
-double mean_of(const Column& column, std::size_t from, std::size_t to) {
+double mean_of(const Values& column, std::size_t from, std::size_t to) {
   double sum = 0.0;
   std::size_t count = 0;
   for (std::size_t k = from; k < std::min(to, column.size()); ++k) {
@@ -129,12 +129,12 @@ double mean_of(const Column& column, std::size_t from, std::size_t to) {
 }
 
 // CO as the mean over each of its blocks; PV as the mean around the moment where the block begins.
-Column thinned_co(const Column& co, const SamplesUsed& used) {
+Values thinned_co(const Values& co, const SamplesUsed& used) {
   if (used.thinned == 1) {
     return {co.begin() + static_cast<std::ptrdiff_t>(used.from),
             co.begin() + static_cast<std::ptrdiff_t>(used.from + used.count)};
   }
-  Column out;
+  Values out;
   for (std::size_t i = 0; i < used.count; ++i) {
     const std::size_t from = used.from + i * used.thinned;
     out.push_back(mean_of(co, from, from + used.thinned));
@@ -142,8 +142,8 @@ Column thinned_co(const Column& co, const SamplesUsed& used) {
   return out;
 }
 
-Column thinned_pv(const Column& pv, const SamplesUsed& used) {
-  Column out;
+Values thinned_pv(const Values& pv, const SamplesUsed& used) {
+  Values out;
   const std::size_t half = used.thinned / 2;
   for (std::size_t i = 0; i < used.count; ++i) {
     const std::size_t at = used.from + i * used.thinned;
@@ -168,8 +168,8 @@ Samples samples_of(const Columns& c, const SamplesUsed& used) {
 }
 
 // The stretch of `length` samples in which the column moves most.
-std::size_t busiest(const Column& column, std::size_t length) {
-  Column travel{0.0};
+std::size_t busiest(const Values& column, std::size_t length) {
+  Values travel{0.0};
   for (std::size_t k = 1; k < column.size(); ++k) {
     travel.push_back(travel.back() + std::abs(column[k] - column[k - 1]));
   }
@@ -319,7 +319,7 @@ Identification identify(const IdentificationRecord& record) {
   }
   const ProcessFit& chosen = described_fits[best];
 
-  Column outside = s.u;
+  Values outside = s.u;
   if (feedback.closed) {
     outside = outside_output(rows.loop(), feedback, chosen.process(), rows.period_s);
     if (outside.empty()) {
@@ -385,7 +385,7 @@ AssumedModel assumed_model(const IdentificationRecord& record) {
   out.assumptions.push_back(std::string("process: ") + to_text(best.form) +
                             ", identified from this record");
   // Ranges: 0 to 100 where what was measured lies within, else what was measured and a tenth more.
-  const auto range_of = [](const Column& column) {
+  const auto range_of = [](const Values& column) {
     const auto [low, high] = std::minmax_element(column.begin(), column.end());
     if (*low >= 0.0 && *high <= 100.0 && *high > 10.0) return std::pair{0.0, 100.0};
     if (*low >= 0.0 && *high <= 10.0 && *high > 1.0) return std::pair{0.0, 10.0};
