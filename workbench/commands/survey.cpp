@@ -42,7 +42,9 @@ void print_failed(const nlohmann::json& failed) {
   for (const auto& problem : failed) {
     const auto file = problem.at("file").get<std::string>();
     std::string why = problem.at("why").get<std::string>();
-    if (!why.starts_with(file)) why = file + ": " + problem.value("loop", "loop") + ": " + why;
+    if (!why.starts_with(file)) {
+      why = fmt::format("{}: {}: {}", file, problem.value("loop", "loop"), why);
+    }
     if (said.insert(why).second) fmt::print(stderr, "failed: {}\n", why);
   }
 }

@@ -15,7 +15,7 @@ using config::between;
 using config::MapReader;
 using config::Value;
 
-constexpr std::int64_t kMostMinutes = 7 * 24 * 60;
+constexpr std::int64_t kMostMinutes = 7L * 24 * 60;
 constexpr std::int64_t kMostRepeats = 1000;
 
 const std::vector<std::string> kChanges{"came", "went", "acknowledged", "shelved"};
