@@ -155,7 +155,7 @@ TEST_CASE("specialists that can't be used are refused before anything moves", "[
 }
 
 TEST_CASE("a loop that changes raises model_gap, and its explanation comes by itself",
-          "[alarm][idle]") {
+          "[alarm][idle][long]") {
   // The fault lasts longer than a busy machine takes to explain it: half an hour.
   const auto model = [](const std::string& faults) {
     return "sample_time: 0.1\n"

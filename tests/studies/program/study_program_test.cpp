@@ -74,7 +74,7 @@ TEST_CASE("the study of specialists runs on those that ship") {
   CHECK(study("specialist nothing").exit_code == 64);
 }
 
-TEST_CASE("SIGTERM takes a study's new folder with it") {
+TEST_CASE("SIGTERM takes a study's new folder with it", "[long]") {
   const TemporaryFolder folder;
   const std::string cases = (folder / "cases").string();
   // Ended once the first case stands there.
