@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "config/loop_model_writer.hpp"
 #include "daemon/console/readings.hpp"
 #include "daemon/console/request.hpp"
 #include "daemon/console/status.hpp"
@@ -159,7 +160,8 @@ std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& ord
   };
   if (order.jacket) {
     constexpr std::array kWishes{"off", "shadow", "on"};
-    add("jacket", form_text(row.jacket_form), kWishes[static_cast<std::size_t>(*order.jacket)]);
+    add("jacket", config::to_text(static_cast<control::JacketForm>(row.jacket_form)),
+        kWishes[static_cast<std::size_t>(*order.jacket)]);
   }
   if (order.mode) {
     add("mode", control::to_text(static_cast<control::Mode>(row.requested_mode)),

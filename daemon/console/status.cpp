@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "config/loop_model_writer.hpp"
 #include "daemon/loops/loop_health.hpp"
 
 namespace loopwarden::daemon::console {
@@ -74,7 +75,7 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .at_high = flag(record::kAtHigh),
           .rate_limited = flag(record::kRateLimited),
           .output_lost = flag(record::kOutputLost),
-          .jacket = {.form = form_text(row.jacket_form),
+          .jacket = {.form = config::to_text(static_cast<control::JacketForm>(row.jacket_form)),
                      .acting = flag(record::kJacketActs),
                      .rate = static_cast<double>(row.jacket_rate),
                      .shadow_rate = static_cast<double>(row.jacket_rate_shadow)},
@@ -115,16 +116,6 @@ double rounded(double value) {
 }
 
 }  // namespace
-
-const char* form_text(std::uint8_t jacket_form) {
-  switch (static_cast<control::JacketForm>(jacket_form)) {
-    case control::JacketForm::off: return "off";
-    case control::JacketForm::paper: return "paper";
-    case control::JacketForm::bounded: return "bounded";
-    case control::JacketForm::dwell: break;
-  }
-  return "dwell";
-}
 
 protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
                          const model::Alarm& alarm) {

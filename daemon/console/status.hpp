@@ -16,7 +16,6 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t loop);
 // The ends of a loop's ranges and what its orders must keep to, as in force.
 protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
-const char* form_text(std::uint8_t jacket_form);
 protocol::Alarm alarm_of(const std::string& loop, loopwarden::monitor::AlarmKind kind,
                          const loopwarden::monitor::Alarm& alarm);
 protocol::Monitor monitor_of(const monitor::LoopWatch& watch);

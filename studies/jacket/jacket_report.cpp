@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "config/loop_model_writer.hpp"
 #include "studies/jacket/jacket_study.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "studies/program/studies.hpp"
@@ -34,16 +35,6 @@ struct JacketStudy {
 };
 
 constexpr std::array kCompared{JacketForm::paper, JacketForm::bounded, JacketForm::dwell};
-
-const char* name_of(JacketForm form) {
-  switch (form) {
-    case JacketForm::off: return "off";
-    case JacketForm::paper: return "paper";
-    case JacketForm::bounded: return "bounded";
-    case JacketForm::dwell: break;
-  }
-  return "dwell";
-}
 
 const char* name_of(ReadBackQuality quality) {
   switch (quality) {
@@ -80,9 +71,9 @@ void print_plant1(const std::vector<Plant1Row>& rows) {
         "{:<9} {:>4.1f} {:>4.1f}  {:<7} {:>5}  {:>7.3f} {:>7.1f} {:>7.3f} {:>8.3f} {:>8.3f} "
         "{:>8.3f} "
         "{:>7.2f} {:>7.1f}  {}\n",
-        row.law, row.s, row.j, name_of(row.form), gain, row.result.pv_swing / 2.0, m.period_s,
-        row.result.co_swing, m.mean_error, m.mean_abs_error, m.rms_error, m.travel_per_hour,
-        m.reversals_per_hour, state_of(row.result));
+        row.law, row.s, row.j, config::to_text(row.form), gain, row.result.pv_swing / 2.0,
+        m.period_s, row.result.co_swing, m.mean_error, m.mean_abs_error, m.rms_error,
+        m.travel_per_hour, m.reversals_per_hour, state_of(row.result));
   }
   fmt::print(
       "\nThe paper's claim for Ks > 0: smaller amplitude, narrower stick band (CO swing), higher "
@@ -92,9 +83,9 @@ void print_plant1(const std::vector<Plant1Row>& rows) {
       "RMS falls");
   for (const JacketForm form : kCompared) {
     const ClaimCount c = count_claims(rows, form);
-    fmt::print("{:<8} {:>8} {:>7} {:>7} | {:>9} {:>9} {:>10} {:>9} | {:>9}\n", name_of(form),
-               c.settings, c.parked, c.cycling, c.smaller, c.narrower, c.faster, c.all_three,
-               c.rms_falls);
+    fmt::print("{:<8} {:>8} {:>7} {:>7} | {:>9} {:>9} {:>10} {:>9} | {:>9}\n",
+               config::to_text(form), c.settings, c.parked, c.cycling, c.smaller, c.narrower,
+               c.faster, c.all_three, c.rms_falls);
   }
 }
 
@@ -145,7 +136,7 @@ void print_healthy(const std::vector<HealthyRow>& rows, const JacketStudyOptions
       options.cases, "read-back", "form", "rises >0.02 %", "worst rise", "all median", "all worst");
   for (const HealthyRow& row : rows) {
     fmt::print("{:<33} {:<8} {:>11.1f} % {:>11.3f} % | {:>10.3f} {:>10.3f}\n", name_of(row.quality),
-               name_of(row.form), 100.0 * row.share_rises, row.worst_rise_percent,
+               config::to_text(row.form), 100.0 * row.share_rises, row.worst_rise_percent,
                row.whole_rms_factor.median, row.whole_rms_factor.worst);
   }
 }
@@ -159,7 +150,7 @@ nlohmann::json json_of(const Plant1Row& row) {
   return {{"law", row.law},
           {"s", row.s},
           {"j", row.j},
-          {"form", name_of(row.form)},
+          {"form", config::to_text(row.form)},
           {"ks", row.gain_per_s},
           {"amplitude", row.result.pv_swing / 2.0},
           {"period_s", m.period_s},
@@ -173,9 +164,15 @@ nlohmann::json json_of(const Plant1Row& row) {
 }
 
 nlohmann::json json_of(JacketForm form, const ClaimCount& c) {
-  return {{"form", name_of(form)}, {"settings", c.settings},   {"parked", c.parked},
-          {"cycling", c.cycling},  {"smaller", c.smaller},     {"narrower", c.narrower},
-          {"faster", c.faster},    {"all_three", c.all_three}, {"rms_falls", c.rms_falls}};
+  return {{"form", config::to_text(form)},
+          {"settings", c.settings},
+          {"parked", c.parked},
+          {"cycling", c.cycling},
+          {"smaller", c.smaller},
+          {"narrower", c.narrower},
+          {"faster", c.faster},
+          {"all_three", c.all_three},
+          {"rms_falls", c.rms_falls}};
 }
 
 nlohmann::json json_of(const StickyRow& row) {
@@ -203,7 +200,7 @@ nlohmann::json json_of(const StickyStudy& study) {
 
 nlohmann::json json_of(const HealthyRow& row) {
   return {{"read_back", name_of(row.quality)},
-          {"form", name_of(row.form)},
+          {"form", config::to_text(row.form)},
           {"share_rises", row.share_rises},
           {"worst_rise_percent", row.worst_rise_percent},
           {"whole_rms_factor", json_of(row.whole_rms_factor)}};
