@@ -116,12 +116,12 @@ class Demo {
 
   void leave_screen() { screen_.reset(); }
 
-  // WindowFits are made when nothing else wants the computer; the first ones take their time.
+  // Explanations are made when nothing else wants the computer; the first ones take their time.
   void wait_for_explanations() {
     constexpr std::chrono::seconds kPatience{120};
     const auto begin = std::chrono::steady_clock::now();
     const auto waiting = [this] {
-      return daemon_.status().at("daemon").at("found").at("waiting").get<std::size_t>();
+      return daemon_.status().at("daemon").at("explanations").at("waiting").get<std::size_t>();
     };
     if (waiting() == 0) return;
     say("Waiting for the explanation of the alarms ...");
