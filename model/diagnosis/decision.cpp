@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "model/diagnosis/decision_weights.hpp"
 #include "model/numeric/enum_name.hpp"
@@ -12,6 +14,19 @@ namespace {
 
 constexpr const char* kStep =
     "in manual, step CO by 2 % up, then by 2 % up and down again, and look when PV answers";
+
+constexpr double kLeastPlay = -0.5;
+constexpr double kMostPlay = 0.8;
+constexpr double kMostHammerstein = 0.5;
+
+// What is left means nothing here, either way.
+ValveDecision undecided(std::string reason, std::string settle) {
+  ValveDecision d;
+  d.undecided = true;
+  d.reason = std::move(reason);
+  d.settle = std::move(settle);
+  return d;
+}
 
 }  // namespace
 
@@ -23,11 +38,13 @@ double logit(double p) { return std::log(p / (1.0 - p)); }
 double from_logit(double z) { return 1.0 / (1.0 + std::exp(-z)); }
 
 ValveTerms terms_of(const ValveEvidence& e) {
-  return {e.phase, e.play, std::sqrt(std::max(0.0, e.hammerstein))};
+  const bool swings = e.turns.by() == TurnsBy::time;
+  return {e.phase, std::clamp(e.play, kLeastPlay, kMostPlay), e.standing,
+          swings ? 0.0 : std::sqrt(std::clamp(e.hammerstein, 0.0, kMostHammerstein))};
 }
 
 double ValveWeights::logit_of(const ValveTerms& x) const {
-  return base + per[0] * x[0] + per[1] * x[1] + per[2] * x[2];
+  return std::inner_product(x.begin(), x.end(), per.begin(), base);
 }
 
 const ValveWeights& weights_for(Follows follows) {
@@ -41,37 +58,42 @@ ValveDecision decide(const ValveEvidence& e, Follows follows) {
 ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights& weights) {
   ValveDecision d;
   const bool at_once = follows == Follows::at_once;
+  const TurnsBy turns = e.turns.by();
   d.probability =
       std::clamp(from_logit(weights.logit_of(terms_of(e))), kLeastProbability, kMostProbability);
-  if (d.probability >= kDecidedFrom && e.hammerstein > kLikelyFrom) {
-    const bool seen = at_once ? e.hammerstein > kSeenFrom && e.parts_for >= kPartsFor
-                              : e.hammerstein > kSeenLaterFrom && e.parts_for >= kPartsForLater;
+  if (e.relation < kRelatedFrom) d.probability = std::min(d.probability, kUnrelatedMost);
+  const bool for_valve = d.probability >= kDecidedFrom;
+  if (for_valve && turns == TurnsBy::time) {
+    return undecided(
+        "the cycle keeps its time and not CO's travel, as a swing from elsewhere makes it; all "
+        "else looks "
+        "like a sticking valve",
+        "the loop in manual for some cycles: a swing that goes on comes from elsewhere");
+  }
+  if (for_valve && turns == TurnsBy::clockwork) {
+    return undecided(
+        "the loop cycles like clockwork: a sticking valve and a regular load under tight control "
+        "look "
+        "alike",
+        "the loop in manual for some cycles: if the cycle ends, the valve sticks");
+  }
+  if (for_valve && (at_once || e.hammerstein > kLikelyLaterFrom)) {
+    const bool seen = d.probability >= kSeenFrom && turns == TurnsBy::travel &&
+                      e.standing > kStandsFrom && (at_once || e.hammerstein > kSeenLaterFrom);
     d.grade = seen ? Grade::seen : Grade::likely;
     return d;
   }
-  const bool spoken_for = e.phase > 0.0 && e.play > 0.0;
-  if (!at_once && spoken_for) {
-    d.undecided = true;
-    d.probability = 0.5;  // what is left means nothing here, either way
-    d.reason =
+  if (!at_once && e.phase > 0.0 && e.play > 0.0 && turns != TurnsBy::time) {
+    return undecided(
         follows == Follows::by_integration
             ? "the process integrates: PV lags CO by a quarter period without a sticking valve "
               "too, and one step ahead a sticking valve foretells PV no better"
             : "on a loop this slow PV lags CO without a sticking valve too, and one step ahead a "
-              "sticking valve foretells PV no better";
-    d.settle = kStep;
-    return d;
+              "sticking valve foretells PV no better",
+        kStep);
   }
-  if (d.probability >= kDecidedFrom) {
-    d.undecided = true;
-    d.probability = 0.5;
-    d.reason =
-        "PV lags CO as behind a sticking valve, but also as under integral control against a slow "
-        "load, and one step ahead "
-        "a sticking valve foretells PV no better";
-    d.settle = std::string(kStep) + "; or routine data with set points that move";
-    return d;
-  }
+  // Neither way, but the cycle speaks for a swing from elsewhere.
+  if (turns == TurnsBy::time) d.probability = std::min(d.probability, kDecidedBelow);
   if (d.probability <= kDecidedBelow) return d;
   d.undecided = true;
   d.reason = "the evidence speaks both ways: " + std::to_string(e.votes()) +

@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Valve effect or not, from three numbers: phase, play and Hammerstein evidence.
+// Valve effect or not, from five witnesses: phase, play, standing, Hammerstein evidence, and how CO turns.
 //
-//   logit p = w0 + w1 ph + w2 pl + w3 sqrt(max(A, 0))
+//   logit p = w0 + w1 ph + w2 pl + w3 standing + w4 sqrt(A)       pl within -0.5 to 0.8; A from 0 to 0.5
 //
-// The weights (decision_weights.hpp) are written by `loopwarden-study diagnose --weights`: greatest likelihood on simulated loops
-// and on the open records, half of the weight each, sticky and other loops alike, and every loop alike; none below 0, so that
-// more evidence never makes a valve effect less probable. The prior is one half; another prior moves logit p by
-// log(prior / (1 - prior)). One set where PV must follow CO at once, and where nothing is known of the loop; another for levels,
-// temperatures, and any loop whose PV moved to a new set point while CO came back to where it was (it integrates). p is kept within
-// 0.1 to 0.95, as no routine record proves more: of the simulated loops below 0.1 more than a tenth stick.
+// The weights (decision_weights.hpp) are written by `loopwarden-study diagnose --weights`: greatest likelihood on the open measured
+// records and on simulated loops, sticky and other loops alike, and every loop alike; none below 0, so that more evidence never
+// makes a valve effect less probable. The prior is one half; another prior moves logit p by log(prior / (1 - prior)). One set where
+// PV must follow CO at once, and where nothing is known of the loop; another for levels, temperatures, and any loop whose PV moved
+// to a new set point while CO came back to where it was (it integrates). p is kept within 0.1 to 0.95.
 //
-//   seen        p >= 0.65, A > 0.1 and a gain in six of the record's eight parts (levels and temperatures: 0.15, seven): CO travels, PV
-//               stays, and moves only when the band is crossed
-//   likely      p >= 0.65 and A > 0.05: test the valve
-//   can't tell  p from 0.35 to 0.65; p >= 0.65 without A: integral control against a slow load looks the same; phase and play
-//               for a valve where they mean nothing
+// How CO turns (turns.hpp) decides beside them, since a smooth swing from elsewhere deceives all four:
+//
+//   by time       A counts 0: behind a load that swings PV is foretold better by any band; no valve effect is named
+//   clockwork     no valve effect is named
+//   a play explains less than 0.2 of PV: PV does not hang on CO, p at most 0.3
+//
+//   seen        p >= 0.7, CO turns by travel, PV stands during more than 0.4 of CO's moves; levels and temperatures besides: A > 0.15
+//   likely      p >= 0.65 (levels and temperatures: and A > 0.05): test the valve
+//   can't tell  p from 0.35 to 0.65; p >= 0.65 and CO turns by time or like clockwork; phase and play for a valve where they mean
+//               nothing
 //
 // What it can't do: tell the valve from anything else behind the controller that sticks.
 #pragma once
@@ -24,27 +28,33 @@
 #include <string>
 
 #include "model/diagnosis/kind.hpp"
+#include "model/diagnosis/turns.hpp"
 
 namespace loopwarden::diagnosis {
 
-inline constexpr double kSeenFrom = 0.1;         // A, where PV follows CO at once
-inline constexpr double kSeenLaterFrom = 0.15;   // A, where it need not
-inline constexpr double kLikelyFrom = 0.05;      // A
-inline constexpr double kPartsFor = 0.75;        // of the record, for what is seen
-inline constexpr double kPartsForLater = 0.875;  // the same, where PV need not follow at once
+inline constexpr double kHammersteinVotes = 0.1;  // A
+inline constexpr double kSeenLaterFrom = 0.15;    // A, where PV need not follow at once
+inline constexpr double kLikelyLaterFrom = 0.05;  // A, the same
+inline constexpr double kStandsFrom = 0.4;        // standing, for what is seen
+inline constexpr double kRelatedFrom = 0.2;       // of PV's variance
+inline constexpr double kUnrelatedMost = 0.3;     // p
+inline constexpr double kSeenFrom = 0.7;          // p
 inline constexpr double kDecidedFrom = 0.65;
 inline constexpr double kDecidedBelow = 0.35;
 inline constexpr double kLeastProbability = 0.1;
 inline constexpr double kMostProbability = 0.95;
 
-// The three numbers of a record; each votes for a valve effect above its threshold.
+// The witnesses of a record; phase, play and A vote for a valve effect above their thresholds.
 struct ValveEvidence {
   double phase = 0.0;        // ph, votes above 0
   double play = 0.0;         // pl, votes above 0
   double hammerstein = 0.0;  // A, votes above 0.1
   double parts_for = 1.0;    // share of the record's parts that A comes from
+  double standing = 0.0;     // share of CO's moves during which PV stands, 0 to 1
+  double relation = 1.0;     // of PV's variance that a play explains, 0 to 1
+  Turns turns;
   int votes() const noexcept {
-    return (phase > 0.0 ? 1 : 0) + (play > 0.0 ? 1 : 0) + (hammerstein > kSeenFrom ? 1 : 0);
+    return (phase > 0.0 ? 1 : 0) + (play > 0.0 ? 1 : 0) + (hammerstein > kHammersteinVotes ? 1 : 0);
   }
 };
 
@@ -62,8 +72,8 @@ struct ValveDecision {
   std::string settle;  // and what would settle it
 };
 
-// The numbers as they are weighed: ph, pl, sqrt(max(A, 0)).
-using ValveTerms = std::array<double, 3>;
+// The witnesses as they are weighed: ph, pl, standing, sqrt(A).
+using ValveTerms = std::array<double, 4>;
 ValveTerms terms_of(const ValveEvidence& evidence);
 
 struct ValveWeights {

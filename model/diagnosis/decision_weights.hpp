@@ -7,7 +7,7 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr ValveWeights kAtOnce{.base = -1.94, .per = {0.28, 0.54, 8.71}};
-inline constexpr ValveWeights kLater{.base = -1.29, .per = {0.06, 0.00, 5.99}};
+inline constexpr ValveWeights kAtOnce{.base = -1.16, .per = {0.13, 3.04, 1.38, 1.71}};
+inline constexpr ValveWeights kLater{.base = -1.29, .per = {0.06, 0.00, 0.00, 5.99}};
 
 }  // namespace loopwarden::diagnosis

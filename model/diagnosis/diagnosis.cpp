@@ -8,6 +8,7 @@
 
 #include "model/diagnosis/correlation.hpp"
 #include "model/diagnosis/phase.hpp"
+#include "model/diagnosis/standing.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
 
@@ -41,10 +42,14 @@ void measure(Diagnosis& d) {
       fit_controller(d.prepared.error, d.prepared.output, d.prepared.period);
   d.hammerstein =
       fit_hammerstein(pv, co, controller.fit > kControllerKnown ? controller.action : 0.0);
-  d.evidence = {.phase = phase_evidence(pv_scales, co_scales, blocks),
-                .play = d.play.evidence,
-                .hammerstein = d.hammerstein.evidence,
-                .parts_for = d.hammerstein.parts_for};
+  d.evidence = {
+      .phase = phase_evidence(pv_scales, co_scales, blocks),
+      .play = d.play.evidence,
+      .hammerstein = d.hammerstein.evidence,
+      .parts_for = d.hammerstein.parts_for,
+      .standing = standing_evidence(block_means(pv, factor), block_means(co, factor), blocks),
+      .relation = d.play.play_r2,
+      .turns = find_turns(co_scales[1])};
 }
 
 Follows follows_of(const Diagnosis& d) {
@@ -103,6 +108,45 @@ void name_other_cause(Diagnosis& d) {
   });
 }
 
+// What follows from the evidence.
+void conclude(Diagnosis& d) {
+  d.grade = Grade::none;
+  d.cause = d.alternative = Cause::none;
+  d.reason.clear();
+  d.settle.clear();
+  d.oscillating = d.prepared.cycles >= kLeastCycles &&
+                  (oscillates(d.prepared.pv_oscillation) || oscillates(d.prepared.co_oscillation));
+  d.follows = follows_of(d);
+  ValveDecision decision = decide(d.evidence, d.follows);
+  // Undecided, with nothing gained step by step: then the shapes of the cycles may exclude a valve effect, never name one.
+  if (decision.undecided && d.follows == Follows::at_once && d.evidence.hammerstein <= 0.0) {
+    const CauseProbabilities p = weigh(find_features(d.prepared).features);
+    const double by_shape =
+        p[static_cast<std::size_t>(Cause::stiction)] + p[static_cast<std::size_t>(Cause::backlash)];
+    if (by_shape < kShapesExclude) {
+      decision = ValveDecision{};
+      decision.probability = std::max(by_shape, kLeastProbability);
+    }
+  }
+  d.probability = decision.probability;
+  d.grade = decision.grade;
+  if (decision.grade != Grade::none) {
+    d.verdict = DiagnosisVerdict::valve_effect;
+    name_valve_effect(d);
+  } else if (decision.undecided) {
+    d.verdict = DiagnosisVerdict::cant_tell;
+    d.reason = decision.reason;
+    d.settle = decision.settle;
+  } else if (d.oscillating || d.evidence.turns.by() == TurnsBy::time ||
+             d.evidence.turns.by() == TurnsBy::clockwork) {
+    d.oscillating = true;
+    name_other_cause(d);
+  } else {
+    d.verdict = DiagnosisVerdict::healthy;
+  }
+  if (d.oscillating) d.period_s = d.prepared.period_s;
+}
+
 }  // namespace
 
 const char* to_text(DiagnosisVerdict verdict) noexcept {
@@ -127,37 +171,27 @@ Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
     d.verdict = DiagnosisVerdict::other_cause;
     return d;
   }
-  d.oscillating = d.prepared.cycles >= kLeastCycles &&
-                  (oscillates(d.prepared.pv_oscillation) || oscillates(d.prepared.co_oscillation));
   measure(d);
-  d.follows = follows_of(d);
-  ValveDecision decision = decide(d.evidence, d.follows);
-  // Undecided, with nothing gained step by step: then the shapes of the cycles may exclude a valve effect, never name one.
-  if (decision.undecided && d.follows == Follows::at_once && d.evidence.hammerstein <= 0.0) {
-    const CauseProbabilities p = weigh(find_features(d.prepared).features);
-    const double by_shape =
-        p[static_cast<std::size_t>(Cause::stiction)] + p[static_cast<std::size_t>(Cause::backlash)];
-    if (by_shape < kShapesExclude) {
-      decision = ValveDecision{};
-      decision.probability = std::max(by_shape, kLeastProbability);
-    }
-  }
-  d.probability = decision.probability;
-  d.grade = decision.grade;
-  if (decision.grade != Grade::none) {
-    d.verdict = DiagnosisVerdict::valve_effect;
-    name_valve_effect(d);
-  } else if (decision.undecided) {
-    d.verdict = DiagnosisVerdict::cant_tell;
-    d.reason = decision.reason;
-    d.settle = decision.settle;
-  } else if (d.oscillating) {
-    name_other_cause(d);
-  } else {
-    d.verdict = DiagnosisVerdict::healthy;
-  }
-  if (d.oscillating) d.period_s = d.prepared.period_s;
+  conclude(d);
   return d;
+}
+
+void share_turns(std::span<Diagnosis*> windows) {
+  Turns all;
+  for (const Diagnosis* d : windows) {
+    const Turns& turns = d->evidence.turns;
+    if (!d->judged() || turns.count < kLeastTurns) continue;
+    all.count += turns.count;
+    const double share = static_cast<double>(turns.count) / static_cast<double>(all.count);
+    all.travel_scatter += share * (turns.travel_scatter - all.travel_scatter);
+    all.cycle_scatter += share * (turns.cycle_scatter - all.cycle_scatter);
+  }
+  for (Diagnosis* d : windows) {
+    if (!d->judged()) continue;
+    const bool changes = d->evidence.turns.by() != all.by();
+    d->evidence.turns = all;
+    if (changes) conclude(*d);
+  }
 }
 
 SizeTrend size_trend(std::span<const Diagnosis> windows) {

@@ -73,6 +73,9 @@ struct Diagnosis {
 
 Diagnosis diagnose(const RoutineRecord& record, LoopKind kind = LoopKind::unknown);
 
+// Of the windows of one loop: each is judged anew with how CO turns in all of them, since a window holds few turns.
+void share_turns(std::span<Diagnosis*> windows);
+
 // One verdict of all windows of a loop, in the order of time.
 struct LoopVerdict {
   DiagnosisVerdict verdict = DiagnosisVerdict::not_enough_data;

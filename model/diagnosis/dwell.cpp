@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/diagnosis/series.hpp"
+#include "model/diagnosis/turns.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
@@ -15,28 +16,6 @@ namespace {
 constexpr double kTurnDepth = 0.6;      // of the standard deviation of CO
 constexpr double kSteadyBelow = 0.5;    // of the standard deviation of the changes
 constexpr double kPartOfRun = 1.0 / 7;  // in which a jump must fit
-
-// Samples at which a signal turns, a turn counting once it has gone back by `depth`.
-std::vector<std::size_t> turning_points(std::span<const double> x, double depth) {
-  std::vector<std::size_t> turns;
-  std::size_t low = 0;
-  std::size_t high = 0;
-  int direction = 0;
-  for (std::size_t k = 1; k < x.size(); ++k) {
-    if (x[k] < x[low]) low = k;
-    if (x[k] > x[high]) high = k;
-    if (direction >= 0 && x[high] - x[k] > depth) {
-      turns.push_back(high);
-      direction = -1;
-      low = k;
-    } else if (direction <= 0 && x[k] - x[low] > depth) {
-      turns.push_back(low);
-      direction = 1;
-      high = k;
-    }
-  }
-  return turns;
-}
 
 double scatter(const Series& x) {
   const double middle = numeric::median(x);

@@ -9,10 +9,18 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr std::size_t kLongestGap = 10;   // samples that are filled
-constexpr double kManualShare = 0.2;      // of the record with CO standing still
-constexpr double kFrozenShare = 0.3;      // of the record with PV standing still while CO moves
-constexpr double kClampedShare = 0.35;    // of the samples with CO at its limit
+constexpr std::size_t kLongestGap = 10;  // samples that are filled
+constexpr double kManualShare = 0.2;     // of the record with CO standing still
+constexpr double kFrozenShare = 0.3;     // of the record with PV standing still while CO moves
+constexpr double kClampedShare = 0.35;   // of the samples with CO at its limits
+constexpr double kFreeShare =
+    0.25;  // of the samples, in a row away from the limits, that can be judged
+constexpr double kCutFrom = 0.03;    // of the samples at the limits: judge the part away from them
+constexpr double kSameValue = 1e-6;  // of the range of CO
+constexpr double kNearEnd = 1e-3;    // of the CO span
+constexpr double kLeastRest =
+    4.0;  // samples at the record's highest or lowest value that are a limit
+constexpr double kLongRest = 4.0;         // times as long as CO rests elsewhere
 constexpr double kNoFlowShare = 0.9;      // of the samples with PV at zero
 constexpr double kZero = 0.02;            // of the largest PV or SP
 constexpr double kTravel = 0.01;          // of the CO span: CO travels
@@ -81,18 +89,57 @@ Series filled(std::span<const double> x) {
   return any ? out : Series{};
 }
 
-double share_at_limits(const Series& co) {
+// Samples at which CO rests at an end of its span, or at the highest or lowest value of the record for so long that a limit
+// holds it there: the ends that a controller is held to are seldom in the log.
+std::vector<char> rests_at_limit(const Series& co, double span_low, double span_high) {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
-  const double tolerance = 1e-3 * (*high - *low);
-  std::size_t low_count = 0;
-  std::size_t high_count = 0;
-  for (const double u : co) {
-    low_count += u <= *low + tolerance ? 1U : 0U;
-    high_count += u >= *high - tolerance ? 1U : 0U;
+  const double tolerance = kSameValue * (*high - *low);
+  const double near_end = kNearEnd * (span_high - span_low);
+  std::vector<char> resting(co.size(), 0);
+  std::vector<Part> at_ends;
+  Series between;  // lengths of the rests elsewhere, samples
+  for (std::size_t from = 0; from < co.size();) {
+    std::size_t to = from + 1;
+    while (to < co.size() && std::abs(co[to] - co[from]) <= tolerance) ++to;
+    if (co[from] <= *low + tolerance || co[from] >= *high - tolerance) {
+      at_ends.push_back({.from = from, .to = to});
+    } else {
+      between.push_back(static_cast<double>(to - from));
+    }
+    from = to;
   }
-  // Either end is reached once by any signal.
-  const std::size_t resting = std::max(low_count, high_count);
-  return static_cast<double>(resting) / static_cast<double>(co.size());
+  // A CO logged in coarse steps rests at every step.
+  const double usual = between.empty() ? 1.0 : numeric::quantile(between, 0.9);
+  for (const Part& part : at_ends) {
+    if (static_cast<double>(part.size()) >= std::max(kLeastRest, kLongRest * usual)) {
+      std::fill(resting.begin() + static_cast<std::ptrdiff_t>(part.from),
+                resting.begin() + static_cast<std::ptrdiff_t>(part.to), 1);
+    }
+  }
+  // A CO that goes beyond the span that was told has another span.
+  const bool low_known = *low >= span_low - near_end;
+  const bool high_known = *high <= span_high + near_end;
+  for (std::size_t k = 0; k < co.size(); ++k) {
+    if ((low_known && co[k] <= span_low + near_end) ||
+        (high_known && co[k] >= span_high - near_end)) {
+      resting[k] = 1;
+    }
+  }
+  return resting;
+}
+
+// The longest part away from the limits; a rest shorter than kLongestGap is part of it.
+Part longest_free_part(const std::vector<char>& resting) {
+  Part best;
+  Part part;
+  std::size_t rest = kLongestGap;
+  for (std::size_t k = 0; k < resting.size(); ++k) {
+    rest = resting[k] != 0 ? rest + 1 : 0;
+    if (rest == 0) part.to = k + 1;
+    if (rest >= kLongestGap) part = {.from = k + 1, .to = k + 1};
+    if (part.size() > best.size()) best = part;
+  }
+  return best;
 }
 
 // Share of variance in the differences of neighbours that a smooth movement can't explain.
@@ -228,12 +275,38 @@ Prepared prepare(const RoutineRecord& record) {
     p.settle = "look at the transmitter, then take another record";
     return p;
   }
-  p.share_at_limit = share_at_limits(co);
-  if (p.share_at_limit > kClampedShare) {
-    p.gate = Gate::saturation;
-    p.refusal = "CO rests at its limit in more than a third of the samples";
-    p.settle = "a record away from the limit";
-    return p;
+  const std::vector<char> resting = rests_at_limit(co, record.co_low, record.co_high);
+  p.share_at_limit = static_cast<double>(std::count(resting.begin(), resting.end(), 1)) /
+                     static_cast<double>(resting.size());
+  if (p.share_at_limit > kCutFrom) {
+    const Part inside = longest_free_part(resting);
+    const auto least = std::max(
+        kLeastSamples, static_cast<std::size_t>(kFreeShare * static_cast<double>(co.size())));
+    if (p.share_at_limit > kClampedShare || inside.size() < least) {
+      p.gate = Gate::saturation;
+      p.refusal = p.share_at_limit > kClampedShare
+                      ? "CO rests at its limits in more than a third of the samples"
+                      : "CO runs into its limits again and again, and no stretch between is long "
+                        "enough to be judged";
+      p.settle = "a record away from the limits";
+      return p;
+    }
+    const auto cut = [&inside](Series& x) {
+      if (x.empty()) return;
+      x.erase(x.begin() + static_cast<std::ptrdiff_t>(inside.to), x.end());
+      x.erase(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(inside.from));
+    };
+    cut(pv);
+    cut(co);
+    cut(sp);
+    p.from += inside.from;
+    p.used = pv.size();
+    if (!moves(co, kLeastMovement * (record.co_high - record.co_low)) || !moves(pv, 0.0)) {
+      p.gate = Gate::saturation;
+      p.refusal = "CO moves only where it runs into its limits";
+      p.settle = "a record away from the limits";
+      return p;
+    }
   }
   p.gate = Gate::open;
   p.set_point_active = follows(pv, sp);

@@ -2,7 +2,8 @@
 // From a routine record to series that mean the same at any sample time and in any unit.
 //
 //  1. Short gaps are filled by straight lines; of a record with a long gap, or a stretch in manual (CO stands still for a fifth of
-//     the record), the longest part is used. A set point that moves is no reason to cut.
+//     the record), the longest part is used. A set point that moves is no reason to cut. Where CO runs into its limits, the longest
+//     part between is used.
 //  2. Gates, below.
 //  3. The time scale of the loop, its period, is found (oscillation.hpp), from PV and CO.
 //  4. Samples are averaged to at most kSamplesPerPeriod a period, slow movement is removed with a
@@ -12,8 +13,8 @@
 // For what concerns the valve (phase.hpp, play_fit.hpp, hammerstein.hpp) `raw_pv` and `raw_co` are used as they are.
 //
 // Gates, each with its reason: too few samples, CO does not move (manual); and those that name a cause at once:
-// PV frozen while CO moves (sensor), PV at zero while CO travels (no flow), CO at its limit in more than a third of the samples
-// (saturation).
+// PV frozen while CO moves (sensor), PV at zero while CO travels (no flow), CO at its limits in more than a third of the samples,
+// or no part of a quarter of the record between them (saturation).
 #pragma once
 
 #include <cstddef>
@@ -70,7 +71,7 @@ struct Prepared {
   double co_scale = 1.0;   // CO units, standard deviation of CO after the high-pass
   bool set_point_active = false;  // an SP that moves and that PV follows
   bool integrates = false;        // PV moved with SP, CO came back to where it was
-  double share_at_limit = 0.0;    // of the samples, CO at its lowest or highest value
+  double share_at_limit = 0.0;    // of the samples before the cut, CO held by a limit
   double fast_share = 0.0;        // of PV's variance that is noise between neighbours, 0 to 1
   double held_share = 0.0;        // of the samples, PV exactly as before, 0 to 1
 };

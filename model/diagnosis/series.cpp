@@ -65,6 +65,14 @@ Series block_means(std::span<const double> x, std::size_t factor) {
   return out;
 }
 
+Series medians_of_three(std::span<const double> x) {
+  Series y(x.begin(), x.end());
+  for (std::size_t k = 1; k + 1 < x.size(); ++k) {
+    y[k] = std::max(std::min(x[k - 1], x[k + 1]), std::min(std::max(x[k - 1], x[k + 1]), x[k]));
+  }
+  return y;
+}
+
 Series central_difference(std::span<const double> x, std::size_t lag) {
   Series out(x.size());
   for (std::size_t k = 0; k < x.size(); ++k) {

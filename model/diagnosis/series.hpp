@@ -24,6 +24,8 @@ Series moving_mean(std::span<const double> x, std::size_t half_width);
 Series high_passed(std::span<const double> x, std::size_t window);
 // Means over consecutive blocks of `factor` samples; a shorter block at the end is left out.
 Series block_means(std::span<const double> x, std::size_t factor);
+// The median of each sample and its two neighbours: a single outlier goes, an edge stays. The ends are kept.
+Series medians_of_three(std::span<const double> x);
 // x(k + lag) - x(k - lag), the ends held.
 Series central_difference(std::span<const double> x, std::size_t lag);
 

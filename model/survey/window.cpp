@@ -116,7 +116,6 @@ WindowFindings judge_window(const LoopSamples& s, std::uint64_t seed) {
                                           .co_high = s.co_high},
                                          s.kind);
   window.sees_from = diagnosis::sees_from(pv, co, s.archived);
-  diagnosis::mind_archive(window.diagnosis, s.archived, window.sees_from, s.co_high - s.co_low);
   const std::size_t dead_time = dead_time_samples(co, pv, kMostDeadTime);
   window.dead_time_s = static_cast<double>(dead_time) * s.sample_time_s;
   std::vector<double> error = pv;
@@ -128,6 +127,16 @@ WindowFindings judge_window(const LoopSamples& s, std::uint64_t seed) {
     window.nonlinearity = nonlinearity(prepared.pv, prepared.period, seed);
   }
   return window;
+}
+
+void share_turns(std::span<WindowFindings> windows, const diagnosis::Archived& archived,
+                 double co_span) {
+  std::vector<diagnosis::Diagnosis*> together;
+  for (WindowFindings& w : windows) together.push_back(&w.diagnosis);
+  diagnosis::share_turns(together);
+  for (WindowFindings& w : windows) {
+    diagnosis::mind_archive(w.diagnosis, archived, w.sees_from, co_span);
+  }
 }
 
 diagnosis::LoopVerdict judge_windows(std::span<const WindowFindings> windows,

@@ -54,6 +54,11 @@ struct WindowFindings {
 
 WindowFindings judge_window(const LoopSamples& samples, std::uint64_t seed);
 
+// The windows of a loop judged anew with how CO turns in all of them (diagnosis::share_turns), then minded by what the archive
+// left out.
+void share_turns(std::span<WindowFindings> windows, const diagnosis::Archived& archived,
+                 double co_span);
+
 // All windows of a loop together.
 diagnosis::LoopVerdict judge_windows(std::span<const WindowFindings> windows,
                                      const diagnosis::Archived& archived, double co_span);

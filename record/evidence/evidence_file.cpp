@@ -89,6 +89,12 @@ json to_json(const monitor::RoutineWatch::Judgement& j) {
           {"play", j.evidence.play},
           {"hammerstein", j.evidence.hammerstein},
           {"parts_for", j.evidence.parts_for},
+          {"standing", j.evidence.standing},
+          {"relation", j.evidence.relation},
+          {"turns",
+           {{"count", j.evidence.turns.count},
+            {"travel_scatter", j.evidence.turns.travel_scatter},
+            {"cycle_scatter", j.evidence.turns.cycle_scatter}}},
           {"nats",
            {{"before", j.sum_before}, {"from_specialists", j.from_specialists}, {"after", j.sum}}}};
 }
@@ -187,7 +193,15 @@ monitor::RoutineWatch::Judgement routine_of(const json& j) {
   r.evidence = {.phase = j.at("phase").get<double>(),
                 .play = j.at("play").get<double>(),
                 .hammerstein = j.at("hammerstein").get<double>(),
-                .parts_for = j.at("parts_for").get<double>()};
+                .parts_for = j.at("parts_for").get<double>(),
+                .standing = j.value("standing", 0.0),  // of no file before these three were judged
+                .relation = j.value("relation", 1.0),
+                .turns = {}};
+  if (const auto turns = j.find("turns"); turns != j.end()) {
+    r.evidence.turns = {.count = turns->at("count").get<std::size_t>(),
+                        .travel_scatter = turns->at("travel_scatter").get<double>(),
+                        .cycle_scatter = turns->at("cycle_scatter").get<double>()};
+  }
   const json& nats = j.at("nats");
   r.sum_before = nats.at("before").get<double>();
   r.from_specialists = nats.at("from_specialists").get<double>();

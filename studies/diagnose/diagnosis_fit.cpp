@@ -10,7 +10,7 @@ namespace loopwarden::studies {
 namespace {
 
 // Of the terms, so that the ridge treats them alike.
-constexpr diagnosis::ValveTerms kNumberSpread{3.0, 0.7, 0.3};
+constexpr diagnosis::ValveTerms kNumberSpread{3.0, 0.5, 0.25, 0.3};
 constexpr std::size_t kDescentSteps = 4000;
 constexpr double kDescentStep = 0.5;
 constexpr std::size_t kResamples = 2000;

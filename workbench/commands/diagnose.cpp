@@ -101,7 +101,6 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
   if (by_hand > 0) fmt::print(stderr, "{}: {} samples in manual are left out\n", path, by_hand);
   draw_for_judging(imported);
   const diagnosis::Archived archived{imported.notes.pv, imported.notes.co};
-  const double co_span = loop.co_range[1] - loop.co_range[0];
   const std::vector<Stretch> stretches = stretches_of(r);
   const std::span<const double> pv(r.pv);
   const std::span<const double> co(r.co);
@@ -129,7 +128,6 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
                                              kind)};
         window.sees_from =
             diagnosis::sees_from(pv.subspan(from, size), co.subspan(from, size), archived);
-        diagnosis::mind_archive(window.diagnosis, archived, window.sees_from, co_span);
       },
       [&](std::size_t done) { progress.update(done); });
   loop.imports.push_back(std::move(imported.notes));
@@ -152,6 +150,14 @@ int run_diagnose(const DiagnoseOptions& options) {
     const LoopKind kind = options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
                                                : *diagnosis::loop_kind(options.kind);
     diagnose_record(path, imported, kind, loop);
+  }
+  std::vector<diagnosis::Diagnosis*> together;
+  for (DiagnosedWindow& w : loop.windows) together.push_back(&w.diagnosis);
+  diagnosis::share_turns(together);
+  for (DiagnosedWindow& w : loop.windows) {
+    const record::ImportNotes& notes = loop.imports[w.import];
+    diagnosis::mind_archive(w.diagnosis, {notes.pv, notes.co}, w.sees_from,
+                            loop.co_range[1] - loop.co_range[0]);
   }
   std::vector<diagnosis::Diagnosis> windows;
   windows.reserve(loop.windows.size());

@@ -168,12 +168,16 @@ std::vector<WindowFindings> judged_windows(const record::Imported& imported, con
                                             .kind = kind,
                                             .archived = {imported.notes.pv, imported.notes.co}},
                                            w + 1));
+  }
+  survey::share_turns(windows, {imported.notes.pv, imported.notes.co},
+                      loop.co_range[1] - loop.co_range[0]);
+  for (std::size_t w = 0; w < cuts.count; ++w) {
     loop.windows.push_back({.file = imported.notes.files,
-                            .from_s = r.time_s[from],
-                            .to_s = r.time_s[from + size - 1],
+                            .from_s = r.time_s[cuts.from(w)],
+                            .to_s = r.time_s[cuts.from(w) + cuts.size(w) - 1],
                             .period_s = r.period_s,
-                            .diagnosis = windows.back().diagnosis,
-                            .sees_from = windows.back().sees_from});
+                            .diagnosis = windows[w].diagnosis,
+                            .sees_from = windows[w].sees_from});
   }
   return windows;
 }

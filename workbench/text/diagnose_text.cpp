@@ -18,26 +18,24 @@ using diagnosis::DiagnosisVerdict;
 using diagnosis::Follows;
 using diagnosis::Grade;
 
-double explained_gain_percent(const Diagnosis& d) {
-  return 100.0 * (1.0 - std::exp(-std::max(0.0, d.evidence.hammerstein)));
-}
-
 // What speaks for the verdict, with the figures of this record.
 std::string because(const Diagnosis& d) {
   switch (d.verdict) {
     case DiagnosisVerdict::valve_effect:
       if (d.grade == Grade::seen) {
         return fmt::format(
-            "CO travels and PV does not follow until a band is crossed: behind a sticking valve PV "
-            "is foretold "
-            "with {:.0f} % less error than straight from CO",
-            explained_gain_percent(d));
+            "PV stands during {:.0f} % of CO's moves, and CO turns where it has travelled a band "
+            "(scatter {:.0f} %), "
+            "not after a time (scatter {:.0f} %)",
+            100.0 * d.evidence.standing, 100.0 * d.evidence.turns.travel_scatter,
+            100.0 * d.evidence.turns.cycle_scatter);
       }
       return fmt::format(
-          "PV lags CO by about a quarter period where it should follow at once, and a play "
-          "explains {:.0f} % of "
-          "PV, a straight line {:.0f} %; no band is seen step by step, so test the valve",
-          100.0 * d.play.play_r2, 100.0 * d.play.linear_r2);
+          "{}a play explains {:.0f} % of PV, a straight line {:.0f} %, and PV stands during {:.0f} "
+          "% of CO's moves; "
+          "how CO turns does not prove a band, so test the valve",
+          d.evidence.phase > 0.0 ? "PV lags CO by about a quarter period; " : "",
+          100.0 * d.play.play_r2, 100.0 * d.play.linear_r2, 100.0 * d.evidence.standing);
     case DiagnosisVerdict::other_cause:
       switch (d.cause) {
         case Cause::master_loop: return "PV swings with its set point, at the same period";
@@ -45,7 +43,7 @@ std::string because(const Diagnosis& d) {
         case Cause::no_flow: return d.reason;
         case Cause::saturation:
           if (!d.reason.empty()) return d.reason;
-          return fmt::format("CO rests at its limit in {:.0f} % of the samples",
+          return fmt::format("CO rests at its limits in {:.0f} % of the samples",
                              100.0 * d.prepared.share_at_limit);
         default:
           return "the loop cycles, and PV follows CO without a band; shapes and timing point to " +
@@ -75,7 +73,7 @@ std::string against(const Diagnosis& d) {
     oppose(d.evidence.play > 0.0, "a play explains PV better than a straight line",
            "a straight line explains PV as well as a play");
   }
-  oppose(d.evidence.hammerstein > diagnosis::kSeenFrom,
+  oppose(d.evidence.hammerstein > diagnosis::kHammersteinVotes,
          "a sticking valve foretells PV better step by step",
          "step by step a sticking valve foretells PV no better");
   return text;
@@ -136,7 +134,13 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
   result["probability"] = probability;
   result["votes"] = {{"phase", vote(d.evidence.phase, 0.0)},
                      {"play", vote(d.evidence.play, 0.0)},
-                     {"hammerstein", vote(d.evidence.hammerstein, diagnosis::kSeenFrom)}};
+                     {"hammerstein", vote(d.evidence.hammerstein, diagnosis::kHammersteinVotes)}};
+  result["standing"] = d.evidence.standing;
+  const diagnosis::Turns& turns = d.evidence.turns;
+  result["turns"] = {{"by", to_text(turns.by())},
+                     {"count", turns.count},
+                     {"travel_scatter", turns.travel_scatter},
+                     {"cycle_scatter", turns.cycle_scatter}};
   return result;
 }
 
@@ -176,8 +180,10 @@ std::string votes_line(const Diagnosis& d) {
   return fmt::format("votes: phase {:.2f} ({}), play {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
                      d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play,
                      vote(d.evidence.play > 0.0), d.evidence.hammerstein,
-                     vote(d.evidence.hammerstein > diagnosis::kSeenFrom),
-                     d.follows == Follows::at_once ? "" : "; only the last counts on such a loop");
+                     vote(d.evidence.hammerstein > diagnosis::kHammersteinVotes),
+                     d.follows == Follows::at_once ? "" : "; only the last counts on such a loop") +
+         fmt::format("PV stands during {:.0f} % of CO's moves; CO turns by {}\n",
+                     100.0 * d.evidence.standing, to_text(d.evidence.turns.by()));
 }
 
 }  // namespace

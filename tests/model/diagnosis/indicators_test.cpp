@@ -66,11 +66,11 @@ TEST_CASE(
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
   const Hammerstein found = fit_hammerstein(sticky.pv, sticky.co);
-  CHECK(found.evidence > kSeenFrom);
+  CHECK(found.evidence > kHammersteinVotes);
   CHECK(found.band == Approx(5.0).epsilon(0.4));
   const SmallLoop::Run cycling = loop.run(
       1200, [](double u) { return u; }, [](double t) { return 4.0 * sine(t / 25.0); });
-  CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < kSeenFrom);
+  CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < kHammersteinVotes);
 }
 
 TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves nothing") {
@@ -83,7 +83,7 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves not
     pv.push_back(x = 0.95 * x + random.normal());
     co.push_back(-pv.back());
   }
-  CHECK(fit_hammerstein(pv, co).evidence < kSeenFrom);
+  CHECK(fit_hammerstein(pv, co).evidence < kHammersteinVotes);
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != DiagnosisVerdict::valve_effect);
 }
 
@@ -96,8 +96,8 @@ TEST_CASE("Hammerstein: one step does not drown the sticking of the rest") {
       1200, [&](double u) { return valve.step(u); },
       [](double t) { return t < 400.0 ? 1.3 : -5.0; });
   const Hammerstein found = fit_hammerstein(stepped.pv, stepped.co);
-  CHECK(found.evidence > kSeenFrom);
-  CHECK(found.parts_for >= kPartsFor);
+  CHECK(found.evidence > kHammersteinVotes);
+  CHECK(found.parts_for >= 0.75);
   CHECK(found.band == Approx(5.0).epsilon(0.5));
 }
 
@@ -112,7 +112,7 @@ TEST_CASE("Hammerstein: a valve that reverses less than twice is no evidence") {
     pv.push_back(play.step(co.back()) + 0.05 * random.normal());
   }
   const Hammerstein found = fit_hammerstein(pv, co);
-  CHECK(found.evidence < kLikelyFrom);
+  CHECK(found.evidence < 0.05);
 }
 
 TEST_CASE("Hammerstein: a gain that would run away under this controller does not count") {
@@ -122,7 +122,7 @@ TEST_CASE("Hammerstein: a gain that would run away under this controller does no
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
   const double right = fit_hammerstein(sticky.pv, sticky.co, 1.0).evidence;
-  CHECK(right > kSeenFrom);
+  CHECK(right > kHammersteinVotes);
   CHECK(fit_hammerstein(sticky.pv, sticky.co, -1.0).evidence < 0.5 * right);
 }
 

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/diagnosis/turns.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "model/diagnosis/series.hpp"
+#include "model/numeric/enum_name.hpp"
+#include "model/numeric/statistics.hpp"
+
+namespace loopwarden::diagnosis {
+namespace {
+
+constexpr double kTurnDepth = 0.25;      // of the range of CO
+constexpr double kSteadyTravel = 0.3;    // scatter
+constexpr double kSteadyCycle = 0.4;     // scatter
+constexpr double kClockwork = 0.06;      // scatter of the cycle
+constexpr double kByTravelFrom = 1.5;    // cycle's scatter over travel's
+constexpr double kByTimeBelow = 1.1;     // the same
+
+double scatter(const Series& x) {
+  const double middle = numeric::median(x);
+  if (x.size() < 2 || middle <= 0.0) return 0.0;
+  return (numeric::quantile(x, 0.75) - numeric::quantile(x, 0.25)) / middle;
+}
+
+}  // namespace
+
+const char* to_text(TurnsBy by) noexcept {
+  return numeric::enum_name<TurnsBy::clockwork>(by, {"neither", "travel", "time", "clockwork"});
+}
+
+std::vector<std::size_t> turning_points(std::span<const double> x, double depth) {
+  std::vector<std::size_t> turns;
+  std::size_t low = 0;
+  std::size_t high = 0;
+  int direction = 0;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    if (x[k] < x[low]) low = k;
+    if (x[k] > x[high]) high = k;
+    if (direction >= 0 && x[high] - x[k] > depth) {
+      turns.push_back(high);
+      direction = -1;
+      low = k;
+    } else if (direction <= 0 && x[k] - x[low] > depth) {
+      turns.push_back(low);
+      direction = 1;
+      high = k;
+    }
+  }
+  return turns;
+}
+
+TurnsBy Turns::by() const noexcept {
+  if (count < kLeastTurns) return TurnsBy::neither;
+  if (cycle_scatter < kClockwork) return TurnsBy::clockwork;
+  if (cycle_scatter > kByTravelFrom * travel_scatter && travel_scatter < kSteadyTravel) {
+    return TurnsBy::travel;
+  }
+  if (cycle_scatter < kSteadyCycle && cycle_scatter < kByTimeBelow * travel_scatter) {
+    return TurnsBy::time;
+  }
+  return TurnsBy::neither;
+}
+
+Turns find_turns(std::span<const double> co) {
+  const Series u = medians_of_three(co);
+  Turns found;
+  if (u.empty()) return found;
+  const double range = numeric::quantile(u, 0.98) - numeric::quantile(u, 0.02);
+  if (range <= 0.0) return found;
+  const std::vector<std::size_t> at = turning_points(u, kTurnDepth * range);
+  // The first turn may be no turn, and the last run is cut off.
+  if (at.size() < kLeastTurns + 1) return found;
+  found.count = at.size() - 1;
+  std::array<Series, 2> travels;
+  Series cycles;
+  for (std::size_t i = 1; i + 1 < at.size(); ++i) {
+    travels[i % 2].push_back(std::abs(u[at[i + 1]] - u[at[i]]));
+    if (i + 2 < at.size()) cycles.push_back(static_cast<double>(at[i + 2] - at[i]));
+  }
+  found.travel_scatter = std::hypot(scatter(travels[0]), scatter(travels[1])) / std::sqrt(2.0);
+  found.cycle_scatter = scatter(cycles);
+  return found;
+}
+
+}  // namespace loopwarden::diagnosis

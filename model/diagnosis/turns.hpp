@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Does the controller output turn by travel or by time?
+//
+//   CO turns where it has gone back by kTurnDepth of its range (2 to 98 %)
+//   travel_i    |CO(turn i+1) - CO(turn i)|;  scatter of the moves up and of the moves down, each the range from the
+//               25 % to the 75 % quantile over the median, together as root of the mean square
+//   cycle_i     time from turn i to turn i+2; its scatter likewise
+//
+// A sticking valve, or one with play, answers after CO has travelled its band, whatever time that takes: the travel is the
+// steady one. A load, a master, or a loop at the edge of stability sets the time, and the travel wanders with its strength.
+//
+//   travel      the cycle scatters more than 1.5 times as much as the travel, and the travel by less than 0.3: like a valve
+//   time        the cycle scatters less than 0.4 and less than 1.1 times as much as the travel: like a swing from elsewhere
+//   clockwork   the cycle scatters less than 0.06: nothing can be told, a regular load under tight control and a valve with
+//               nothing to disturb it look alike
+//   neither     fewer than kLeastTurns turns, or none of these
+//
+// What it can't do: tell a valve in a cycle that a steady load forces upon it (it reads as time).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace loopwarden::diagnosis {
+
+inline constexpr std::size_t kLeastTurns = 6;
+
+enum class TurnsBy : std::uint8_t { neither, travel, time, clockwork };
+const char* to_text(TurnsBy by) noexcept;
+
+struct Turns {
+  std::size_t count = 0;         // the first and the last of the record left out
+  double travel_scatter = 0.0;  // 0 to about 2; 0 below kLeastTurns
+  double cycle_scatter = 0.0;
+  TurnsBy by() const noexcept;
+};
+
+// `co` without its slow movement, 4 to 40 samples a cycle.
+Turns find_turns(std::span<const double> co);
+
+// Samples at which x turns; a turn counts once x has gone back by `depth`.
+std::vector<std::size_t> turning_points(std::span<const double> x, double depth);
+
+}  // namespace loopwarden::diagnosis
