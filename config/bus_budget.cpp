@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "config/modbus_reader.hpp"
+#include "hal/modbus/modbus_settings.hpp"
 
 namespace loopwarden::config {
 namespace {

@@ -13,7 +13,6 @@
 #include "config/daemon_reader.hpp"
 #include "config/loop_reader.hpp"
 #include "config/map_reader.hpp"
-#include "config/modbus_reader.hpp"
 
 namespace loopwarden::config {
 namespace {

@@ -10,7 +10,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,11 +19,10 @@
 
 #include "config/diagnostic.hpp"
 #include "config/key_reference.hpp"
+#include "config/number_rule.hpp"
 #include "config/yaml_document.hpp"
 
 namespace loopwarden::config {
-
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // What may stand at a key, where it stands, and whether it can be used in further checks.
 template <class T>
@@ -36,43 +34,6 @@ struct Value {
   bool valid = false;  // the value is as it should be, or the key's default
 
   operator const T&() const noexcept { return value; }  // NOLINT: reads like the value it is
-};
-
-struct Interval {
-  double low = -kInfinity;
-  double high = kInfinity;
-  bool low_is_open = false;
-  bool high_is_open = false;
-
-  bool contains(double value) const noexcept;
-};
-
-constexpr Interval any_number() { return {}; }
-constexpr Interval above(double low) { return {.low = low, .low_is_open = true}; }
-constexpr Interval at_least(double low) { return {.low = low}; }
-constexpr Interval between(double low, double high) { return {.low = low, .high = high}; }
-
-std::string to_text(const Interval& interval);               // "> 0 and < 1", or ""
-std::string brief(double value);                             // nine digits at most
-std::string with_unit(double value, std::string_view unit);  // "0.3 s"
-
-struct NumberRule {
-  const char* unit = "";  // empty: a pure number
-  Interval range{};
-  const char* meaning = "";
-  const char* fallback = "";  // in words, where the default is no fixed number
-  const char* words = "";     // in messages: what may stand there besides a number, "hold or "
-};
-
-struct IntegerRule {
-  std::int64_t low = 0;
-  std::int64_t high = 0;
-  const char* unit = "";
-  const char* meaning = "";
-  bool hexadecimal = false;  // 0x... is accepted as well
-  const char* fallback = "";
-  // A sentence to add where the text is refused; empty: none.
-  std::string (*advice)(std::string_view text) = nullptr;
 };
 
 template <class E>

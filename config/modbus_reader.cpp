@@ -398,18 +398,6 @@ void check_timeout(MapReader& in, const Value<double>& timeout, const Value<doub
 
 }  // namespace
 
-int register_count(RegisterType type) noexcept {
-  switch (type) {
-    case RegisterType::u16:
-    case RegisterType::i16: return 1;
-    case RegisterType::u32:
-    case RegisterType::i32:
-    case RegisterType::f32: return 2;
-    case RegisterType::f64: break;
-  }
-  return 4;
-}
-
 void read_modbus(MapReader in, const IoContext& context, IoSection& section) {
   LoopModbusSettings settings;
   const Value<double> poll_period = read_poll_period(in, context, between(0.01, 60.0));

@@ -8,7 +8,4 @@ namespace loopwarden::config {
 // io with `backend: modbus`.
 void read_modbus(MapReader in, const IoContext& context, IoSection& section);
 
-// Registers that a value of this type takes.
-int register_count(hal::modbus::RegisterType type) noexcept;
-
 }  // namespace loopwarden::config

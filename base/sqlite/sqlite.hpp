@@ -11,6 +11,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -152,5 +153,19 @@ class Transaction {
 // Moves a damaged database and what belongs to it aside; returns its new name. Throws
 // std::filesystem::filesystem_error.
 std::filesystem::path move_aside(const std::filesystem::path& file, std::int64_t utc_ms);
+
+// What `open` makes of the file. Where that is damaged, it is moved aside, `moved` hears of the error and of the new name,
+// and `open` makes another one.
+template <std::invocable Open, std::invocable<const Error&, const std::filesystem::path&> Moved>
+std::invoke_result_t<Open> open_or_replace(const std::filesystem::path& file, std::int64_t utc_ms,
+                                           Open open, Moved moved) {
+  try {
+    return open();
+  } catch (const Error& e) {
+    if (!e.damaged()) throw;
+    moved(e, move_aside(file, utc_ms));
+  }
+  return open();
+}
 
 }  // namespace loopwarden::sqlite

@@ -5,10 +5,9 @@
 #include <sys/stat.h>
 
 #include <array>
+#include <cmath>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <numeric>
-#include <system_error>
 #include <utility>
 
 #include "base/file.hpp"
@@ -16,7 +15,11 @@
 namespace loopwarden::daemon {
 namespace {
 
-using nlohmann::json;
+using protocol::Cycle;
+using protocol::Io;
+using protocol::LoopStatus;
+using protocol::Monitor;
+using protocol::Recording;
 
 std::string escaped(const std::string& label) {
   std::string text;
@@ -38,36 +41,29 @@ class Page {
                    "# HELP loopwarden_{0} {2}\n# TYPE loopwarden_{0} {1}\n", name, type, help);
   }
   // `labels` without braces; what is no number is left out.
-  void sample(const char* name, const std::string& labels, const json& value, double factor = 1.0) {
-    double number = 0.0;
-    if (value.is_boolean()) {
-      number = value.get<bool>() ? 1.0 : 0.0;
-    } else if (value.is_number()) {
-      number = value.get<double>() * factor;
-    } else {
-      return;
-    }
+  void sample(const char* name, const std::string& labels, double value) {
+    if (!std::isfinite(value)) return;
     fmt::format_to(std::back_inserter(text_), "loopwarden_{}{}{}{} {:.10g}\n", name,
-                   labels.empty() ? "" : "{", labels, labels.empty() ? "" : "}", number);
+                   labels.empty() ? "" : "{", labels, labels.empty() ? "" : "}", value);
   }
-  void single(const char* name, const char* type, const char* help, const json& value) {
+  template <class Value>
+  void single(const char* name, const char* type, const char* help, Value value) {
     family(name, type, help);
-    sample(name, {}, value);
+    sample(name, {}, static_cast<double>(value));
   }
-  void histogram(const char* name, const char* help, const json& of) {
+  void histogram(const char* name, const char* help, const protocol::Histogram& of) {
     family(name, "histogram", help);
     const std::string base = name;
-    const json& bins = of.at("bins");
     double below = 0.0;
     double edge_s = 1e-6;
-    for (std::size_t i = 0; i + 1 < bins.size(); ++i) {
+    for (std::size_t i = 0; i + 1 < of.bins.size(); ++i) {
       edge_s *= 2.0;
-      below += bins[i].get<double>();
+      below += static_cast<double>(of.bins[i]);
       sample((base + "_bucket").c_str(), fmt::format("le=\"{:g}\"", edge_s), below);
     }
-    below += bins.empty() ? 0.0 : bins.back().get<double>();
+    below += of.bins.empty() ? 0.0 : static_cast<double>(of.bins.back());
     sample((base + "_bucket").c_str(), "le=\"+Inf\"", below);
-    sample((base + "_sum").c_str(), {}, of.at("sum"), 1e-6);
+    sample((base + "_sum").c_str(), {}, of.sum * 1e-6);
     sample((base + "_count").c_str(), {}, below);
   }
   void append(Page& other) { text_ += std::exchange(other.text_, {}); }
@@ -79,53 +75,77 @@ class Page {
   std::string text_;
 };
 
+// A member of a loop's status, or of a part of it.
+template <auto... member>
+double of_loop(const LoopStatus& loop) {
+  return static_cast<double>((loop.*....*member));
+}
+// The same of its newest cycle; no number before the first one.
+template <auto... member>
+double of_cycle(const LoopStatus& loop) {
+  return loop.cycle ? (*loop.cycle.*....*member) : protocol::kNone;
+}
+
 struct LoopValue {
   const char* name;
   const char* type;
   const char* help;
-  const char* section;  // nullptr: of the loop itself
-  const char* key;
+  double (*value)(const LoopStatus& loop);
 };
 
 constexpr LoopValue kLoopValues[] = {
-    {"process_variable", "gauge", "PV, in the loop's units", nullptr, "pv"},
-    {"set_point", "gauge", "SP, in PV units", nullptr, "sp"},
-    {"controller_output", "gauge", "CO, in the loop's units", nullptr, "co"},
-    {"valve_position", "gauge", "as read back, CO units", nullptr, "stem"},
-    {"jacket_rate", "gauge", "what the jacket adds to the integral, CO units/s", "jacket", "rate"},
-    {"compensator_added", "gauge", "what the compensator adds to CO, CO units", "compensator",
-     "added"},
+    {"process_variable", "gauge", "PV, in the loop's units", of_cycle<&Cycle::pv>},
+    {"set_point", "gauge", "SP, in PV units", of_cycle<&Cycle::sp>},
+    {"controller_output", "gauge", "CO, in the loop's units", of_cycle<&Cycle::co>},
+    {"valve_position", "gauge", "as read back, CO units", of_cycle<&Cycle::stem>},
+    {"jacket_rate", "gauge", "what the jacket adds to the integral, CO units/s",
+     of_cycle<&Cycle::jacket, &protocol::Jacket::rate>},
+    {"compensator_added", "gauge", "what the compensator adds to CO, CO units",
+     of_cycle<&Cycle::compensator, &protocol::Compensator::added>},
     {"orders_refused_total", "counter",
-     "orders that were let in and could not act any more when the loop took them", nullptr,
-     "orders_refused"},
-    {"bus_connected", "gauge", "1: every device of the loop answers", "io", "connected"},
-    {"bus_transactions_total", "counter", "requests to devices", "io", "transactions"},
-    {"bus_timeouts_total", "counter", "requests without a reply in time", "io", "timeouts"},
-    {"bus_invalid_replies_total", "counter", "replies that answer no request", "io",
-     "invalid_replies"},
-    {"bus_exceptions_total", "counter", "errors that devices answered", "io", "device_exceptions"},
-    {"bus_reconnects_total", "counter", "connections made anew", "io", "reconnects"},
-    {"bus_write_errors_total", "counter", "commands that a device did not confirm", "io",
-     "write_errors"},
+     "orders that were let in and could not act any more when the loop took them",
+     of_loop<&LoopStatus::orders_refused>},
+    {"bus_connected", "gauge", "1: every device of the loop answers",
+     of_loop<&LoopStatus::io, &Io::connected>},
+    {"bus_transactions_total", "counter", "requests to devices",
+     of_loop<&LoopStatus::io, &Io::transactions>},
+    {"bus_timeouts_total", "counter", "requests without a reply in time",
+     of_loop<&LoopStatus::io, &Io::timeouts>},
+    {"bus_invalid_replies_total", "counter", "replies that answer no request",
+     of_loop<&LoopStatus::io, &Io::invalid_replies>},
+    {"bus_exceptions_total", "counter", "errors that devices answered",
+     of_loop<&LoopStatus::io, &Io::device_exceptions>},
+    {"bus_reconnects_total", "counter", "connections made anew",
+     of_loop<&LoopStatus::io, &Io::reconnects>},
+    {"bus_write_errors_total", "counter", "commands that a device did not confirm",
+     of_loop<&LoopStatus::io, &Io::write_errors>},
     {"window_variability_percent", "gauge",
-     "standard deviation of SP - PV in a window, of the PV span", "monitor", "variability_percent"},
-    {"window_mean_error_percent", "gauge", "mean of SP - PV in a window, of the PV span", "monitor",
-     "mean_error_percent"},
-    {"oscillation_index", "gauge", "above 1: PV oscillates", "monitor", "oscillation_index"},
+     "standard deviation of SP - PV in a window, of the PV span",
+     of_loop<&LoopStatus::monitor, &Monitor::variability_percent>},
+    {"window_mean_error_percent", "gauge", "mean of SP - PV in a window, of the PV span",
+     of_loop<&LoopStatus::monitor, &Monitor::mean_error_percent>},
+    {"oscillation_index", "gauge", "above 1: PV oscillates",
+     of_loop<&LoopStatus::monitor, &Monitor::oscillation_index>},
     {"valve_stick_percent", "gauge",
      "travel of CO after a turn before the valve follows, of the CO span; left out where it is not "
      "measured",
-     "monitor", "stick_percent"},
+     of_loop<&LoopStatus::monitor, &Monitor::stick_percent>},
     {"valve_travel_percent_per_hour", "gauge",
-     "path of the stem, or of CO without a read-back, of the CO span", "monitor",
-     "travel_percent_per_hour"},
-    {"valve_reversals_per_hour", "gauge", "turns of that path", "monitor", "reversals_per_hour"},
-    {"windows_total", "counter", "windows that the monitor judged", "monitor", "windows"},
-    {"recording_dropped_total", "counter", "rows that found the ring full", "recording", "dropped"},
-    {"recording_waiting", "gauge", "rows that wait for the disk", "recording", "waiting"},
+     "path of the stem, or of CO without a read-back, of the CO span",
+     of_loop<&LoopStatus::monitor, &Monitor::travel_percent_per_hour>},
+    {"valve_reversals_per_hour", "gauge", "turns of that path",
+     of_loop<&LoopStatus::monitor, &Monitor::reversals_per_hour>},
+    {"windows_total", "counter", "windows that the monitor judged",
+     of_loop<&LoopStatus::monitor, &Monitor::windows>},
+    {"recording_dropped_total", "counter", "rows that found the ring full",
+     of_loop<&LoopStatus::recording, &Recording::dropped>},
+    {"recording_waiting", "gauge", "rows that wait for the disk",
+     of_loop<&LoopStatus::recording, &Recording::waiting>},
     {"recording_queue_dropped_total", "counter",
-     "rows that found the recorder's queue full: the disk hangs", "recording", "queue_dropped"},
-    {"recording_lost_total", "counter", "rows that the disk refused", "recording", "rows_lost"}};
+     "rows that found the recorder's queue full: the disk hangs",
+     of_loop<&LoopStatus::recording, &Recording::queue_dropped>},
+    {"recording_lost_total", "counter", "rows that the disk refused",
+     of_loop<&LoopStatus::recording, &Recording::rows_lost>}};
 
 // The families with samples of every loop, filled loop by loop.
 class LoopPages {
@@ -143,31 +163,30 @@ class LoopPages {
     }
   }
 
-  void add(const json& loop) {
-    const std::string label =
-        fmt::format("loop=\"{}\"", escaped(loop.at("name").get<std::string>()));
+  void add(const LoopStatus& loop) {
+    const std::string label = fmt::format("loop=\"{}\"", escaped(loop.name));
     input_age_.sample("input_age_seconds", label + ",input=\"process_variable\"",
-                      loop.value("pv_age_ms", json()), 1e-3);
+                      1e-3 * of_cycle<&Cycle::pv_age_ms>(loop));
     input_age_.sample("input_age_seconds", label + ",input=\"valve_position\"",
-                      loop.value("position_age_ms", json()), 1e-3);
-    if (loop.contains("fault")) {
-      fault_.sample("fault", label + fmt::format(",fault=\"{}\"", loop["fault"].get<std::string>()),
-                    1);
+                      1e-3 * loop.position_age_ms);
+    if (loop.cycle) {
+      fault_.sample("fault", label + fmt::format(",fault=\"{}\"", loop.cycle->fault), 1.0);
+      automatic_.sample("automatic", label, loop.cycle->mode == "AUTO" ? 1.0 : 0.0);
     }
-    if (loop.contains("mode")) automatic_.sample("automatic", label, loop["mode"] == "AUTO");
-    const json alarms = loop.value("alarms", json::object());
-    for (const auto& [alarm, state] : alarms.items()) {
-      alarm_.sample("alarm_active", label + fmt::format(",alarm=\"{}\"", alarm),
-                    state.at("active"));
+    for (const auto& [name, alarm] : loop.alarms) {
+      alarm_.sample("alarm_active", label + fmt::format(",alarm=\"{}\"", name),
+                    alarm.active ? 1.0 : 0.0);
     }
-    for (const auto& [index, value] : loop.at("monitor").at("condition").items()) {
-      condition_.sample("condition_index", label + fmt::format(",of=\"{}\"", index), value);
+    const protocol::Condition& condition = loop.monitor.condition;
+    for (const auto& [of, index] : {std::pair("actuator", condition.actuator),
+                                    {"control_performance", condition.control_performance},
+                                    {"environment", condition.environment},
+                                    {"positioner", condition.positioner},
+                                    {"valve", condition.valve}}) {
+      condition_.sample("condition_index", label + fmt::format(",of=\"{}\"", of), index);
     }
     for (std::size_t i = 0; i < values_.size(); ++i) {
-      const LoopValue& value = kLoopValues[i];
-      if (value.section != nullptr && !loop.contains(value.section)) continue;
-      const json& section = value.section == nullptr ? loop : loop.at(value.section);
-      values_[i].sample(value.name, label, section.value(value.key, json()));
+      values_[i].sample(kLoopValues[i].name, label, kLoopValues[i].value(loop));
     }
   }
 
@@ -189,33 +208,31 @@ class LoopPages {
 
 }  // namespace
 
-std::string metrics_text(const json& d, std::size_t loops,
-                         const std::function<json(std::size_t)>& loop) {
+std::string metrics_text(const protocol::DaemonStatus& daemon, std::size_t loops,
+                         const std::function<LoopStatus(std::size_t)>& loop) {
   Page page;
   page.family("build_info", "gauge", "1, with the version");
-  page.sample("build_info", fmt::format("version=\"{}\"", d.at("version").get<std::string>()), 1);
-  page.single("uptime_seconds", "gauge", "since the start", d.at("uptime_s"));
-  page.single("ticks_total", "counter", "wake-ups of the loop thread", d.at("ticks"));
+  page.sample("build_info", fmt::format("version=\"{}\"", daemon.version), 1.0);
+  page.single("uptime_seconds", "gauge", "since the start", daemon.uptime_s);
+  page.single("ticks_total", "counter", "wake-ups of the loop thread", daemon.ticks);
   page.single("overruns_total", "counter", "ticks that began more than a tick late",
-              d.at("overruns"));
-  page.single("skipped_ticks_total", "counter", "ticks left out by overruns",
-              d.at("skipped_ticks"));
+              daemon.overruns);
+  page.single("skipped_ticks_total", "counter", "ticks left out by overruns", daemon.skipped_ticks);
   page.single("real_time_rights", "gauge", "1: real-time priority and locked memory were granted",
-              d.at("real_time_missing").get<std::string>().empty());
+              daemon.real_time_missing.empty());
   page.histogram("wake_up_seconds", "from a deadline to the first instruction after it",
-                 d.at("wake_up_us"));
-  page.histogram("work_seconds", "all loops of a tick", d.at("work_us"));
+                 daemon.wake_up_us);
+  page.histogram("work_seconds", "all loops of a tick", daemon.work_us);
   page.single("events_dropped_total", "counter", "events that found the ring full",
-              d.at("events_dropped"));
+              daemon.events_dropped);
   page.single("recorder_disk_wait_seconds", "gauge",
-              "for how long the recorder's disk has not answered",
-              d.at("recorder").at("disk_wait_s"));
+              "for how long the recorder's disk has not answered", daemon.recorder.disk_wait_s);
   page.single("log_lines_lost_total", "counter", "lines that the log had no room for",
-              d.at("log_lines_lost"));
+              daemon.log_lines_lost);
   page.single("journal_lost_total", "counter", "lines of the journal that found no room",
-              d.at("journal").at("lost"));
+              daemon.journal.lost);
   page.single("journal_waiting", "gauge", "lines of the journal that wait for the disk",
-              d.at("journal").at("waiting"));
+              daemon.journal.waiting);
 
   LoopPages pages;
   for (std::size_t i = 0; i < loops; ++i) pages.add(loop(i));

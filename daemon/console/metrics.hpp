@@ -8,14 +8,13 @@
 #include <functional>
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
+#include "protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 
-// From what the control socket answers to {"request": "status"}: `daemon`, and one of `loops` at a time, since all of
-// them as a tree take some 30 kB a loop.
-std::string metrics_text(const nlohmann::json& daemon, std::size_t loops,
-                         const std::function<nlohmann::json(std::size_t)>& loop);
+// From the parts of protocol::Status, the loops one at a time.
+std::string metrics_text(const protocol::DaemonStatus& daemon, std::size_t loops,
+                         const std::function<protocol::LoopStatus(std::size_t)>& loop);
 
 // Replaces the file as a whole, readable for everyone. False if the disk refuses.
 bool write_metrics(const std::filesystem::path& path, const std::string& text);

@@ -5,7 +5,7 @@ namespace loopwarden::hal::modbus {
 namespace {
 
 ReadShape value_shape(const PointSettings& point) noexcept {
-  const auto count = static_cast<std::uint16_t>(register_count(point.reg.type));
+  const auto count = register_count(point.reg.type);
   return {point.unit, read_function(point.reg.table), point.reg.address, count, count};
 }
 

@@ -52,6 +52,18 @@ constexpr int response_timeout_ms(const LinkSettings& link) noexcept {
 
 enum class Table : std::uint8_t { input_register, holding_register };
 enum class RegisterType : std::uint8_t { u16, i16, u32, i32, f32, f64 };
+// Registers that a value of this type takes.
+constexpr std::uint16_t register_count(RegisterType type) noexcept {
+  switch (type) {
+    case RegisterType::u16:
+    case RegisterType::i16: return 1;
+    case RegisterType::u32:
+    case RegisterType::i32:
+    case RegisterType::f32: return 2;
+    case RegisterType::f64: break;
+  }
+  return 4;
+}
 // The bytes of a number as they appear on the wire: abcd is most significant first. For f64 the
 // words are turned round as a whole: cdab is GHEFCDAB, badc BADCFEHG, dcba HGFEDCBA.
 enum class ByteOrder : std::uint8_t { abcd, cdab, badc, dcba };

@@ -83,18 +83,6 @@ std::uint64_t raw_bits(RegisterType type, double raw, bool& saturated) noexcept 
 
 }  // namespace
 
-std::size_t register_count(RegisterType type) noexcept {
-  switch (type) {
-    case RegisterType::u16:
-    case RegisterType::i16: return 1;
-    case RegisterType::u32:
-    case RegisterType::i32:
-    case RegisterType::f32: return 2;
-    case RegisterType::f64: break;
-  }
-  return 4;
-}
-
 double decode(const RegisterSpec& spec, std::span<const std::uint16_t> registers) noexcept {
   const std::size_t count = register_count(spec.type);
   if (registers.size() < count) return std::numeric_limits<double>::quiet_NaN();

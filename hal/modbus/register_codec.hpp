@@ -21,9 +21,6 @@ struct Registers {
   std::span<const std::uint16_t> view() const noexcept { return {words.data(), count}; }
 };
 
-// 1, 2 or 4.
-std::size_t register_count(RegisterType type) noexcept;
-
 // Engineering value of the registers; NaN if they hold NaN or infinity, or are too few. More
 // registers than the type needs are ignored.
 double decode(const RegisterSpec& spec, std::span<const std::uint16_t> registers) noexcept;

@@ -110,37 +110,49 @@ Record believed(Record record, const plant::LoopModel& model) {
   return record;
 }
 
-RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
-  RecordCheck check;
-  const auto refuse = [&](std::string why) {
-    check.usable = false;
-    check.refusal = std::move(why);
-    return check;
-  };
-  const auto note = [&](const char* what, std::string sentence, double from_s = kNone,
-                        double to_s = kNone) {
-    check.notes.push_back({what, std::move(sentence), from_s, to_s});
-  };
-  const std::size_t n = record.size();
-  if (n < kFewestSamples) {
-    return refuse("only " + std::to_string(n) + " samples; at least " +
-                  std::to_string(kFewestSamples) + " are needed");
+namespace {
+
+void note(RecordCheck& check, const char* what, std::string sentence, double from_s = kNone,
+          double to_s = kNone) {
+  check.notes.push_back({what, std::move(sentence), from_s, to_s});
+}
+
+// The share of the column that stands at an end of its range.
+double at_limit(const std::vector<double>& column, double low, double high) {
+  const double margin = kAtEnd * (high - low);
+  return static_cast<double>(
+             std::count_if(column.begin(), column.end(),
+                           [&](double v) { return v <= low + margin || v >= high - margin; })) /
+         static_cast<double>(column.size());
+}
+
+// Each part adds figures and notes, and returns why the record can't be used; empty: it can.
+
+std::string check_sampling(const Record& record, const plant::LoopModel& model, RecordCheck&) {
+  if (record.size() < kFewestSamples) {
+    return "only " + std::to_string(record.size()) + " samples; at least " +
+           std::to_string(kFewestSamples) + " are needed";
   }
   if (std::abs(record.period_s - model.sample_time_s) > 0.01 * model.sample_time_s) {
-    return refuse(
-        text("sampled every %g s, but the model's sample_time is %g s, and neither is a "
-             "multiple of the other; --period %g reads it on that",
-             record.period_s, model.sample_time_s, model.sample_time_s));
+    return text(
+        "sampled every %g s, but the model's sample_time is %g s, and neither is a "
+        "multiple of the other; --period %g reads it on that",
+        record.period_s, model.sample_time_s, model.sample_time_s);
   }
+  return {};
+}
+
+std::string check_pv(const Record& record, const plant::LoopModel& model, RecordCheck& check) {
+  const std::size_t n = record.size();
   const std::size_t missing = missing_in(record.pv);
   if (missing * 5 > n) {
-    return refuse(percent(static_cast<double>(missing) / static_cast<double>(n)) +
-                  " of PV is missing or far outside the transmitter's range; at most 20 % may be");
+    return percent(static_cast<double>(missing) / static_cast<double>(n)) +
+           " of PV is missing or far outside the transmitter's range; at most 20 % may be";
   }
   if (missing > 0) {
-    note("missing", std::to_string(missing) +
-                        " samples of PV are missing or far outside the transmitter's range; "
-                        "passed over");
+    note(check, "missing",
+         std::to_string(missing) +
+             " samples of PV are missing or far outside the transmitter's range; passed over");
   }
   const std::vector<double> pv = held(record.pv);
   check.noise_rms = noise_of(record.pv);
@@ -151,71 +163,84 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
     if (pv[k] != pv[k - 1]) ++moves;
   }
   if (moves < kFewestMoves) {
-    return refuse((moves == 0 ? "PV never moves" : "PV hardly ever moves") +
-                  std::string(": the transmitter or the record is frozen"));
+    return (moves == 0 ? "PV never moves" : "PV hardly ever moves") +
+           std::string(": the transmitter or the record is frozen");
   }
 
   const auto [rest_begin, rest_end] = longest_rest(record.pv);
   if (check.pv_resolution < 0.3 * (*pv_high - *pv_low) / 20.0 && rest_end - rest_begin >= 50 &&
       check.noise_rms > check.pv_resolution) {
-    note("frozen", "PV does not change although it is noisy elsewhere", record.time_s(rest_begin),
-         record.time_s(rest_end));
+    note(check, "frozen", "PV does not change although it is noisy elsewhere",
+         record.time_s(rest_begin), record.time_s(rest_end));
   }
-  const auto at_limit = [&](const std::vector<double>& column, double low, double high) {
-    const double margin = kAtEnd * (high - low);
-    return static_cast<double>(
-               std::count_if(column.begin(), column.end(),
-                             [&](double v) { return v <= low + margin || v >= high - margin; })) /
-           static_cast<double>(column.size());
-  };
-  const double pv_limited = at_limit(pv, model.transmitter.low, model.transmitter.high);
-  if (pv_limited > 0.002) {
-    note("saturated", "PV stands at an end of the transmitter's range for " + percent(pv_limited) +
-                          " of the record");
+  const double limited = at_limit(pv, model.transmitter.low, model.transmitter.high);
+  if (limited > 0.002) {
+    note(check, "saturated",
+         "PV stands at an end of the transmitter's range for " + percent(limited) +
+             " of the record");
   }
-  if (record.has_co()) {
-    const std::size_t missing_co = missing_in(record.co);
-    if (missing_co * 20 > n) {
-      return refuse(percent(static_cast<double>(missing_co) / static_cast<double>(n)) +
-                    " of CO is missing; at most 5 % may be");
-    }
-    if (missing_co > 0) {
-      note("missing",
-           std::to_string(missing_co) + " samples of CO are missing; the value before holds");
-    }
-    const std::vector<double> co = held(record.co);
-    check.co_resolution = resolution_of(co);
-    const double low = model.controller.pid.output_low;
-    const double high = model.controller.pid.output_high;
-    const auto [co_low, co_high] = std::minmax_element(co.begin(), co.end());
-    check.output_span_used = *co_high - *co_low;
-    if (*co_low < low - 0.02 * (high - low) || *co_high > high + 0.02 * (high - low)) {
-      return refuse(
-          text("CO runs from %g to %g, outside the model's output range of %g to %g; another "
-               "unit (--co-range), or what the controller asked for before its limits "
-               "(--clip-co)",
-               *co_low, *co_high, low, high));
-    }
-    const double limited = at_limit(co, low, high);
-    if (limited > 0.002) {
-      note("saturated", "CO stands at a limit for " + percent(limited) + " of the record");
-    }
-    // Reversals beyond the noise of CO.
-    const double band = std::max(0.005 * (high - low), 6.0 * noise_of(co));
-    check.output_reversals = static_cast<int>(reversals(co, band).size());
-    if (check.output_span_used < kLeastMovement * (high - low)) {
-      note("little movement",
-           "CO moves by less than 1 % of its span: valve effects can't be told apart; "
-           "step the set point by 3 % twice in each direction");
-    }
+  return {};
+}
+
+std::string check_co(const Record& record, const plant::LoopModel& model, RecordCheck& check) {
+  if (!record.has_co()) return {};
+  const std::size_t n = record.size();
+  const std::size_t missing = missing_in(record.co);
+  if (missing * 20 > n) {
+    return percent(static_cast<double>(missing) / static_cast<double>(n)) +
+           " of CO is missing; at most 5 % may be";
   }
+  if (missing > 0) {
+    note(check, "missing",
+         std::to_string(missing) + " samples of CO are missing; the value before holds");
+  }
+  const std::vector<double> co = held(record.co);
+  check.co_resolution = resolution_of(co);
+  const double low = model.controller.pid.output_low;
+  const double high = model.controller.pid.output_high;
+  const auto [co_low, co_high] = std::minmax_element(co.begin(), co.end());
+  check.output_span_used = *co_high - *co_low;
+  if (*co_low < low - 0.02 * (high - low) || *co_high > high + 0.02 * (high - low)) {
+    return text(
+        "CO runs from %g to %g, outside the model's output range of %g to %g; another "
+        "unit (--co-range), or what the controller asked for before its limits "
+        "(--clip-co)",
+        *co_low, *co_high, low, high);
+  }
+  const double limited = at_limit(co, low, high);
+  if (limited > 0.002) {
+    note(check, "saturated", "CO stands at a limit for " + percent(limited) + " of the record");
+  }
+  // Reversals beyond the noise of CO.
+  const double band = std::max(0.005 * (high - low), 6.0 * noise_of(co));
+  check.output_reversals = static_cast<int>(reversals(co, band).size());
+  if (check.output_span_used < kLeastMovement * (high - low)) {
+    note(check, "little movement",
+         "CO moves by less than 1 % of its span: valve effects can't be told apart; "
+         "step the set point by 3 % twice in each direction");
+  }
+  return {};
+}
+
+std::string check_rest(const Record& record, const plant::LoopModel& model, RecordCheck&) {
   const std::vector<bool> used = usable_samples(record, model);
   const auto usable = static_cast<std::size_t>(std::count(
-      used.begin(), used.begin() + static_cast<std::ptrdiff_t>(training_samples(n)), true));
-  if (usable < kFewestSamples / 2) {
-    return refuse("only " + std::to_string(usable) +
-                  " samples of the first two thirds can be used; at least " +
-                  std::to_string(kFewestSamples / 2) + " are needed");
+      used.begin(), used.begin() + static_cast<std::ptrdiff_t>(training_samples(record.size())),
+      true));
+  if (usable >= kFewestSamples / 2) return {};
+  return "only " + std::to_string(usable) +
+         " samples of the first two thirds can be used; at least " +
+         std::to_string(kFewestSamples / 2) + " are needed";
+}
+
+}  // namespace
+
+RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
+  RecordCheck check;
+  for (const auto part : {check_sampling, check_pv, check_co, check_rest}) {
+    check.refusal = part(record, model, check);
+    check.usable = check.refusal.empty();
+    if (!check.usable) break;
   }
   return check;
 }

@@ -79,9 +79,6 @@ std::string_view tag_of(const Layout& layout, const LineCells& row, std::string&
 // Of a row with more cells than the header.
 std::string too_wide_text(std::size_t cells, const Layout& layout);
 
-// What times in seconds with this step may be instead, as a sentence; empty: nothing else.
-std::string other_time_units(double step_s);
-
 // One line: "comma, decimal point, UTF-8; times ISO 8601 in column 'Timestamp'; a column a signal"
 std::string describe(const Layout& layout, const TextSource& source);
 

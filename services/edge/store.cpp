@@ -30,21 +30,17 @@ std::uint64_t bytes_of(const std::string& device, std::size_t payload) {
 
 constexpr sqlite::Schema kSchema{"store", 0x4C574531 /* "LWE1" */, 1, kTables};
 
-sqlite::Database open_file(const std::filesystem::path& file) {
-  sqlite::Database database(file, sqlite::Access::write, std::chrono::seconds(1));
-  database.adopt(kSchema, sqlite::Sync::normal);
-  return database;
-}
-
 sqlite::Database opened(const std::filesystem::path& file) {
-  try {
-    return open_file(file);
-  } catch (const sqlite::Error& e) {
-    if (!e.damaged()) throw;
-    const auto aside = sqlite::move_aside(file, base::utc_ms());
-    spdlog::error("{}: {}; moved to {}", file.string(), e.what(), aside.string());
-  }
-  return open_file(file);
+  return sqlite::open_or_replace(
+      file, base::utc_ms(),
+      [&] {
+        sqlite::Database database(file, sqlite::Access::write, std::chrono::seconds(1));
+        database.adopt(kSchema, sqlite::Sync::normal);
+        return database;
+      },
+      [&](const sqlite::Error& e, const std::filesystem::path& aside) {
+        spdlog::error("{}: {}; moved to {}", file.string(), e.what(), aside.string());
+      });
 }
 
 }  // namespace

@@ -106,7 +106,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   write_file(daemon.folder() / "journal.sqlite", std::string(20'000, 'x'));
   daemon.start();
   CHECK(state() == "acknowledged");
-  CHECK(daemon.client().status().at("daemon").at("journal").at("damaged") == 1);
+  CHECK(daemon.status().at("daemon").at("journal").at("damaged") == 1);
   CHECK(test::eventually([&] { return daemon.is("FIC-101", "mode", "AUTO"); }));
   CHECK(test::eventually(
       [&] { return alarms("journal").text.find("journal replaced") != std::string::npos; }));
@@ -176,7 +176,7 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   daemon.write_config("loops.d/1.yaml", loop);
   daemon.start();
   const std::string socket = " --socket " + (daemon.folder() / "control.sock").string();
-  const auto explained = [&] { return daemon.client().explain("FIC-101", "model_gap"); };
+  const auto explained = [&] { return daemon.explain("FIC-101", "model_gap"); };
   INFO(daemon.log());
   REQUIRE(test::eventually(
       [&] {

@@ -23,7 +23,7 @@ constexpr const char* kDaemon = "real_time: {priority: 0, lock_memory: false}\n"
 // Each line of the journal, as it stands.
 std::set<std::string> lines_of(DaemonProcess& daemon) {
   std::set<std::string> lines;
-  for (const json& line : daemon.client().journal(1000, "")) lines.insert(line.dump());
+  for (const json& line : daemon.journal(1000)) lines.insert(line.dump());
   return lines;
 }
 
@@ -55,7 +55,7 @@ TEST_CASE("a box is saved while it runs, and restored with its configuration, jo
       loopwarden(daemon, "alarms shelve FIC-101 stiction --minutes 60 --reason before").exit_code ==
       0);
   REQUIRE(loopwarden(daemon, "set FIC-101 --sp 4.5").exit_code == 0);
-  const json hash = daemon.client().status().at("daemon").at("config_hash");
+  const json hash = daemon.status().at("daemon").at("config_hash");
   const std::set<std::string> before = lines_of(daemon);
   REQUIRE(has(before, "before"));
 
@@ -78,8 +78,8 @@ TEST_CASE("a box is saved while it runs, and restored with its configuration, jo
        (state / "journal.sqlite").string());
   must("install -m 640 " + (backup / "alarm-state.json").string() + " " + state.string());
   daemon.start();
-  CHECK(daemon.client().status().at("daemon").at("config_hash") == hash);
-  CHECK(daemon.client().status().at("daemon").at("journal").at("damaged") == 0);
+  CHECK(daemon.status().at("daemon").at("config_hash") == hash);
+  CHECK(daemon.status().at("daemon").at("journal").at("damaged") == 0);
   const json alarms = daemon.loop("FIC-101").at("alarms");
   CHECK(alarms.at("stiction").at("state") == "shelved");
   CHECK(alarms.at("backlash").at("state") != "shelved");

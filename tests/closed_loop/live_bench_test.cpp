@@ -120,7 +120,7 @@ bool settled(DaemonProcess& daemon, const std::string& loop) {
 // A loop in manual with its output at `co`.
 void stand_at(DaemonProcess& daemon, const std::string& loop, double co) {
   REQUIRE(test::eventually([&] { return daemon.is(loop, "mode", "MAN"); }));
-  daemon.client().set(loop, {{"output", co}});
+  daemon.client().set({.loop = loop, .output = co});
   REQUIRE(test::eventually([&] {
     const json now = daemon.loop(loop);
     return now.at("co") == co && now.at("pv").is_number() && now.at("pv") > 1.1 * co;
@@ -256,11 +256,11 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
     Command command(daemon, valve_test("FIC-101", long_test));
     // Its first output is on its way when it has seen that the loop is in manual.
     REQUIRE(test::eventually([&] {
-      const json lines = daemon.client().journal(50, "FIC-101");
+      const json lines = daemon.journal(50, "FIC-101");
       return std::any_of(lines.begin(), lines.end(),
                          [](const json& line) { return line.at("what") == "output"; });
     }));
-    daemon.client().set("FIC-101", {{"set_point", 6.5}, {"mode", "auto"}});
+    daemon.client().set({.loop = "FIC-101", .set_point = 6.5, .mode = "auto"});
     const int exit_code = command.wait_for_end();
     INFO(command.text());
     CHECK(exit_code == 75);
@@ -299,7 +299,7 @@ TEST_CASE("an order to manual that is still on its way when the test ends is tak
   CHECK(exit_code == 75);
   // To manual and back.
   REQUIRE(test::eventually([&] {
-    const json lines = daemon.client().journal(50, "FIC-101");
+    const json lines = daemon.journal(50, "FIC-101");
     return std::count_if(lines.begin(), lines.end(),
                          [](const json& line) { return line.at("what") == "mode"; }) == 2;
   }));

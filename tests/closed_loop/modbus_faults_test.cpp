@@ -138,7 +138,7 @@ struct TcpPlant {
 TEST_CASE("the daemon controls a foreign device over TCP to the set point") {
   TcpPlant plant;
   plant.settle();
-  plant.daemon.client().set("FIC-101", {{"set_point", 6.0}});
+  plant.daemon.client().set({.loop = "FIC-101", .set_point = 6.0});
   CHECK(eventually([&] { return std::abs(plant.pv() - 6.0) < 0.2; }, kSettling));
   CHECK(plant.rig.device.state("watchdog") == "ok");
   CHECK(plant.rig.device.state("watchdog_register") == "10");
@@ -286,7 +286,7 @@ TEST_CASE(
   CHECK(becomes("bad_pv", "returned_unacknowledged"));
   CHECK(plant.daemon.is("FIC-101", "mode", "MAN"));
   CHECK(state("not_normal_mode") == "unacknowledged");
-  plant.daemon.client().set("FIC-101", {{"mode", "auto"}});
+  plant.daemon.client().set({.loop = "FIC-101", .mode = "auto"});
   CHECK(becomes("not_normal_mode", "returned_unacknowledged"));
   const std::string journal = alarms("journal FIC-101").text;
   CHECK_THAT(journal, Catch::Contains("bad_pv normal -> unacknowledged (PV is bad: "));
@@ -391,10 +391,10 @@ TEST_CASE("fault, output unknown: nothing is written before the operator's first
     CHECK(loop.at("requested_mode") == "MAN");
     CHECK(loop.at("ne107") == "function_check");
     CHECK(loop.at("io").at("writes") == 0);
-    const workbench::Trend trend = daemon.client().trend("FIC-101", 0);
+    const protocol::Trend trend = daemon.trend("FIC-101");
     CHECK(trend.co.size() > 20);
     CHECK(std::all_of(trend.co.begin(), trend.co.end(), [](double co) { return std::isnan(co); }));
-    CHECK_THROWS_WITH(daemon.client().set("FIC-101", {{"mode", "auto"}}),
+    CHECK_THROWS_WITH(daemon.client().set({.loop = "FIC-101", .mode = "auto"}),
                       Catch::Contains("not known"));
   };
   daemon.start();
@@ -404,7 +404,7 @@ TEST_CASE("fault, output unknown: nothing is written before the operator's first
   CHECK(rig.device.state_number("co") == Approx(3.0));  // where it stood
   CHECK(daemon.log().find("fault: output unknown; nothing is written") != std::string::npos);
 
-  daemon.client().set("FIC-101", {{"mode", "man"}, {"output", 5.0}});
+  daemon.client().set({.loop = "FIC-101", .output = 5.0, .mode = "man"});
   CHECK(eventually([&] { return rig.device.state_number("co") == 5.0; }));
   CHECK(rig.device.state("watchdog_register") == "10");
   CHECK(rig.device.state("unguarded_writes") == "0");

@@ -96,14 +96,14 @@ void check_against_top(Plant& plant, const json& read) {
   CHECK(read.at("input register:box.float_test") == 123456.0);
   CHECK(read.at("input register:box.integer_test") == 0x01020304);
   CHECK(read.at("input register:box.loop_count") == 2);
-  const json status = plant.daemon.client().status();
+  const json status = plant.daemon.status();
   CHECK(read.at("input register:box.config_hash") == status.at("daemon").at("config_hash"));
   for (const json& loop : status.at("loops")) {
     const std::string tag = loop.at("name");
     const auto value = [&](const char* table, const char* name) {
       return read.at(std::string(table) + ":" + tag + "." + name).get<double>();
     };
-    const workbench::Trend trend = plant.daemon.client().trend(tag, 0);
+    const protocol::Trend trend = plant.daemon.trend(tag);
     INFO(tag);
     CHECK(seen(trend.pv, value("input register", "pv")));
     CHECK(seen(trend.co, value("input register", "co")));
@@ -171,7 +171,7 @@ TEST_CASE("mbpoll reads every register with the script made for it, with names, 
   CHECK(value("FIC-101.sp") == 5.0);
   CHECK(value("FIC-102.sp_scaled") == 50.0);
   CHECK(value("FIC-102.condition_valve") == -327.68);
-  CHECK(value("box.config_hash") == plant.daemon.client().status().at("daemon").at("config_hash"));
+  CHECK(value("box.config_hash") == plant.daemon.status().at("daemon").at("config_hash"));
 }
 
 TEST_CASE("writes are refused or accepted as configured, and end in the journal",
@@ -180,7 +180,7 @@ TEST_CASE("writes are refused or accepted as configured, and end in the journal"
     Plant plant("");
     const ShellOutcome out = answer_of(plant.mbpoll("-t 4:float -r 34 127.0.0.1 4.5"));
     CHECK(out.text.find("Illegal function") != std::string::npos);
-    CHECK(plant.daemon.client().journal(50, "").empty());
+    CHECK(plant.daemon.journal(50).empty());
   }
   SECTION("on, but not for this client") {
     Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1}, {peer: 10.0.0.1, writes: true}]\n");
@@ -214,7 +214,7 @@ TEST_CASE("writes are refused or accepted as configured, and end in the journal"
           0);  // nothing to acknowledge
     bool written = false;
     bool refused = false;
-    for (const json& line : plant.daemon.client().journal(50, "FIC-102")) {
+    for (const json& line : plant.daemon.journal(50, "FIC-102")) {
       if (line.at("what") != "sp") continue;
       CHECK(line.at("peer").get<std::string>().rfind("127.0.0.1:", 0) == 0);
       written = written ||
@@ -283,7 +283,7 @@ TEST_CASE("an order that can't act is refused on every way in, and the journal h
                               const std::string& result) {
     INFO(kind << " " << what << " " << after << " " << result);
     CHECK(test::eventually([&] {
-      for (const json& line : plant.daemon.client().journal(200, "FIC-102")) {
+      for (const json& line : plant.daemon.journal(200, "FIC-102")) {
         if (line.at("kind") == kind && line.at("what") == what && line.at("new") == after &&
             line.at("result").get<std::string>().rfind(result, 0) == 0 &&
             !line.at("peer").get<std::string>().empty()) {
@@ -327,7 +327,7 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
     CHECK(test::eventually([&] { return plant.daemon.loop("FIC-102").at("sp") == 4.5; }));
     // Written down when the loop's answer is there.
     CHECK(test::eventually([&] {
-      const json lines = plant.daemon.client().journal(20, "FIC-102");
+      const json lines = plant.daemon.journal(20, "FIC-102");
       return std::any_of(lines.begin(), lines.end(), [&](const json& entry) {
         return entry.at("what") == "sp" && entry.at("peer") == ours;
       });
@@ -346,7 +346,7 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   INFO(block.text);
   CHECK(block.text.find("64 True") != std::string::npos);
   CHECK(block.text.find("\nTrue") != std::string::npos);
-  const json serial = plant.daemon.client().status().at("daemon").at("modbus_server").at("serial");
+  const json serial = plant.daemon.status().at("daemon").at("modbus_server").at("serial");
   CHECK(serial.at("open") == true);
   CHECK(serial.at("requests") >= 3);
 }
@@ -412,7 +412,7 @@ TEST_CASE("hostile clients: no overrun more, no crash, and the others are served
     CHECK(out.text.find("123456") != std::string::npos);
   }
   for (const int fd : crowd) ::close(fd);
-  const json daemon = plant.daemon.client().status().at("daemon");
+  const json daemon = plant.daemon.status().at("daemon");
   CHECK(daemon.at("modbus_server").at("malformed") > 0);
   CHECK(daemon.at("modbus_server").at("clients") <= 16);
   CHECK(plant.daemon.is("FIC-101", "mode", "AUTO"));

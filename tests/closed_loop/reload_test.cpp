@@ -50,7 +50,7 @@ struct Plant {
                                                 "\nstate_directory: " + daemon.folder().string() +
                                                 "\n" + daemon_text(more));
   }
-  json status() { return daemon.client().status().at("daemon"); }
+  json status() { return daemon.status().at("daemon"); }
   json configuration() { return status().at("configuration"); }
   std::uint32_t shown_hash() { return status().at("config_hash").get<std::uint32_t>(); }
   // By a master that is none of this project.

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -17,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/ask.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -70,7 +72,7 @@ class DaemonProcess {
   bool answers() {
     try {
       client_.emplace((folder_ / "control.sock").string());
-      client_->status();
+      status();
       return true;
     } catch (const std::exception&) {
       return false;
@@ -97,12 +99,30 @@ class DaemonProcess {
   }
 
   workbench::DaemonClient& client() { return *client_; }
+  // Answers as they were sent.
+  nlohmann::json status() { return client_->ask(protocol::StatusRequest{}); }
   nlohmann::json loop(const std::string& name) {
-    const nlohmann::json status = client_->status();
-    for (const auto& loop : status.at("loops")) {
+    const nlohmann::json all = status();
+    for (const auto& loop : all.at("loops")) {
       if (loop.at("name") == name) return loop;
     }
     throw std::runtime_error("no loop " + name);
+  }
+  // The newest lines, newest first; of all loops if `loop` is empty.
+  nlohmann::json journal(std::uint64_t most, const std::string& loop = {}) {
+    protocol::JournalRequest request{.most = most};
+    if (!loop.empty()) request.loop = loop;
+    return client_->ask(request).at("lines");
+  }
+  nlohmann::json explain(const std::string& loop, const std::string& alarm) {
+    return client_->ask(protocol::ExplainRequest{.loop = loop, .alarm = alarm});
+  }
+  protocol::Trend trend(const std::string& loop) {
+    return protocol::ask(*client_, protocol::TrendRequest{.loop = loop});
+  }
+  void acknowledge(const std::string& loop, const std::string& alarm) {
+    protocol::ask(*client_,
+                  protocol::AlarmRequest{.loop = loop, .alarm = alarm, .action = "acknowledge"});
   }
   bool is(const std::string& loop_name, const char* key, const std::string& value) {
     return loop(loop_name).value(key, std::string()) == value;

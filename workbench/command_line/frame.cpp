@@ -11,6 +11,11 @@ namespace loopwarden::workbench {
 
 void show_json(const nlohmann::json& result) { fmt::print("{}\n", result.dump(2)); }
 
+void show_answer(nlohmann::json answer) {
+  answer["ok"] = true;
+  show_json(answer);
+}
+
 unsigned threads(unsigned jobs) {
   return jobs > 0 ? jobs : std::max(1U, std::thread::hardware_concurrency());
 }

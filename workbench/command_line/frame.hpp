@@ -20,6 +20,8 @@ template <class... Args>
 }
 
 void show_json(const nlohmann::json& result);
+// An answer of the daemon, as it sent it.
+void show_answer(nlohmann::json answer);
 
 // What --jobs asks for; 0: one a core.
 unsigned threads(unsigned jobs);

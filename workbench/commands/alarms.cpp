@@ -4,14 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <ctime>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "config/diagnostic.hpp"
 #include "model/monitor/alarm_kind.hpp"
+#include "protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
@@ -19,8 +20,6 @@
 
 namespace loopwarden::workbench {
 namespace {
-
-using nlohmann::json;
 
 struct Options {
   std::string socket;
@@ -38,40 +37,35 @@ std::string utc(std::int64_t ms) {
   return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::gmtime(static_cast<std::time_t>(ms / 1000)));
 }
 
-std::string describe(const json& alarm, std::int64_t now_ms) {
-  std::string text = alarm.at("state").get<std::string>();
+std::string describe(const protocol::Alarm& alarm, std::int64_t now_ms) {
+  std::string text = alarm.state;
   if (text == "shelved") {
-    const std::int64_t left_ms = alarm.at("shelved_until_ms").get<std::int64_t>() - now_ms;
+    const std::int64_t left_ms = alarm.shelved_until_ms - now_ms;
     text += fmt::format(", {} min left", (left_ms + 59'999) / 60'000);
   }
-  if (alarm.at("consequence").get<bool>()) text += ", consequence of low_air_supply";
+  if (alarm.consequence) text += ", consequence of low_air_supply";
   return text;
 }
 
-// null is what the daemon says of a size that is not known.
-std::string size_text(const json& size, const char* not_known) {
-  return size.is_number() ? fmt::format("{:.1f} %", size.get<double>()) : not_known;
+std::string size_text(double percent) {
+  return std::isfinite(percent) ? fmt::format("{:.1f} %", percent) : std::string("-");
 }
 
-void print_table(const json& answer, bool all) {
-  const auto now_ms = answer.at("now_ms").get<std::int64_t>();
+void print_table(const protocol::Alarms& answer, bool all) {
   std::size_t shown = 0;
-  for (const json& alarm : answer.at("alarms")) {
-    const std::string state = alarm.at("state").get<std::string>();
-    const bool quiet =
-        (state == "normal" || state == "suppressed") && !alarm.at("active").get<bool>();
+  for (const protocol::Alarm& alarm : answer.alarms) {
+    const bool quiet = (alarm.state == "normal" || alarm.state == "suppressed") && !alarm.active;
     if (quiet && !all) continue;
     if (shown++ == 0) {
       fmt::print("{:<14} {:<15} {:<10} {:<20} {:>5}  {}\n", "LOOP", "ALARM", "SEVERITY",
                  "RAISED (UTC)", "TIMES", "STATE");
     }
-    fmt::print("{:<14} {:<15} {:>10} {:<20} {:>5}  {}\n", alarm.at("loop").get<std::string>(),
-               alarm.at("alarm").get<std::string>(), size_text(alarm.at("severity_percent"), "-"),
-               utc(alarm.at("raised_ms").get<std::int64_t>()),
-               alarm.at("times_raised").get<std::uint64_t>(), describe(alarm, now_ms));
+    fmt::print("{:<14} {:<15} {:>10} {:<20} {:>5}  {}\n", alarm.loop, alarm.alarm,
+               size_text(alarm.severity_percent), utc(alarm.raised_ms), alarm.times_raised,
+               describe(alarm, answer.now_ms));
   }
   if (shown == 0) fmt::print("no alarms\n");
-  if (!all) fmt::print("{}", suppressed_note(answer));
+  if (!all) fmt::print("{}", suppressed_note(answer.alarms));
 }
 
 std::vector<std::string> alarm_names() {
@@ -88,97 +82,93 @@ std::string no_alarm(const std::string& word) {
                      config::suggestion(word, names));
 }
 
+// Throws DaemonRefused if the daemon has no such loop.
+void check_loop(DaemonClient& daemon, const std::string& loop) {
+  loop_index(protocol::ask(daemon, protocol::StatusRequest{}).loops, loop);
+}
+
+protocol::Maybe<std::string> reason_of(const Options& options) {
+  return options.reason.empty() ? protocol::Maybe<std::string>{} : options.reason;
+}
+
 int run_list(const Options& options) {
   DaemonClient daemon(options.socket);
-  const json answer = daemon.alarms();
-  options.json ? show_json(answer) : print_table(answer, options.all);
+  const auto answer = protocol::ask(daemon, protocol::AlarmsRequest{});
+  options.json ? show_answer(answer) : print_table(answer, options.all);
   return kExitOk;
 }
 
 int run_action(const Options& options, const char* action) {
   DaemonClient daemon(options.socket);
-  loop_index(daemon.status(), options.loop);
-  json order = {{"alarm", options.alarm}, {"action", action}};
-  if (std::string(action) == "shelve") order["minutes"] = options.minutes;
-  if (!options.reason.empty()) order["reason"] = options.reason;
-  const json answer = daemon.act(options.loop, order);
+  check_loop(daemon, options.loop);
+  protocol::AlarmRequest order{
+      .loop = options.loop, .alarm = options.alarm, .action = action, .reason = reason_of(options)};
+  if (order.action == "shelve") order.minutes = options.minutes;
+  const protocol::AlarmActed answer = protocol::ask(daemon, order);
   if (options.json) {
-    show_json(answer);
+    show_answer(answer);
   } else {
-    fmt::print("{} of {}: {}{}\n", options.alarm, options.loop,
-               answer.at("alarm").at("state").get<std::string>(),
-               answer.at("on_disk").get<bool>()
-                   ? ""
-                   : "; the journal can't write: a restart may not remember it");
+    fmt::print("{} of {}: {}{}\n", options.alarm, options.loop, answer.alarm.state,
+               answer.on_disk ? "" : "; the journal can't write: a restart may not remember it");
   }
   return kExitOk;
 }
 
 int run_veto(const Options& options, bool veto) {
   DaemonClient daemon(options.socket);
-  loop_index(daemon.status(), options.loop);
-  const json answer = daemon.veto(options.loop, veto, options.reason);
+  check_loop(daemon, options.loop);
+  const protocol::Vetoed answer = protocol::ask(
+      daemon, protocol::VetoRequest{.loop = options.loop, .veto = veto, .reason = options.reason});
   if (options.json) {
-    show_json(answer);
+    show_answer(answer);
   } else {
     fmt::print("corrective action of {}: {}{}\n", options.loop, veto ? "vetoed" : "allowed",
-               answer.at("on_disk").get<bool>() ? "" : "; the journal can't write");
+               answer.on_disk ? "" : "; the journal can't write");
   }
   return kExitOk;
 }
 
-std::string journal_line(const json& line) {
-  std::string text = utc(line.at("utc_ms").get<std::int64_t>()) + "  ";
-  const auto part = [&](const char* key) { return line.at(key).get<std::string>(); };
-  if (!part("loop").empty()) text += part("loop") + " ";
-  if (!part("alarm").empty()) text += part("alarm") + " ";
-  if (!part("from").empty()) text += part("from") + " -> " + part("to") + " ";
-  if (line.at("severity_percent").is_number()) {
-    text += fmt::format("{:.1f} % ", line.at("severity_percent").get<double>());
+std::string journal_line(const protocol::JournalLine& line) {
+  std::string text = utc(line.utc_ms) + "  ";
+  if (!line.loop.empty()) text += line.loop + " ";
+  if (!line.alarm.empty()) text += line.alarm + " ";
+  if (!line.from.empty()) text += line.from + " -> " + line.to + " ";
+  if (std::isfinite(line.severity_percent)) {
+    text += fmt::format("{:.1f} % ", line.severity_percent);
   }
-  if (!part("what").empty()) text += part("what") + " ";
-  if (!part("new").empty()) {
-    text += part("old").empty() ? part("new") + " " : part("old") + " -> " + part("new") + " ";
+  if (!line.what.empty()) text += line.what + " ";
+  if (!line.new_.empty()) {
+    text += (line.old_.empty() ? line.new_ : line.old_ + " -> " + line.new_) + " ";
   }
-  if (!part("peer").empty()) text += "by " + part("peer") + " ";
-  if (!part("reason").empty()) text += "(" + part("reason") + ") ";
-  if (!part("result").empty() && part("result") != "done") text += part("result");
+  if (!line.peer.empty()) text += "by " + line.peer + " ";
+  if (!line.reason.empty()) text += "(" + line.reason + ") ";
+  if (!line.result.empty() && line.result != "done") text += line.result;
   return text;
 }
 
-void print_explanation(const json& e) {
-  fmt::print("why ({} UTC, the newest minutes against the twin): {}\n",
-             utc(e.at("ended_ms").get<std::int64_t>()), e.at("sentence").get<std::string>());
-  if (!e.at("final_name").is_null()) {
-    fmt::print("  first named {}, explained as {}\n", e.at("alarm").get<std::string>(),
-               e.at("final_name").get<std::string>());
-  } else if (!e.at("effect").get<std::string>().empty() && !e.at("agrees").get<bool>()) {
+void print_explanation(const protocol::Explanation& e) {
+  fmt::print("why ({} UTC, the newest minutes against the twin): {}\n", utc(e.ended_ms),
+             e.sentence);
+  if (e.final_name) {
+    fmt::print("  first named {}, explained as {}\n", e.alarm, *e.final_name);
+  } else if (!e.effect.empty() && !e.agrees) {
     fmt::print("  this does not agree with the alarm, and is not sure enough to take its name\n");
   }
-  const auto size = [&](const char* key) { return size_text(e.at(key), "-"); };
-  if (e.at("size_percent").is_number()) {
-    fmt::print("  size {} of the CO span ({} to {})\n", size("size_percent"), size("low_percent"),
-               size("high_percent"));
+  if (std::isfinite(e.size_percent)) {
+    fmt::print("  size {} of the CO span ({} to {})\n", size_text(e.size_percent),
+               size_text(e.low_percent), size_text(e.high_percent));
   }
-  if (e.at("gap_closed").is_number()) {
+  if (std::isfinite(e.gap_closed)) {
     fmt::print("  closes {:.0f} % of the gap on minutes that it was not fitted to\n",
-               100.0 * e.at("gap_closed").get<double>());
+               100.0 * e.gap_closed);
   }
-  if (e.at("since_s").is_number() && e.at("since_s").get<double>() > 0.0) {
-    fmt::print("  since {:.0f} min before the alarm, or earlier\n",
-               e.at("since_s").get<double>() / 60.0);
+  if (e.since_s > 0.0) {
+    fmt::print("  since {:.0f} min before the alarm, or earlier\n", e.since_s / 60.0);
   }
-  std::string others;
-  for (const json& name : e.at("alternatives")) {
-    others += (others.empty() ? "" : ", ") + name.get<std::string>();
-  }
-  if (!others.empty()) fmt::print("  as right: {}\n", others);
-  if (!e.at("remedy").get<std::string>().empty()) {
-    fmt::print("  what to do: {}\n", e.at("remedy").get<std::string>());
-  }
+  if (!e.alternatives.empty()) fmt::print("  as right: {}\n", fmt::join(e.alternatives, ", "));
+  if (!e.remedy.empty()) fmt::print("  what to do: {}\n", e.remedy);
   // What nothing explains may have no report.
-  fmt::print("  {}{}\n\n", e.at("folder").get<std::string>(),
-             e.at("verdict") == "not_explained" ? "" : "/report.html");
+  fmt::print("  {}{}\n\n", e.folder, e.verdict == "not_explained" ? "" : "/report.html");
 }
 
 bool is_process_alarm(const std::string& name) {
@@ -186,88 +176,88 @@ bool is_process_alarm(const std::string& name) {
                      [&](monitor::AlarmKind kind) { return name == to_text(kind); });
 }
 
-void print_guide(const json& answer) {
-  fmt::print("\nwhat it is:     {}\nwhat it leads to: {}\nwhat to do:     {}\n\n",
-             answer.at("cause").get<std::string>(), answer.at("consequence").get<std::string>(),
-             answer.at("action").get<std::string>());
+void print_guide(const protocol::Explained& answer) {
+  fmt::print("\nwhat it is:     {}\nwhat it leads to: {}\nwhat to do:     {}\n\n", answer.cause,
+             answer.consequence, answer.action);
 }
 
 // A process alarm has neither size nor window, nor evidence: its reasons stand in the journal.
-void print_process_alarm(const Options& options, const json& answer) {
-  const json& alarm = answer.at("alarm");
-  fmt::print("{} of {}: {}, raised {} UTC\n", options.alarm, options.loop,
-             alarm.at("state").get<std::string>(), utc(alarm.at("raised_ms").get<std::int64_t>()));
+void print_process_alarm(const Options& options, const protocol::Explained& answer) {
+  fmt::print("{} of {}: {}, raised {} UTC\n", options.alarm, options.loop, answer.alarm.state,
+             utc(answer.alarm.raised_ms));
   print_guide(answer);
-  if (!answer.value("disk_answers", true)) {
-    fmt::print("the disk does not answer: the history can't be read\n");
-  }
-  for (const json& line : answer.at("history")) fmt::print("{}\n", journal_line(line));
+  if (!answer.disk_answers) fmt::print("the disk does not answer: the history can't be read\n");
 }
 
-int run_explain(const Options& options) {
-  DaemonClient daemon(options.socket);
-  loop_index(daemon.status(), options.loop);
-  const json answer = daemon.explain(options.loop, options.alarm);
-  if (options.json) {
-    show_json(answer);
-    return kExitOk;
-  }
-  if (is_process_alarm(options.alarm)) {
-    print_process_alarm(options, answer);
-    return kExitOk;
-  }
-  const json& alarm = answer.at("alarm");
-  const json& m = answer.at("monitor");
-  const std::string size = alarm.at("severity_percent").is_number()
-                               ? fmt::format("{} of the CO span (worst {})",
-                                             size_text(alarm.at("severity_percent"), "-"),
-                                             size_text(alarm.at("worst_severity_percent"), "-"))
-                               : "size not known";
-  fmt::print("{} of {}: {}, {}, raised {} UTC\n", options.alarm, options.loop,
-             alarm.at("state").get<std::string>(), size,
-             utc(alarm.at("raised_ms").get<std::int64_t>()));
-  if (alarm.at("consequence").get<bool>()) fmt::print("explained by low_air_supply\n");
-  print_guide(answer);
-  if (!answer.at("explanation").is_null()) print_explanation(answer.at("explanation"));
-  fmt::print("newest window ({}): ", m.at("window_state").get<std::string>());
+void print_window(const protocol::Monitor& m) {
+  fmt::print("newest window ({}): ", m.window_state);
   std::string separator;
-  for (const auto& [name, p] : m.at("probability").items()) {
-    fmt::print("{}{} {:.2f}", separator, name, p.get<double>());
+  for (const auto& [name, p] : m.probability) {
+    fmt::print("{}{} {:.2f}", separator, name, p);
     separator = ", ";
   }
   fmt::print(
       "\noscillation index {:.2f}, period {:.1f} s; variability {:.2f} % of PV span; {:.1f} % of "
       "the time saturated\ntravel {:.0f} % of CO span/h, {:.0f} reversals/h; stick {}\n\n",
-      m.value("oscillation_index", 0.0), m.value("oscillation_period_s", 0.0),
-      m.value("variability_percent", 0.0), m.value("saturated_percent", 0.0),
-      m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
-      m.at("stick_percent").is_number()
-          ? fmt::format("{:.2f} % of CO span (from {})", m.at("stick_percent").get<double>(),
-                        m.value("stick_source", ""))
+      m.oscillation_index, m.oscillation_period_s, m.variability_percent, m.saturated_percent,
+      m.travel_percent_per_hour, m.reversals_per_hour,
+      std::isfinite(m.stick_percent)
+          ? fmt::format("{:.2f} % of CO span (from {})", m.stick_percent, m.stick_source)
           : std::string("not measured"));
-  if (answer.at("evidence").is_string()) {
-    const auto folder = answer.at("evidence").get<std::string>();
+}
+
+void print_valve_alarm(const Options& options, const protocol::Explained& answer) {
+  const protocol::Alarm& alarm = answer.alarm;
+  const std::string size =
+      std::isfinite(alarm.severity_percent)
+          ? fmt::format("{} of the CO span (worst {})", size_text(alarm.severity_percent),
+                        size_text(alarm.worst_severity_percent))
+          : "size not known";
+  fmt::print("{} of {}: {}, {}, raised {} UTC\n", options.alarm, options.loop, alarm.state, size,
+             utc(alarm.raised_ms));
+  if (alarm.consequence) fmt::print("explained by low_air_supply\n");
+  print_guide(answer);
+  if (answer.explanation) print_explanation(*answer.explanation);
+  print_window(answer.monitor);
+  if (answer.evidence) {
     fmt::print(
-        "evidence: {}\nthe samples that raised it, judged once more: loopwarden replay {}\n\n",
-        folder, folder);
+        "evidence: {0}\nthe samples that raised it, judged once more: loopwarden replay {0}\n\n",
+        *answer.evidence);
   } else {
-    fmt::print("{}\n\n", answer.value("disk_answers", true)
+    fmt::print("{}\n\n", answer.disk_answers
                              ? "evidence: none on the disk"
                              : "the disk does not answer: evidence and history can't be read");
   }
-  for (const json& line : answer.at("history")) fmt::print("{}\n", journal_line(line));
+}
+
+int run_explain(const Options& options) {
+  DaemonClient daemon(options.socket);
+  check_loop(daemon, options.loop);
+  const protocol::Explained answer =
+      protocol::ask(daemon, protocol::ExplainRequest{.loop = options.loop, .alarm = options.alarm});
+  if (options.json) {
+    show_answer(answer);
+    return kExitOk;
+  }
+  is_process_alarm(options.alarm) ? print_process_alarm(options, answer)
+                                  : print_valve_alarm(options, answer);
+  for (const protocol::JournalLine& line : answer.history) {
+    fmt::print("{}\n", journal_line(line));
+  }
   return kExitOk;
 }
 
 int run_journal(const Options& options) {
   DaemonClient daemon(options.socket);
-  const json status = daemon.status();
-  if (!options.loop.empty()) loop_index(status, options.loop);
+  const protocol::Status status = protocol::ask(daemon, protocol::StatusRequest{});
+  if (!options.loop.empty()) loop_index(status.loops, options.loop);
   // Lines that don't reach the disk are not among those that are read from it.
-  for (const std::string& trouble : disk_troubles(status)) {
+  for (const std::string& trouble : disk_troubles(status.daemon)) {
     fmt::print(stderr, "loopwarden: {}\n", trouble);
   }
-  const json lines = daemon.journal(options.lines, options.loop);
+  protocol::JournalRequest request{.most = options.lines};
+  if (!options.loop.empty()) request.loop = options.loop;
+  const std::vector<protocol::JournalLine> lines = protocol::ask(daemon, request).lines;
   if (options.json) {
     show_json(lines);
     return kExitOk;

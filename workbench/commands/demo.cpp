@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <optional>
 #include <set>
@@ -20,6 +21,7 @@
 
 #include "base/child_process.hpp"
 #include "model/analysis/loop_metrics.hpp"
+#include "protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
@@ -43,30 +45,41 @@ struct Phase {
   const char* name;   // in the table; empty: not measured
   const char* story;  // what the viewer sees
   double until_s;
-  double measured_from_s;     // after things have settled
-  nlohmann::json command;     // at its start; null: none
-  bool worth_a_look = false;  // the page is opened at its start, if at all
+  double measured_from_s = 0.0;                 // after things have settled
+  std::optional<protocol::SetRequest> order{};  // at its start, without the loop
+  bool worth_a_look = false;                    // the page is opened at its start, if at all
 };
 
 // The times go with the fault schedule of config/examples/demo/models/plant1-sticking.yaml.
 std::vector<Phase> phases() {
   return {
-      {"", "Plant 1 at rest on 3 L/min; the loop is in automatic.", 10.0, 0.0, {{"mode", "auto"}}},
-      {"healthy valve",
-       "Set point to 5 L/min: a healthy valve follows.",
-       140.0,
-       90.0,
-       {{"set_point", 5.0}}},
-      {"", "The packing tightens: stiction grows.", 260.0, 0.0, nullptr},
-      {"",
-       "Set point to 6 L/min: the valve sticks, then jumps.",
-       360.0,
-       0.0,
-       {{"set_point", 6.0}},
-       true},
-      {"sticking", "Limit cycle: CO a saw-tooth, PV square.", 860.0, 360.0, nullptr},
-      {"", "The stickband jacket is switched on.", 960.0, 0.0, {{"jacket", "on"}}},
-      {"sticking, jacket", "Same valve, same tuning, with the jacket.", 1960.0, 960.0, nullptr},
+      {.name = "",
+       .story = "Plant 1 at rest on 3 L/min; the loop is in automatic.",
+       .until_s = 10.0,
+       .order = {{.mode = "auto"}}},
+      {.name = "healthy valve",
+       .story = "Set point to 5 L/min: a healthy valve follows.",
+       .until_s = 140.0,
+       .measured_from_s = 90.0,
+       .order = {{.set_point = 5.0}}},
+      {.name = "", .story = "The packing tightens: stiction grows.", .until_s = 260.0},
+      {.name = "",
+       .story = "Set point to 6 L/min: the valve sticks, then jumps.",
+       .until_s = 360.0,
+       .order = {{.set_point = 6.0}},
+       .worth_a_look = true},
+      {.name = "sticking",
+       .story = "Limit cycle: CO a saw-tooth, PV square.",
+       .until_s = 860.0,
+       .measured_from_s = 360.0},
+      {.name = "",
+       .story = "The stickband jacket is switched on.",
+       .until_s = 960.0,
+       .order = {{.jacket = "on"}}},
+      {.name = "sticking, jacket",
+       .story = "Same valve, same tuning, with the jacket.",
+       .until_s = 1960.0,
+       .measured_from_s = 960.0},
   };
 }
 
@@ -91,9 +104,13 @@ class Demo {
 
   // False if the viewer left before the end, or the loop left automatic.
   bool run() {
-    record_ = daemon_.start_record(loop_, "demo");
+    record_ = protocol::ask(daemon_, protocol::RecordRequest{.loop = loop_, .start = "demo"}).file;
     for (const Phase& phase : phases()) {
-      if (!phase.command.is_null()) daemon_.set(loop_, phase.command);
+      if (phase.order) {
+        protocol::SetRequest order = *phase.order;
+        order.loop = loop_;
+        daemon_.set(order);
+      }
       if (!screen_) say(fmt::format("{:6.0f} s  {}", now_s(), phase.story));
       if (phase.worth_a_look) open_page();
       if (!play(phase)) return false;
@@ -101,7 +118,7 @@ class Demo {
       if (left_automatic_) return false;
       if (*phase.name != '\0') measured_.push_back(measure(phase));
     }
-    record_ = daemon_.stop_record(loop_);
+    record_ = protocol::ask(daemon_, protocol::RecordRequest{.loop = loop_, .stop = true}).file;
     return true;
   }
 
@@ -120,9 +137,7 @@ class Demo {
   void wait_for_explanations() {
     constexpr std::chrono::seconds kPatience{120};
     const auto begin = std::chrono::steady_clock::now();
-    const auto waiting = [this] {
-      return daemon_.status().at("daemon").at("explanations").at("waiting").get<std::size_t>();
-    };
+    const auto waiting = [this] { return status().daemon.explanations.waiting; };
     if (waiting() == 0) return;
     say("Waiting for the explanation of the alarms ...");
     while (waiting() > 0 && !interrupted() &&
@@ -168,26 +183,28 @@ class Demo {
     for (const std::string& line : alarms_) fmt::print("{}\n", line);
     if (alarms_.empty()) {
       fmt::print("no alarms; {} cycles came too late on this computer, and a window bears few\n",
-                 daemon_.status().at("daemon").at("skipped_ticks").get<std::uint64_t>());
+                 status().daemon.skipped_ticks);
     }
     for (const std::string& name : active_) {
-      const nlohmann::json explained = daemon_.explain(loop_, name);
-      fmt::print("{} is still there, jacket or not: {}.\n{}.\n", name,
-                 explained.at("cause").get<std::string>(),
-                 explained.at("action").get<std::string>());
-      if (const nlohmann::json& why = explained.at("explanation"); !why.is_null()) {
+      const protocol::Explained explained =
+          protocol::ask(daemon_, protocol::ExplainRequest{.loop = loop_, .alarm = name});
+      fmt::print("{} is still there, jacket or not: {}.\n{}.\n", name, explained.cause,
+                 explained.action);
+      if (explained.explanation) {
         fmt::print(
             "What the newest minutes against the twin say: {}\nThe picture: {}/report.html\n",
-            why.at("sentence").get<std::string>(), why.at("folder").get<std::string>());
+            explained.explanation->sentence, explained.explanation->folder);
       }
-      if (explained.at("evidence").is_string()) {
+      if (explained.evidence) {
         fmt::print("The window that raised it, judged once more: loopwarden replay {}\n",
-                   explained.at("evidence").get<std::string>());
+                   *explained.evidence);
       }
     }
   }
 
  private:
+  protocol::Status status() { return protocol::ask(daemon_, protocol::StatusRequest{}); }
+
   // With --json, standard output is the result's alone.
   void say(const std::string& line) const {
     fmt::print(json_ ? stderr : stdout, "{}\n", line);
@@ -216,31 +233,26 @@ class Demo {
   }
 
   bool in_automatic() {
-    const nlohmann::json status = daemon_.status();
-    const auto& loops = status.at("loops");
-    return std::any_of(loops.begin(), loops.end(), [&](const auto& l) {
-      return l.at("name") == loop_ && l.value("mode", "") == "AUTO";
+    const std::vector<protocol::LoopStatus> loops = status().loops;
+    return std::any_of(loops.begin(), loops.end(), [&](const protocol::LoopStatus& loop) {
+      return loop.name == loop_ && loop.cycle && loop.cycle->mode == "AUTO";
     });
   }
 
   // What the operator is told, in the order in which it came.
   void watch_alarms() {
-    const nlohmann::json told = daemon_.alarms();
-    for (const nlohmann::json& alarm : told.at("alarms")) {
-      if (alarm.at("loop") != loop_) continue;
-      const auto name = alarm.at("alarm").get<std::string>();
-      const bool active = alarm.at("active").get<bool>();
-      if (active == (active_.count(name) != 0)) continue;
-      if (active) {
-        active_.insert(name);
-        const nlohmann::json& size = alarm.at("severity_percent");
-        alarms_.push_back(fmt::format(
-            "{:6.0f} s  ALARM  {}: {}", now_s(), name,
-            size.is_number() ? fmt::format("{:.1f} % of the output's span", size.get<double>())
-                             : "size not known"));
+    for (const protocol::Alarm& alarm : protocol::ask(daemon_, protocol::AlarmsRequest{}).alarms) {
+      if (alarm.loop != loop_ || alarm.active == (active_.count(alarm.alarm) != 0)) continue;
+      if (alarm.active) {
+        active_.insert(alarm.alarm);
+        const double size = alarm.severity_percent;
+        alarms_.push_back(fmt::format("{:6.0f} s  ALARM  {}: {}", now_s(), alarm.alarm,
+                                      std::isfinite(size)
+                                          ? fmt::format("{:.1f} % of the output's span", size)
+                                          : "size not known"));
       } else {
-        active_.erase(name);
-        alarms_.push_back(fmt::format("{:6.0f} s  gone   {}", now_s(), name));
+        active_.erase(alarm.alarm);
+        alarms_.push_back(fmt::format("{:6.0f} s  gone   {}", now_s(), alarm.alarm));
       }
       if (!screen_) say(alarms_.back());
     }
@@ -261,20 +273,15 @@ class Demo {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       return true;
     }
-    const nlohmann::json status = daemon_.status();
-    const auto& loops = status.at("loops");
-    const auto loop = std::find_if(loops.begin(), loops.end(),
-                                   [&](const auto& l) { return l.at("name") == loop_; });
+    const protocol::Status now = status();
+    const std::size_t loop = loop_index(now.loops, loop_);
     const TerminalSize size = terminal_size();
-    std::string text = coloured(daemon_line(status), Colour::grey) + "\n\n";
-    for (const std::string& line :
-         loop_table(status, static_cast<std::size_t>(loop - loops.begin()))) {
-      text += line + "\n";
-    }
+    std::string text = coloured(daemon_line(now), Colour::grey) + "\n\n";
+    for (const std::string& line : loop_table(now.loops, loop)) text += line + "\n";
     text += "\n" + coloured(fmt::format("  {:4.0f} s  {}", now_s(), story), Colour::bold) + "\n\n";
     if (!page_.empty()) text += fmt::format("  in a browser: {}\n\n", page_);
     if (!alarms_.empty()) text += coloured(alarms_.back(), Colour::red) + "\n\n";
-    for (const std::string& line : trend_view(*loop, trend_.rows(), 300.0, size.columns,
+    for (const std::string& line : trend_view(now.loops[loop], trend_.rows(), 300.0, size.columns,
                                               size.rows - (page_.empty() ? 11 : 13))) {
       text += line + "\n";
     }
@@ -283,7 +290,7 @@ class Demo {
   }
 
   Measured measure(const Phase& phase) const {
-    const Trend& t = trend_.rows();
+    const protocol::Trend& t = trend_.rows();
     const auto index_of = [&](double time_s) {
       const auto period = static_cast<std::uint64_t>(time_s / t.sample_time_s);
       return static_cast<std::size_t>(std::lower_bound(t.period.begin(), t.period.end(), period) -

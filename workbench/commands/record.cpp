@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/live/daemon_client.hpp"
@@ -25,9 +26,14 @@ struct RecordOptions {
 int run_record(const RecordOptions& options) {
   if (!options.start && !options.stop) require("--start or --stop");
   DaemonClient daemon(options.socket);
-  loop_index(daemon.status(), options.loop);
-  const std::string file = options.stop ? daemon.stop_record(options.loop)
-                                        : daemon.start_record(options.loop, *options.start);
+  loop_index(protocol::ask(daemon, protocol::StatusRequest{}).loops, options.loop);
+  protocol::RecordRequest request{.loop = options.loop};
+  if (options.stop) {
+    request.stop = true;
+  } else {
+    request.start = *options.start;
+  }
+  const std::string file = protocol::ask(daemon, request).file;
   if (options.json) {
     const nlohmann::json result = {
         {"loop", options.loop},

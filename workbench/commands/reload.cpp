@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <string>
 #include <thread>
 
-#include <nlohmann/json.hpp>
-
+#include "protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/live/daemon_client.hpp"
@@ -25,62 +23,64 @@ struct ReloadOptions {
 };
 
 // What the daemon says once it is done; its last state where it is not within the patience.
-nlohmann::json outcome_of(DaemonClient& daemon, std::uint64_t number) {
+protocol::ReloadState outcome_of(DaemonClient& daemon, std::uint64_t number) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   for (;;) {
-    nlohmann::json now = daemon.reload_state(number);
-    const bool done = now.at("state") == "done";
-    if (done && (now.at("on_disk") || Clock::now() - start > kForJournal)) return now;
+    protocol::ReloadState now =
+        protocol::ask(daemon, protocol::ReloadStateRequest{.reload = number});
+    const bool done = now.outcome.has_value();
+    if (done && (now.outcome->on_disk || Clock::now() - start > kForJournal)) return now;
     if (!done && Clock::now() - start > kPatience) return now;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
 }
 
-void print(const nlohmann::json& result, bool dry_run) {
-  const bool refused = result.at("outcome") == "refused";
-  for (const auto& d : result.value("diagnostics", nlohmann::json::array())) {
+void print(const protocol::ReloadOutcome& result, bool dry_run) {
+  const bool refused = result.outcome == "refused";
+  for (const protocol::Diagnostic& d :
+       result.diagnostics.value_or(std::vector<protocol::Diagnostic>{})) {
     if (refused) break;  // they are the lines
-    fmt::print(stderr, "{}:{}:{}: {}: {}{}\n", d.at("file").get<std::string>(),
-               d.at("line").get<int>(), d.at("column").get<int>(), d.at("level").get<std::string>(),
-               d.at("key").get<std::string>().empty() ? "" : d.at("key").get<std::string>() + ": ",
-               d.at("message").get<std::string>());
+    fmt::print(stderr, "{}:{}:{}: {}: {}{}\n", d.file, d.line, d.column, d.level,
+               d.key.empty() ? "" : d.key + ": ", d.message);
   }
-  for (const auto& line : result.value("lines", nlohmann::json::array())) {
-    fmt::print(refused ? stderr : stdout, "{}\n", line.get<std::string>());
+  for (const std::string& line : result.lines) {
+    fmt::print(refused ? stderr : stdout, "{}\n", line);
   }
   if (refused) {
     fmt::print(stderr, "loopwarden: the files {} refused; nothing {}\n",
                dry_run ? "would be" : "were", dry_run ? "would change" : "has changed");
-  } else if (result.at("outcome") == "in_force") {
+  } else if (result.outcome == "in_force") {
     fmt::print("everything in the files {} in force\n", dry_run ? "would be" : "is");
   } else {
     fmt::print("not everything in the files {} in force\n", dry_run ? "would be" : "is");
   }
 }
 
-int exit_code_of(const nlohmann::json& result) {
-  if (result.at("outcome") == "in_force") return kExitOk;
-  return result.at("outcome") == "refused" ? kExitConfiguration : kExitTryAgain;
+int exit_code_of(const protocol::ReloadOutcome& result) {
+  if (result.outcome == "in_force") return kExitOk;
+  return result.outcome == "refused" ? kExitConfiguration : kExitTryAgain;
 }
 
 int run_reload(const ReloadOptions& options) {
   DaemonClient daemon(options.socket);
-  const nlohmann::json result = outcome_of(daemon, daemon.reload(options.dry_run));
-  if (options.json) show_json(result);
-  if (result.at("state") != "done") {
+  const std::uint64_t number =
+      protocol::ask(daemon, protocol::ReloadRequest{.dry_run = options.dry_run}).reload;
+  const protocol::ReloadState result = outcome_of(daemon, number);
+  if (options.json) show_answer(result);
+  if (!result.outcome) {
     fail(kExitTryAgain,
          "loopwarden: the daemon has not finished within {} s ({}); the loops run on as before, "
          "and its log says what comes of it",
-         kPatience.count(), result.at("state").get<std::string>());
+         kPatience.count(), result.state);
   }
   if (!options.json) {
-    print(result, options.dry_run);
-    if (!result.at("on_disk").get<bool>()) {
+    print(*result.outcome, options.dry_run);
+    if (!result.outcome->on_disk) {
       fmt::print(stderr, "loopwarden: done, but the journal does not have it yet\n");
     }
   }
-  return exit_code_of(result);
+  return exit_code_of(*result.outcome);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "base/text.hpp"
 #include "config/diagnostic.hpp"
+#include "protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
@@ -41,50 +43,49 @@ std::string no_mode(const std::string& word) {
   return mode_word(word).empty() ? "is auto or man (got '" + config::quotable(word) + "')" : "";
 }
 
-nlohmann::json loop_of(DaemonClient& daemon, const std::string& name) {
-  const nlohmann::json status = daemon.status();
-  return status.at("loops")[loop_index(status, name)];
+protocol::LoopStatus loop_of(DaemonClient& daemon, const std::string& name) {
+  const protocol::Status status = protocol::ask(daemon, protocol::StatusRequest{});
+  return status.loops[loop_index(status.loops, name)];
 }
 
-std::string summary(const nlohmann::json& loop) {
-  const auto number = [&](const char* key) {
-    return loop.contains(key) && loop[key].is_number()
-               ? fmt::format("{:.4g}", loop[key].get<double>())
-               : std::string("-");
+std::string summary(const protocol::LoopStatus& loop) {
+  const protocol::Cycle cycle = loop.cycle.value_or(protocol::Cycle{});
+  const auto number = [](double value) {
+    return std::isfinite(value) ? fmt::format("{:.4g}", value) : std::string("-");
   };
-  return fmt::format(
-      "mode {} (wanted {}), SP {} {}, CO {} {}, jacket {}{}", loop.value("mode", "-"),
-      loop.value("requested_mode", "-"), number("sp"), loop.value("pv_unit", ""), number("co"),
-      loop.value("co_unit", ""),
-      loop.contains("jacket") ? loop["jacket"].value("form", "off") : "off",
-      loop.contains("jacket") && loop["jacket"].value("acting", false) ? " acting" : "");
+  return fmt::format("mode {} (wanted {}), SP {} {}, CO {} {}, jacket {}{}", cycle.mode,
+                     cycle.requested_mode, number(cycle.sp), loop.pv_unit, number(cycle.co),
+                     loop.co_unit, cycle.jacket.form, cycle.jacket.acting ? " acting" : "");
+}
+
+std::uint64_t period_of(const protocol::LoopStatus& loop) {
+  return loop.cycle ? loop.cycle->period : 0;
 }
 
 int run_set(const SetOptions& options) {
   if (!options.set_point && !options.output && !options.mode && !options.jacket) {
     require("one of --sp, --output, --mode, --jacket");
   }
-  nlohmann::json request = nlohmann::json::object();
-  if (options.set_point) request["set_point"] = *options.set_point;
-  if (options.output) request["output"] = *options.output;
-  if (options.mode) request["mode"] = mode_word(*options.mode);
-  if (options.jacket) request["jacket"] = *options.jacket;
+  protocol::SetRequest request{.loop = options.loop};
+  if (options.set_point) request.set_point = *options.set_point;
+  if (options.output) request.output = *options.output;
+  if (options.mode) request.mode = mode_word(*options.mode);
+  if (options.jacket) request.jacket = *options.jacket;
   constexpr std::chrono::milliseconds kForDisk{1000};
   DaemonClient daemon(options.socket);
-  const nlohmann::json before = loop_of(daemon, options.loop);
+  const protocol::LoopStatus before = loop_of(daemon, options.loop);
   bool on_disk = true;
   try {
-    on_disk = daemon.set(options.loop, request, kForDisk);
+    on_disk = daemon.set(request, kForDisk);
   } catch (const DaemonRefused& e) {
     fail(kExitData, "loopwarden: {}: {}", options.loop, e.what());
   } catch (const OrderNotTaken& e) {
     fail(kExitTryAgain, "loopwarden: {}", e.what());
   }
   // The loop takes it over at its next cycle; the state printed must be from after that.
-  const double sample_time_s = before.at("sample_time_s").get<double>();
-  nlohmann::json after = before;
-  for (int i = 0; i < 100 && after.value("period", 0ULL) < before.value("period", 0ULL) + 2; ++i) {
-    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(sample_time_s, 0.1)));
+  protocol::LoopStatus after = before;
+  for (int i = 0; i < 100 && period_of(after) < period_of(before) + 2; ++i) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(before.sample_time_s, 0.1)));
     after = loop_of(daemon, options.loop);
   }
   if (options.json) {

@@ -8,10 +8,10 @@
 #include <exception>
 #include <memory>
 #include <optional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
@@ -28,31 +28,35 @@ struct TopOptions {
   bool once = false;
 };
 
-void print_once(const nlohmann::json& status, const std::string& loop) {
-  const std::size_t selected = loop.empty() ? status.at("loops").size() : loop_index(status, loop);
+protocol::Status status_of(DaemonClient& daemon) {
+  return protocol::ask(daemon, protocol::StatusRequest{});
+}
+
+void print_once(const protocol::Status& status, const std::string& loop) {
+  const std::size_t selected = loop.empty() ? status.loops.size() : loop_index(status.loops, loop);
   fmt::print("{}\n", daemon_line(status));
-  for (const std::string& line : disk_troubles(status)) {
+  for (const std::string& line : disk_troubles(status.daemon)) {
     fmt::print("{}\n", coloured(line, Colour::red));
   }
-  for (const std::string& line : loop_table(status, selected)) fmt::print("{}\n", line);
+  for (const std::string& line : loop_table(status.loops, selected)) fmt::print("{}\n", line);
   if (loop.empty()) return;
-  for (const std::string& line : loop_details(status.at("loops")[selected])) {
+  for (const std::string& line : loop_details(status.loops[selected])) {
     fmt::print("{}\n", line);
   }
 }
 
 // `trouble`: why there is nothing newer than `status`; empty while the daemon answers.
-std::string page(const nlohmann::json& status, std::size_t selected, const Trend& trend,
+std::string page(const protocol::Status& status, std::size_t selected, const protocol::Trend& trend,
                  double window_s, const std::string& trouble) {
   const TerminalSize size = terminal_size();
   std::string text = trouble.empty()
                          ? coloured(daemon_line(status), Colour::bold)
                          : coloured(trouble + "; as it was last; trying again", Colour::red);
   text += "\n";
-  const std::vector<std::string> troubles = disk_troubles(status);
+  const std::vector<std::string> troubles = disk_troubles(status.daemon);
   for (const std::string& line : troubles) text += coloured(line, Colour::red) + "\n";
   text += "\n";
-  const std::vector<std::string> table = loop_table(status, selected);
+  const std::vector<std::string> table = loop_table(status.loops, selected);
   // The table scrolls so that the selected loop stays visible in at most a third of the screen.
   const std::size_t most = std::max<std::size_t>(static_cast<std::size_t>(size.rows) / 3, 2);
   const std::size_t first = selected + 2 > most ? selected + 2 - most : 0;
@@ -62,7 +66,7 @@ std::string page(const nlohmann::json& status, std::size_t selected, const Trend
     text += table[i + 1] + "\n";
   }
   text += "\n";
-  const auto& loop = status.at("loops").at(selected);
+  const protocol::LoopStatus& loop = status.loops.at(selected);
   const int used = static_cast<int>(shown + troubles.size()) + 9;
   for (const std::string& line :
        trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
@@ -75,8 +79,8 @@ std::string page(const nlohmann::json& status, std::size_t selected, const Trend
 
 void watch(const std::string& socket, const std::string& first) {
   auto daemon = std::make_unique<DaemonClient>(socket);
-  nlohmann::json status = daemon->status();
-  std::size_t selected = first.empty() ? 0 : loop_index(status, first);
+  protocol::Status status = status_of(*daemon);
+  std::size_t selected = first.empty() ? 0 : loop_index(status.loops, first);
   watch_interrupts();
   Screen screen;
   double window_s = 60.0;
@@ -88,17 +92,18 @@ void watch(const std::string& socket, const std::string& first) {
         daemon = std::make_unique<DaemonClient>(socket);
         trend.reset();  // another run counts its periods anew
       }
-      status = daemon->status();
-      selected = std::min(selected, status.at("loops").size() - 1);
-      const auto name = status["loops"][selected].at("name").get<std::string>();
+      status = status_of(*daemon);
+      selected = std::min(selected, status.loops.size() - 1);
+      const std::string& name = status.loops.at(selected).name;
       if (!trend || trend->loop() != name) trend.emplace(name);
       trend->update(*daemon);
     } catch (const std::exception& e) {
       daemon.reset();
       trouble = e.what();
-      selected = std::min(selected, status.at("loops").size() - 1);
+      selected = std::min(selected, status.loops.size() - 1);
     }
-    screen.show(page(status, selected, trend ? trend->rows() : Trend{}, window_s, trouble));
+    screen.show(
+        page(status, selected, trend ? trend->rows() : protocol::Trend{}, window_s, trouble));
     switch (screen.key(std::chrono::milliseconds(200)).value_or(' ')) {
       case 'q': return;
       case 'U':
@@ -121,10 +126,10 @@ int run_top(const TopOptions& options) {
   }
   DaemonClient daemon(options.socket);
   if (options.json) {
-    show_json(daemon.status());
+    show_answer(status_of(daemon));
   } else {
     use_colours(is_terminal(STDOUT_FILENO));
-    print_once(daemon.status(), options.loop);
+    print_once(status_of(daemon), options.loop);
   }
   return kExitOk;
 }

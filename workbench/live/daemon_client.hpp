@@ -2,29 +2,22 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <stdexcept>
 #include <string>
-#include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "base/exit_code.hpp"
 #include "base/local_socket.hpp"
+#include "protocol/daemon_client.hpp"
+#include "protocol/requests.hpp"
 
 namespace loopwarden::workbench {
 
-// A stretch of one loop's trend; NaN where there was no value.
-struct Trend {
-  double sample_time_s = 0.0;
-  std::vector<std::uint64_t> period;
-  std::vector<double> sp, pv, co, stem;
-};
-
 // The daemon answers and does not do it: usage where a tag is unknown, data where it can't be done now.
-class DaemonRefused : public std::runtime_error {
+class DaemonRefused : public protocol::DaemonError {
  public:
-  DaemonRefused(ExitCode code, const std::string& what) : std::runtime_error(what), code_(code) {}
+  DaemonRefused(ExitCode code, const std::string& what)
+      : DaemonError(Kind::refused, what), code_(code) {}
   ExitCode exit_code() const noexcept { return code_; }
 
  private:
@@ -36,39 +29,23 @@ class OrderNotTaken : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The daemon on this box. Every call throws DaemonRefused with the daemon's own words, or
-// std::runtime_error if it can't be reached.
-class DaemonClient {
+// The daemon on this box, over one connection: a command ends where the daemon does. protocol/ask.hpp has it with structs.
+class DaemonClient final : public protocol::Daemon {
  public:
   static constexpr const char* kDefaultSocket = "/run/loopwardend/control.sock";
 
+  // Throws std::runtime_error if nobody answers there.
   explicit DaemonClient(const std::string& socket_path) : client_(socket_path) {}
 
-  nlohmann::json status();
-  // Rows from period `from` on, as many as the daemon keeps.
-  Trend trend(const std::string& loop, std::uint64_t from);
-  // `request` without "request" and "loop", e.g. {"set_point", 5.0}. Comes back when the loop's cycle has taken
-  // the order and it is in the journal on the disk, for which it waits no longer than `for_disk`; false: it is
-  // not there yet. Throws DaemonRefused where the order can't act, OrderNotTaken where no cycle took it.
-  bool set(const std::string& loop, nlohmann::json request,
+  // Throws DaemonRefused with the daemon's own words, std::runtime_error if there is no answer.
+  nlohmann::json ask(const nlohmann::json& request) override;
+  // Comes back when the loop's cycle has taken the order and it is in the journal on the disk, for which it waits no
+  // longer than `for_disk`; false: it is not there yet. Throws DaemonRefused where the order can't act, OrderNotTaken
+  // where no cycle took it.
+  bool set(const protocol::SetRequest& request,
            std::chrono::milliseconds for_disk = std::chrono::milliseconds(0));
-  // The number that reload_state() wants.
-  std::uint64_t reload(bool dry_run);
-  // {"state": ...}; once that is "done", "outcome", "lines" and what belongs to them.
-  nlohmann::json reload_state(std::uint64_t number);
-  std::string start_record(const std::string& loop, const std::string& name);
-  std::string stop_record(const std::string& loop);
-  // {"now_ms": ..., "alarms": [...]}
-  nlohmann::json alarms();
-  // `order`: "alarm", "action" and what belongs to it. Returns {"alarm": ..., "on_disk": ...}.
-  nlohmann::json act(const std::string& loop, nlohmann::json order);
-  nlohmann::json explain(const std::string& loop, const std::string& alarm);
-  nlohmann::json veto(const std::string& loop, bool veto, const std::string& reason);
-  // The newest lines, newest first; of every loop if `loop` is empty.
-  nlohmann::json journal(std::size_t most, const std::string& loop);
 
  private:
-  nlohmann::json ask(const nlohmann::json& request);
   base::LocalClient client_;
 };
 

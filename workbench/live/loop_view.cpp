@@ -5,16 +5,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
-#include <stdexcept>
 #include <utility>
 
 #include "config/diagnostic.hpp"
+#include "protocol/ask.hpp"
+#include "workbench/live/daemon_client.hpp"
+#include "workbench/live/terminal.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
-void append_tail(std::vector<double>& to, const std::vector<double>& from, std::size_t most) {
+template <class T>
+void append_tail(std::vector<T>& to, const std::vector<T>& from, std::size_t most) {
   to.insert(to.end(), from.begin(), from.end());
   if (to.size() > most) to.erase(to.begin(), to.end() - static_cast<std::ptrdiff_t>(most));
 }
@@ -29,158 +33,152 @@ std::string duration(double seconds) {
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-std::string record_and_bus_line(const nlohmann::json& loop) {
-  const auto& io = loop.at("io");
-  const auto& recording = loop.at("recording");
-  const auto age = [&](const char* key) {
-    const auto found = loop.find(key);
-    return found != loop.end() && found->is_number() ? fmt::format("{:.1f}", found->get<double>())
-                                                     : std::string("-");
-  };
+// "value unit", or a dash where there is none.
+std::string quantity(double value, const std::string& unit) {
+  return std::isfinite(value) ? fmt::format("{:.3f} {}", value, unit) : std::string("-");
+}
+
+std::string rounded(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : std::string("-");
+}
+
+std::string record_and_bus_line(const protocol::LoopStatus& loop) {
+  const protocol::Io& io = loop.io;
+  const protocol::Recording& recording = loop.recording;
+  const protocol::Cycle cycle = loop.cycle.value_or(protocol::Cycle{});
   return fmt::format(
       "{}: {}   PV age {} ms   position age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: {} "
       "transactions, {} "
       "timeouts, "
       "{} exceptions, {} invalid, {} reconnects",
-      loop.value("name", ""), loop.value("description", ""), age("pv_age_ms"),
-      age("position_age_ms"), recording.at("rows").get<std::uint64_t>(),
-      recording.at("dropped").get<std::uint64_t>() +
-          recording.value("queue_dropped", std::uint64_t{0}) +
-          recording.at("rows_lost").get<std::uint64_t>(),
-      recording.at("bytes").get<double>() / 1e6, io.at("transactions").get<std::uint64_t>(),
-      io.at("timeouts").get<std::uint64_t>(), io.at("device_exceptions").get<std::uint64_t>(),
-      io.at("invalid_replies").get<std::uint64_t>(), io.at("reconnects").get<std::uint64_t>());
+      loop.name, loop.description, rounded(cycle.pv_age_ms, 1), rounded(loop.position_age_ms, 1),
+      recording.rows, recording.dropped + recording.queue_dropped + recording.rows_lost,
+      static_cast<double>(recording.bytes) / 1e6, io.transactions, io.timeouts,
+      io.device_exceptions, io.invalid_replies, io.reconnects);
 }
 
 // What the monitor says of the loop's valve.
-std::string valve_line(const nlohmann::json& loop) {
-  const auto& m = loop.at("monitor");
-  const double index = m.value("oscillation_index", 0.0);
+std::string valve_line(const protocol::LoopStatus& loop) {
+  const protocol::Monitor& m = loop.monitor;
   return fmt::format(
       "valve: {}   window {}: {}   variability {:.2f} %   {}   travel {:.0f} %/h   {:.0f} "
       "reversals/h   stick {}",
-      loop.value("ne107", "-"), m.at("windows").get<std::uint64_t>(), m.value("window_state", ""),
-      m.value("variability_percent", 0.0),
-      index > 1.0 ? fmt::format("oscillates at {:.1f} s", m.value("oscillation_period_s", 0.0))
-                  : std::string("does not oscillate"),
-      m.value("travel_percent_per_hour", 0.0), m.value("reversals_per_hour", 0.0),
-      m.at("stick_percent").is_number()
-          ? fmt::format("{:.1f} % ({})", m.at("stick_percent").get<double>(),
-                        m.value("stick_source", ""))
-          : std::string("-"));
+      loop.cycle.value_or(protocol::Cycle{}).ne107, m.windows, m.window_state,
+      m.variability_percent,
+      m.oscillation_index > 1.0 ? fmt::format("oscillates at {:.1f} s", m.oscillation_period_s)
+                                : std::string("does not oscillate"),
+      m.travel_percent_per_hour, m.reversals_per_hour,
+      std::isfinite(m.stick_percent) ? fmt::format("{:.1f} % ({})", m.stick_percent, m.stick_source)
+                                     : std::string("-"));
 }
 
 // The condition indices, 100 good and 0 bad.
-std::string condition_line(const nlohmann::json& loop) {
-  const auto& condition = loop.at("monitor").at("condition");
-  const auto index = [&](const char* key) {
-    const auto& value = condition.at(key);
-    return value.is_number() ? fmt::format("{:.0f}", value.get<double>()) : std::string("-");
-  };
+std::string condition_line(const protocol::LoopStatus& loop) {
+  const protocol::Condition& c = loop.monitor.condition;
   return fmt::format(
       "condition (100 good, 0 bad, - not known): control performance {}   valve {}   actuator {}   "
       "positioner {}   environment {}",
-      index("control_performance"), index("valve"), index("actuator"), index("positioner"),
-      index("environment"));
+      rounded(c.control_performance, 0), rounded(c.valve, 0), rounded(c.actuator, 0),
+      rounded(c.positioner, 0), rounded(c.environment, 0));
+}
+
+// The loop's alarms that are on, wait, or lie on the shelf, in words; empty: none.
+std::string alarm_summary(const protocol::LoopStatus& loop) {
+  std::string text;
+  for (const auto& [name, alarm] : loop.alarms) {
+    if (alarm.state == "normal" || alarm.state == "suppressed") continue;
+    const std::string severity = alarm.active && std::isfinite(alarm.severity_percent)
+                                     ? fmt::format(" {:.1f} %", alarm.severity_percent)
+                                     : std::string();
+    text +=
+        fmt::format("{}{}{} ({})", text.empty() ? "" : ", ", alarm.alarm, severity, alarm.state);
+  }
+  return text;
+}
+
+// Fault, quality of PV, limits, jacket and compensator, in words.
+std::string state_of(const protocol::Cycle& cycle, const std::string& co_unit) {
+  std::string state = cycle.fault == "none" ? std::string("ok") : cycle.fault;
+  if (cycle.pv_quality != "good") {
+    state += fmt::format(" (PV {}: {})", cycle.pv_quality, cycle.pv_reason);
+  }
+  if (cycle.pv_limit != "none") state += fmt::format(", PV at its {} limit", cycle.pv_limit);
+  if (cycle.at_low || cycle.at_high) state += ", output at its limit";
+  if (cycle.jacket.form != "off") {
+    state +=
+        fmt::format(", jacket {}{}", cycle.jacket.form, cycle.jacket.acting ? " acting" : " idle");
+  }
+  const protocol::Compensator& compensator = cycle.compensator;
+  if (compensator.kind != "none") {
+    state += compensator.acting
+                 ? fmt::format(", {} adds {:.3g} {}", compensator.kind, compensator.added, co_unit)
+                 : fmt::format(", {} idle", compensator.kind);
+  }
+  return state;
 }
 
 }  // namespace
 
-void TrendBuffer::update(DaemonClient& daemon) {
+void TrendBuffer::update(protocol::Daemon& daemon) {
   const std::uint64_t from = rows_.period.empty() ? 0 : rows_.period.back() + 1;
-  Trend fresh = daemon.trend(loop_, from);
+  const protocol::Trend fresh =
+      protocol::ask(daemon, protocol::TrendRequest{.loop = loop_, .from = from});
   rows_.sample_time_s = fresh.sample_time_s;
-  rows_.period.insert(rows_.period.end(), fresh.period.begin(), fresh.period.end());
-  if (rows_.period.size() > kKept) {
-    rows_.period.erase(rows_.period.begin(),
-                       rows_.period.end() - static_cast<std::ptrdiff_t>(kKept));
-  }
+  append_tail(rows_.period, fresh.period, kKept);
   append_tail(rows_.sp, fresh.sp, kKept);
   append_tail(rows_.pv, fresh.pv, kKept);
   append_tail(rows_.co, fresh.co, kKept);
   append_tail(rows_.stem, fresh.stem, kKept);
 }
 
-std::string quantity(const nlohmann::json& value, const std::string& unit) {
-  if (!value.is_number()) return "-";
-  return fmt::format("{:.3f} {}", value.get<double>(), unit);
-}
-
-std::string daemon_line(const nlohmann::json& status) {
-  const auto& d = status.at("daemon");
-  const auto& wake = d.at("wake_up_us");
-  const double accelerate = d.at("accelerate").get<double>();
+std::string daemon_line(const protocol::Status& status) {
+  const protocol::DaemonStatus& d = status.daemon;
   std::string line = fmt::format(
       "loopwardend {}  up {}{}  cycles {}  overruns {}  wake-up p50 {:.0f} p99 {:.0f} worst {:.0f} "
       "us",
-      d.at("version").get<std::string>(), duration(d.at("uptime_s").get<double>()),
-      accelerate == 1.0 ? "" : fmt::format("  {:g} x real time", accelerate),
-      d.at("ticks").get<std::uint64_t>(), d.at("overruns").get<std::uint64_t>(),
-      wake.at("p50").get<double>(), wake.at("p99").get<double>(), wake.at("worst").get<double>());
+      d.version, duration(d.uptime_s),
+      d.accelerate == 1.0 ? "" : fmt::format("  {:g} x real time", d.accelerate), d.ticks,
+      d.overruns, d.wake_up_us.p50, d.wake_up_us.p99, d.wake_up_us.worst);
   std::size_t waiting = 0;
-  for (const auto& loop : status.at("loops")) {
-    for (const auto& alarm : loop.value("alarms", nlohmann::json::object())) {
-      waiting += alarm.value("unacknowledged", false) ? 1U : 0U;
-    }
+  for (const protocol::LoopStatus& loop : status.loops) {
+    for (const auto& [name, alarm] : loop.alarms) waiting += alarm.unacknowledged ? 1U : 0U;
   }
   if (waiting > 0) {
     line += coloured(fmt::format("  {} alarm{} to acknowledge", waiting, waiting == 1 ? "" : "s"),
                      Colour::red);
   }
-  const nlohmann::json files = d.value("configuration", nlohmann::json::object());
-  const auto keys = [&](const char* list) {
-    return files.contains(list) ? files.at(list).size() : std::size_t{0};
-  };
+  const protocol::ConfigurationStatus& files = d.configuration;
   std::vector<std::string> not_in_force;
-  if (!files.value("refused", std::string()).empty()) not_in_force.emplace_back("files refused");
-  if (const std::size_t n = keys("waiting_for_restart")) {
+  if (!files.refused.empty()) not_in_force.emplace_back("files refused");
+  if (const std::size_t n = files.waiting_for_restart.size()) {
     not_in_force.push_back(fmt::format("{} key{} for a restart", n, n == 1 ? "" : "s"));
   }
-  if (const std::size_t n = keys("waiting_for_output")) {
+  if (const std::size_t n = files.waiting_for_output.size()) {
     not_in_force.push_back(fmt::format("{} key{} for CO inside new limits", n, n == 1 ? "" : "s"));
   }
   if (!not_in_force.empty()) {
     line += coloured(fmt::format("  configuration waits: {}", fmt::join(not_in_force, ", ")),
                      Colour::yellow);
   }
-  if (!d.at("real_time_missing").get<std::string>().empty()) {
-    line += coloured("  no real-time rights", Colour::yellow);
-  }
+  if (!d.real_time_missing.empty()) line += coloured("  no real-time rights", Colour::yellow);
   return line;
 }
 
-std::vector<std::string> disk_troubles(const nlohmann::json& status) {
+std::vector<std::string> disk_troubles(const protocol::DaemonStatus& daemon) {
   std::vector<std::string> lines;
-  for (const char* what : {"journal", "evidence"}) {
-    const auto& disk = status.at("daemon").at(what);
-    const auto why = disk.at("error").get<std::string>();
-    if (why.empty()) continue;
+  const auto look = [&](const char* what, const auto& disk) {
+    if (disk.error.empty()) return;
     lines.push_back(fmt::format("{} not written ({} waiting in memory, {} lost): {}", what,
-                                disk.at("waiting").get<std::uint64_t>(),
-                                disk.at("lost").get<std::uint64_t>(), why));
-  }
+                                disk.waiting, disk.lost, disk.error));
+  };
+  look("journal", daemon.journal);
+  look("evidence", daemon.evidence);
   return lines;
 }
 
-std::string alarm_summary(const nlohmann::json& loop) {
-  std::string text;
-  for (const auto& alarm : loop.value("alarms", nlohmann::json::object())) {
-    const std::string state = alarm.value("state", "normal");
-    if (state == "normal" || state == "suppressed") continue;
-    const std::string severity =
-        alarm.value("active", false) && alarm.at("severity_percent").is_number()
-            ? fmt::format(" {:.1f} %", alarm.at("severity_percent").get<double>())
-            : std::string();
-    text += fmt::format("{}{}{} ({})", text.empty() ? "" : ", ", alarm.value("alarm", ""), severity,
-                        state);
-  }
-  return text;
-}
-
-std::string suppressed_note(const nlohmann::json& answer) {
-  const auto& alarms = answer.at("alarms");
-  const auto count = std::count_if(alarms.begin(), alarms.end(), [](const nlohmann::json& alarm) {
-    return alarm.at("state") == "suppressed" && !alarm.at("active").get<bool>();
+std::string suppressed_note(const std::vector<protocol::Alarm>& alarms) {
+  const auto count = std::count_if(alarms.begin(), alarms.end(), [](const protocol::Alarm& alarm) {
+    return alarm.state == "suppressed" && !alarm.active;
   });
   if (count == 0) return {};
   return fmt::format(
@@ -193,70 +191,44 @@ std::string suppressed_note(const nlohmann::json& answer) {
       count == 1 ? "it" : "them");
 }
 
-std::vector<std::string> loop_table(const nlohmann::json& status, std::size_t selected) {
+std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loops,
+                                    std::size_t selected) {
   std::vector<std::string> lines{
       coloured(fmt::format("  {:<14} {:<9} {:>16} {:>16} {:>14} {:>14}  {}", "LOOP", "MODE", "SP",
                            "PV", "CO", "STEM", "STATE"),
                Colour::grey)};
-  const auto& loops = status.at("loops");
   for (std::size_t i = 0; i < loops.size(); ++i) {
-    const auto& loop = loops[i];
-    const std::string pv_unit = loop.value("pv_unit", "");
-    const std::string co_unit = loop.value("co_unit", "");
-    const std::string mode = loop.value("mode", "-");
-    const std::string fault = loop.value("fault", "starting");
-    std::string state = fault == "none" ? std::string("ok") : fault;
-    if (loop.value("pv_quality", "good") != "good") {
-      state +=
-          fmt::format(" (PV {}: {})", loop.value("pv_quality", ""), loop.value("pv_reason", ""));
-    }
-    if (const std::string end = loop.value("pv_limit", "none"); end != "none") {
-      state += fmt::format(", PV at its {} limit", end);
-    }
-    if (loop.value("at_low", false) || loop.value("at_high", false))
-      state += ", output at its limit";
-    if (loop.contains("jacket") && loop["jacket"].value("form", "off") != "off") {
-      state += fmt::format(", jacket {}{}", loop["jacket"].value("form", ""),
-                           loop["jacket"].value("acting", false) ? " acting" : " idle");
-    }
-    if (loop.contains("compensator") && loop["compensator"].value("kind", "none") != "none") {
-      const auto& compensator = loop["compensator"];
-      state += compensator.value("acting", false)
-                   ? fmt::format(", {} adds {:.3g} {}", compensator.value("kind", ""),
-                                 compensator.value("added", 0.0), co_unit)
-                   : fmt::format(", {} idle", compensator.value("kind", ""));
-    }
+    const protocol::LoopStatus& loop = loops[i];
+    const protocol::Cycle cycle = loop.cycle.value_or(protocol::Cycle{});
+    std::string shown = coloured(state_of(cycle, loop.co_unit),
+                                 cycle.fault == "none" ? Colour::plain : Colour::red);
     const std::string alarms = alarm_summary(loop);
-    std::string shown = coloured(state, fault == "none" ? Colour::plain : Colour::red);
     if (!alarms.empty()) shown += ", " + coloured("ALARM " + alarms, Colour::red);
-    lines.push_back(fmt::format("{} {:<14} {} {:>16} {:>16} {:>14} {:>14}  {}",
-                                i == selected ? ">" : " ", loop.value("name", ""),
-                                coloured(fmt::format("{:<9}", mode), mode_colour(mode)),
-                                quantity(loop.value("sp", nlohmann::json()), pv_unit),
-                                quantity(loop.value("pv", nlohmann::json()), pv_unit),
-                                quantity(loop.value("co", nlohmann::json()), co_unit),
-                                quantity(loop.value("stem", nlohmann::json()), co_unit), shown));
+    lines.push_back(
+        fmt::format("{} {:<14} {} {:>16} {:>16} {:>14} {:>14}  {}", i == selected ? ">" : " ",
+                    loop.name, coloured(fmt::format("{:<9}", cycle.mode), mode_colour(cycle.mode)),
+                    quantity(cycle.sp, loop.pv_unit), quantity(cycle.pv, loop.pv_unit),
+                    quantity(cycle.co, loop.co_unit), quantity(cycle.stem, loop.co_unit), shown));
   }
   return lines;
 }
 
-std::vector<std::string> loop_details(const nlohmann::json& loop) {
+std::vector<std::string> loop_details(const protocol::LoopStatus& loop) {
   return {valve_line(loop), condition_line(loop), record_and_bus_line(loop)};
 }
 
-std::size_t loop_index(const nlohmann::json& status, const std::string& name) {
-  const auto& loops = status.at("loops");
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    if (loops[i].at("name") == name) return i;
-  }
+std::size_t loop_index(const std::vector<protocol::LoopStatus>& loops, const std::string& name) {
   std::vector<std::string> tags;
-  for (const auto& loop : loops) tags.push_back(loop.at("name").get<std::string>());
+  for (const protocol::LoopStatus& loop : loops) {
+    if (loop.name == name) return tags.size();
+    tags.push_back(loop.name);
+  }
   throw DaemonRefused(kExitUsage, fmt::format("the daemon has no loop '{}'{}", name,
                                               config::suggestion(name, tags)));
 }
 
-std::vector<std::string> trend_view(const nlohmann::json& loop, const Trend& trend, double window_s,
-                                    int columns, int rows) {
+std::vector<std::string> trend_view(const protocol::LoopStatus& loop, const protocol::Trend& trend,
+                                    double window_s, int columns, int rows) {
   const int dots = 2 * std::max(columns - kScaleColumns, 1);
   const double samples = window_s / std::max(trend.sample_time_s, 1e-3);
   const int per_dot = std::max(static_cast<int>(std::ceil(samples / dots)), 1);
@@ -281,22 +253,19 @@ std::vector<std::string> trend_view(const nlohmann::json& loop, const Trend& tre
   };
   const int upper = std::max((rows - 2) * 3 / 5, 3);
   const int lower = std::max(rows - 2 - upper, 3);
-  const auto pv_range = loop.at("pv_range").get<std::vector<double>>();
-  const auto co_range = loop.at("co_range").get<std::vector<double>>();
-  const auto [pv_low, pv_high] = scale(trend.pv, trend.sp, pv_range[0], pv_range[1]);
-  const auto [co_low, co_high] = scale(trend.co, trend.stem, co_range[0], co_range[1]);
+  const auto [pv_low, pv_high] = scale(trend.pv, trend.sp, loop.pv_range[0], loop.pv_range[1]);
+  const auto [co_low, co_high] = scale(trend.co, trend.stem, loop.co_range[0], loop.co_range[1]);
 
   std::vector<std::string> lines;
   const double shown_s = trend.sample_time_s * static_cast<double>(shown);
-  lines.push_back(
-      fmt::format("{} {}   {}   {}", coloured("━", Colour::green), "PV",
-                  coloured("━", Colour::grey) + " SP  [" + loop.value("pv_unit", "") + "]",
-                  coloured(fmt::format("{:.0f} s", shown_s), Colour::grey)));
+  lines.push_back(fmt::format("{} {}   {}   {}", coloured("━", Colour::green), "PV",
+                              coloured("━", Colour::grey) + " SP  [" + loop.pv_unit + "]",
+                              coloured(fmt::format("{:.0f} s", shown_s), Colour::grey)));
   const std::vector<Series> above{{trend.sp, Colour::grey}, {trend.pv, Colour::green}};
   auto part = plot(above, pv_low, pv_high, columns, upper, per_dot);
   std::move(part.begin(), part.end(), std::back_inserter(lines));
   lines.push_back(coloured("━", Colour::cyan) + " CO   " + coloured("━", Colour::magenta) +
-                  " stem  [" + loop.value("co_unit", "") + "]");
+                  " stem  [" + loop.co_unit + "]");
   const std::vector<Series> below{{trend.co, Colour::cyan}, {trend.stem, Colour::magenta}};
   part = plot(below, co_low, co_high, columns, lower, per_dot);
   std::move(part.begin(), part.end(), std::back_inserter(lines));

@@ -10,14 +10,19 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/ask.hpp"
 #include "workbench/live/terminal.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
-double number(const nlohmann::json& loop, const char* key) {
-  const auto it = loop.find(key);
-  return it != loop.end() && it->is_number() ? it->get<double>() : std::nan("");
+// As the newest cycle says; empty before the first one.
+std::string requested_mode(const protocol::LoopStatus& loop) {
+  return loop.cycle ? loop.cycle->requested_mode : std::string();
+}
+
+bool has_fault(const protocol::LoopStatus& loop) {
+  return loop.cycle && loop.cycle->fault != "none";
 }
 
 // Does not throw where the terminal is gone.
@@ -49,17 +54,18 @@ std::vector<BenchRow> SimulatedBench::hold(double co, double seconds) {
 
 LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimits& limits)
     : daemon_(socket), loop_(std::move(loop)), limits_(limits) {
-  const nlohmann::json before = status();
-  sample_time_s_ = before.at("sample_time_s").get<double>();
-  range_low_ = before.at("co_range").at(0).get<double>();
-  range_high_ = before.at("co_range").at(1).get<double>();
-  start_ = number(before, "co");
-  start_pv_ = number(before, "pv");
-  start_sp_ = number(before, "sp");
-  was_automatic_ = before.value("requested_mode", "") == "AUTO";
-  if (before.value("fault", "") != "none" || !std::isfinite(start_) || !std::isfinite(start_pv_)) {
-    throw TestAborted(fmt::format("{} is not fit for a test: fault {}, CO or PV not known", loop_,
-                                  before.value("fault", "?")));
+  const protocol::LoopStatus before = status();
+  const protocol::Cycle cycle = before.cycle.value_or(protocol::Cycle{.fault = "?"});
+  sample_time_s_ = before.sample_time_s;
+  range_low_ = before.co_range[0];
+  range_high_ = before.co_range[1];
+  start_ = cycle.co;
+  start_pv_ = cycle.pv;
+  start_sp_ = cycle.sp;
+  was_automatic_ = cycle.requested_mode == "AUTO";
+  if (cycle.fault != "none" || !std::isfinite(start_) || !std::isfinite(start_pv_)) {
+    throw TestAborted(
+        fmt::format("{} is not fit for a test: fault {}, CO or PV not known", loop_, cycle.fault));
   }
   if (start_ < limits_.co_low || start_ > limits_.co_high || start_pv_ < limits_.pv_low ||
       start_pv_ > limits_.pv_high) {
@@ -67,11 +73,11 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
                                   loop_, start_, start_pv_));
   }
   watch_interrupts();
-  next_period_ = before.value("period", std::uint64_t{0}) + 1;
+  next_period_ = cycle.period + 1;
   due_period_ = next_period_;
   taken_ = true;
   try {
-    daemon_.set(loop_, {{"mode", "man"}});
+    daemon_.set({.loop = loop_, .mode = "man"});
     if (!order_taken()) throw TestAborted(loop_ + " does not go to manual");
   } catch (const std::exception&) {
     // The order may have been taken though its answer was lost, and a constructor that throws has no destructor.
@@ -84,7 +90,7 @@ bool LiveBench::order_taken() {
   using Clock = std::chrono::steady_clock;
   const auto patience = std::chrono::duration<double>(3.0 * sample_time_s_ / accelerate_ + 5.0);
   const auto deadline = Clock::now() + patience;
-  while (status().value("requested_mode", "") != "MAN") {
+  while (requested_mode(status()) != "MAN") {
     if (Clock::now() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -92,11 +98,11 @@ bool LiveBench::order_taken() {
   return true;
 }
 
-nlohmann::json LiveBench::status() {
-  const nlohmann::json all = daemon_.status();
-  accelerate_ = all.at("daemon").value("accelerate", 1.0);
-  for (const auto& loop : all.at("loops")) {
-    if (loop.at("name") == loop_) return loop;
+protocol::LoopStatus LiveBench::status() {
+  protocol::Status all = protocol::ask(daemon_, protocol::StatusRequest{});
+  accelerate_ = all.daemon.accelerate;
+  for (protocol::LoopStatus& loop : all.loops) {
+    if (loop.name == loop_) return std::move(loop);
   }
   throw TestAborted("the daemon has no loop '" + loop_ + "'");
 }
@@ -119,7 +125,8 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
   while (next_period_ < due_period_ || rows.empty()) {
     if (interrupted()) throw TestAborted("interrupted");
     if (std::chrono::steady_clock::now() > deadline) throw TestAborted("no samples arrive");
-    const Trend fresh = daemon_.trend(loop_, next_period_);
+    const protocol::Trend fresh =
+        protocol::ask(daemon_, protocol::TrendRequest{.loop = loop_, .from = next_period_});
     for (std::size_t i = 0; i < fresh.period.size(); ++i) {
       const BenchRow row{static_cast<double>(fresh.period[i]) * fresh.sample_time_s, fresh.co[i],
                          fresh.pv[i], fresh.stem[i]};
@@ -130,14 +137,12 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
                                       limits_.pv_low, limits_.pv_high));
       }
     }
-    const nlohmann::json now = status();
-    if (now.value("requested_mode", "") != "MAN") {
+    const protocol::LoopStatus now = status();
+    if (requested_mode(now) != "MAN") {
       given_up_ = true;
       throw TestAborted("somebody took the loop out of manual");
     }
-    if (now.value("fault", "none") != "none") {
-      throw TestAborted("the loop has a fault: " + now.value("fault", "?"));
-    }
+    if (has_fault(now)) throw TestAborted("the loop has a fault: " + now.cycle->fault);
     std::this_thread::sleep_for(
         std::chrono::duration<double>(std::clamp(0.5 * sample_time_s_ / accelerate_, 0.005, 0.1)));
   }
@@ -146,7 +151,7 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
 
 void LiveBench::order_output(double co) {
   try {
-    daemon_.set(loop_, {{"output", co}});
+    daemon_.set({.loop = loop_, .output = co});
   } catch (const DaemonRefused& e) {
     given_up_ = out_of_manual();
     throw TestAborted(given_up_ ? "somebody took the loop out of manual" : e.what());
@@ -160,9 +165,9 @@ bool LiveBench::out_of_manual() {
   const auto patience = std::chrono::duration<double>(3.0 * sample_time_s_ / accelerate_ + 1.0);
   const auto deadline = Clock::now() + patience;
   for (;;) {
-    const nlohmann::json now = status();
-    if (now.value("requested_mode", "") != "MAN") return true;
-    if (now.value("fault", "none") != "none" || Clock::now() > deadline) return false;
+    const protocol::LoopStatus now = status();
+    if (requested_mode(now) != "MAN") return true;
+    if (has_fault(now) || Clock::now() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
 }
@@ -170,16 +175,16 @@ bool LiveBench::out_of_manual() {
 bool LiveBench::restore() {
   // An order still on its way would take the loop to manual behind our back.
   if (!in_manual_ && !order_taken()) return false;
-  if (status().value("requested_mode", "") != "MAN") return false;
+  if (requested_mode(status()) != "MAN") return false;
   std::string refused;
   try {
-    daemon_.set(loop_, {{"output", start_}});
+    daemon_.set({.loop = loop_, .output = start_});
   } catch (const DaemonRefused& e) {
     if (out_of_manual()) return false;
     refused = e.what();  // a fault's action has the output; the mode is put back all the same
   }
   // In manual the set point may have followed PV.
-  if (was_automatic_) daemon_.set(loop_, {{"mode", "auto"}, {"set_point", start_sp_}});
+  if (was_automatic_) daemon_.set({.loop = loop_, .set_point = start_sp_, .mode = "auto"});
   if (!refused.empty()) throw DaemonRefused(kExitData, refused);
   return true;
 }

@@ -82,7 +82,7 @@ class LiveBench : public TestBench {
   double output_high() const override { return range_high_; }
 
  private:
-  nlohmann::json status();
+  protocol::LoopStatus status();
   // Waits for the loop to take our order for manual; false: it had the time and did not.
   bool order_taken();
   void order_output(double co);  // throws TestAborted

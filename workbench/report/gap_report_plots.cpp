@@ -327,6 +327,135 @@ nlohmann::json phase_data(const PhasePlot& plot, const TimeAxis& axis) {
   return {{"id", plot.id}, {"up", plot.up}, {"across", plot.across}, {"curves", curves}};
 }
 
+// The plots of one result. They point into it and to the residuals.
+class Plots {
+ public:
+  explicit Plots(const gap::Result& result)
+      : result_(result),
+        axis_(result.series),
+        residual_before_(difference(result.series.pv, result.series.pv_before)),
+        residual_after_(difference(result.series.pv, result.series.pv_after)),
+        changed_(differ(result.series.pv_before, result.series.pv_after) ||
+                 result.series.pv_before.empty()),
+        given_name_(differ(result.series.pv_before, result.series.pv_after)
+                        ? "model as given"
+                        : "model as given, unchanged") {}
+  Plots(const Plots&) = delete;
+  Plots& operator=(const Plots&) = delete;
+
+  bool drawable() const { return axis_.drawable() && has_values(result_.series.pv, axis_); }
+  const TimeAxis& axis() const { return axis_; }
+
+  // Those that have a curve.
+  std::vector<TimePlot> over_time() const {
+    std::vector<TimePlot> plots{trend()};
+    for (TimePlot plot : {residual(), output()}) {
+      if (!plot.curves.empty()) plots.push_back(std::move(plot));
+    }
+    return plots;
+  }
+
+  std::vector<PhasePlot> phases() const {
+    const gap::Series& s = result_.series;
+    std::vector<PhasePlot> phases;
+    if (!has_values(s.co, axis_)) return phases;
+    PhasePlot phase{.id = "phase",
+                    .title = "PV over CO",
+                    .text = "of the span of time that is shown above.",
+                    .up = "PV units",
+                    .across = "CO units",
+                    .across_values = &s.co,
+                    .curves = {}};
+    add(phase.curves, "measured", "measured", s.pv);
+    add(phase.curves, "model as given", "before", s.pv_before);
+    if (changed_) add(phase.curves, "corrected model", "after", s.pv_after);
+    phases.push_back(std::move(phase));
+    if (!has_values(s.stem, axis_)) return phases;
+    // The read-back parts the valve from what comes after it.
+    phases.push_back({"stem",
+                      "Stem over CO",
+                      "the valve up to its stem, as measured.",
+                      "stem, CO units",
+                      "CO units",
+                      &s.co,
+                      {{"measured", "measured", &s.stem}}});
+    phases.push_back({"pv-stem",
+                      "PV over stem",
+                      "the plug and the process, as measured.",
+                      "PV units",
+                      "stem, CO units",
+                      &s.stem,
+                      {{"measured", "measured", &s.pv}}});
+    return phases;
+  }
+
+ private:
+  void add(std::vector<Curve>& curves, const char* name, const char* style,
+           const Column& values) const {
+    if (has_values(values, axis_)) curves.push_back({name, style, &values});
+  }
+
+  TimePlot trend() const {
+    const gap::Series& s = result_.series;
+    TimePlot pv{.id = "trend",
+                .title = "PV",
+                .text = result_.closed_loop
+                            ? "measured and in a free closed-loop run of the model, driven by SP."
+                            : "measured and in a free run of the model, driven by the measured CO.",
+                .unit = "PV units",
+                .height = 300.0,
+                .curves = {}};
+    add(pv.curves, "SP", "sp", s.sp);
+    add(pv.curves, given_name_, "before", s.pv_before);
+    if (changed_) add(pv.curves, "corrected model", "after", s.pv_after);
+    add(pv.curves, "measured", "measured", s.pv);
+    return pv;
+  }
+
+  TimePlot residual() const {
+    TimePlot residual{
+        .id = "residual",
+        .title = "Residual",
+        .text =
+            "measured PV minus model. Shaded: where the gap was located, darker for a larger "
+            "share. Dotted: the noise floor.",
+        .unit = "PV units",
+        .height = 230.0,
+        .curves = {},
+        .zero_line = true,
+        .floor = std::isfinite(result_.noise_floor_rmse) ? result_.noise_floor_rmse : 0.0,
+        .shades = shades_of(result_, axis_)};
+    add(residual.curves, given_name_, "before", residual_before_);
+    if (changed_) add(residual.curves, "corrected model", "after", residual_after_);
+    return residual;
+  }
+
+  TimePlot output() const {
+    const gap::Series& s = result_.series;
+    TimePlot co{.id = "output",
+                .title = "CO",
+                .text = "as measured.",
+                .unit = "CO units",
+                .height = 200.0,
+                .curves = {}};
+    if (has_controller_gap(result_)) {
+      co.text = "measured and as the model's controller gives it from the measured SP and PV.";
+      add(co.curves, "controller as given", "before", s.co_before);
+      if (differ(s.co_before, s.co_after) || s.co_before.empty()) {
+        add(co.curves, "corrected controller", "after", s.co_after);
+      }
+    }
+    add(co.curves, "measured", "measured", s.co);
+    return co;
+  }
+
+  const gap::Result& result_;
+  TimeAxis axis_;
+  Column residual_before_, residual_after_;
+  bool changed_;  // by the corrections
+  const char* given_name_;
+};
+
 }  // namespace
 
 bool has_controller_gap(const gap::Result& result) {
@@ -343,106 +472,20 @@ bool has_controller_gap(const gap::Result& result) {
 }
 
 std::string gap_plots_html(const gap::Result& result) {
-  const gap::Series& s = result.series;
-  const TimeAxis axis(s);
-  if (!axis.drawable() || !has_values(s.pv, axis)) return "";
-  const char* before_name =
-      differ(s.pv_before, s.pv_after) ? "model as given" : "model as given, unchanged";
-  const auto add = [&](std::vector<Curve>& curves, const char* name, const char* style,
-                       const Column& values) {
-    if (has_values(values, axis)) curves.push_back({name, style, &values});
-  };
-  const bool changed = differ(s.pv_before, s.pv_after) || s.pv_before.empty();
-
-  std::vector<TimePlot> plots;
-  TimePlot pv{.id = "trend",
-              .title = "PV",
-              .text = result.closed_loop
-                          ? "measured and in a free closed-loop run of the model, driven by SP."
-                          : "measured and in a free run of the model, driven by the measured CO.",
-              .unit = "PV units",
-              .height = 300.0,
-              .curves = {}};
-  add(pv.curves, "SP", "sp", s.sp);
-  add(pv.curves, before_name, "before", s.pv_before);
-  if (changed) add(pv.curves, "corrected model", "after", s.pv_after);
-  add(pv.curves, "measured", "measured", s.pv);
-  plots.push_back(std::move(pv));
-
-  const Column residual_before = difference(s.pv, s.pv_before);
-  const Column residual_after = difference(s.pv, s.pv_after);
-  TimePlot residual{
-      .id = "residual",
-      .title = "Residual",
-      .text =
-          "measured PV minus model. Shaded: where the gap was located, darker for a larger "
-          "share. Dotted: the noise floor.",
-      .unit = "PV units",
-      .height = 230.0,
-      .curves = {},
-      .zero_line = true,
-      .floor = std::isfinite(result.noise_floor_rmse) ? result.noise_floor_rmse : 0.0,
-      .shades = shades_of(result, axis)};
-  add(residual.curves, before_name, "before", residual_before);
-  if (changed) add(residual.curves, "corrected model", "after", residual_after);
-  if (!residual.curves.empty()) plots.push_back(std::move(residual));
-
-  TimePlot co{
-      .id = "output", .title = "CO", .text = "", .unit = "CO units", .height = 200.0, .curves = {}};
-  if (has_controller_gap(result)) {
-    co.text = "measured and as the model's controller gives it from the measured SP and PV.";
-    const bool controller_changed = differ(s.co_before, s.co_after) || s.co_before.empty();
-    add(co.curves, "controller as given", "before", s.co_before);
-    if (controller_changed) add(co.curves, "corrected controller", "after", s.co_after);
-  } else {
-    co.text = "as measured.";
-  }
-  add(co.curves, "measured", "measured", s.co);
-  if (!co.curves.empty()) plots.push_back(std::move(co));
-
-  std::vector<PhasePlot> phases;
-  if (has_values(s.co, axis)) {
-    PhasePlot phase{.id = "phase",
-                    .title = "PV over CO",
-                    .text = "of the span of time that is shown above.",
-                    .up = "PV units",
-                    .across = "CO units",
-                    .across_values = &s.co,
-                    .curves = {}};
-    add(phase.curves, "measured", "measured", s.pv);
-    add(phase.curves, "model as given", "before", s.pv_before);
-    if (changed) add(phase.curves, "corrected model", "after", s.pv_after);
-    phases.push_back(std::move(phase));
-    // The read-back parts the valve from what comes after it.
-    if (has_values(s.stem, axis)) {
-      phases.push_back({"stem",
-                        "Stem over CO",
-                        "the valve up to its stem, as measured.",
-                        "stem, CO units",
-                        "CO units",
-                        &s.co,
-                        {{"measured", "measured", &s.stem}}});
-      phases.push_back({"pv-stem",
-                        "PV over stem",
-                        "the plug and the process, as measured.",
-                        "PV units",
-                        "stem, CO units",
-                        &s.stem,
-                        {{"measured", "measured", &s.pv}}});
-    }
-  }
-
+  const Plots plots(result);
+  if (!plots.drawable()) return "";
+  const TimeAxis& axis = plots.axis();
   std::string text = "<div id=\"plots\">" + tools(result, axis);
   nlohmann::json data = {{"samples", axis.samples},          {"first_s", axis.first_s},
                          {"period_s", axis.period_s},        {"held_from_s", nullptr},
                          {"plots", nlohmann::json::array()}, {"phases", nlohmann::json::array()}};
   if (holds_back(axis, result.holdout_from_s)) data["held_from_s"] = result.holdout_from_s;
-  for (const TimePlot& plot : plots) {
+  for (const TimePlot& plot : plots.over_time()) {
     text += time_plot(plot, axis, result.holdout_from_s);
     data["plots"].push_back(time_data(plot));
   }
   text += "</div>\n<div class=\"pair\">";
-  for (const PhasePlot& plot : phases) {
+  for (const PhasePlot& plot : plots.phases()) {
     text += phase_plot(plot, axis);
     data["phases"].push_back(phase_data(plot, axis));
   }

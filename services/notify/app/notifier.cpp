@@ -51,15 +51,12 @@ std::string outbox_file(const std::string& state_directory) {
 
 std::unique_ptr<Outbox> open_outbox(const std::string& state_directory) {
   const std::string file = outbox_file(state_directory);
-  try {
-    return std::make_unique<Outbox>(file);
-  } catch (const sqlite::Error& e) {
-    if (!e.damaged()) throw;
-    const std::filesystem::path aside = sqlite::move_aside(file, base::utc_ms());
-    spdlog::error("{}; kept as {}, a new one begins: alarms that stand are told again", e.what(),
-                  aside.string());
-  }
-  return std::make_unique<Outbox>(file);
+  return sqlite::open_or_replace(
+      file, base::utc_ms(), [&] { return std::make_unique<Outbox>(file); },
+      [](const sqlite::Error& e, const std::filesystem::path& aside) {
+        spdlog::error("{}; kept as {}, a new one begins: alarms that stand are told again",
+                      e.what(), aside.string());
+      });
 }
 
 Notifier::Notifier(NotifyConfig config)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <nlohmann/json.hpp>
 
 #include "config/diagnostic.hpp"
 #include "services/page/api/context.hpp"

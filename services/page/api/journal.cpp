@@ -15,18 +15,23 @@ using nlohmann::json;
 constexpr std::int64_t kMostLines = 1000;
 constexpr std::size_t kMostCsvLines = 200'000;  // as many as the daemon keeps
 
-// What the query asks for, as the daemon's request.
-json request_for(const http::Request& request, std::int64_t most) {
+protocol::JournalRequest request_for(const http::Request& request, std::int64_t most) {
   check_query(request, {"before_id", "most", "loop", "kind", "text", "from_ms", "to_ms"});
-  json wanted = {{"request", "journal"}, {"most", most}};
-  for (const char* key : {"loop", "kind", "text"}) {
+  protocol::JournalRequest wanted{.most = static_cast<std::uint64_t>(most)};
+  const auto take_text = [&](const char* key, protocol::Maybe<std::string>& to) {
     std::string text = text_in(request, key, 200);
-    if (!text.empty()) wanted[key] = std::move(text);
-  }
-  for (const char* key : {"from_ms", "to_ms"}) {
-    if (const auto value = whole_in(request, key, 0, kLastMoment_ms)) wanted[key] = *value;
-  }
-  if (const auto id = whole_in(request, "before_id", 0, INT64_MAX)) wanted["before_id"] = *id;
+    if (!text.empty()) to = std::move(text);
+  };
+  const auto take_whole = [&](const char* key, std::int64_t high,
+                              protocol::Maybe<std::uint64_t>& to) {
+    if (const auto value = whole_in(request, key, 0, high)) to = static_cast<std::uint64_t>(*value);
+  };
+  take_text("loop", wanted.loop);
+  take_text("kind", wanted.kind);
+  take_text("text", wanted.text);
+  take_whole("from_ms", kLastMoment_ms, wanted.from_ms);
+  take_whole("to_ms", kLastMoment_ms, wanted.to_ms);
+  take_whole("before_id", INT64_MAX, wanted.before_id);
   return wanted;
 }
 
@@ -50,7 +55,7 @@ std::string cell(const json& value) {
 
 class LinesAsCsv final : public http::Source {
  public:
-  LinesAsCsv(protocol::Daemon& daemon, json request)
+  LinesAsCsv(protocol::Daemon& daemon, protocol::JournalRequest request)
       : daemon_(daemon), request_(std::move(request)) {}
 
   std::string next() override {
@@ -62,7 +67,7 @@ class LinesAsCsv final : public http::Source {
     for (const json& line : lines) {
       for (const char* key : kColumns) text += cell(line.value(key, json())) + ',';
       text.back() = '\n';
-      request_["before_id"] = line.at("id");
+      request_.before_id = line.at("id").get<std::uint64_t>();
     }
     lines_ += lines.size();
     ended_ = lines.size() < static_cast<std::size_t>(kMostLines);
@@ -71,7 +76,7 @@ class LinesAsCsv final : public http::Source {
 
  private:
   protocol::Daemon& daemon_;
-  json request_;
+  protocol::JournalRequest request_;
   bool begun_ = false;
   bool ended_ = false;
   std::size_t lines_ = 0;

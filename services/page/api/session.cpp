@@ -5,6 +5,7 @@
 
 #include <array>
 #include <ctime>
+#include <nlohmann/json.hpp>
 
 #include "services/page/api/body.hpp"
 #include "services/page/api/gate.hpp"

@@ -157,4 +157,28 @@ TEST_CASE("a database that is moved aside takes its log along") {
   CHECK_FALSE(std::filesystem::exists(folder / "f-wal"));
 }
 
+TEST_CASE("a damaged database is replaced, one of another version is not") {
+  const tests::TemporaryFolder folder;
+  std::vector<std::filesystem::path> moved;
+  const auto open_f = [&](int version) {
+    return sqlite::open_or_replace(
+        folder / "f", 7,
+        [&] {
+          Database database(folder / "f", Access::write, 100ms);
+          database.adopt({"test", 5, version, "CREATE TABLE t(n)"}, sqlite::Sync::normal);
+          return database;
+        },
+        [&](const Error&, const std::filesystem::path& aside) { moved.push_back(aside); });
+  };
+  tests::write_file(folder / "f", std::string(4096, 'x'));
+  Database replaced = open_f(1);
+  Statement(replaced, "INSERT INTO t(n) VALUES(1)").run();
+  CHECK(moved == std::vector<std::filesystem::path>{folder / "f.damaged-7"});
+  CHECK(tests::read_file(folder / "f.damaged-7") == std::string(4096, 'x'));
+  Database again = open_f(1);
+  CHECK(rows(again) == 1);
+  CHECK_THROWS_AS(open_f(2), Error);
+  CHECK(moved.size() == 1);
+}
+
 }  // namespace loopwarden::sqlite_test

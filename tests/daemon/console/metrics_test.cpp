@@ -2,7 +2,6 @@
 #include "daemon/console/metrics.hpp"
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -12,55 +11,40 @@
 namespace loopwarden::daemon::metrics_test {
 namespace {
 
-using nlohmann::json;
-
-json status() {
-  const json histogram{{"bins", {5, 3, 0, 2}}, {"sum", 40.0}};
-  return {{"daemon",
-           {{"version", "1.2"},
-            {"uptime_s", 12.5},
-            {"ticks", 10},
-            {"overruns", 1},
-            {"skipped_ticks", 2},
-            {"real_time_missing", "memory"},
-            {"wake_up_us", histogram},
-            {"work_us", histogram},
-            {"events_dropped", 0},
-            {"recorder", {{"disk_wait_s", 61.5}}},
-            {"log_lines_lost", 3},
-            {"journal", {{"lost", 0}, {"waiting", 4}}}}},
-          {"loops",
-           {{{"name", "FIC\"101\\"},
-             {"pv", nullptr},
-             {"sp", 5.5},
-             {"fault", "bad PV"},
-             {"mode", "FALLBACK"},
-             {"pv_age_ms", 250.0},
-             {"position_age_ms", nullptr},
-             {"alarms", {{"stiction", {{"active", true}}}, {"backlash", {{"active", false}}}}},
-             {"monitor",
-              {{"oscillation_index", 1.5},
-               {"stick_percent", nullptr},
-               {"windows", 12},
-               {"condition", {{"valve", 37.5}, {"environment", nullptr}}}}},
-             {"jacket", {{"form", "bounded"}, {"rate", 0.25}}},
-             {"compensator", {{"kind", "knocker"}, {"added", -0.5}}},
-             {"orders_refused", 2},
-             {"io", {{"connected", false}, {"timeouts", 7}}},
-             {"recording", {{"dropped", 3}, {"queue_dropped", 7}}}}}}};
-}
-
-std::string text_of(const json& status) {
-  const json& loops = status.at("loops");
-  return metrics_text(status.at("daemon"), loops.size(),
-                      [&](std::size_t loop) { return loops.at(loop); });
+std::string text() {
+  const protocol::Histogram histogram{.sum = 40.0, .bins = {5, 3, 0, 2}};
+  const protocol::DaemonStatus daemon{.version = "1.2",
+                                      .recorder = {.disk_wait_s = 61.5},
+                                      .log_lines_lost = 3,
+                                      .journal = {.waiting = 4},
+                                      .uptime_s = 12.5,
+                                      .real_time_missing = "memory",
+                                      .ticks = 10,
+                                      .overruns = 1,
+                                      .skipped_ticks = 2,
+                                      .wake_up_us = histogram,
+                                      .work_us = histogram};
+  const protocol::LoopStatus loop{
+      .name = "FIC\"101\\",
+      .io = {.connected = false, .timeouts = 7},
+      .recording = {.dropped = 3, .queue_dropped = 7},
+      .monitor = {.windows = 12, .oscillation_index = 1.5, .condition = {.valve = 37.5}},
+      .alarms = {{"stiction", {.active = true}}, {"backlash", {.active = false}}},
+      .orders_refused = 2,
+      .cycle = protocol::Cycle{.sp = 5.5,
+                               .mode = "FALLBACK",
+                               .fault = "bad PV",
+                               .pv_age_ms = 250.0,
+                               .jacket = {.form = "bounded", .rate = 0.25},
+                               .compensator = {.kind = "knocker", .added = -0.5}}};
+  return metrics_text(daemon, 1, [&](std::size_t) { return loop; });
 }
 
 TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
-  const std::string text = "\n" + text_of(status());
+  const std::string all = "\n" + text();
   const auto has = [&](const std::string& line) {
     INFO(line);
-    CHECK(text.find("\n" + line + "\n") != std::string::npos);
+    CHECK(all.find("\n" + line + "\n") != std::string::npos);
   };
   const std::string loop = R"(loop="FIC\"101\\")";
   has("loopwarden_build_info{version=\"1.2\"} 1");
@@ -92,15 +76,24 @@ TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
   has("loopwarden_wake_up_seconds_sum 4e-05");
   has("loopwarden_wake_up_seconds_count 10");
   // What is not known is left out, never a number that means nothing.
-  CHECK(text.find("loopwarden_process_variable{") == std::string::npos);
-  CHECK(text.find("input=\"valve_position\"") == std::string::npos);
-  CHECK(text.find("of=\"environment\"") == std::string::npos);
-  CHECK(text.find("loopwarden_valve_stick_percent{") == std::string::npos);
-  CHECK(text.find("nan") == std::string::npos);
+  CHECK(all.find("loopwarden_process_variable{") == std::string::npos);
+  CHECK(all.find("input=\"valve_position\"") == std::string::npos);
+  CHECK(all.find("of=\"environment\"") == std::string::npos);
+  CHECK(all.find("loopwarden_valve_stick_percent{") == std::string::npos);
+  CHECK(all.find("nan") == std::string::npos);
+}
+
+TEST_CASE("a loop without a cycle has neither fault nor mode in the metrics", "[metrics]") {
+  const std::string all =
+      metrics_text({}, 1, [](std::size_t) { return protocol::LoopStatus{.name = "FIC-101"}; });
+  CHECK(all.find("loopwarden_orders_refused_total{loop=\"FIC-101\"} 0\n") != std::string::npos);
+  CHECK(all.find("loopwarden_fault{") == std::string::npos);
+  CHECK(all.find("loopwarden_automatic{") == std::string::npos);
+  CHECK(all.find("input=\"process_variable\"") == std::string::npos);
 }
 
 TEST_CASE("each family of metrics is announced once, before its samples", "[metrics]") {
-  std::istringstream lines(text_of(status()));
+  std::istringstream lines(text());
   std::string family;
   for (std::string line; std::getline(lines, line);) {
     if (line.rfind("# HELP ", 0) == 0) {

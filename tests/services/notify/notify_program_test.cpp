@@ -389,7 +389,7 @@ TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its o
   };
   REQUIRE(eventually([&] { return !told("came, ").empty(); }, std::chrono::minutes(15)));
   CHECK(daemon.loop("FIC-101").at("alarms").at("stiction").at("state") == "unacknowledged");
-  daemon.client().act("FIC-101", {{"alarm", "stiction"}, {"action", "acknowledge"}});
+  daemon.acknowledge("FIC-101", "stiction");
   REQUIRE(eventually([&] { return !told("acknowledged, ").empty(); }, std::chrono::seconds(60)));
   CHECK_THAT(told("acknowledged, "), Catch::Contains(", by "));
   CHECK(program.end(SIGTERM) == 0);

@@ -9,35 +9,20 @@ light and dark, and the report of data/gap-example. --keep: screenshots and PDFs
 wrong; 74: no program, no browser.
 """
 import argparse
-import base64
 import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 
-try:
-    from selenium import webdriver
-    from selenium.common.exceptions import WebDriverException
-    from selenium.webdriver.chrome.service import Service
-    from selenium.webdriver.common.action_chains import ActionChains
-    from selenium.webdriver.common.by import By
-    from selenium.webdriver.common.keys import Keys
-    from selenium.webdriver.support.ui import WebDriverWait
-except ImportError:
-    sys.exit("pages_in_browser: python3-selenium is missing: tools/install-packages test")
-
 ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "tests/support"))
+from chromium import Chromium, WebDriverException  # noqa: E402
+from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
+
 BIN = pathlib.Path(os.environ.get("LOOPWARDEN_BIN_DIR", ROOT / "build/release/bin"))
 MODELS = ROOT / "config/examples/models"
 NARROW = 390
-wrong = []
-
-
-def check(right, what):
-    if not right:
-        wrong.append(what)
-        print(f"WRONG: {what}", file=sys.stderr)
 
 
 def loopwarden(*words):
@@ -45,71 +30,24 @@ def loopwarden(*words):
                    stderr=subprocess.DEVNULL)
 
 
-class Browser:
-    def __init__(self, profile):
-        options = webdriver.ChromeOptions()
-        options.binary_location = "/usr/bin/chromium"
-        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
-                     f"--user-data-dir={profile}"):
-            options.add_argument(word)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.driver.quit()
-
+class Browser(Chromium):
     def show(self, page, width=1200, scheme="light"):
-        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                                    {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600})
-        self.media("", scheme)
+        self.screen(width, scheme=scheme)
         self.driver.get(page.as_uri())
-
-    def media(self, media, scheme="light"):
-        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {
-            "media": media, "features": [{"name": "prefers-color-scheme", "value": scheme}]})
-
-    def run(self, script, *arguments):
-        return self.driver.execute_script("return " + script, *arguments)
-
-    def find(self, selector):
-        return self.driver.find_element(By.CSS_SELECTOR, selector)
-
-    def until(self, condition, what):
-        """Waits for what the page does in its next frames; the limit is for a page that never does."""
-        try:
-            WebDriverWait(self.driver, 30, 0.02).until(lambda _: condition())
-            return True
-        except WebDriverException:
-            check(False, what)
-            return False
-
-    def quiet(self, page):
-        for entry in self.driver.get_log("browser"):
-            # The browser's own start page has something to say on a crowded machine.
-            if not entry["message"].startswith("chrome://"):
-                check(False, f"{page}: console: {entry['message']}")
 
     def fits(self, page):
         wide = self.run("document.documentElement.scrollWidth")
-        check(wide <= NARROW, f"{page}: {wide} pixels wide on a screen of {NARROW}")
+        self.check(wide <= NARROW, f"{page}: {wide} pixels wide on a screen of {NARROW}")
 
     def prints(self, page, keep):
-        pdf = base64.b64decode(self.driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})["data"])
-        check(pdf.startswith(b"%PDF") and len(pdf) > 10000, f"{page}: does not print")
+        pdf = self.pdf()
+        self.check(pdf.startswith(b"%PDF") and len(pdf) > 10000, f"{page}: does not print")
         if keep:
             (keep / f"{page}.pdf").write_bytes(pdf)
 
     def keep(self, name, keep):
-        if not keep:
-            return
-        size = self.driver.execute_cdp_cmd("Page.getLayoutMetrics", {})["cssContentSize"]
-        shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {
-            "captureBeyondViewport": True,
-            "clip": {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}})
-        (keep / f"{name}.png").write_bytes(base64.b64decode(shot["data"]))
+        if keep:
+            self.shot(keep / f"{name}.png", full=True)
 
 
 def spans(text):
@@ -122,23 +60,23 @@ def try_gap_report(browser, page, keep):
     browser.show(page)
     span = browser.find("#span")
     browser.until(lambda: " to " in span.text, f"{name}: no span of time is shown")
-    check(browser.run("document.querySelectorAll('.uplot canvas').length") >= 4, f"{name}: fewer than four plots")
+    browser.check(browser.run("document.querySelectorAll('.uplot canvas').length") >= 4, f"{name}: fewer than four plots")
     drawn = browser.run("""[...document.querySelectorAll('.uplot canvas')].map((c) => {
       const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
       let n = 0;
       for (let i = 3; i < p.length; i += 4) if (p[i]) ++n;
       return n;
     })""")
-    check(min(drawn, default=0) > 500, f"{name}: an empty plot")
+    browser.check(min(drawn, default=0) > 500, f"{name}: an empty plot")
     browser.keep(f"{name}-wide", keep)
     whole = spans(span.text)
 
     def zooms(act, what):
         before = spans(span.text)
         act()
-        if browser.until(lambda: spans(span.text) != before, f"{name}: {what} does not zoom"):
+        if browser.until(lambda: spans(span.text) != before, f"{name}: {what} does not zoom") is not None:
             low, high = spans(span.text)
-            check(high - low < before[1] - before[0], f"{name}: {what} does not show less")
+            browser.check(high - low < before[1] - before[0], f"{name}: {what} does not show less")
 
     zooms(browser.find("button[data-act=closer]").click, "the button +")
     over = browser.find("#residual .u-over")
@@ -157,7 +95,7 @@ def try_gap_report(browser, page, keep):
                   f"{name}: what is shown is not saved as a table and a picture: {saved()}")
     # The cursor of one plot reads all of them, with units.
     ActionChains(browser.driver).move_to_element(over).perform()
-    values = lambda: [e.text for e in browser.driver.find_elements(By.CSS_SELECTOR, ".u-series .u-value")]
+    values = lambda: [e.text for e in browser.all(".u-series .u-value")]
     browser.until(lambda: any(v.endswith("PV units") for v in values()) and any(v.endswith("CO units") for v in values()),
                   f"{name}: no values with units under the cursor: {values()}")
     browser.find("#residual .uplot").send_keys("0")
@@ -168,15 +106,15 @@ def try_gap_report(browser, page, keep):
     browser.find("button[data-act=all]").click()
     # Its tables.
     for table in ("#trend details table", "#residual details table", "#output details table"):
-        rows = len(browser.driver.find_elements(By.CSS_SELECTOR, table + " tbody tr"))
-        check(rows >= 10, f"{name}: {table} has {rows} rows")
+        rows = len(browser.all(table + " tbody tr"))
+        browser.check(rows >= 10, f"{name}: {table} has {rows} rows")
     # On paper stand the pictures, whatever is zoomed.
-    browser.media("print")
+    browser.media("print", "light")
     shown = lambda selector: browser.run(f"getComputedStyle(document.querySelector('{selector}')).display")
-    check(shown("#trend .still") == "block" and shown("#trend .chart") == "none", f"{name}: paper gets no picture")
-    check(shown(".tools") == "none", f"{name}: buttons on paper")
+    browser.check(shown("#trend .still") == "block" and shown("#trend .chart") == "none", f"{name}: paper gets no picture")
+    browser.check(shown(".tools") == "none", f"{name}: buttons on paper")
     browser.keep(f"{name}-paper", keep)
-    browser.media("")
+    browser.media("", "light")
     browser.prints(name, keep)
     browser.show(page, NARROW)
     browser.until(lambda: " to " in browser.find("#span").text, f"{name}: no span of time on a narrow screen")
@@ -190,7 +128,7 @@ def try_gap_report(browser, page, keep):
 def try_plain_page(browser, page, name, keep):
     for scheme in ("light", "dark"):
         browser.show(page, scheme=scheme)
-        check(browser.run("document.querySelectorAll('svg').length") >= 1, f"{name}: no picture")
+        browser.check(browser.run("document.querySelectorAll('svg').length") >= 1, f"{name}: no picture")
         browser.keep(f"{name}-{scheme}", keep)
     browser.prints(name, keep)
     browser.show(page, NARROW)
@@ -209,6 +147,7 @@ def main():
         return 74
     if options.keep:
         options.keep.mkdir(parents=True, exist_ok=True)
+    wrong = []
     with tempfile.TemporaryDirectory() as name:
         work = pathlib.Path(name)
         record = work / "record.csv"
@@ -232,7 +171,7 @@ def main():
                      ("compare", work / "compare/report.html"), ("diagnose", work / "diagnose.html"),
                      *(("train", page) for page in sorted((work / "train").rglob("*.html")))]
         try:
-            with Browser(work / "profile") as browser:
+            with Browser(work / "profile", wrong) as browser:
                 try_gap_report(browser, work / "gap/report.html", options.keep)
                 if options.all:
                     try_gap_report(browser, work / "gap-example/report.html", options.keep)
