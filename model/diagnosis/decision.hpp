@@ -52,7 +52,7 @@ struct ValveEvidence {
   double parts_for = 1.0;    // share of the record's parts that A comes from
   double standing = 0.0;     // share of CO's moves during which PV stands, 0 to 1
   double relation = 1.0;     // of PV's variance that a play explains, 0 to 1
-  Turns turns;
+  Turns turns{};
   int votes() const noexcept {
     return (phase > 0.0 ? 1 : 0) + (play > 0.0 ? 1 : 0) + (hammerstein > kHammersteinVotes ? 1 : 0);
   }

@@ -19,6 +19,7 @@ constexpr double kRegular = 1.0;      // Thornhill's bound
 constexpr double kLeastPeak = 0.3;    // of the autocorrelation one period on
 constexpr double kAlternative = 0.1;  // share from which the other valve effect is named too
 constexpr double kLeastCycles = 3.0;
+constexpr double kShorter = 0.5;             // period of a cycle over that of all movement
 constexpr double kSamePeriod = 0.15;         // difference between SP's period and PV's
 constexpr double kBlocksPerMovement = 40.0;  // at most, for phase and play
 constexpr std::size_t kLeastOfBlocks = 120;
@@ -26,11 +27,17 @@ constexpr double kControllerKnown = 0.5;  // R^2 of its fit
 constexpr double kShapesExclude = 0.1;    // probability of a valve effect by shapes and fits
 
 bool oscillates(const Oscillation& o) { return o.regularity > kRegular && o.peak > kLeastPeak; }
+bool cycles(const Prepared& p) {
+  return p.cycles >= kLeastCycles && (oscillates(p.pv_oscillation) || oscillates(p.co_oscillation));
+}
 
 void measure(Diagnosis& d) {
   const Series& pv = d.prepared.raw_pv;
   const Series& co = d.prepared.raw_co;
-  const double period = movement_period(co, pv);
+  // Set points that move hide a cycle that is shorter than they are.
+  const double moves = movement_period(co, pv);
+  const double cycle = d.prepared.period * static_cast<double>(d.prepared.factor);
+  const double period = cycles(d.prepared) && cycle < kShorter * moves ? cycle : moves;
   const auto wanted = static_cast<std::size_t>(std::ceil(period / kBlocksPerMovement));
   const std::size_t factor =
       std::clamp<std::size_t>(wanted, 1, std::max<std::size_t>(1, pv.size() / kLeastOfBlocks));
@@ -114,8 +121,7 @@ void conclude(Diagnosis& d) {
   d.cause = d.alternative = Cause::none;
   d.reason.clear();
   d.settle.clear();
-  d.oscillating = d.prepared.cycles >= kLeastCycles &&
-                  (oscillates(d.prepared.pv_oscillation) || oscillates(d.prepared.co_oscillation));
+  d.oscillating = cycles(d.prepared);
   d.follows = follows_of(d);
   ValveDecision decision = decide(d.evidence, d.follows);
   // Undecided, with nothing gained step by step: then the shapes of the cycles may exclude a valve effect, never name one.
@@ -178,6 +184,7 @@ Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
 
 void share_turns(std::span<Diagnosis*> windows) {
   Turns all;
+  std::size_t with_four = 0;
   for (const Diagnosis* d : windows) {
     const Turns& turns = d->evidence.turns;
     if (!d->judged() || turns.count < kLeastTurns) continue;
@@ -185,6 +192,10 @@ void share_turns(std::span<Diagnosis*> windows) {
     const double share = static_cast<double>(turns.count) / static_cast<double>(all.count);
     all.travel_scatter += share * (turns.travel_scatter - all.travel_scatter);
     all.cycle_scatter += share * (turns.cycle_scatter - all.cycle_scatter);
+    if (turns.four_cycle_scatter <= 0.0) continue;
+    with_four += turns.count;
+    all.four_cycle_scatter += static_cast<double>(turns.count) / static_cast<double>(with_four) *
+                              (turns.four_cycle_scatter - all.four_cycle_scatter);
   }
   for (Diagnosis* d : windows) {
     if (!d->judged()) continue;
@@ -212,6 +223,12 @@ SizeTrend size_trend(std::span<const Diagnosis> windows) {
   }
   if (!slopes.empty()) trend.per_window = numeric::median(std::move(slopes));
   return trend;
+}
+
+double judged_period(std::span<const double> pv, std::span<const double> co) {
+  const double moves = movement_period(co, pv);
+  const Oscillation cycle = find_time_scale(co).oscillation;
+  return oscillates(cycle) && cycle.period < kShorter * moves ? cycle.period : moves;
 }
 
 LoopVerdict judge_loop(std::span<const Diagnosis> windows) {

@@ -73,6 +73,9 @@ struct Diagnosis {
 
 Diagnosis diagnose(const RoutineRecord& record, LoopKind kind = LoopKind::unknown);
 
+// Samples: of the cycle where one stands out, else of the movement. A window of fifteen of them can be judged.
+double judged_period(std::span<const double> pv, std::span<const double> co);
+
 // Of the windows of one loop: each is judged anew with how CO turns in all of them, since a window holds few turns.
 void share_turns(std::span<Diagnosis*> windows);
 

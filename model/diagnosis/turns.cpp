@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/diagnosis/turns.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,17 +12,23 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr double kTurnDepth = 0.25;      // of the range of CO
-constexpr double kSteadyTravel = 0.3;    // scatter
-constexpr double kSteadyCycle = 0.4;     // scatter
-constexpr double kClockwork = 0.06;      // scatter of the cycle
-constexpr double kByTravelFrom = 1.5;    // cycle's scatter over travel's
-constexpr double kByTimeBelow = 1.1;     // the same
+constexpr double kTurnDepth = 0.25;       // of the range of CO
+constexpr double kLeastScatter = 1e-6;    // stands for none
+constexpr double kSteadyTravel = 0.3;     // scatter
+constexpr double kSteadyCycle = 0.4;      // scatter
+constexpr double kClockwork = 0.06;       // scatter of the cycle
+constexpr double kForgetsPhase = 1.5;     // scatter of four cycles over that of one
+constexpr double kLeastForgotten = 0.04;  // scatter of four cycles that is not rounding
+constexpr double kByTravelFrom = 1.5;     // cycle's scatter over travel's
+constexpr double kByTimeBelow = 1.1;      // the same
+
+double quartile_range(const Series& x) {
+  return numeric::quantile(x, 0.75) - numeric::quantile(x, 0.25);
+}
 
 double scatter(const Series& x) {
   const double middle = numeric::median(x);
-  if (x.size() < 2 || middle <= 0.0) return 0.0;
-  return (numeric::quantile(x, 0.75) - numeric::quantile(x, 0.25)) / middle;
+  return x.size() < 2 || middle <= 0.0 ? 0.0 : quartile_range(x) / middle;
 }
 
 }  // namespace
@@ -53,7 +60,12 @@ std::vector<std::size_t> turning_points(std::span<const double> x, double depth)
 
 TurnsBy Turns::by() const noexcept {
   if (count < kLeastTurns) return TurnsBy::neither;
-  if (cycle_scatter < kClockwork) return TurnsBy::clockwork;
+  if (cycle_scatter < kClockwork) {
+    const bool known = four_cycle_scatter > 0.0;
+    const bool forgets =
+        four_cycle_scatter > std::max(kForgetsPhase * cycle_scatter, kLeastForgotten);
+    return known && !forgets ? TurnsBy::clockwork : TurnsBy::neither;
+  }
   if (cycle_scatter > kByTravelFrom * travel_scatter && travel_scatter < kSteadyTravel) {
     return TurnsBy::travel;
   }
@@ -75,12 +87,19 @@ Turns find_turns(std::span<const double> co) {
   found.count = at.size() - 1;
   std::array<Series, 2> travels;
   Series cycles;
+  Series fours;
   for (std::size_t i = 1; i + 1 < at.size(); ++i) {
     travels[i % 2].push_back(std::abs(u[at[i + 1]] - u[at[i]]));
     if (i + 2 < at.size()) cycles.push_back(static_cast<double>(at[i + 2] - at[i]));
+    if (i + 8 < at.size()) fours.push_back(static_cast<double>(at[i + 8] - at[i]));
   }
   found.travel_scatter = std::hypot(scatter(travels[0]), scatter(travels[1])) / std::sqrt(2.0);
   found.cycle_scatter = scatter(cycles);
+  // Exactly kept is known, too.
+  if (fours.size() >= kLeastFours) {
+    found.four_cycle_scatter =
+        std::max(quartile_range(fours) / numeric::median(cycles), kLeastScatter);
+  }
   return found;
 }
 

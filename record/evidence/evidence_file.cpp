@@ -94,7 +94,8 @@ json to_json(const monitor::RoutineWatch::Judgement& j) {
           {"turns",
            {{"count", j.evidence.turns.count},
             {"travel_scatter", j.evidence.turns.travel_scatter},
-            {"cycle_scatter", j.evidence.turns.cycle_scatter}}},
+            {"cycle_scatter", j.evidence.turns.cycle_scatter},
+            {"four_cycle_scatter", j.evidence.turns.four_cycle_scatter}}},
           {"nats",
            {{"before", j.sum_before}, {"from_specialists", j.from_specialists}, {"after", j.sum}}}};
 }
@@ -200,7 +201,8 @@ monitor::RoutineWatch::Judgement routine_of(const json& j) {
   if (const auto turns = j.find("turns"); turns != j.end()) {
     r.evidence.turns = {.count = turns->at("count").get<std::size_t>(),
                         .travel_scatter = turns->at("travel_scatter").get<double>(),
-                        .cycle_scatter = turns->at("cycle_scatter").get<double>()};
+                        .cycle_scatter = turns->at("cycle_scatter").get<double>(),
+                        .four_cycle_scatter = turns->at("four_cycle_scatter").get<double>()};
   }
   const json& nats = j.at("nats");
   r.sum_before = nats.at("before").get<double>();

@@ -42,7 +42,7 @@ constexpr double kWindowMovements = 15.0;  // periods of movement that a window 
 // Of more windows than this the ones that tell most are judged, spread over the record.
 constexpr std::size_t kMostWindows = 48;
 constexpr std::size_t kMostSamples = 30000;  // of a window: about a second of work
-constexpr std::size_t kLookedAt = 200000;    // samples, for the period of movement
+constexpr std::size_t kLookedAt = 60000;     // samples, for the period
 
 std::size_t window_length(const record::Record& r) {
   if (r.size() < 2 * kLongestWindow) return r.size();
@@ -58,7 +58,7 @@ std::size_t window_length(const record::Record& r) {
     co[k] = k > 0 ? co[k - 1] : 0.0;
   }
   const double length = std::max(static_cast<double>(kLongestWindow),
-                                 kWindowMovements * diagnosis::movement_period(co, pv));
+                                 kWindowMovements * diagnosis::judged_period(pv, co));
   return static_cast<std::size_t>(
       std::min({length, static_cast<double>(kMostSamples), static_cast<double>(r.size())}));
 }

@@ -140,7 +140,8 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
   result["turns"] = {{"by", to_text(turns.by())},
                      {"count", turns.count},
                      {"travel_scatter", turns.travel_scatter},
-                     {"cycle_scatter", turns.cycle_scatter}};
+                     {"cycle_scatter", turns.cycle_scatter},
+                     {"four_cycle_scatter", turns.four_cycle_scatter}};
   return result;
 }
 
