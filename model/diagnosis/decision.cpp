@@ -62,6 +62,9 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
   d.probability =
       std::clamp(from_logit(weights.logit_of(terms_of(e))), kLeastProbability, kMostProbability);
   if (e.relation < kRelatedFrom) d.probability = std::min(d.probability, kUnrelatedMost);
+  if (e.play <= 0.0 && e.hammerstein <= kBandFrom) {
+    d.probability = std::min(d.probability, kDecidedBelow);
+  }
   const bool for_valve = d.probability >= kDecidedFrom;
   if (for_valve && turns == TurnsBy::time) {
     return undecided(

@@ -14,6 +14,7 @@
 //   by time       A counts 0: behind a load that swings PV is foretold better by any band; no valve effect is named
 //   clockwork     no valve effect is named
 //   a play explains less than 0.2 of PV: PV does not hang on CO, p at most 0.3
+//   no band: pl at most 0 and A at most 0.05, p at most 0.35
 //
 //   seen        p >= 0.7, CO turns by travel, PV stands during more than 0.4 of CO's moves; levels and temperatures besides: A > 0.15
 //   likely      p >= 0.65 (levels and temperatures: and A > 0.05): test the valve
@@ -38,6 +39,7 @@ inline constexpr double kLikelyLaterFrom = 0.05;  // A, the same
 inline constexpr double kStandsFrom = 0.4;        // standing, for what is seen
 inline constexpr double kRelatedFrom = 0.2;       // of PV's variance
 inline constexpr double kUnrelatedMost = 0.3;     // p
+inline constexpr double kBandFrom = 0.05;         // A
 inline constexpr double kSeenFrom = 0.7;          // p
 inline constexpr double kDecidedFrom = 0.65;
 inline constexpr double kDecidedBelow = 0.35;

@@ -45,7 +45,7 @@ TEST_CASE("a controller that acts the other way round changes nothing") {
   plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
   SmallLoop::Run run = SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
-      1200, [&](double u) { return valve.step(u); }, kSteadyLoad);
+      1200, [&](double u) { return valve.step(u); }, wandering_load(1.3));
   const Diagnosis before = diagnosed(run);
   for (double& u : run.co) u = 100.0 - u;
   CHECK(before.verdict == DiagnosisVerdict::valve_effect);

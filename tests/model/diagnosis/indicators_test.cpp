@@ -184,8 +184,17 @@ TEST_CASE("PV that does not hang on CO tells nothing of the valve") {
   CHECK(d.probability <= kUnrelatedMost);
 }
 
+TEST_CASE("without a band PV that lags CO is no sticking valve") {
+  const ValveEvidence random_load{
+      .phase = 4.0, .play = 0.0, .hammerstein = 0.05, .standing = 0.6, .turns = kByTravel};
+  CHECK(decide(random_load, Follows::at_once).probability <= kDecidedBelow);
+  ValveEvidence banded = random_load;
+  banded.play = 0.3;
+  CHECK(decide(banded, Follows::at_once).probability > kDecidedBelow);
+}
+
 TEST_CASE("the decision rises with every witness and stays within its bounds") {
-  const ValveEvidence base{.phase = -1.0, .play = 0.0, .hammerstein = 0.05, .standing = 0.2};
+  const ValveEvidence base{.phase = -1.0, .play = 0.01, .hammerstein = 0.05, .standing = 0.2};
   const double p = decide(base, Follows::at_once).probability;
   const auto more = [&](auto change) {
     ValveEvidence e = base;

@@ -69,4 +69,11 @@ struct SmallLoop {
   }
 };
 
+// A steady load that wanders a little: behind it a limit cycle forgets its phase, as behind any plant's.
+inline std::function<double(double)> wandering_load(double mean, double step = 0.1) {
+  return [mean, step, wander = 0.0, random = numeric::Random(8)](double) mutable {
+    return mean + (wander = 0.95 * wander + step * random.normal());
+  };
+}
+
 }  // namespace loopwarden::tests

@@ -58,15 +58,15 @@ TEST_CASE("CO that turns after a band turns by travel, CO that a swing drives by
 TEST_CASE("a clock from outside keeps its phase, a limit cycle forgets it") {
   numeric::Random random(5);
   const auto constant = [] { return 4.0; };
-  // Turns up to a fortieth of a cycle early or late, about the places that a clock sets.
+  // Turns up to an eightieth of a cycle early or late, about the places that a clock sets.
   double late = 0.0;
   const auto kept = [&] {
     const double before = std::exchange(late, 2.0 * random.uniform() - 1.0);
-    return 20.0 + std::round(late) - std::round(before);
+    return 40.0 + std::round(late) - std::round(before);
   };
   CHECK(find_turns(zigzag(120, constant, kept)).by() == TurnsBy::clockwork);
-  // As late as that, but the next turn begins where the last one was.
-  const auto forgotten = [&] { return 20.0 + std::round(2.0 * random.uniform() - 1.0); };
+  // Twice as late at most, but the next turn begins where the last one was.
+  const auto forgotten = [&] { return 40.0 + std::round(4.0 * random.uniform() - 2.0); };
   const Turns limit_cycle = find_turns(zigzag(120, constant, forgotten));
   CHECK(limit_cycle.cycle_scatter < 0.06);
   CHECK(limit_cycle.by() == TurnsBy::neither);
@@ -81,7 +81,9 @@ TEST_CASE("a valve whose moves up and down take different times still turns by t
     const double stretch = 0.6 + 0.8 * random.uniform();
     return (move++ % 2 == 0 ? 30.0 : 8.0) * stretch;
   };
-  CHECK(find_turns(zigzag(40, [] { return 4.0; }, slow_up)).by() == TurnsBy::travel);
+  CHECK(find_turns(zigzag(
+                       40, [] { return 4.0; }, slow_up))
+            .by() == TurnsBy::travel);
 }
 
 TEST_CASE("PV stands behind a valve that sticks, and moves where it follows") {
@@ -97,7 +99,8 @@ Prepared prepared(const Series& co, double low = 0.0, double high = 100.0) {
   Series pv;
   double y = co.front();
   for (const double u : co) pv.push_back(y += 0.2 * (u - y));
-  return prepare({.pv = pv, .co = co, .sp = {}, .sample_time_s = 1.0, .co_low = low, .co_high = high});
+  return prepare(
+      {.pv = pv, .co = co, .sp = {}, .sample_time_s = 1.0, .co_low = low, .co_high = high});
 }
 
 TEST_CASE("CO between its limits is saturation, a stretch away from them is judged") {

@@ -27,7 +27,7 @@ SmallLoop::Run sticky(std::size_t samples) {
   plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
   return SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
-      samples, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
+      samples, [&](double u) { return valve.step(u); }, wandering_load(1.3));
 }
 
 SmallLoop::Run disturbed(std::size_t samples) {
@@ -73,8 +73,12 @@ TEST_CASE("a band as a healthy valve has it raises nothing, and takes a conditio
   const double half_span = GENERATE(500.0, 1000.0);
   const bool small = half_span > 500.0;
   RoutineWatch watch({.sample_time_s = 2.0, .co_low = -half_span, .co_high = half_span});
-  for (std::size_t k = 0; k < run.pv.size(); ++k) watch.add(cycle_of(run, k, k));
-  CHECK(watch.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect);
+  std::size_t effects = 0;
+  for (std::size_t k = 0; k < run.pv.size(); ++k) {
+    if (!watch.add(cycle_of(run, k, k))) continue;
+    if (watch.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect) ++effects;
+  }
+  CHECK(effects >= 2);
   CHECK(stiction_on(watch) == !small);
 
   RoutineWatch restored({.sample_time_s = 2.0, .co_low = -half_span, .co_high = half_span});
