@@ -190,8 +190,8 @@ def draw(kind, n, seed):
     if kind == "smooth":
         # Flow goes with the root of the pressure drop, so 1 to 8 % of flow is a supply that swings by 2 to 16 %.
         loop["swing"] = spread(0.01, 0.08) * loop["at_sp"] / loop["gain"]
-        loop["period_s"], loop["shape"] = spread(30, 3000), random.integers(0, 3, n)
-        loop["irregular"] = np.where(share(0.5), uniform(0.05, 0.25), 0.0)
+        loop["period_s"], loop["shape"] = spread(30, 3000), np.arange(n) % len(SHAPES)
+        loop["irregular"] = np.where(np.arange(n) // len(SHAPES) % 2, uniform(0.05, 0.25), 0.0)
         loop["sp_moves"] = np.full(n, "stands")
     elif kind == "limits":
         loop["kp"] = ultimate_gain(loop) * uniform(1.2, 3.0)
@@ -224,9 +224,11 @@ def draw(kind, n, seed):
     elif kind == "tuning":
         loop["kp"], loop["ki"] = too_tight(loop, loop["kp"], loop["ki"], random)
 
-    # Who commissions a loop filters PV until noise no longer shakes the valve.
-    loop["noise"] = np.minimum(loop["noise"], 0.3 / loop["kp"])
+    # Who commissions a loop filters PV until noise no longer shakes the valve; where the gain is too high it does.
+    loop["noise"] = np.minimum(loop["noise"], (2.0 if kind == "limits" else 0.3) / loop["kp"])
     loop["co_step"] = np.where(share(0.5), 0.01, spread(0.05, 1.0))
+    if kind == "smooth":  # a swing that the log of CO does not show accuses nobody
+        loop["co_step"] = np.minimum(loop["co_step"], loop["swing"] / 4.0)
     loop["pv_step"] = np.where(share(0.5), 0.001, spread(0.01, 0.3))
     loop["phase"] = random.random(n)
     loop["wave"] = np.arange(n)  # loops with one number share phase and amplitude of their swing
@@ -256,7 +258,7 @@ def simulate(loop, seed, samples=SAMPLES):
     valves = Valves(loop["band"], loop["jump"], loop["keep_moving"], loop["at_co"])
     line = np.tile(loop["at_co"], (int(loop["dead_s"].max()) + 1, 1))
     columns = np.arange(n)
-    x, filtered, swung, wander, sp_off, faster, larger = (np.zeros(n) for _ in range(7))
+    x, filtered, swung, wander, wanted, sp_off, faster, larger = (np.zeros(n) for _ in range(8))
     turns = loop["phase"].copy()
     records = np.zeros((3, samples, n), dtype=np.float32)
     for k in range(-WARM_UP, samples):
@@ -269,7 +271,9 @@ def simulate(loop, seed, samples=SAMPLES):
         wander = wander_kept * wander + wander_stir * z[2]
         swung = swing_kept * swung + (1.0 - swing_kept) * (loop["swing"] * form + wander)
         stepped = steps & (random.random(n) < 1.0 / loop["sp_every_s"])
-        sp_off = np.where(stepped, loop["sp_size"] * random.uniform(-1, 1, n), np.where(master, sp_kept * sp_off + sp_stir * z[3], sp_off))
+        # What a master wants wanders; its own filter makes it smooth.
+        wanted = sp_kept * wanted + sp_stir * z[3]
+        sp_off = np.where(stepped, loop["sp_size"] * random.uniform(-1, 1, n), np.where(master, sp_off + 0.1 * (wanted - sp_off), sp_off))
         sp = loop["at_sp"] + sp_off + loop["sp_swing"] * form
 
         line[k % len(line)] = valves.step(np.clip(co, low, high))
