@@ -207,8 +207,8 @@ def draw(kind, n, seed):
         if kind == "stiction":
             loop["jump"], loop["keep_moving"] = band * uniform(0.15, 0.9), share(0.5)
         # What moves CO beside the valve stays of the order of the band, so that its travel does.
-        moved = uniform(0.0, 0.6) if kind == "stiction" else np.where(level, uniform(0.0, 0.3), uniform(0.2, 0.9))
-        loop["wander"], loop["wander_s"] = uniform(0.02, 0.15) * band, spread(300, 3000)
+        moved = uniform(0.0, 1.2) if kind == "stiction" else np.where(level, uniform(0.0, 0.3), uniform(0.2, 1.4))
+        loop["wander"], loop["wander_s"] = uniform(0.02, 0.3) * band, spread(300, 3000)
         loop["sp_moves"] = random.choice(["stands", "stands", "steps", "master"], n) if kind == "stiction" else np.where(
             level, "stands", random.choice(["stands", "steps", "master"], n))
         stands = loop["sp_moves"] == "stands"
@@ -349,16 +349,14 @@ def generated(folder, kind, count, seed, tags, first=0):
         loop = draw(kind, count, seed + 1000 * batch)
         records = simulate(loop, seed + 1000 * batch)
         truths = truths_of(kind, loop, records, first + len(kept), tags)
-        write(folder, truths, loop, records)
-        kept += truths
-        inside += sum(t.get("in_aim", True) for t in truths)
-        if inside >= count:
+        within = np.cumsum([t.get("in_aim", True) for t in truths])
+        wanted = count - inside
+        taken = truths[: int(np.searchsorted(within, wanted)) + 1]
+        write(folder, taken, loop, records)
+        kept += taken
+        inside += int(within[len(taken) - 1])
+        if inside == count:
             break
-    enough = 0
-    for at, truth in enumerate(kept):
-        enough += truth.get("in_aim", True)
-        if enough == count:
-            return kept[: at + 1]
     return kept
 
 
@@ -692,6 +690,8 @@ def main():
         save(options)
         return 0
     options.bin = options.bin.resolve()
+    if not options.bin.exists():
+        parser.error(f"--bin: there is no {options.bin}")
     with tempfile.TemporaryDirectory(prefix="plant_loops.") as folder:
         study = plants_study if options.plants else windows_study if options.windows else kinds_study
         result = study(options, pathlib.Path(folder))
