@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden-study gallery: closed-loop trends, CO-PV correlation and signatures of plant 1 for every fault of
-// the thesis's chapter 7, with the measures that its statements are about.
+// the thesis's chapter 7, with the measures that its statements are about; and measured loops.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,6 +20,7 @@
 #include "workbench/text/json_number.hpp"
 #include "model/analysis/loop_trial.hpp"
 #include "workbench/files/output_files.hpp"
+#include "studies/gallery/measured_loops.hpp"
 #include "studies/program/studies.hpp"
 
 namespace loopwarden::studies {
@@ -164,10 +165,12 @@ std::pair<double, double> open_loop_steps(const std::vector<plant::EffectSpec>& 
   return {high - low, rest(2.0) - high};
 }
 
-std::string markdown() {
+std::string markdown(const std::vector<MeasuredLoop>& measured) {
   std::string text =
       "# Gallery of faults\n\n"
       "<!-- Generated: `loopwarden-study gallery --out docs` renews it and its pictures. -->\n\n"
+      "[Simulated](#plant-1), each fault alone, and [measured](#measured-loops).\n\n"
+      "## Plant 1\n\n"
       "Plant 1 of the thesis (gain 1.2264, time constant 1.694 s, dead time 2.626 s, PI with kp "
       "0.3494 "
       "and\nki 0.04 1/s, noise 0.01 L/min) on a step of the set point from 0 to 5 L/min, with each "
@@ -186,7 +189,7 @@ std::string markdown() {
         std::isfinite(f.reach_s) ? fmt::format("{:.1f}", f.reach_s) : "never", f.offset, f.pv_swing,
         f.co_swing, f.period_s > 0.0 ? fmt::format("{:.1f}", f.period_s) : "-");
     pictures +=
-        fmt::format("\n## {0}\n\n![{0}](pictures/gallery/{1}.svg)\n", exhibit.title, exhibit.file);
+        fmt::format("\n### {0}\n\n![{0}](pictures/gallery/{1}.svg)\n", exhibit.title, exhibit.file);
   }
   text +=
       "\nDead time: until PV has moved by 2 % of the step. Offset: mean SP - PV of the last 600 s "
@@ -212,10 +215,21 @@ std::string markdown() {
     text += fmt::format("| {} | {:.3f} | {:.3f} | {:.3f} |\n", name, up, down, -down / up);
   }
   text += "| thesis | 0.85 | -0.3 | 0.353 |\n";
-  return text + pictures;
+  text += pictures;
+  text +=
+      "\n## Measured loops\n\n"
+      "Open records ([data](../data/README.md)), a stretch of each: what an engineer sees there, "
+      "and "
+      "what\n`loopwarden diagnose` says of the whole record, alone and its kind not told.\n";
+  for (const MeasuredLoop& loop : measured) {
+    text += fmt::format(
+        "\n### {0}\n\n![{0}](pictures/gallery/{1}.svg)\n\nSeen: {2}\n\n`diagnose`: {3}\n",
+        loop.title, loop.file, loop.seen, loop.said);
+  }
+  return text;
 }
 
-nlohmann::json figures_json() {
+nlohmann::json figures_json(const std::vector<MeasuredLoop>& measured) {
   nlohmann::json exhibits_json = nlohmann::json::array();
   for (const Exhibit& exhibit : exhibits()) {
     const Figures f = figures_of(analysis::run_model(model_of(exhibit), kDuration));
@@ -227,15 +241,27 @@ nlohmann::json figures_json() {
                              {"co_swing", f.co_swing},
                              {"period_s", f.period_s}});
   }
-  return exhibits_json;
+  nlohmann::json measured_json = nlohmann::json::array();
+  for (const MeasuredLoop& loop : measured) {
+    measured_json.push_back({{"loop", loop.title}, {"seen", loop.seen}, {"diagnose", loop.said}});
+  }
+  return {{"plant1", std::move(exhibits_json)}, {"measured", std::move(measured_json)}};
+}
+
+// Of the same build.
+std::string program_beside() {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "loopwarden").string();
 }
 
 struct GalleryOptions {
   std::string out;
+  std::string data = "data";
+  std::string program = program_beside();
   bool json = false;
 };
 
 int run_gallery(const GalleryOptions& options) {
+  const std::vector<MeasuredLoop> measured = measured_loops(options.data, options.program);
   if (!options.out.empty()) {
     const std::filesystem::path folder = options.out;
     workbench::OutputFiles files;
@@ -244,13 +270,16 @@ int run_gallery(const GalleryOptions& options) {
       files.add(folder / "pictures/gallery" / (std::string(exhibit.file) + ".svg"),
                 picture(exhibit, analysis::run_model(model_of(exhibit), kDuration)));
     }
-    files.add(folder / "gallery.md", markdown());
+    for (const MeasuredLoop& loop : measured) {
+      files.add(folder / "pictures/gallery" / (loop.file + ".svg"), loop.picture);
+    }
+    files.add(folder / "gallery.md", markdown(measured));
     files.commit();
   }
   if (options.json) {
-    fmt::print("{}\n", figures_json().dump(2));
+    fmt::print("{}\n", figures_json(measured).dump(2));
   } else if (options.out.empty()) {
-    fmt::print("{}", markdown());
+    fmt::print("{}", markdown(measured));
   }
   return kExitOk;
 }
@@ -260,9 +289,13 @@ int run_gallery(const GalleryOptions& options) {
 void add_gallery(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<GalleryOptions>();
   CLI::App* sub = app.add_subcommand(
-      "gallery", "trend, CO-PV correlation and signature of plant 1 for every fault");
+      "gallery",
+      "trend, CO-PV correlation and signature of plant 1 for every fault, and measured loops");
   sub->add_option("--out", options->out,
                   "folder for gallery.md and its pictures; without it the table");
+  sub->add_option("--data", options->data, "folder with the records of measured loops")
+      ->capture_default_str();
+  sub->add_option("--program", options->program, "loopwarden; else the one beside this program");
   workbench::add_json_flag(*sub, options->json);
   sub->footer("Example: loopwarden-study gallery --out docs");
   sub->callback([options, &exit_code] { exit_code = run_gallery(*options); });

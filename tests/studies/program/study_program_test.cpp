@@ -63,6 +63,12 @@ TEST_CASE("every open record gets a verdict: no healthy loop is accused, sticky 
   CHECK(study("diagnose --records /nonexistent").exit_code == 74);
 }
 
+TEST_CASE("the gallery names the measured record that it does not find") {
+  const ShellOutcome outcome = study("gallery --data /nonexistent");
+  CHECK(outcome.exit_code == 74);
+  CHECK(outcome.text.find("/nonexistent/measured/rse_0412_fcv701.csv") != std::string::npos);
+}
+
 TEST_CASE("the study of specialists runs on those that ship") {
   const ShellOutcome outcome = study("specialist table real unknown --quick --data " + kSource +
                                      "/data/specialists --records " + kSource + "/data/plant1");
