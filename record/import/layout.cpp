@@ -50,10 +50,13 @@ class Finder {
     split();
     find_decimal();
     find_annotated();
-    find_time();
-    find_header();
-    find_long();
-    find_clock();
+    find_pairs();
+    if (!layout_.pairs) {
+      find_time();
+      find_header();
+      find_long();
+      find_clock();
+    }
     find_qualities();
     settle_form();
     return std::move(layout_);
@@ -105,7 +108,7 @@ class Finder {
     for (std::size_t k = 0; k < lines_.size(); ++k) {
       std::size_t open = 0;
       if (!cells.split(lines_[k], layout_.delimiter, &open)) {
-        fail(k + 1, open + 1, "no closing quote in this line");
+        fail(k + 1, place_in_line(lines_[k], open, options_), "no closing quote in this line");
       }
       rows_.emplace_back(cells.cells.begin(), cells.cells.end());
     }
@@ -145,13 +148,16 @@ class Finder {
     if (comma) layout_.decimal = ',';
   }
 
-  // Of the rows in the bulk, how many cells of the column are such times.
+  // Of the rows in the bulk, how many cells of the column are such times. Of pairs: of all that are filled.
   double share_of_times(std::size_t column, TimeForm form) const {
     std::size_t good = 0;
-    for (std::size_t k = bulk(); k < rows_.size(); ++k) {
+    std::size_t all = 0;
+    for (std::size_t k = layout_.pairs ? layout_.header_rows : bulk(); k < rows_.size(); ++k) {
+      if (layout_.pairs && cell(k, column).empty()) continue;
+      ++all;
       if (parse_time(cell(k, column), form, layout_.decimal)) ++good;
     }
-    return static_cast<double>(good) / static_cast<double>(rows_.size() - bulk());
+    return all == 0 ? 0.0 : static_cast<double>(good) / static_cast<double>(all);
   }
 
   // The row in which the column is named as times are.
@@ -176,6 +182,7 @@ class Finder {
       const std::optional<std::size_t> time = column_in(k, "_time");
       if (!time || !(column_in(k, "_value") || column_in(k, "_measurement"))) continue;
       layout_.annotated = true;
+      annotated_row_ = k;
       layout_.time = *time;
       return;
     }
@@ -185,6 +192,105 @@ class Finder {
     const auto at = std::find(rows_[row].begin(), rows_[row].end(), name);
     if (at == rows_[row].end()) return std::nullopt;
     return static_cast<std::size_t>(at - rows_[row].begin());
+  }
+
+  // "Time,FIC101.PV,Time,FIC101.OP": columns of times, each with its values in the next one. Not all of the times of a
+  // row a time are the same, so that the first column of them tells nothing of the others.
+  void find_pairs() {
+    if (layout_.annotated || !options_.time_column.empty()) return;
+    std::size_t width = 0;
+    for (const auto& row : rows_) width = std::max(width, row.size());
+    std::vector<std::size_t> values;
+    std::size_t data = rows_.size();
+    for (std::size_t c = 0; c < width; ++c) {
+      if (is_blank(c)) continue;
+      const std::size_t first = first_of_times(c);
+      if (first == kNoColumn || c + 1 == width || is_blank(c + 1) ||
+          first_of_times(c + 1) != kNoColumn)
+        return;
+      data = std::min(data, first);
+      values.push_back(++c);
+    }
+    if (values.size() < 2) return;
+    if (options_.header_rows) data = *options_.header_rows;
+    std::size_t best = 0;
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < std::min(data, rows_.size()); ++k) {
+      std::vector<std::string> here;
+      std::set<std::string> distinct;
+      std::size_t score = 0;
+      for (const std::size_t c : values) {
+        here.push_back(pair_name(k, c));
+        if (!here.back().empty() && distinct.insert(here.back()).second) ++score;
+        if (read_tag(here.back()).role) ++score;
+      }
+      if (distinct.size() < values.size() || distinct.count("") > 0 || score <= best) continue;
+      best = score;
+      names = std::move(here);
+      name_row_ = k;
+    }
+    if (names.empty()) return;
+    columns_ = width;
+    layout_.pairs = true;
+    layout_.header_rows = data;
+    layout_.names.assign(width, "");
+    layout_.units.assign(width, "");
+    for (std::size_t k = 0; k < values.size(); ++k) layout_.names[values[k]] = names[k];
+    const auto filled = [&](std::size_t c) {
+      return std::count_if(rows_.begin(), rows_.end(),
+                           [&](const auto& row) { return c < row.size() && !row[c].empty(); });
+    };
+    layout_.time =
+        *std::max_element(values.begin(), values.end(),
+                          [&](std::size_t a, std::size_t b) { return filled(a) < filled(b); }) -
+        1;
+    take_form(layout_.time);
+    take_units(data);
+  }
+
+  bool is_blank(std::size_t column) const {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (!cell(k, column).empty()) return false;
+    }
+    return true;
+  }
+
+  // The row from which on a column has times, and nothing else but empty cells; kNoColumn: it is none of times.
+  std::size_t first_of_times(std::size_t column) const {
+    const bool named = named_like_time(column);
+    std::size_t first = kNoColumn;
+    std::size_t times = 0;
+    std::size_t others = 0;
+    double last = 0.0;
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const std::string_view text = cell(k, column);
+      // "No events found" may stand below.
+      if (text.find_first_of("0123456789") == std::string_view::npos) continue;
+      const auto number = parse_number(text, layout_.decimal);
+      const bool time = number ? named && (times == 0 || *number >= last) : is_any_time(text);
+      if (number) last = *number;
+      if (time && first == kNoColumn) first = k;
+      if (first != kNoColumn) ++(time ? times : others);
+    }
+    return times >= 2 && times >= 9 * others ? first : kNoColumn;
+  }
+
+  // In a header's row above a pair: above its values, else above its times. Empty where neither is a name.
+  std::string pair_name(std::size_t row, std::size_t value) const {
+    for (const std::size_t c : {value, value - 1}) {
+      std::string_view text = cell(row, c);
+      for (const std::string_view ending : {" value", "_value", ".value"}) {
+        if (text.size() > ending.size() &&
+            base::lower_case(text.substr(text.size() - ending.size())) == ending)
+          text.remove_suffix(ending.size());
+      }
+      if (!text.empty() && !one_of(base::lower_case(text),
+                                   {"value", "val", "wert", "data", "status", "quality", "q",
+                                    "time", "date", "timestamp", "time stamp", "datetime",
+                                    "date time", "date/time", "zeit", "zeitstempel", "datum"}))
+        return std::string(text);
+    }
+    return {};
   }
 
   bool rises(std::size_t column) const {
@@ -235,7 +341,16 @@ class Finder {
       }
       return;
     }
-    const std::size_t c = layout_.time;
+    take_form(layout_.time);
+  }
+
+  // Of the column's times, where none was told.
+  void take_form(std::size_t c) {
+    constexpr double kMost = 0.9;
+    if (options_.time != TimeForm::automatic) {
+      layout_.form = options_.time;
+      return;
+    }
     if (share_of_times(c, TimeForm::seconds) >= kMost && !compact_date(c)) {
       layout_.form = TimeForm::seconds;  // settle_form() looks closer
     } else if (share_of_times(c, TimeForm::ymd) >= kMost) {
@@ -285,7 +400,7 @@ class Finder {
     }
     if (row == kNoColumn) fail(rows_.size(), 0, "a header, and no row of data below it");
     const std::string_view text = cell(row, column);
-    fail(row + 1, lines_[row].find(text) + 1,
+    fail(row + 1, place_in_line(lines_[row], lines_[row].find(text), options_),
          fmt::format("{} is no time {}", base::in_quotes(text), of_what));
   }
 
@@ -354,7 +469,7 @@ class Finder {
       if (shown.find_first_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") < 6) {
         mdy = false;
       } else {
-        fail(row + 1, lines_[row].find(shown) + 1,
+        fail(row + 1, place_in_line(lines_[row], lines_[row].find(shown), options_),
              fmt::format("{} can be day-month-year and month-day-year: --time dmy or --time mdy",
                          base::in_quotes(shown)));
       }
@@ -401,7 +516,12 @@ class Finder {
         best_row = k;
       }
     }
-    if (best_row != kNoColumn && best > kNoHeader) refuse_wide_rows(best_row);
+    if (layout_.annotated) {  // other tables may have more columns
+      best_row = annotated_row_;
+      columns_ = rows_[best_row].size();
+    } else if (best_row != kNoColumn && best > kNoHeader) {
+      refuse_wide_rows(best_row);
+    }
     layout_.names.assign(columns_, "");
     layout_.units.assign(columns_, "");
     if (best_row == kNoColumn) {
@@ -410,8 +530,13 @@ class Finder {
     }
     name_row_ = best_row;
     for (std::size_t c = 0; c < columns_; ++c) layout_.names[c] = std::string(cell(best_row, c));
+    take_units(header);
+  }
+
+  // A row of them among the first lines.
+  void take_units(std::size_t header) {
     for (std::size_t k = 0; k < header; ++k) {
-      if (k == best_row) continue;
+      if (k == name_row_) continue;
       std::size_t units = 0;
       std::size_t filled = 0;
       for (std::size_t c = 0; c < columns_; ++c) {
@@ -480,29 +605,13 @@ class Finder {
     if (!layout_.is_long) layout_.tag = layout_.value = kNoColumn;
   }
 
-  // The tag is what tells the series apart: measurement, tag columns, and the field unless that is "value".
   void take_annotated() {
-    std::size_t field = kNoColumn;
-    for (std::size_t c = 0; c < columns_; ++c) {
-      const std::string& name = layout_.names[c];
-      if (name == "_value") layout_.value = c;
-      if (name == "_field") field = c;
-    }
-    if (layout_.value == kNoColumn || field == kNoColumn) {  // a column a field
-      layout_.value = kNoColumn;
-      for (std::size_t c = 0; c < columns_; ++c) {
-        if (c != layout_.time && layout_.names[c].starts_with("_")) layout_.names[c].clear();
-      }
-      return;
-    }
-    layout_.is_long = true;
-    layout_.tag = field;
-    for (std::size_t c = 0; c < columns_; ++c) {
-      const std::string& name = layout_.names[c];
-      if (name == "_measurement" ||
-          (!name.empty() && !name.starts_with("_") && name != "result" && name != "table")) {
-        layout_.more_of_tag.push_back(c);
-      }
+    LineCells header;
+    header.cells.assign(rows_[annotated_row_].begin(), rows_[annotated_row_].end());
+    layout_.is_long = take_annotation(layout_, header);
+    if (layout_.is_long) return;
+    for (std::size_t c = 0; c < columns_; ++c) {  // a column a field
+      if (c != layout_.time && layout_.names[c].starts_with("_")) layout_.names[c].clear();
     }
   }
 
@@ -646,6 +755,7 @@ class Finder {
   std::vector<std::vector<std::string>> rows_;
   std::size_t columns_ = 0;
   std::size_t name_row_ = kNoColumn;
+  std::size_t annotated_row_ = 0;
   Layout layout_;
 };
 
@@ -657,6 +767,33 @@ bool is_annotation(const Layout& layout, const LineCells& row) {
           std::find(row.cells.begin(), row.cells.end(), "_time") != row.cells.end());
 }
 
+// The tag is what tells the series apart: measurement, tag columns, and the field unless that is "value".
+bool take_annotation(Layout& layout, const LineCells& row) {
+  if (row.cells.front() == "#default") layout.defaults.assign(row.cells.begin(), row.cells.end());
+  if (row.cells.front().starts_with("#")) return true;
+  const auto column = [&](std::string_view name) {
+    const auto at = std::find(row.cells.begin(), row.cells.end(), name);
+    return at == row.cells.end() ? kNoColumn : static_cast<std::size_t>(at - row.cells.begin());
+  };
+  const std::size_t time = column("_time");
+  const std::size_t field = column("_field");
+  const std::size_t value = column("_value");
+  if (time == kNoColumn || field == kNoColumn || value == kNoColumn) return false;
+  layout.time = time;
+  layout.tag = field;
+  layout.value = value;
+  layout.names.assign(row.cells.begin(), row.cells.end());
+  layout.more_of_tag.clear();
+  for (std::size_t c = 0; c < layout.names.size(); ++c) {
+    const std::string& name = layout.names[c];
+    if (name == "_measurement" ||
+        (!name.empty() && !name.starts_with("_") && name != "result" && name != "table")) {
+      layout.more_of_tag.push_back(c);
+    }
+  }
+  return true;
+}
+
 std::string_view tag_of(const Layout& layout, const LineCells& row, std::string& buffer) {
   if (row.cells.size() <= layout.tag || is_annotation(layout, row)) return {};
   if (!layout.annotated) return row.cells[layout.tag];
@@ -666,10 +803,12 @@ std::string_view tag_of(const Layout& layout, const LineCells& row, std::string&
     if (!buffer.empty()) buffer += '.';
     buffer += part;
   };
-  for (const std::size_t c : layout.more_of_tag) {
-    if (c < row.cells.size()) add(row.cells[c]);
-  }
-  const std::string_view field = row.cells[layout.tag];
+  const auto cell = [&](std::size_t c) -> std::string_view {
+    if (c < row.cells.size() && !row.cells[c].empty()) return row.cells[c];
+    return c < layout.defaults.size() ? std::string_view(layout.defaults[c]) : std::string_view();
+  };
+  for (const std::size_t c : layout.more_of_tag) add(cell(c));
+  const std::string_view field = cell(layout.tag);
   if (field != "value" || buffer.empty()) add(field);
   return buffer;
 }
@@ -694,6 +833,14 @@ std::string too_wide_text(std::size_t cells, const Layout& layout) {
       "double "
       "quotes",
       cells, layout.names.size(), delimiter_text(layout.delimiter));
+}
+
+std::size_t place_in_line(std::string_view line, std::size_t byte, const ImportOptions& options) {
+  if (!options.counts_columns || !options.delimiter) return byte + 1;
+  return 1 +
+         static_cast<std::size_t>(std::count(
+             line.begin(), line.begin() + static_cast<std::ptrdiff_t>(std::min(byte, line.size())),
+             *options.delimiter));
 }
 
 // 1/60 of a minute: whole seconds, and no sample rate that anybody chooses.
@@ -735,15 +882,25 @@ Layout find_layout(std::string_view head, const std::string& name, const ImportO
   return Finder(head, name, options).find();
 }
 
+namespace {
+
+std::string column_text(const Layout& layout) {
+  return layout.pairs ? "" : " in column " + base::in_quotes(layout.names[layout.time]);
+}
+
+}  // namespace
+
 std::string describe(const Layout& layout, const TextSource& source) {
   std::string text = fmt::format(
-      "{}{}, decimal {}, {}; times {} in column {}", source.compressed() ? "gzip, " : "",
+      "{}{}, decimal {}, {}; times {}{}", source.packing().empty() ? "" : source.packing() + ", ",
       delimiter_text(layout.delimiter), layout.decimal == ',' ? "comma" : "point",
-      to_text(source.encoding()), to_text(layout.form), base::in_quotes(layout.names[layout.time]));
+      to_text(source.encoding()), to_text(layout.form), column_text(layout));
   if (layout.clock != kNoColumn)
     text += fmt::format(" and {}", base::in_quotes(layout.names[layout.clock]));
   if (layout.annotated) text += "; as InfluxDB writes it";
-  text += layout.is_long ? "; a row a value" : "; a column a signal";
+  text += layout.is_long ? "; a row a value"
+          : layout.pairs ? "; times and values in pairs of columns"
+                         : "; a column a signal";
   if (layout.header_rows != 1)
     text += fmt::format("; {} lines before the data", layout.header_rows);
   return text;
