@@ -371,7 +371,7 @@ class Finder {
            text.size() == 8;
   }
 
-  [[noreturn]] void fail_no_time() const {
+  [[noreturn]] void fail_no_time() {
     // A column by that name whose cells can't be read says more than none.
     for (std::size_t c = 0; c < columns_; ++c) {
       if (named_like_time(c)) fail_time(c, kUnknownTime);
@@ -390,9 +390,15 @@ class Finder {
   }
 
   // At the first row below the column's name that is no time.
-  [[noreturn]] void fail_time(std::size_t column, const std::string& of_what) const {
+  [[noreturn]] void fail_time(std::size_t column, const std::string& of_what) {
     std::size_t row = kNoColumn;
-    for (std::size_t k = row_naming_time(column).value_or(0); k < rows_.size(); ++k) {
+    const std::size_t named = row_naming_time(column).value_or(0);
+    for (std::size_t k = named; k < rows_.size(); ++k) {
+      // In the wrong column since the row is too wide.
+      if (rows_[k].size() > rows_[named].size() && rows_[named].size() > 1) {
+        layout_.names.resize(rows_[named].size());
+        fail(k + 1, 0, too_wide_text(rows_[k].size(), layout_));
+      }
       const std::string_view text = cell(k, column);
       if (text.find_first_of("0123456789") == std::string_view::npos) continue;
       row = k;

@@ -57,8 +57,8 @@ int exit_code_of(const nlohmann::json& failed) {
   return lost ? kExitData : kExitOk;
 }
 
-// "27 of 29 files read; 12 loops: 8 judged, 3 from an earlier run, 1 could not be read: see above": of loops the last three
-// make the sum, what stands behind it is besides.
+// "29 files: 27 read, 2 could not be read; 12 loops: 8 judged, 3 from an earlier run, 1 could not be read; 4 files passed
+// over": of files and of loops the parts make the sum, what stands behind it is besides.
 std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   const auto names_of = [&](const char* lost, const char* key) {
     std::set<std::string> names;
@@ -67,15 +67,17 @@ std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
     }
     return names.size();
   };
-  const std::size_t loops_lost = count.loops - count.judged - count.resumed;
+  const auto of = [](std::size_t number, const char* what) {
+    return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+  };
   std::string text = fmt::format(
-      "{} of {} file{} read; {} loop{}: {} judged, {} from an earlier "
-      "run, {} could not be read{}",
-      count.files - count.files_lost, count.files, count.files == 1 ? "" : "s", count.loops,
-      count.loops == 1 ? "" : "s", count.judged, count.resumed, loops_lost,
-      count.files_lost + loops_lost > 0 ? ": see above" : "");
+      "{}: {} read, {} could not be read; {}: {} judged, {} from an earlier run, {} could not be "
+      "read",
+      of(count.files, "file"), count.files - count.files_lost, count.files_lost,
+      of(count.loops, "loop"), count.judged, count.resumed,
+      count.loops - count.judged - count.resumed);
   const auto besides = [&](std::size_t number, const char* one, const char* what) {
-    if (number > 0) text += fmt::format("; {} {}{} {}", number, one, number == 1 ? "" : "s", what);
+    if (number > 0) text += fmt::format("; {} {}", of(number, one), what);
   };
   besides(names_of("part", "loop"), "loop", "judged without some of the files");
   besides(names_of("signals", "loop"), "loop", "without PV or CO");

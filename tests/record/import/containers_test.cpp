@@ -155,7 +155,7 @@ TEST_CASE("the sheets of a workbook are files; dates by their number format", "[
   for (const bool shared : {true, false}) {
     write_zip(
         folder / "b.xlsx",
-        workbook_parts({{"Data &amp; more", sheet_rows(shared)}, {"Empty", ""}}, kStyles, header));
+        workbook_parts({{"Data &amp; more", sheet_rows(shared)}, {"Empty", ""}, {"Note", "<row><c><v>1</v></c></row>"}}, kStyles, header));
     const Imported got = import_record(folder / "b.xlsx", "", {});
     same(got);
     CHECK(got.notes.start->whole_s == 1772323200);
@@ -163,6 +163,7 @@ TEST_CASE("the sheets of a workbook are files; dates by their number format", "[
     same(import_record(folder / "b.xlsx/Data & more", "", {}));
     Importer importer({folder.path()}, {});
     CHECK(has(importer.passed_over(), "b.xlsx/Empty", "an empty sheet"));
+    CHECK(has(importer.passed_over(), "b.xlsx/Note", "a sheet of one column"));
     CHECK(importer.problems().empty());
   }
   // Dates since 1904, and a prefix for every element.

@@ -550,6 +550,10 @@ TEST_CASE("rows wider than their header are refused, with the line", "[import]")
   for (std::size_t k = 0; k < kSamples; ++k)
     text += "FIC1,PV," + iso(k) + "," + number(loop().pv[k]) + "\n";
   CHECK(failure(text).find("export.csv:2: 4 cells where the header has 3") != std::string::npos);
+  std::string counted = "Tag,Timestamp,Value\n";
+  for (std::size_t k = 0; k < kSamples; ++k)
+    counted += "FIC1,PV," + seconds(k) + "," + number(loop().pv[k]) + "\n";
+  CHECK(failure(counted).find("export.csv:2: 4 cells where the header has 3") != std::string::npos);
   // Beyond the lines that the layout is found from.
   const std::string rows = wide("Timestamp,PV,OP,SP", [](std::size_t k) { return iso(k); });
   const std::string wider = iso(kSamples) + ",20,50,20,7\n" + iso(kSamples + 1) + ",20,50,20\n";

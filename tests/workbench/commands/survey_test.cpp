@@ -314,8 +314,8 @@ TEST_CASE(
   INFO(one.text);
   REQUIRE(one.exit_code == 65);  // two files could not be read
   CHECK(one.text.ends_with(
-      "\n2 of 4 files read; 4 loops: 4 judged, 0 from an earlier run, 0 could not "
-      "be read: see above\n"));
+      "\n4 files: 2 read, 2 could not be read; 4 loops: 4 judged, 0 from an earlier run, 0 could "
+      "not be read\n"));
   const json survey = read_json(plant.folder() / "one/survey.json");
   REQUIRE(survey["loops"].size() == 4);
   REQUIRE(survey["failed"].size() == 2);
@@ -410,9 +410,9 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
     CHECK(text.find("values.json: JSON is not read") != std::string::npos);
   for (const std::size_t k : {0UL, 1UL})
     CHECK(alone[k].ends_with("\n2 of 2 files read, 3 of 3 loops; 1 file passed over\n"));
-  CHECK(
-      alone[2].ends_with("\n2 of 2 files read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
-                         "not be read; 1 loop without PV or CO; 1 file passed over\n"));
+  CHECK(alone[2].ends_with(
+      "\n2 files: 2 read, 0 could not be read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
+      "not be read; 1 loop without PV or CO; 1 file passed over\n"));
   // An earlier day of a loop, of which a row is broken.
   std::string day = "Timestamp,FIC101.PV,FIC101.OP\n";
   for (int k = 0; k < 500; ++k) {
@@ -430,8 +430,8 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
     const ShellOutcome more = loopwarden("survey " + folder + " --out " + plant.path("s"));
     CHECK(more.exit_code == 65);
     CHECK(more.text.ends_with(
-        "\n2 of 3 files read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
-        "not be read: see above; 1 loop judged without some of the files; 1 "
+        "\n3 files: 2 read, 1 could not be read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
+        "not be read; 1 loop judged without some of the files; 1 "
         "loop without PV or CO; 1 file passed over\n"));
   }
   fs::remove(plant.folder() / "e/day.csv");
@@ -460,9 +460,10 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
   const ShellOutcome surveyed = loopwarden("survey " + folder + " --out " + plant.path("s2"));
   INFO(surveyed.text);
   CHECK(surveyed.exit_code == 65);
-  CHECK(surveyed.text.find(
-            "2 of 2 files read; 2 loops: 1 judged, 0 from an earlier run, 1 could not be "
-            "read: see above; ") != std::string::npos);
+  CHECK(
+      surveyed.text.find(
+          "2 files: 2 read, 0 could not be read; 2 loops: 1 judged, 0 from an earlier run, 1 could "
+          "not be read; ") != std::string::npos);
 }
 
 TEST_CASE("batch runs each command once, keeps its exit code, and shares out", "[batch][program]") {
