@@ -285,7 +285,8 @@ void Importer::look_at(const ToLookAt& file, const ImportProgress& progress) {
     auto text = path == "-" ? containers_.open(path, options_.encoding) : open(path);
     const std::string_view head = text->peek(kHeadLines);
     if (file.is_sheet && head.find('\t') == head.npos) {
-      passed_over_.push_back({path.string(), head.empty() ? "an empty sheet" : "a sheet of one column"});
+      passed_over_.push_back(
+          {path.string(), head.empty() ? "an empty sheet" : "a sheet of one column"});
       return;
     }
     Source source;

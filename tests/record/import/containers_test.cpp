@@ -153,9 +153,10 @@ TEST_CASE("the sheets of a workbook are files; dates by their number format", "[
   const TemporaryFolder folder;
   const std::vector<std::string> header{"Time", "FIC1.PV", "FIC1.OP"};
   for (const bool shared : {true, false}) {
-    write_zip(
-        folder / "b.xlsx",
-        workbook_parts({{"Data &amp; more", sheet_rows(shared)}, {"Empty", ""}, {"Note", "<row><c><v>1</v></c></row>"}}, kStyles, header));
+    write_zip(folder / "b.xlsx", workbook_parts({{"Data &amp; more", sheet_rows(shared)},
+                                                 {"Empty", ""},
+                                                 {"Note", "<row><c><v>1</v></c></row>"}},
+                                                kStyles, header));
     const Imported got = import_record(folder / "b.xlsx", "", {});
     same(got);
     CHECK(got.notes.start->whole_s == 1772323200);

@@ -13,6 +13,7 @@
 #include "tests/support/archive.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/zip_file.hpp"
 
 namespace loopwarden::tests::survey_command_test {
 namespace {
@@ -464,6 +465,29 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
       surveyed.text.find(
           "2 files: 2 read, 0 could not be read; 2 loops: 1 judged, 0 from an earlier run, 1 could "
           "not be read; ") != std::string::npos);
+}
+
+TEST_CASE("the members of an archive are surveyed, and judged anew where it has changed",
+          "[survey][program]") {
+  Plant plant;
+  plant.write_export("a.csv", {{"FIC1", plant.simulated(5.0, 2)}});
+  plant.write_export("b.csv", {{"FIC1", plant.simulated(0.0, 1)}});
+  const std::string command = "survey " + plant.path("week.zip") + " --out " + plant.path("s");
+  write_zip(plant.folder() / "week.zip", {{"day/a.csv", read_file(plant.folder() / "a.csv")}});
+  const ShellOutcome first = loopwarden(command);
+  INFO(first.text);
+  REQUIRE(first.exit_code == 0);
+  CHECK(
+      first.text.ends_with("\n1 file: 1 read, 0 could not be read; 1 loop: 1 judged, 0 from an "
+                           "earlier run, 0 could not be read\n"));
+  CHECK(loopwarden(command).text.find("0 judged, 1 from an earlier run") != std::string::npos);
+  write_zip(plant.folder() / "week.zip", {{"day/a.csv", read_file(plant.folder() / "b.csv")}});
+  CHECK(loopwarden(command).text.find("1 judged, 0 from an earlier run") != std::string::npos);
+  const ShellOutcome one = loopwarden("diagnose " + plant.path("week.zip/day/a.csv"));
+  CHECK(one.exit_code == 0);
+  CHECK(one.text.find("week.zip/day/a.csv: zip, comma") != std::string::npos);
+  CHECK(loopwarden("survey " + plant.path("none.zip") + " --out " + plant.path("x")).exit_code ==
+        74);
 }
 
 TEST_CASE("batch runs each command once, keeps its exit code, and shares out", "[batch][program]") {
