@@ -49,6 +49,14 @@ constexpr std::array kScans{3600.0, 1800.0, 900.0, 600.0, 300.0, 240.0, 180.0, 1
                             3.0,    2.0,    1.0,   0.5,   0.4,   0.3,   0.25,  0.2,   0.1,
                             0.05,   0.04,   0.02,  0.01,  0.005, 0.002, 0.001};
 
+// As loggers are set where that moves no sample of `count` by half a period.
+double as_set(double period_s, double count) {
+  for (const double scan : kScans) {
+    if (std::abs(period_s / scan - 1.0) * count < 0.5) return scan;
+  }
+  return tidy_period_s(period_s);
+}
+
 double scan_above(double s) {
   double above = s;
   for (const double scan : kScans) {
@@ -473,7 +481,7 @@ class Resampler {
     if (polled_) {
       double places = 0.0;
       for (const double step : pv_steps_) places += std::max(1.0, std::nearbyint(step / median));
-      grid_.period_s = tidy_period_s((to_s_ - grid_.from_s) / places);
+      grid_.period_s = as_set((to_s_ - grid_.from_s) / places, places);
     } else {
       find_stored_grid(median);
     }
@@ -514,7 +522,8 @@ class Resampler {
       sum += step;
       ++alike;
     }
-    grid_.period_s = tidy_period_s(sum / static_cast<double>(alike));
+    grid_.period_s =
+        as_set(sum / static_cast<double>(alike), static_cast<double>(pv_times_.size()));
   }
 
   void count_samples() {
