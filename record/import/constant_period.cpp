@@ -4,9 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <set>
 #include <utility>
 
+#include "base/text.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::record {
@@ -21,10 +26,11 @@ constexpr double kMostlyPolled = 0.7;      // of the steps
 constexpr double kMultiples = 0.97;        // of the steps
 constexpr double kAlike = 2.5;             // times the median, below which nearly all steps are
 constexpr double kAnyDistance = 1e300;     // samples
-constexpr std::size_t kLookedAt = 200000;  // samples, for recognition
+constexpr std::size_t kLookedAt = 200000;  // samples or steps, for recognition
 constexpr double kSparse = 0.2;            // of the samples missing
-constexpr double kMostRowsAValue = 100.0;  // of a record, unless it is told
-constexpr double kSameSample = 0.1;        // of a step: stamps that are closer are of one sample
+constexpr double kMostRowsAValue = 50.0;   // of a record, unless its period is told
+constexpr double kSameSample = 0.1;        // of a scan: stamps that are closer are of one sample
+constexpr double kStampJitter = 0.19;      // of a scan: two stamps of 0.095 each
 
 bool known(double v) noexcept { return std::isfinite(v); }
 
@@ -37,12 +43,33 @@ std::vector<double> steps_of(const std::vector<double>& time_s) {
   return steps;
 }
 
-double round_number_below(double x) {
-  const double decade = std::pow(10.0, std::floor(std::log10(x)));
-  for (const double step : {5.0, 2.0, 1.0}) {
-    if (step * decade <= x) return step * decade;
+// What scans and loggers are set to, in s.
+constexpr std::array kScans{3600.0, 1800.0, 900.0, 600.0, 300.0, 240.0, 180.0, 120.0, 60.0,
+                            30.0,   20.0,   15.0,  12.0,  10.0,  8.0,   6.0,   5.0,   4.0,
+                            3.0,    2.0,    1.0,   0.5,   0.4,   0.3,   0.25,  0.2,   0.1,
+                            0.05,   0.04,   0.02,  0.01,  0.005, 0.002, 0.001};
+
+// As loggers are set where that moves no sample of `count` by half a period.
+double as_set(double period_s, double count) {
+  for (const double scan : kScans) {
+    if (std::abs(period_s / scan - 1.0) * count < 0.5) return scan;
   }
-  return decade;
+  return tidy_period_s(period_s);
+}
+
+double scan_above(double s) {
+  double above = s;
+  for (const double scan : kScans) {
+    if (scan >= s) above = scan;
+  }
+  return above;
+}
+
+double scan_below(double s) {
+  for (const double scan : kScans) {
+    if (scan <= s * (1.0 + 1e-9)) return scan;
+  }
+  return std::pow(10.0, std::floor(std::log10(s)));
 }
 
 // Times of the values that are there.
@@ -53,11 +80,6 @@ std::vector<double> times_known(const Signal& signal) {
   }
   return times;
 }
-
-struct Step {
-  double s = 0.0;
-  bool common = false;  // nearly all steps are multiples of it
-};
 
 // The mean of the steps that are about `step_s`: stamps jitter, and are rounded.
 double mean_about(const std::vector<double>& steps, double step_s) {
@@ -74,42 +96,82 @@ double mean_about(const std::vector<double>& steps, double step_s) {
   return round > 0.0 && std::abs(round - mean) < 0.01 * mean ? round : mean;
 }
 
-// The largest step that nearly all are multiples of; else a round number below most steps. One that few steps have is
-// none where a record on it would have `most_rows` or more.
-Step common_step(std::vector<double> steps, double whole_s, double most_rows) {
-  std::sort(steps.begin(), steps.end());
-  for (const double place : {0.25, 0.1, 0.05, 0.02, 0.005, 0.0}) {
-    const double candidate = mean_about(steps, numeric::quantile_in_place(steps, place));
-    if (place == 0.0 && whole_s >= most_rows * candidate) break;
-    std::size_t fit = 0;
-    for (const double step : steps) {
-      const double times = step / candidate;
-      if (times > 0.9 && std::abs(times - std::nearbyint(times)) < 0.1) ++fit;
+// Nearly all of `steps` are multiples of `scan_s`, but for what stamps jitter by. Two stamps of one scan don't count.
+bool are_multiples(const std::vector<double>& steps, double scan_s) {
+  const auto all = static_cast<double>(steps.size());
+  double misfits = 0.0;
+  double close = 0.0;
+  for (const double step : steps) {
+    const double times = step / scan_s;
+    if (times < kSameSample) {
+      if (++close > 0.5 * all) return false;
+    } else if (times < 0.5 || std::abs(times - std::nearbyint(times)) > kStampJitter) {
+      if (++misfits > (1.0 - kMultiples) * all) return false;
     }
-    if (static_cast<double>(fit) >= kMultiples * static_cast<double>(steps.size()))
-      return {candidate, true};
   }
-  return {round_number_below(numeric::quantile_in_place(steps, 0.05)), false};
+  return misfits <= (1.0 - kMultiples) * (all - close);
 }
 
-// Of values that an archive stored. Stamps of PV and CO a few milliseconds apart are of one sample: the distances within
-// each signal say how long a step can be, and of those between both only such as are no jitter count.
-Step stored_step(const std::vector<double>& pv_times, const std::vector<double>& co_times) {
-  std::vector<double> own = steps_of(pv_times);
-  const std::vector<double> of_co = steps_of(co_times);
-  own.insert(own.end(), of_co.begin(), of_co.end());
-  std::vector<double> times = pv_times;
-  times.insert(times.end(), co_times.begin(), co_times.end());
-  std::sort(times.begin(), times.end());
-  const double whole_s = times.back() - times.front();
-  const double most_rows = kMostRowsAValue * static_cast<double>(times.size());
-  const Step apart = common_step(own, whole_s, most_rows);
-  if (co_times.empty()) return apart;
-  std::vector<double> together = steps_of(times);
-  std::erase_if(together, [&](double step) { return step < kSameSample * apart.s; });
-  if (together.empty()) return apart;
-  const Step both = common_step(std::move(together), whole_s, most_rows);
-  return both.common || !apart.common ? both : apart;
+// What the stamps are rounded to: the largest of these that all steps are multiples of; 0: none.
+double resolution_of(const std::vector<double>& steps) {
+  for (const double resolution : {60.0, 1.0, 0.1, 0.01, 0.001}) {
+    const bool all = std::all_of(steps.begin(), steps.end(), [&](double step) {
+      const double times = step / resolution;
+      return std::abs(times - std::nearbyint(times)) < 1e-4 * std::max(1.0, 1e-3 * times);
+    });
+    if (all) return resolution;
+  }
+  return 0.0;
+}
+
+struct Scan {
+  double s = 0.0;
+  bool found = false;  // else no step is common to the times, and it comes from how dense they are
+};
+
+// `scan_s` as loggers are set where it is one of those, else as the steps have it in the mean.
+double settled(const std::vector<double>& steps, double scan_s) {
+  for (const double usual : kScans) {
+    if (std::abs(scan_s / usual - 1.0) < 0.02 && are_multiples(steps, usual)) return usual;
+  }
+  double sum = 0.0;
+  double scans = 0.0;
+  for (const double step : steps) {
+    const double times = std::nearbyint(step / scan_s);
+    if (std::abs(step / scan_s - times) > kStampJitter) continue;
+    sum += step;
+    scans += times;
+  }
+  return scans > 0.0 ? sum / scans : scan_s;
+}
+
+// The scan behind times that an archive stored: the longest step that nearly all distances are multiples of, of those
+// that loggers are set to and those that many distances have themselves. The shortest distance alone is none: it may be
+// jitter. A step of not much more than the stamps' own resolution fits whatever the times are; it counts where it makes
+// no more rows than `most_rows`.
+Scan scan_of(std::vector<double> steps, double whole_s, double values, double most_rows) {
+  constexpr double kTelling = 5.0;      // times the resolution
+  constexpr double kRowsAValue = 16.0;  // where no scan shows; rounding makes it 40 at most
+  const double resolution = resolution_of(steps);
+  const double median = numeric::quantile(steps, 0.5);
+  std::vector<double> candidates(kScans.begin(), kScans.end());
+  for (const double place : {0.25, 0.1, 0.05, 0.02, 0.005})
+    candidates.push_back(mean_about(steps, numeric::quantile_in_place(steps, place)));
+  std::sort(candidates.begin(), candidates.end(), std::greater<>());
+  for (const double candidate : candidates) {
+    if (!are_multiples(steps, candidate)) continue;
+    // Shorter ones make more rows.
+    if (candidate < kTelling * resolution && whole_s > most_rows * candidate) break;
+    // 1.7 s is none of these; 0.1 s is.
+    const double scan = settled(steps, candidate);
+    for (double times = std::min(100.0, std::floor(median / scan)); times > 1.0; times -= 1.0) {
+      if (are_multiples(steps, times * scan)) return {settled(steps, times * scan), true};
+    }
+    return {scan, true};
+  }
+  const double dense =
+      std::max(numeric::quantile_in_place(steps, 0.05), whole_s / (kRowsAValue * values));
+  return {scan_below(dense), false};
 }
 
 // Polled, but at no constant period: an archive that thins makes steps of very different lengths.
@@ -402,6 +464,7 @@ class Resampler {
   void find_steps() {
     pv_times_ = times_known(pv_);
     if (pv_times_.size() < 2) fail("fewer than two values of PV");
+    values_ = pv_times_.size();
     pv_steps_ = steps_of(pv_times_);
     if (pv_steps_.empty()) fail("all values of PV have the same time");
     notes_.same_time += pv_times_.size() - 1 - pv_steps_.size();
@@ -418,26 +481,39 @@ class Resampler {
     if (polled_) {
       double places = 0.0;
       for (const double step : pv_steps_) places += std::max(1.0, std::nearbyint(step / median));
-      grid_.period_s = tidy_period_s((to_s_ - grid_.from_s) / places);
+      grid_.period_s = as_set((to_s_ - grid_.from_s) / places, places);
     } else {
       find_stored_grid(median);
     }
     if (options_.period_s) grid_.period_s = *options_.period_s;
   }
 
-  // Nine values in ten may be kept by an archive as well: its times are multiples of something shorter.
+  // Nine values in ten may be kept by an archive as well: its times are multiples of something shorter. Stamps of PV and
+  // CO a few milliseconds apart are of one scan: the distances within each signal tell.
   void find_stored_grid(double median) {
     const std::vector<double> co_times = co_.empty() ? std::vector<double>() : times_known(co_);
-    const Step stored = stored_step(pv_times_, co_times);
-    has_tick_ = stored.common;
-    loosely_ = !has_tick_ && are_alike(pv_steps_);
-    if (!loosely_) {
-      grid_.period_s = stored.s;
-      if (co_times.empty()) return;
+    if (!co_times.empty()) {
       grid_.from_s = std::min(grid_.from_s, co_times.front());
       to_s_ = std::max(to_s_, co_times.back());
+    }
+    std::vector<double> steps = steps_of(co_times);
+    steps.insert(steps.end(), pv_steps_.begin(), pv_steps_.end());
+    values_ = std::max(pv_times_.size(), co_times.size());
+    if (const std::size_t every = steps.size() / kLookedAt; every > 1) {
+      for (std::size_t k = 0; k * every < steps.size(); ++k) steps[k] = steps[k * every];
+      steps.resize((steps.size() - 1) / every + 1);
+    }
+    const auto values = static_cast<double>(values_);
+    const Scan scan =
+        scan_of(std::move(steps), to_s_ - grid_.from_s, values, kMostRowsAValue * values);
+    has_scan_ = scan.found;
+    loosely_ = !has_scan_ && are_alike(pv_steps_);
+    if (!loosely_) {
+      grid_.period_s = scan.s;
       return;
     }
+    grid_.from_s = pv_times_.front();
+    to_s_ = pv_times_.back();
     polled_ = true;
     double sum = 0.0;
     std::size_t alike = 0;
@@ -446,7 +522,8 @@ class Resampler {
       sum += step;
       ++alike;
     }
-    grid_.period_s = tidy_period_s(sum / static_cast<double>(alike));
+    grid_.period_s =
+        as_set(sum / static_cast<double>(alike), static_cast<double>(pv_times_.size()));
   }
 
   void count_samples() {
@@ -457,11 +534,26 @@ class Resampler {
     }
     grid_.count = static_cast<std::size_t>(count);
     if (grid_.count < 2) fail(fmt::format("less than two samples of {:g} s", grid_.period_s));
-    if (count > kMostRowsAValue * static_cast<double>(pv_times_.size())) {
-      notes_.remarks.push_back(
-          fmt::format("{} values of PV make {} samples of {:g} s: --period gives a longer one",
-                      pv_times_.size(), grid_.count, grid_.period_s));
+    if (!options_.period_s && count > kMostRowsAValue * static_cast<double>(values_))
+      refuse_sparse(count);
+  }
+
+  // Most of such a record would be made up.
+  [[noreturn]] void refuse_sparse(double count) const {
+    const std::string what =
+        fmt::format("{} values would make {:.0f} samples of {:g} s, more than {:g} a value",
+                    values_, count, grid_.period_s, kMostRowsAValue);
+    const double longer_s =
+        (to_s_ - grid_.from_s) / (0.5 * kMostRowsAValue * static_cast<double>(values_));
+    const std::string help = fmt::format("--period {:g} takes fewer", scan_above(longer_s));
+    if (polled_) {
+      const double longest_s = *std::max_element(pv_steps_.begin(), pv_steps_.end());
+      fail(
+          fmt::format("{}, since for up to {:.3g} h there are none: give the times before and "
+                      "behind it apart; {}",
+                      what, longest_s / 3600.0, help));
     }
+    fail(fmt::format("{}: most is not stored; give an export of raw values; {}", what, help));
   }
 
   void fill() {
@@ -531,7 +623,7 @@ class Resampler {
     notes_.resampled = fmt::format("values at {} times on a period of {:g} s ({}); {}",
                                    pv_times_.size(), grid_.period_s,
                                    options_.period_s ? "as told"
-                                   : has_tick_       ? "their times are multiples of it"
+                                   : has_scan_       ? "their times are multiples of it"
                                                      : "their times have no common step",
                                    rule);
   }
@@ -547,11 +639,35 @@ class Resampler {
   Grid grid_;
   double to_s_ = 0.0;
   bool polled_ = false;
-  bool has_tick_ = true;
-  bool loosely_ = false;  // polled, at no constant period
+  bool has_scan_ = true;
+  std::size_t values_ = 0;  // of PV or of CO, of which there are more
+  bool loosely_ = false;    // polled, at no constant period
 };
 
 }  // namespace
+
+std::string bad_words_text(const std::vector<BadWord>& words) {
+  struct Found {
+    std::size_t cells = 0;
+    std::set<std::string> signals;
+  };
+  std::map<std::pair<std::string, std::string>, Found> all;
+  for (const BadWord& one : words) {
+    Found& found = all[{one.file, one.word}];
+    // Loops may share a signal.
+    if (found.signals.insert(one.signal).second) found.cells += one.cells;
+  }
+  std::string text;
+  for (const auto& [place, found] : all) {
+    const std::string signals = found.signals.size() == 1
+                                    ? *found.signals.begin()
+                                    : fmt::format("{} signals", found.signals.size());
+    text += fmt::format("{}: {} in {} {} of {}: taken as a bad value\n", place.first,
+                        base::in_quotes(place.second), found.cells,
+                        found.cells == 1 ? "cell" : "cells", signals);
+  }
+  return text;
+}
 
 Imported on_constant_period(Signals signals, const ImportOptions& options, ImportNotes notes,
                             const std::string& place) {

@@ -4,8 +4,9 @@
 //   regular      steps within 1 % of their median: the samples as they are
 //   polled       most steps within a third of their median: rows that are missing become missing samples; where times
 //                jitter, values are read off the straight line between neighbours, and what that moves PV by is stated
-//   stored       anything else: values as an archive keeps them, on the shortest step that their times are multiples
-//                of, filled by the rule of the archive (model/analysis/archive.hpp): the last value, or straight lines
+//   stored       anything else: values as an archive keeps them, on the scan that their times are multiples of, or on
+//                a period that their density gives; filled by the rule of the archive (model/analysis/archive.hpp):
+//                the last value, or straight lines
 //
 // A value that the export calls bad is missing, and missing until the next good one. The set point and the mode always
 // hold their last value.
@@ -14,6 +15,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,12 +37,20 @@ struct Signal {
   std::vector<double> value;
   std::size_t bad = 0;
   std::size_t questionable = 0;
-  std::string word;            // that nobody knows and that was taken as a bad value
-  std::size_t word_cells = 0;  // in which it stands
+  std::map<std::string, std::size_t>
+      words;  // that nobody knows, taken as bad values: cells of each
 
   bool empty() const noexcept { return value.empty(); }
 };
 using Signals = std::array<Signal, kRoles>;
+
+// A word that nobody knows and that was taken as a bad value.
+struct BadWord {
+  std::string file;
+  std::string signal;  // column or tag
+  std::string word;
+  std::size_t cells = 0;
+};
 
 struct ImportNotes {
   std::string tag;    // of the loop; empty where the export has none
@@ -57,6 +67,7 @@ struct ImportNotes {
   double moved_pv = 0.0;      // PV units, rms: what resampling jittered times moved PV by
   analysis::ArchivedSignal pv, co;
   std::vector<std::string> remarks;
+  std::vector<BadWord> words;
 
   bool compressed() const noexcept {
     return pv.kind != analysis::ArchiveKind::none || co.kind != analysis::ArchiveKind::none;
@@ -68,7 +79,11 @@ struct Imported {
   ImportNotes notes;
 };
 
-// Takes the signals' memory. `notes` has what reading found. Throws RecordError where there is no PV or no period.
+// A line a word and file, whatever signals it stands in: "e.csv: 'Wartung' in 12 cells of 3 signals: taken as ...".
+std::string bad_words_text(const std::vector<BadWord>& words);
+
+// Takes the signals' memory. `notes` has what reading found. Throws RecordError where there is no PV, no period, or one
+// that makes more than 50 samples a value unless it is told.
 Imported on_constant_period(Signals signals, const ImportOptions& options, ImportNotes notes,
                             const std::string& place);
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "base/text.hpp"
@@ -50,6 +51,36 @@ class FileReader {
     settle_words();
   }
 
+  // Pairs: column -> target, its times in the column before it. They are of different lengths.
+  void read_pairs(const std::vector<std::pair<std::size_t, SignalTarget>>& columns,
+                  const ImportProgress& progress) {
+    for (const auto& [column, target] : columns)
+      target.signal->time_s = std::make_shared<std::vector<double>>();
+    std::vector<Clock> clocks(columns.size());
+    if (!skip_header()) return;
+    while (next_row(progress)) {
+      if (cells_.cells.size() > layout_.names.size() && !trimmed_to_columns()) fail_too_wide();
+      const bool cut = cells_.cells.size() < layout_.names.size() && at_last_line();
+      for (std::size_t k = 0; k < columns.size(); ++k) {
+        const auto& [column, target] = columns[k];
+        const std::string_view time = cell(column - 1);
+        // "No events found" stands where a tag has no more values.
+        if (time.empty() || (cut && column + 1 >= cells_.cells.size())) continue;
+        double time_s = 0.0;
+        if (!read_time(time, clocks[k], time_s)) {
+          if (cell(column).empty()) continue;
+          fail_time(time);
+        }
+        const double value = value_or_error(cell(column), target, SampleQuality::good);
+        target.signal->time_s->push_back(time_s);
+        target.signal->value.push_back(std::isnan(value) && target.role != Role::mode ? kBad
+                                                                                      : value);
+      }
+    }
+    for (const auto& [column, target] : columns) sort_by_time(*target.signal);
+    settle_words();
+  }
+
   // Long: tag -> target.
   void read_long(const std::unordered_map<std::string, SignalTarget>& tags,
                  const ImportProgress& progress) {
@@ -60,12 +91,13 @@ class FileReader {
     const SignalTarget* last = nullptr;
     std::string key;
     std::string buffer;
-    const std::size_t needed = std::max({layout_.time, layout_.tag, layout_.value});
     while (next_row(progress)) {
       if (is_annotation(layout_, cells_)) {
-        check_next_table();
+        if (!take_annotation(layout_, cells_))
+          fail_at(line_, "a table without _time, _field and _value begins here");
         continue;
       }
+      const std::size_t needed = std::max({layout_.time, layout_.tag, layout_.value});
       if (cells_.cells.size() <= needed) {
         if (footer() || at_last_line()) continue;
         fail_at(line_.substr(line_.size()), fmt::format("{} cells where a row has {}",
@@ -93,10 +125,10 @@ class FileReader {
   }
 
  private:
-  // One that stands in few cells of a signal is a bad value of it; in more it may be anything.
-  struct Word {
-    std::string text;
-    std::size_t cells = 0;
+  // Where they stand among numbers they are bad values; where not, the signal may be anything.
+  struct Words {
+    std::map<std::string, std::size_t> cells;
+    std::size_t all = 0;
     RecordError first;
     SignalTarget target;
   };
@@ -113,7 +145,8 @@ class FileReader {
   RecordError error_at(std::string_view cell, const std::string& what) const {
     const char* begin = line_.data();
     const bool within = cell.data() >= begin && cell.data() <= begin + line_.size();
-    const std::size_t column = within ? static_cast<std::size_t>(cell.data() - begin) + 1 : 1;
+    const std::size_t column =
+        within ? place_in_line(line_, static_cast<std::size_t>(cell.data() - begin), options_) : 1;
     return RecordError(
         RecordError::Kind::data, source_.line_number(), column,
         fmt::format("{}:{}:{}: {}", source_.name(), source_.line_number(), column, what));
@@ -121,15 +154,6 @@ class FileReader {
 
   [[noreturn]] void fail_too_wide() const {
     fail_at(cells_.cells[layout_.names.size()], too_wide_text(cells_.cells.size(), layout_));
-  }
-
-  // A line with # or a header: of the same columns, or what follows can't be read.
-  void check_next_table() const {
-    if (cells_.cells.front().starts_with("#")) return;
-    if (!std::equal(cells_.cells.begin(), cells_.cells.end(), layout_.names.begin(),
-                    layout_.names.end())) {
-      fail_at(line_, "a table with other columns begins here; export each into a file of its own");
-    }
   }
 
   std::size_t expected_rows() {
@@ -146,6 +170,9 @@ class FileReader {
   bool skip_header() {
     for (std::size_t k = 0; k < layout_.header_rows; ++k) {
       if (!source_.next(line_)) return false;
+      if (layout_.annotated && cells_.split(line_, layout_.delimiter) &&
+          is_annotation(layout_, cells_))
+        take_annotation(layout_, cells_);
     }
     return true;
   }
@@ -179,33 +206,43 @@ class FileReader {
     return filled <= 2 && !(filled == 2 && layout_.names.size() == 2);
   }
 
+  // What is known of a column of local times.
+  struct Clock {
+    std::optional<double> last_s;
+    bool rising = true;
+    std::size_t shifted_hours = 0;
+  };
+
   bool row_time(double& time_s) {
     const std::string_view text = cell(layout_.time);
-    std::optional<TimePoint> point;
+    if (read_time(text, clock_, time_s)) return true;
+    if (footer() || at_last_line()) return false;
+    fail_time(text);
+  }
+
+  [[noreturn]] void fail_time(std::string_view text) const {
+    if (text.empty()) fail_at(text, "no time");
+    std::string help;
+    if (layout_.form == TimeForm::dmy || layout_.form == TimeForm::mdy) {
+      const DateOrder order = possible_orders(text);
+      if (order.dmy != order.mdy) {
+        help = fmt::format("; it is {}: --time {}", order.dmy ? "day-month-year" : "month-day-year",
+                           order.dmy ? "dmy" : "mdy");
+      }
+    }
+    fail_at(text, fmt::format("{} is no time of the form {}{}", base::in_quotes(text),
+                              to_text(layout_.form), help));
+  }
+
+  // False where it is none.
+  bool read_time(std::string_view text, Clock& local, double& time_s) {
     if (layout_.form == TimeForm::seconds) {
       const std::optional<double> number = parse_number(text, layout_.decimal);
-      if (number) {
-        time_s = *number;
-        return true;
-      }
-    } else {
-      point = parse_time(text, layout_.form, layout_.decimal);
+      if (number) time_s = *number;
+      return number.has_value();
     }
-    if (!point) {
-      if (footer() || at_last_line()) return false;
-      if (text.empty()) fail_at(text, "no time");
-      std::string help;
-      if (layout_.form == TimeForm::dmy || layout_.form == TimeForm::mdy) {
-        const DateOrder order = possible_orders(text);
-        if (order.dmy != order.mdy) {
-          help =
-              fmt::format("; it is {}: --time {}", order.dmy ? "day-month-year" : "month-day-year",
-                          order.dmy ? "dmy" : "mdy");
-        }
-      }
-      fail_at(text, fmt::format("{} is no time of the form {}{}", base::in_quotes(text),
-                                to_text(layout_.form), help));
-    }
+    std::optional<TimePoint> point = parse_time(text, layout_.form, layout_.decimal);
+    if (!point) return false;
     if (layout_.clock != kNoColumn) {
       const std::string_view clock = cell(layout_.clock);
       const auto of_day = parse_time(clock, TimeForm::clock);
@@ -225,14 +262,15 @@ class FileReader {
     time_s = point->since(*origin_);
     // Local times fall back by an hour once a year; without a zone nothing else tells.
     if (is_date(layout_.form) && !point->zone_known && !layout_.is_long) {
-      const double shifted = time_s + 3600.0 * static_cast<double>(shifted_hours_);
-      if (last_time_s_ && shifted < *last_time_s_ - 1800.0 && shifted > *last_time_s_ - 3660.0 &&
-          rising_) {
-        ++shifted_hours_;
+      const double shifted = time_s + 3600.0 * static_cast<double>(local.shifted_hours);
+      if (local.last_s && shifted < *local.last_s - 1800.0 && shifted > *local.last_s - 3660.0 &&
+          local.rising) {
+        ++local.shifted_hours;
+        shifted_hours_ = std::max(shifted_hours_, local.shifted_hours);
       }
-      time_s += 3600.0 * static_cast<double>(shifted_hours_);
-      rising_ = !last_time_s_ || time_s > *last_time_s_;
-      last_time_s_ = time_s;
+      time_s += 3600.0 * static_cast<double>(local.shifted_hours);
+      local.rising = !local.last_s || time_s > *local.last_s;
+      local.last_s = time_s;
     }
     return true;
   }
@@ -276,37 +314,40 @@ class FileReader {
                           base::in_quotes(text), base::in_quotes(text)));
   }
 
-  // False where it is no word, or a second one.
+  // False where it is no word, or one of too many.
   bool count_word(std::string_view text, const SignalTarget& target) {
+    constexpr std::size_t kMostWords = 20;
+    constexpr std::string_view kOfNumbers = "0123456789+-.,";
     const auto of_word = [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '-' ||
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
              static_cast<unsigned char>(c) >= 0x80;
     };
-    if (!std::all_of(text.begin(), text.end(), of_word)) return false;
+    if (kOfNumbers.find(text.front()) != kOfNumbers.npos ||
+        std::none_of(text.begin(), text.end(), of_word))
+      return false;
     auto at = words_.find(target.signal);
-    if (at == words_.end()) {
-      at = words_.emplace(target.signal, Word{std::string(text), 0, not_a_number(text), target})
-               .first;
-    }
-    if (at->second.text != text) return false;
-    ++at->second.cells;
+    if (at == words_.end())
+      at = words_.emplace(target.signal, Words{{}, 0, not_a_number(text), target}).first;
+    Words& words = at->second;
+    if (words.cells.size() == kMostWords && words.cells.count(std::string(text)) == 0) return false;
+    ++words.cells[std::string(text)];
+    ++words.all;
     return true;
   }
 
   void settle_words() {
-    constexpr std::size_t kFewCells = 3;
-    constexpr std::size_t kFewInCells = 200;  // one of so many
-    constexpr std::size_t kNeverIn = 10;      // more than one of so many is never few
-    for (const auto& [signal, word] : words_) {
-      if (*word.target.error) continue;
-      const std::size_t cells = signal->value.size();
-      if (word.cells > std::max(kFewCells, cells / kFewInCells) || word.cells * kNeverIn > cells) {
-        *word.target.error = word.first;
+    constexpr std::size_t kNumbersAWord = 9;
+    for (auto& [signal, words] : words_) {
+      if (*words.target.error) continue;
+      const auto numbers = static_cast<std::size_t>(
+          std::count_if(signal->value.begin(), signal->value.end(),
+                        [](double value) { return std::isfinite(value); }));
+      if (numbers < kNumbersAWord * words.all) {
+        *words.target.error = words.first;
         continue;
       }
-      signal->bad += word.cells;
-      signal->word = word.text;
-      signal->word_cells = word.cells;
+      signal->bad += words.all;
+      signal->words = std::move(words.cells);
     }
   }
 
@@ -359,15 +400,14 @@ class FileReader {
   }
 
   TextSource& source_;
-  const Layout& layout_;
+  Layout layout_;  // of the table that is read
   const ImportOptions& options_;
   std::string_view line_;
   LineCells cells_;
   std::shared_ptr<std::vector<double>> times_;
-  std::unordered_map<Signal*, Word> words_;
+  std::unordered_map<Signal*, Words> words_;
   std::optional<TimePoint> origin_;
-  std::optional<double> last_time_s_;
-  bool rising_ = true;
+  Clock clock_;
   std::size_t shifted_hours_ = 0;
 };
 
@@ -411,6 +451,9 @@ void read_into(Feed& feed, TextSource& text, const Layout& layout, const ImportO
   if (layout.is_long) {
     reader.read_long(feed.tags, progress);
     feed.copy();
+    feed.forget_empty();
+  } else if (layout.pairs) {
+    reader.read_pairs(feed.columns, progress);
     feed.forget_empty();
   } else {
     reader.read_wide(feed.columns, progress);

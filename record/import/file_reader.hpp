@@ -27,6 +27,7 @@ struct ImportPart {
   std::optional<TimePoint> origin;   // of time 0, where times are absolute
   std::size_t shifted_hours = 0;     // the end of summer time in local times
   std::optional<RecordError> error;  // what kept it from being read
+  std::size_t file = 0;              // for Importer::file()
 };
 
 // What a column or a tag feeds. A cell that can't be read costs its loop, not the file's other ones.
@@ -38,7 +39,7 @@ struct SignalTarget {
 
 // What of one file goes where.
 struct Feed {
-  std::vector<std::pair<std::size_t, SignalTarget>> columns;  // wide
+  std::vector<std::pair<std::size_t, SignalTarget>> columns;  // wide, pairs
   std::unordered_map<std::string, SignalTarget> tags;         // long
   std::vector<ImportPart*> parts;
   // One tag may serve several loops; the second one reads a copy.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 #include <set>
 #include <unordered_map>
@@ -52,11 +53,39 @@ std::string file_tag(const fs::path& path) {
   return stem.stem().string();
 }
 
-bool looks_like_export(const fs::path& path) {
-  fs::path name = path.filename();
-  if (base::lower_case(name.extension().string()) == ".gz") name = name.stem();
-  const std::string extension = base::lower_case(name.extension().string());
-  return extension == ".csv" || extension == ".txt" || extension == ".tsv" || extension == ".dat";
+std::string ending_of(const fs::path& path) { return base::lower_case(path.extension().string()); }
+
+bool is_one_of(const std::string& ending, std::initializer_list<const char*> endings) {
+  return std::any_of(endings.begin(), endings.end(),
+                     [&](const char* one) { return ending == one; });
+}
+
+bool is_text(const fs::path& path) {
+  return is_one_of(ending_of(path), {".csv", ".txt", ".tsv", ".dat"});
+}
+bool is_packed_text(const fs::path& path) {
+  return ending_of(path) == ".gz" && is_text(path.filename().stem());
+}
+bool holds_files(const fs::path& path) {
+  return is_one_of(ending_of(path), {".zip", ".xlsx", ".xlsm"});
+}
+
+// Why a file that is no export by its name is passed over.
+std::string why_passed_over(const fs::path& path) {
+  const std::string ending = ending_of(path);
+  if (ending == ".json") return "JSON is not read: export the values as CSV";
+  if (ending == ".pdf") return "a PDF holds no values that can be read: export them as CSV";
+  if (is_one_of(ending, {".jpg", ".jpeg", ".png", ".gif", ".bmp", ".tif", ".tiff", ".svg"}))
+    return "a picture";
+  if (is_one_of(ending, {".doc", ".docx", ".odt", ".rtf", ".md", ".htm", ".html", ".ppt", ".pptx"}))
+    return "a document";
+  if (is_one_of(ending, {".xls", ".xlsb", ".ods"}))
+    return "a workbook of another kind: save it as .xlsx or CSV";
+  if (is_one_of(ending, {".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz", ".zst", ".gz"}))
+    return "an archive of another kind: unpack it, or make a .zip";
+  if (is_one_of(ending, {".mat", ".h5", ".hdf5", ".parquet", ".db", ".sqlite", ".mdf", ".tdms"}))
+    return "values in a form that is not read: export them as CSV";
+  return "by its name no export (.csv .txt .tsv .dat .zip .xlsx); given by itself it is read";
 }
 
 std::string list_of(const std::vector<FoundLoop>& loops) {
@@ -94,49 +123,6 @@ Signals joined(std::vector<ImportPart>& parts) {
     }
   }
   return all;
-}
-
-using Endings = std::map<std::string, std::size_t>;
-
-std::string endings_text(const Endings& endings) {
-  std::string text;
-  for (const auto& [ending, count] : endings) {
-    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ",
-                        ending.empty() ? "without an ending" : ending, count);
-  }
-  return text;
-}
-
-std::vector<fs::path> exports_in(const fs::path& folder, Endings& passed_over) {
-  std::vector<fs::path> found;
-  Endings others;
-  std::error_code problem;
-  for (fs::recursive_directory_iterator
-           it(folder, fs::directory_options::skip_permission_denied, problem),
-       end;
-       !problem && it != end; it.increment(problem)) {
-    std::error_code none;
-    const fs::path name = it->path().filename();
-    if (!it->is_regular_file(none) || name.string().starts_with(".")) continue;
-    if (looks_like_export(name)) {
-      found.push_back(it->path());
-    } else {
-      ++others[base::lower_case(name.extension().string())];
-    }
-  }
-  if (problem) {
-    throw RecordError(RecordError::Kind::io, 0, 0,
-                      fmt::format("{}: can't be read: {}", folder.string(), problem.message()));
-  }
-  if (found.empty()) {
-    throw RecordError(
-        RecordError::Kind::data, 0, 0,
-        fmt::format("{}: no file .csv, .txt, .tsv, .dat or .gz of these{}", folder.string(),
-                    others.empty() ? "" : "; passed over: " + endings_text(others)));
-  }
-  for (const auto& [ending, count] : others) passed_over[ending] += count;
-  std::sort(found.begin(), found.end());
-  return found;
 }
 
 // Empty: none is near.
@@ -178,38 +164,142 @@ std::string name_meant(const std::vector<std::string>& names, const std::string&
 
 }  // namespace
 
+struct Importer::ToLookAt {
+  fs::path path, on_disk;
+  std::string tag;
+  bool named = false;     // what is wrong with it is thrown
+  bool is_sheet = false;  // an empty one is passed over
+};
+
 Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options, bool lenient,
                    const ImportProgress& progress)
     : options_(std::move(options)) {
-  std::vector<std::pair<fs::path, bool>> files;  // and whether it must be an export
-  for (const fs::path& path : paths) {
-    std::error_code none;
-    if (path == "-" || !fs::is_directory(path, none)) {
-      files.emplace_back(path, !lenient);
-      continue;
-    }
-    for (fs::path& found : exports_in(path, passed_over_))
-      files.emplace_back(std::move(found), false);
-  }
+  std::vector<ToLookAt> files;
+  for (const fs::path& path : paths) find_files(path, lenient, files);
   for (std::size_t k = 0; k < files.size(); ++k) {
-    look_at(files[k].first, files[k].second, [&](double share) {
+    look_at(files[k], [&](double share) {
       if (progress) progress((static_cast<double>(k) + share) / static_cast<double>(files.size()));
     });
   }
 }
 
-void Importer::look_at(const fs::path& path, bool named, const ImportProgress& progress) {
+void Importer::find_files(const fs::path& path, bool lenient, std::vector<ToLookAt>& files) {
   try {
-    auto text = std::make_unique<TextSource>(path, options_.encoding);
+    std::error_code none;
+    if (path != "-" && fs::is_directory(path, none)) {
+      find_in_folder(path, files);
+    } else if (path != "-" && is_container(path)) {
+      find_in_container(path, files);
+    } else {
+      const auto container = path == "-" ? std::nullopt : container_of(path);
+      files.push_back({path, container.value_or(path), file_tag(path), !lenient, false});
+    }
+  } catch (const RecordError& e) {
+    if (!lenient) throw;
+    problems_.push_back({path.string(), e.what(), e.kind()});
+  }
+}
+
+void Importer::find_in_folder(const fs::path& folder, std::vector<ToLookAt>& files) {
+  std::vector<fs::path> found;
+  std::vector<fs::path> others;
+  std::error_code problem;
+  for (fs::recursive_directory_iterator
+           it(folder, fs::directory_options::skip_permission_denied, problem),
+       end;
+       !problem && it != end; it.increment(problem)) {
+    std::error_code none;
+    const fs::path name = it->path().filename();
+    if (!it->is_regular_file(none) || name.string().starts_with(".")) continue;
+    const bool is_export = is_text(name) || is_packed_text(name) || holds_files(name);
+    (is_export ? found : others).push_back(it->path());
+  }
+  if (problem)
+    refuse(folder.string(), "can't be read: " + problem.message(), RecordError::Kind::io);
+  std::sort(found.begin(), found.end());
+  std::sort(others.begin(), others.end());
+  for (const fs::path& path : others)
+    passed_over_.push_back({path.string(), why_passed_over(path)});
+  if (found.empty()) {
+    refuse(folder.string(), "no file .csv, .txt, .tsv, .dat (also .gz), .zip or .xlsx" +
+                                (others.empty() ? "" : "\n" + passed_over_text()));
+  }
+  for (const fs::path& path : found) {
+    if (!holds_files(path)) {
+      files.push_back({path, path, file_tag(path), false, false});
+      continue;
+    }
+    try {
+      find_in_container(path, files);
+    } catch (const RecordError& e) {
+      problems_.push_back({path.string(), e.what(), e.kind()});
+    }
+  }
+}
+
+void Importer::find_in_container(const fs::path& path, std::vector<ToLookAt>& files) {
+  if (!is_container(path)) {
+    containers_.open(path, Encoding::automatic);  // says what else it is
+    refuse(path.string(), "is no archive and no workbook");
+  }
+  std::set<fs::path> known;
+  std::size_t taken = 0;
+  for (ContainerMember& member : containers_.members(path)) {
+    const std::string name = member.path.filename().string();
+    const auto fail = [&](const std::string& why) {
+      problems_.push_back({member.path.string(), member.path.string() + ": " + why});
+    };
+    if (member.is_sheet || is_text(name)) {
+      if (!member.is_sheet && name.starts_with(".")) continue;
+      ++taken;
+      if (!known.insert(member.path).second) {
+        fail("a second member of this name");
+      } else {
+        files.push_back({member.path, path, std::move(member.tag), false, member.is_sheet});
+      }
+    } else if (name.starts_with(".") ||
+               member.path.string().find("/__MACOSX/") != std::string::npos) {
+      continue;
+    } else if (holds_files(name) || ending_of(name) == ".gz") {
+      ++taken;
+      fail("is packed within an archive, which is not read: unpack the outer one");
+    } else {
+      passed_over_.push_back({member.path.string(), why_passed_over(name)});
+    }
+  }
+  if (taken == 0) refuse(path.string(), "has nothing in it that is an export");
+}
+
+// A sheet is text that was made here.
+ImportOptions Importer::options_for(const TextSource& text) const {
+  ImportOptions options = options_;
+  if (text.packing() == "xlsx") {
+    options.delimiter = '\t';
+    options.counts_columns = true;
+  }
+  return options;
+}
+
+void Importer::look_at(const ToLookAt& file, const ImportProgress& progress) {
+  const fs::path& path = file.path;
+  try {
+    auto text = path == "-" ? containers_.open(path, options_.encoding) : open(path);
     const std::string_view head = text->peek(kHeadLines);
+    if (file.is_sheet && head.find('\t') == head.npos) {
+      passed_over_.push_back(
+          {path.string(), head.empty() ? "an empty sheet" : "a sheet of one column"});
+      return;
+    }
     Source source;
-    source.layout = find_layout(head, text->name(), options_);
+    source.layout = find_layout(head, text->name(), options_for(*text));
     source.layout_text = describe(source.layout, *text);
     const auto lines = static_cast<double>(
         std::max<std::ptrdiff_t>(1, std::count(head.begin(), head.end(), '\n')));
     source.rows = static_cast<std::uint64_t>(static_cast<double>(text->text_bytes()) /
                                              (static_cast<double>(head.size()) / lines));
     source.path = path;
+    source.on_disk = file.on_disk;
+    source.tag = file.tag;
     std::vector<std::string> names;
     if (!source.layout.is_long) {
       names = source.layout.names;
@@ -227,16 +317,17 @@ void Importer::look_at(const fs::path& path, bool named, const ImportProgress& p
     add_loops(sources_.size() - 1, names);
     progress(1.0);
   } catch (const RecordError& e) {
-    if (named) throw;
-    problems_.push_back({path.string(), e.what()});
+    if (file.named) throw;
+    problems_.push_back({path.string(), e.what(), e.kind()});
   }
 }
 
 std::unique_ptr<TextSource> Importer::open(const fs::path& path) {
-  if (path != "-") return std::make_unique<TextSource>(path, options_.encoding);
+  if (path != "-") return containers_.open(path, options_.encoding);
   if (stdin_copy_) {
-    return std::make_unique<TextSource>(fmt::format("/proc/self/fd/{}", fileno(stdin_copy_.get())),
-                                        Encoding::utf8, kStandardInput);
+    return std::make_unique<TextSource>(
+        open_file(fmt::format("/proc/self/fd/{}", fileno(stdin_copy_.get())), kStandardInput),
+        kStandardInput, Encoding::utf8);
   }
   if (!stdin_)
     throw RecordError(RecordError::Kind::io, 0, 0, "standard input: can be read once only");
@@ -248,20 +339,23 @@ std::string Importer::name_of(std::size_t file) const {
   return path == "-" ? kStandardInput : path.string();
 }
 
-std::vector<std::string> Importer::names_in(const fs::path& path, const Layout& layout,
+std::vector<std::string> Importer::names_in(const fs::path& path, const Layout& first_table,
                                             const ImportProgress& progress) {
+  Layout layout = first_table;
   const std::unique_ptr<TextSource> text = open(path);
   TextSource& source = *text;
   std::vector<std::string> names;
   std::set<std::string, std::less<>> known;
   std::string_view line;
   LineCells cells;
-  for (std::size_t k = 0; k < layout.header_rows; ++k) source.next(line);
   std::string last;
   std::string buffer;
   while (source.next(line)) {
     if (source.line_number() % kProgressRows == 0) progress(source.share_read());
+    if (source.line_number() <= layout.header_rows && !layout.annotated) continue;
     if (!cells.split(line, layout.delimiter)) continue;
+    if (is_annotation(layout, cells)) take_annotation(layout, cells);
+    if (source.line_number() <= layout.header_rows) continue;
     const std::string_view name = tag_of(layout, cells, buffer);
     if (name == last || name.empty()) continue;
     last = name;
@@ -301,7 +395,7 @@ void Importer::take_units(std::size_t file, LoopSignals& signals) const {
 
 // A loop whose times are absolute goes on in the next file.
 void Importer::add_loop(std::size_t file, LoopSignals signals) {
-  const std::string tag = signals.tag.empty() ? file_tag(sources_[file].path) : signals.tag;
+  const std::string tag = signals.tag.empty() ? sources_[file].tag : signals.tag;
   const auto [at, is_new] = by_tag_.try_emplace(tag, loops_.size());
   FoundLoop* same = is_new ? nullptr : &loops_[at->second];
   const bool goes_on = same != nullptr && !signals.tag.empty() &&
@@ -309,7 +403,12 @@ void Importer::add_loop(std::size_t file, LoopSignals signals) {
                        is_absolute(sources_[same->files.front()].layout.form);
   if (!goes_on) {
     FoundLoop loop{.signals = std::move(signals), .tag = tag, .files = {file}};
-    if (same != nullptr) loop.tag += " in " + file_tag(sources_[file].path);
+    if (same != nullptr) {
+      loop.tag += " in " + sources_[file].tag;
+      // Files of one name lie in several folders.
+      for (int k = 2; !by_tag_.try_emplace(loop.tag, loops_.size()).second; ++k)
+        loop.tag = fmt::format("{} in {} ({})", tag, sources_[file].tag, k);
+    }
     loops_.push_back(std::move(loop));
     return;
   }
@@ -345,11 +444,23 @@ std::uint64_t Importer::bytes_of(std::size_t loop) const {
 }
 
 std::string Importer::passed_over_text() const {
-  std::size_t files = 0;
-  for (const auto& [ending, count] : passed_over_) files += count;
-  if (files == 0) return {};
-  return fmt::format("{} {} passed over: {}", files, files == 1 ? "file" : "files",
-                     endings_text(passed_over_));
+  constexpr std::size_t kMost = 5;
+  struct Files {
+    std::string names;
+    std::size_t count = 0;
+  };
+  std::map<std::string, Files> by_reason;
+  for (const FileProblem& file : passed_over_) {
+    Files& files = by_reason[file.why];
+    if (files.count++ < kMost) files.names += (files.names.empty() ? "" : ", ") + file.file;
+  }
+  std::string text;
+  for (const auto& [why, files] : by_reason) {
+    text += fmt::format("{}passed over: {}{}: {}", text.empty() ? "" : "\n", files.names,
+                        files.count > kMost ? fmt::format(" and {} more", files.count - kMost) : "",
+                        why);
+  }
+  return text;
 }
 
 std::string Importer::no_pv() const {
@@ -357,8 +468,49 @@ std::string Importer::no_pv() const {
   std::string names;
   for (std::size_t k = 0; k < std::min(kMost, other_names_.size()); ++k)
     names += (k > 0 ? ", " : " among ") + base::in_quotes(other_names_[k]);
-  return "no column or tag that is a PV by its name" + names +
-         "; --map pv=NAME,co=NAME,sp=NAME tells";
+  const std::string hint = pairs_hint();
+  return "no column or tag that is a PV by its name" + names + "; " +
+         (hint.empty() ? "--map pv=NAME,co=NAME,sp=NAME tells" : hint);
+}
+
+// ISA-5.1: the same letter for what is measured and the same number, T or I for the transmitter and V for the valve.
+std::string Importer::pairs_hint() const {
+  std::map<std::string, std::string> transmitters;  // by what both names have in common
+  std::vector<std::pair<std::string, std::string>> pairs;
+  // The name without the last letter of its function, where that is one of `kinds`: 12-FV-129A gives 12-F-129A.
+  const auto shape = [](const std::string& name, const char* kinds) -> std::optional<std::string> {
+    const auto is_upper = [&](std::size_t k) { return name[k] >= 'A' && name[k] <= 'Z'; };
+    for (std::size_t k = name.size(); k-- > 1;) {
+      if (!is_upper(k) || !is_upper(k - 1)) continue;
+      const std::size_t number = name.find_first_not_of("-_ .", k + 1);
+      const bool of_loop =
+          number != std::string::npos && name[number] >= '0' && name[number] <= '9';
+      if (!of_loop || std::string_view(kinds).find(name[k]) == std::string_view::npos)
+        return std::nullopt;
+      return name.substr(0, k) + name.substr(k + 1);
+    }
+    return std::nullopt;
+  };
+  for (const std::string& name : other_names_) {
+    if (const auto common = shape(name, "TI")) transmitters.emplace(*common, name);
+  }
+  for (const std::string& name : other_names_) {
+    const auto common = shape(name, "V");
+    if (!common) continue;
+    const auto at = transmitters.find(*common);
+    if (at == transmitters.end()) continue;
+    pairs.emplace_back(at->second, name);
+    transmitters.erase(at);
+  }
+  if (pairs.empty()) return {};
+  const auto& [pv, co] = pairs.front();
+  std::string text =
+      fmt::format("{} and {} look like PV and CO of a loop: --map pv={},co={}", pv, co, pv, co);
+  if (pairs.size() > 1) {
+    text += fmt::format("; so do {} more pairs: --format with a list of loops tells all of them",
+                        pairs.size() - 1);
+  }
+  return text;
 }
 
 Imported Importer::finished(std::size_t loop, std::vector<ImportPart>& pieces) const {
@@ -384,12 +536,8 @@ Imported Importer::finished(std::size_t loop, std::vector<ImportPart>& pieces) c
     if (part.shifted_hours > 0)
       notes.remarks.emplace_back("the clock fell back by an hour: taken as the end of summer time");
     for (std::size_t role = 0; role < kRoles; ++role) {
-      const Signal& signal = part.signals[role];
-      if (signal.word_cells == 0) continue;
-      notes.remarks.push_back(fmt::format("{}: {} in {} {}: taken as a bad value",
-                                          of.signals.names[role], base::in_quotes(signal.word),
-                                          signal.word_cells,
-                                          signal.word_cells == 1 ? "cell" : "cells"));
+      for (const auto& [word, cells] : part.signals[role].words)
+        notes.words.push_back({name_of(part.file), of.signals.names[role], word, cells});
     }
   }
   Signals signals = joined(pieces);  // sorts
@@ -418,17 +566,19 @@ void Importer::read(std::span<const std::size_t> which, const TakeLoop& take, co
   for (const std::size_t loop : which) {
     const FoundLoop& of = loops_[loop];
     parts[loop].resize(of.files.size());
-    for (std::size_t k = 0; k < of.files.size(); ++k)
+    for (std::size_t k = 0; k < of.files.size(); ++k) {
+      parts[loop][k].file = of.files[k];
       feeds[of.files[k]].add(parts[loop][k], of.signals, sources_[of.files[k]].layout);
+    }
   }
   std::size_t done = 0;
   for (auto& [file, feed] : feeds) {
     try {
-      read_into(
-          feed, *open(sources_[file].path), sources_[file].layout, options_, [&](double share) {
-            if (progress)
-              progress((static_cast<double>(done) + share) / static_cast<double>(feeds.size()));
-          });
+      const std::unique_ptr<TextSource> text = open(sources_[file].path);
+      read_into(feed, *text, sources_[file].layout, options_for(*text), [&](double share) {
+        if (progress)
+          progress((static_cast<double>(done) + share) / static_cast<double>(feeds.size()));
+      });
     } catch (const RecordError& e) {
       for (ImportPart* part : feed.parts) part->error = e;
     }
@@ -469,7 +619,7 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
   std::error_code problem;
   const std::uintmax_t size = fs::file_size(path, problem);
   if (path != "-" && loop.empty() && !options.anything_said() && !problem &&
-      size <= kLargestFixedBytes) {
+      size <= kLargestFixedBytes && !is_container(path)) {
     try {
       Imported out{read_record(path), {}};
       const double first_s = out.record.time_s.front();
@@ -494,6 +644,8 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       Imported out = importer.read_one(which, progress);
       if (std::string others = importer.passed_over_text(); !others.empty())
         out.notes.remarks.push_back(std::move(others));
+      for (const FileProblem& other : importer.problems())
+        out.notes.remarks.push_back("left out: " + other.why);
       return out;
     };
     std::vector<std::size_t> usable;
@@ -509,6 +661,11 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       }
       fail(fmt::format("no loop {}; it has {}", base::in_quotes(loop), list_of(importer.loops())));
     }
+    if (importer.files() == 0 && !importer.problems().empty()) {
+      const FileProblem& first = importer.problems().front();
+      throw RecordError(first.kind, 0, 0, first.why);
+    }
+    if (importer.files() == 0) fail("nothing in it can be read\n" + importer.passed_over_text());
     if (usable.empty()) fail(importer.no_pv());
     // Of several the one that can be judged, where it is one.
     std::vector<std::size_t> complete;

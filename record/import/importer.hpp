@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Any historian's export as records: files, folders of them, standard input.
 //
+//   Containers       archives and workbooks as folders                       containers.hpp
 //   TextSource       lines, whatever the file is packed and encoded in       text_source.hpp
 //   Layout           what stands where                                       layout.hpp
 //   file reader      rows and cells                                          file_reader.hpp
@@ -8,15 +9,13 @@
 //   constant period  samples, missing ones, what an archive left out         constant_period.hpp
 //
 // Text is streamed: what a file takes of memory is the values of the loops that are read, 8 bytes each.
-// What it can't do: records that no column of text holds (OPC servers, SQL), several header lines within a file, times
-// of one tag that lie in several columns.
+// What it can't do: records that no column of text holds (OPC servers, SQL), several header lines within a file.
 #pragma once
 
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -24,6 +23,7 @@
 #include <vector>
 
 #include "record/import/constant_period.hpp"
+#include "record/import/containers.hpp"
 #include "record/import/file_reader.hpp"
 #include "record/import/layout.hpp"
 
@@ -37,7 +37,8 @@ struct FoundLoop {
 
 struct FileProblem {
   std::string file;
-  std::string why;
+  std::string why;  // for a problem with the file's name
+  RecordError::Kind kind = RecordError::Kind::data;
 };
 
 // Each loop that was read; and what kept a loop from being read, or one of its files, where the rest goes to TakeLoop.
@@ -46,9 +47,9 @@ using FailLoop = std::function<void(std::size_t loop, std::size_t file, const Re
 
 class Importer {
  public:
-  // A folder stands for the exports in it and below (.csv .txt .tsv .dat, also .gz). Throws RecordError where a path
-  // that was named can't be used; of a file within a folder it becomes a problem.
-  // `lenient`: of a named path as well.
+  // A folder stands for the exports in it and below (.csv .txt .tsv .dat, also .gz; .zip, .xlsx), an archive for those in
+  // it, a workbook for its sheets. Throws RecordError where a path that was named can't be used; of a file within a folder
+  // it becomes a problem. `lenient`: of a named path as well.
   Importer(const std::vector<std::filesystem::path>& paths, ImportOptions options,
            bool lenient = false, const ImportProgress& progress = {});
 
@@ -57,14 +58,20 @@ class Importer {
   // Files that are exports, by their number in FoundLoop::files.
   std::size_t files() const noexcept { return sources_.size(); }
   const std::filesystem::path& file(std::size_t number) const { return sources_[number].path; }
-  // Files in the folders that were not looked at, since by their names they are no exports: how many of each ending.
-  const std::map<std::string, std::size_t>& passed_over() const noexcept { return passed_over_; }
-  // "3 files passed over: .xlsx (2), .zip (1)"; empty: none was.
+  // What lies on the disk for it: the archive of a member.
+  const std::filesystem::path& on_disk(std::size_t number) const {
+    return sources_[number].on_disk;
+  }
+  // In folders and archives: what is no export, with the reason.
+  const std::vector<FileProblem>& passed_over() const noexcept { return passed_over_; }
+  // A line a reason: "passed over: a.pdf, b.pdf: PDF holds no values that can be read"; empty: nothing was.
   std::string passed_over_text() const;
   // Names that belong to no loop.
   const std::vector<std::string>& other_names() const noexcept { return other_names_; }
   // That none has a PV, with some of the names and the option that helps.
   std::string no_pv() const;
+  // Names without a role that look like PV and CO of one loop (FT129, FV129), and how to say so; empty: none.
+  std::string pairs_hint() const;
 
   // Of loops(): `take` gets each, in order, `fail` what was wrong. One pass over every file that has any of them. What
   // they throw comes through.
@@ -76,14 +83,21 @@ class Importer {
 
  private:
   struct Source {
-    std::filesystem::path path;
+    std::filesystem::path path, on_disk;
+    std::string tag;  // of a loop that has none
     Layout layout;
     std::string layout_text;
     std::uint64_t rows = 0;  // about
   };
 
-  void look_at(const std::filesystem::path& path, bool named, const ImportProgress& progress);
+  struct ToLookAt;
+
+  void find_files(const std::filesystem::path& path, bool lenient, std::vector<ToLookAt>& files);
+  void find_in_folder(const std::filesystem::path& folder, std::vector<ToLookAt>& files);
+  void find_in_container(const std::filesystem::path& path, std::vector<ToLookAt>& files);
+  void look_at(const ToLookAt& file, const ImportProgress& progress);
   std::unique_ptr<TextSource> open(const std::filesystem::path& path);
+  ImportOptions options_for(const TextSource& text) const;
   std::string name_of(std::size_t file) const;
   std::vector<std::string> names_in(const std::filesystem::path& path, const Layout& layout,
                                     const ImportProgress& progress);
@@ -98,8 +112,9 @@ class Importer {
   std::vector<FoundLoop> loops_;
   std::unordered_map<std::string, std::size_t> by_tag_;  // the first of loops_ that has it
   std::vector<FileProblem> problems_;
-  std::map<std::string, std::size_t> passed_over_;
+  std::vector<FileProblem> passed_over_;
   std::vector<std::string> other_names_;
+  Containers containers_;
   std::unique_ptr<TextSource> stdin_;
   std::shared_ptr<std::FILE> stdin_copy_;  // a row a value is read twice
 };

@@ -4,40 +4,75 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
 #include <set>
-#include <utility>
 
-#include "base/text.hpp"
-#include "record/import/export_head.hpp"
 #include "record/import/number_text.hpp"
-#include "record/import/time_column.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::record {
 namespace {
 
+constexpr std::size_t kMostHeaderRows = 60;
 constexpr double kNoHeader = -0.5;  // score of a row that names no columns
+
+bool whole_seconds(double s) {
+  const double whole = std::nearbyint(s);
+  return whole >= 1.0 && std::abs(s - whole) < 2e-3 * whole;
+}
+
+using Counts = std::map<std::size_t, std::size_t>;
+
+Counts::const_iterator most_frequent(const Counts& counts) {
+  return std::max_element(counts.begin(), counts.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; });
+}
 
 class Finder {
  public:
-  Finder(ExportHead head, const ImportOptions& options)
-      : head_(std::move(head)), options_(options) {}
+  Finder(std::string_view head, const std::string& name, const ImportOptions& options)
+      : name_(name), options_(options) {
+    while (!head.empty()) {
+      const std::size_t end = std::min(head.find('\n'), head.size());
+      std::string_view line = head.substr(0, end);
+      head.remove_prefix(std::min(end + 1, head.size()));
+      if (line.ends_with('\r')) line.remove_suffix(1);
+      lines_.push_back(line);
+    }
+    while (!lines_.empty() && base::trimmed(lines_.back()).empty()) lines_.pop_back();
+  }
 
   Layout find() {
-    if (head_.lines.empty()) head_.fail(0, 0, "the file is empty");
+    if (lines_.empty()) fail(0, 0, "the file is empty");
     find_delimiter();
-    head_.split(layout_.delimiter);
+    split();
     find_decimal();
     find_annotated();
-    find_time(head_, options_, layout_);
-    find_header();
-    find_long();
-    find_clock(head_, options_, layout_);
+    find_pairs();
+    if (!layout_.pairs) {
+      find_time();
+      find_header();
+      find_long();
+      find_clock();
+    }
     find_qualities();
-    settle_form(head_, options_, layout_);
+    settle_form();
     return std::move(layout_);
   }
 
  private:
+  [[noreturn]] void fail(std::size_t line, std::size_t column, const std::string& what) const {
+    std::string place = name_;
+    if (line > 0) place += fmt::format(":{}", line);
+    if (column > 0) place += fmt::format(":{}", column);
+    throw RecordError(RecordError::Kind::data, line, column, place + ": " + what);
+  }
+
+  // Rows of data are the bulk: the second half of what is there.
+  std::size_t bulk() const { return lines_.size() / 2; }
+
   void find_delimiter() {
     if (options_.delimiter) {
       layout_.delimiter = *options_.delimiter;
@@ -47,14 +82,14 @@ class Finder {
     for (const char candidate : {'\t', ';', '|', ','}) {
       Counts counts;
       LineCells cells;
-      for (std::size_t k = head_.bulk(); k < head_.lines.size(); ++k) {
-        if (!cells.split(head_.lines[k], candidate)) continue;
+      for (std::size_t k = bulk(); k < lines_.size(); ++k) {
+        if (!cells.split(lines_[k], candidate)) continue;
         ++counts[cells.cells.size()];
       }
       const auto most = most_frequent(counts);
       if (most == counts.end() || most->first < 2) continue;
-      const double agree = static_cast<double>(most->second) /
-                           static_cast<double>(head_.lines.size() - head_.bulk());
+      const double agree =
+          static_cast<double>(most->second) / static_cast<double>(lines_.size() - bulk());
       // In this order: a comma stands in numbers as well.
       if (agree > best + 0.05) {
         best = agree;
@@ -62,11 +97,33 @@ class Finder {
       }
     }
     if (best == 0.0) {
-      head_.fail(
-          1, 1,
-          "one column; a record has times and values, set apart by a comma, semicolon, tab or bar "
-          "(--delimiter for another one)");
+      fail(1, 1,
+           "one column; a record has times and values, set apart by a comma, semicolon, tab or bar "
+           "(--delimiter for another one)");
     }
+  }
+
+  void split() {
+    LineCells cells;
+    for (std::size_t k = 0; k < lines_.size(); ++k) {
+      std::size_t open = 0;
+      if (!cells.split(lines_[k], layout_.delimiter, &open)) {
+        fail(k + 1, place_in_line(lines_[k], open, options_), "no closing quote in this line");
+      }
+      rows_.emplace_back(cells.cells.begin(), cells.cells.end());
+    }
+    Counts counts;
+    for (std::size_t k = bulk(); k < rows_.size(); ++k) ++counts[rows_[k].size()];
+    columns_ = most_frequent(counts)->first;
+    if (columns_ < 2) {
+      fail(1, 1,
+           fmt::format("one column: nothing is set apart by {} (--delimiter)",
+                       base::in_quotes(std::string(1, layout_.delimiter))));
+    }
+  }
+
+  std::string_view cell(std::size_t row, std::size_t column) const {
+    return column < rows_[row].size() ? std::string_view(rows_[row][column]) : std::string_view();
   }
 
   void find_decimal() {
@@ -76,8 +133,8 @@ class Finder {
     }
     std::size_t commas = 0;
     std::size_t points = 0;
-    for (std::size_t k = head_.bulk(); k < head_.rows.size(); ++k) {
-      for (const std::string& text : head_.rows[k]) {
+    for (std::size_t k = bulk(); k < rows_.size(); ++k) {
+      for (const std::string& text : rows_[k]) {
         const std::size_t comma = text.find(',');
         const std::size_t point = text.find('.');
         if (comma != std::string::npos && point == std::string::npos && parse_number(text, ','))
@@ -91,28 +148,346 @@ class Finder {
     if (comma) layout_.decimal = ',';
   }
 
+  // Of the rows in the bulk, how many cells of the column are such times. Of pairs: of all that are filled.
+  double share_of_times(std::size_t column, TimeForm form) const {
+    std::size_t good = 0;
+    std::size_t all = 0;
+    for (std::size_t k = layout_.pairs ? layout_.header_rows : bulk(); k < rows_.size(); ++k) {
+      if (layout_.pairs && cell(k, column).empty()) continue;
+      ++all;
+      if (parse_time(cell(k, column), form, layout_.decimal)) ++good;
+    }
+    return all == 0 ? 0.0 : static_cast<double>(good) / static_cast<double>(all);
+  }
+
+  // The row in which the column is named as times are.
+  std::optional<std::size_t> row_naming_time(std::size_t column) const {
+    for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
+      if (parse_number(cell(k, column), layout_.decimal)) return std::nullopt;
+      const std::string word = base::lower_case(cell(k, column));
+      for (const char* part :
+           {"time", "date", "zeit", "datum", "stamp", "heure", "fecha", "hora", "epoch"}) {
+        if (word.find(part) != std::string::npos) return k;
+      }
+      if (word == "t" || word == "ts" || word == "t_s" || word == "sec" || word == "seconds")
+        return k;
+    }
+    return std::nullopt;
+  }
+  bool named_like_time(std::size_t column) const { return row_naming_time(column).has_value(); }
+
   // InfluxDB: _start and _stop are times as well, and _measurement is no PV.
   void find_annotated() {
-    for (std::size_t k = 0; k < std::min(head_.rows.size(), kMostHeaderRows); ++k) {
+    for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
       const std::optional<std::size_t> time = column_in(k, "_time");
       if (!time || !(column_in(k, "_value") || column_in(k, "_measurement"))) continue;
       layout_.annotated = true;
+      annotated_row_ = k;
       layout_.time = *time;
       return;
     }
   }
 
   std::optional<std::size_t> column_in(std::size_t row, std::string_view name) const {
-    const auto at = std::find(head_.rows[row].begin(), head_.rows[row].end(), name);
-    if (at == head_.rows[row].end()) return std::nullopt;
-    return static_cast<std::size_t>(at - head_.rows[row].begin());
+    const auto at = std::find(rows_[row].begin(), rows_[row].end(), name);
+    if (at == rows_[row].end()) return std::nullopt;
+    return static_cast<std::size_t>(at - rows_[row].begin());
+  }
+
+  // "Time,FIC101.PV,Time,FIC101.OP": columns of times, each with its values in the next one. Not all of the times of a
+  // row a time are the same, so that the first column of them tells nothing of the others.
+  void find_pairs() {
+    if (layout_.annotated || !options_.time_column.empty()) return;
+    std::size_t width = 0;
+    for (const auto& row : rows_) width = std::max(width, row.size());
+    std::vector<std::size_t> values;
+    std::size_t data = rows_.size();
+    for (std::size_t c = 0; c < width; ++c) {
+      if (is_blank(c)) continue;
+      const std::size_t first = first_of_times(c);
+      if (first == kNoColumn || c + 1 == width || is_blank(c + 1) ||
+          first_of_times(c + 1) != kNoColumn)
+        return;
+      data = std::min(data, first);
+      values.push_back(++c);
+    }
+    if (values.size() < 2) return;
+    if (options_.header_rows) data = *options_.header_rows;
+    std::size_t best = 0;
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < std::min(data, rows_.size()); ++k) {
+      std::vector<std::string> here;
+      std::set<std::string> distinct;
+      std::size_t score = 0;
+      for (const std::size_t c : values) {
+        here.push_back(pair_name(k, c));
+        if (!here.back().empty() && distinct.insert(here.back()).second) ++score;
+        if (read_tag(here.back()).role) ++score;
+      }
+      if (distinct.size() < values.size() || distinct.count("") > 0 || score <= best) continue;
+      best = score;
+      names = std::move(here);
+      name_row_ = k;
+    }
+    if (names.empty()) return;
+    columns_ = width;
+    layout_.pairs = true;
+    layout_.header_rows = data;
+    layout_.names.assign(width, "");
+    layout_.units.assign(width, "");
+    for (std::size_t k = 0; k < values.size(); ++k) layout_.names[values[k]] = names[k];
+    const auto filled = [&](std::size_t c) {
+      return std::count_if(rows_.begin(), rows_.end(),
+                           [&](const auto& row) { return c < row.size() && !row[c].empty(); });
+    };
+    layout_.time =
+        *std::max_element(values.begin(), values.end(),
+                          [&](std::size_t a, std::size_t b) { return filled(a) < filled(b); }) -
+        1;
+    take_form(layout_.time);
+    take_units(data);
+  }
+
+  bool is_blank(std::size_t column) const {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (!cell(k, column).empty()) return false;
+    }
+    return true;
+  }
+
+  // The row from which on a column has times, and nothing else but empty cells; kNoColumn: it is none of times.
+  std::size_t first_of_times(std::size_t column) const {
+    const bool named = named_like_time(column);
+    std::size_t first = kNoColumn;
+    std::size_t times = 0;
+    std::size_t others = 0;
+    double last = 0.0;
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const std::string_view text = cell(k, column);
+      // "No events found" may stand below.
+      if (text.find_first_of("0123456789") == std::string_view::npos) continue;
+      const auto number = parse_number(text, layout_.decimal);
+      const bool time = number ? named && (times == 0 || *number >= last) : is_any_time(text);
+      if (number) last = *number;
+      if (time && first == kNoColumn) first = k;
+      if (first != kNoColumn) ++(time ? times : others);
+    }
+    return times >= 2 && times >= 9 * others ? first : kNoColumn;
+  }
+
+  // In a header's row above a pair: above its values, else above its times. Empty where neither is a name.
+  std::string pair_name(std::size_t row, std::size_t value) const {
+    for (const std::size_t c : {value, value - 1}) {
+      std::string_view text = cell(row, c);
+      for (const std::string_view ending : {" value", "_value", ".value"}) {
+        if (text.size() > ending.size() &&
+            base::lower_case(text.substr(text.size() - ending.size())) == ending)
+          text.remove_suffix(ending.size());
+      }
+      if (!text.empty() && !one_of(base::lower_case(text),
+                                   {"value", "val", "wert", "data", "status", "quality", "q",
+                                    "time", "date", "timestamp", "time stamp", "datetime",
+                                    "date time", "date/time", "zeit", "zeitstempel", "datum"}))
+        return std::string(text);
+    }
+    return {};
+  }
+
+  bool rises(std::size_t column) const {
+    double last = 0.0;
+    std::size_t up = 0;
+    std::size_t down = 0;
+    for (std::size_t k = bulk(); k < rows_.size(); ++k) {
+      const auto value = parse_number(cell(k, column), layout_.decimal);
+      if (!value) return false;
+      if (k > bulk()) ++(*value > last ? up : down);
+      last = *value;
+    }
+    return up > 0 && down == 0;
+  }
+
+  void find_time() {
+    constexpr double kMost = 0.9;
+    if (!options_.time_column.empty()) {
+      layout_.time = column_named(options_.time_column);
+    } else if (!layout_.annotated) {
+      std::optional<std::size_t> dates;
+      std::optional<std::size_t> named;
+      std::optional<std::size_t> rising;
+      for (std::size_t c = 0; c < columns_; ++c) {
+        const bool date = share_of_times(c, TimeForm::ymd) >= kMost ||
+                          share_of_times(c, TimeForm::dmy) >= kMost ||
+                          share_of_times(c, TimeForm::mdy) >= kMost;
+        // Eight digits are a date to the eye of a machine and may be a count.
+        const bool number = share_of_times(c, TimeForm::seconds) >= kMost;
+        if (date && !dates && (!number || named_like_time(c))) dates = c;
+        if (number && named_like_time(c) && !named) named = c;
+        if (number && !rising && c == 0 && rises(c)) rising = c;
+      }
+      if (dates) {
+        layout_.time = *dates;
+      } else if (named) {
+        layout_.time = *named;
+      } else if (rising) {
+        layout_.time = *rising;
+      } else {
+        fail_no_time();
+      }
+    }
+    if (options_.time != TimeForm::automatic) {
+      layout_.form = options_.time;
+      if (share_of_times(layout_.time, layout_.form) < kMost) {
+        fail_time(layout_.time, fmt::format("of the form {}", to_text(layout_.form)));
+      }
+      return;
+    }
+    take_form(layout_.time);
+  }
+
+  // Of the column's times, where none was told.
+  void take_form(std::size_t c) {
+    constexpr double kMost = 0.9;
+    if (options_.time != TimeForm::automatic) {
+      layout_.form = options_.time;
+      return;
+    }
+    if (share_of_times(c, TimeForm::seconds) >= kMost && !compact_date(c)) {
+      layout_.form = TimeForm::seconds;  // settle_form() looks closer
+    } else if (share_of_times(c, TimeForm::ymd) >= kMost) {
+      layout_.form = TimeForm::ymd;
+    } else if (share_of_times(c, TimeForm::dmy) >= kMost ||
+               share_of_times(c, TimeForm::mdy) >= kMost) {
+      settle_order(c);
+    } else {
+      fail_time(c, kUnknownTime);
+    }
+  }
+
+  // 20260301 or 20260301T100000: a number as well.
+  bool compact_date(std::size_t column) const {
+    const std::string_view text = cell(rows_.size() - 1, column);
+    return text.size() >= 8 && share_of_times(column, TimeForm::ymd) >= 0.9 &&
+           text.find('.') == text.npos && (text.starts_with("19") || text.starts_with("20")) &&
+           text.size() == 8;
+  }
+
+  [[noreturn]] void fail_no_time() {
+    // A column by that name whose cells can't be read says more than none.
+    for (std::size_t c = 0; c < columns_; ++c) {
+      if (named_like_time(c)) fail_time(c, kUnknownTime);
+    }
+    fail(1, 1, "no column of times was found; --time-column NAME says which it is");
+  }
+
+  static constexpr const char* kUnknownTime = "that is known; --time tells its form";
+
+  bool is_any_time(std::string_view text) const {
+    if (options_.time != TimeForm::automatic)
+      return parse_time(text, options_.time, layout_.decimal).has_value();
+    const DateOrder order = possible_orders(text);
+    return order.dmy || order.mdy || parse_time(text, TimeForm::ymd, layout_.decimal) ||
+           parse_number(text, layout_.decimal);
+  }
+
+  // At the first row below the column's name that is no time.
+  [[noreturn]] void fail_time(std::size_t column, const std::string& of_what) {
+    std::size_t row = kNoColumn;
+    const std::size_t named = row_naming_time(column).value_or(0);
+    for (std::size_t k = named; k < rows_.size(); ++k) {
+      // In the wrong column since the row is too wide.
+      if (rows_[k].size() > rows_[named].size() && rows_[named].size() > 1) {
+        layout_.names.resize(rows_[named].size());
+        fail(k + 1, 0, too_wide_text(rows_[k].size(), layout_));
+      }
+      const std::string_view text = cell(k, column);
+      if (text.find_first_of("0123456789") == std::string_view::npos) continue;
+      row = k;
+      if (!is_any_time(text)) break;
+    }
+    if (row == kNoColumn) fail(rows_.size(), 0, "a header, and no row of data below it");
+    const std::string_view text = cell(row, column);
+    fail(row + 1, place_in_line(lines_[row], lines_[row].find(text), options_),
+         fmt::format("{} is no time {}", base::in_quotes(text), of_what));
+  }
+
+  std::size_t column_named(const std::string& wanted) const {
+    for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
+      for (std::size_t c = 0; c < rows_[k].size(); ++c) {
+        if (rows_[k][c] == wanted || base::lower_case(rows_[k][c]) == base::lower_case(wanted))
+          return c;
+      }
+    }
+    std::size_t number = 0;
+    const auto [end, problem] =
+        std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
+    if (problem == std::errc{} && end == wanted.data() + wanted.size() && number >= 1 &&
+        number <= columns_) {
+      return number - 1;
+    }
+    std::string names;
+    for (const std::string& name : rows_.front())
+      names += (names.empty() ? "" : ", ") + base::in_quotes(name);
+    fail(1, 0, fmt::format("no column {}; the first line has {}", base::in_quotes(wanted), names));
+  }
+
+  // Day or month first. A date with dots has the day first everywhere; else numbers above 12 tell, or the change of
+  // the date: time goes on by little.
+  void settle_order(std::size_t column) {
+    bool dmy = true;
+    bool mdy = true;
+    std::optional<TimePoint> last_dmy;
+    std::optional<TimePoint> last_mdy;
+    for (std::size_t k = bulk(); k < rows_.size() && dmy && mdy; ++k) {
+      const std::string_view text = cell(k, column);
+      const DateOrder order = possible_orders(text);
+      if (!order.dmy && !order.mdy) continue;
+      if (text.find('.') < text.find(':') && text.find('/') == text.npos &&
+          text.find('-') == text.npos) {
+        mdy = false;
+        break;
+      }
+      dmy = dmy && order.dmy;
+      mdy = mdy && order.mdy;
+    }
+    for (std::size_t k = 0; k < rows_.size() && dmy && mdy; ++k) {
+      const auto as_dmy = parse_time(cell(k, column), TimeForm::dmy);
+      const auto as_mdy = parse_time(cell(k, column), TimeForm::mdy);
+      if (!as_dmy || !as_mdy) {
+        dmy = dmy && (as_dmy || !as_mdy);
+        mdy = mdy && (as_mdy || !as_dmy);
+        continue;
+      }
+      constexpr double kLongStep = 3.0 * 86400.0;
+      if (last_dmy) {
+        const double day_first = std::abs(as_dmy->since(*last_dmy));
+        const double month_first = std::abs(as_mdy->since(*last_mdy));
+        if (day_first > kLongStep && month_first < kLongStep) dmy = false;
+        if (month_first > kLongStep && day_first < kLongStep) mdy = false;
+      }
+      last_dmy = as_dmy;
+      last_mdy = as_mdy;
+    }
+    if (dmy && mdy) {
+      std::size_t row = 0;
+      while (row + 1 < rows_.size() && !possible_orders(cell(row, column)).dmy) ++row;
+      const std::string_view shown = cell(row, column);
+      // The name of a month leaves no choice.
+      if (shown.find_first_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") < 6) {
+        mdy = false;
+      } else {
+        fail(row + 1, place_in_line(lines_[row], lines_[row].find(shown), options_),
+             fmt::format("{} can be day-month-year and month-day-year: --time dmy or --time mdy",
+                         base::in_quotes(shown)));
+      }
+    }
+    layout_.form = dmy ? TimeForm::dmy : TimeForm::mdy;
   }
 
   bool is_data_row(std::size_t row) const {
-    if (!parse_time(head_.cell(row, layout_.time), layout_.form, layout_.decimal)) return false;
-    for (std::size_t c = 0; c < head_.rows[row].size(); ++c) {
+    if (!parse_time(cell(row, layout_.time), layout_.form, layout_.decimal)) return false;
+    for (std::size_t c = 0; c < rows_[row].size(); ++c) {
       if (c == layout_.time) continue;
-      const Cell kind = parse_value(head_.rows[row][c], layout_.decimal, options_.bad_words).cell;
+      const Cell kind = parse_value(rows_[row][c], layout_.decimal, options_.bad_words).cell;
       if (kind != Cell::unknown) return true;
     }
     return false;
@@ -123,78 +498,86 @@ class Finder {
       layout_.header_rows = *options_.header_rows;
     } else {
       std::size_t first = 0;
-      while (first < head_.rows.size() && !is_data_row(first)) ++first;
-      if (first == head_.rows.size())
-        head_.fail(head_.rows.size(), 0, "no row of values with a time was found");
+      while (first < rows_.size() && !is_data_row(first)) ++first;
+      if (first == rows_.size()) fail(rows_.size(), 0, "no row of values with a time was found");
       layout_.header_rows = first;
     }
-    const std::size_t header = std::min(layout_.header_rows, head_.rows.size());
+    const std::size_t header = std::min(layout_.header_rows, rows_.size());
     // The row with the most names of signals; of several the first. Rows of descriptions and units have fewer.
     std::size_t best_row = kNoColumn;
     double best = -1.0;
     for (std::size_t k = header > kMostHeaderRows ? header - kMostHeaderRows : 0; k < header; ++k) {
       double score = 0.0;
       std::set<std::string> distinct;
-      for (const std::string& text : head_.rows[k]) {
+      for (const std::string& text : rows_[k]) {
         if (text.empty()) continue;
         distinct.insert(text);
         if (read_tag(text).role) score += 1.0;
         score -= is_unit(text) ? 0.5 : 0.0;
       }
-      score += 0.5 * static_cast<double>(std::min(distinct.size(), head_.columns));
-      if (head_.rows[k].size() > head_.columns || distinct.size() < 2) score = kNoHeader;
+      score += 0.5 * static_cast<double>(std::min(distinct.size(), columns_));
+      if (rows_[k].size() > columns_ || distinct.size() < 2) score = kNoHeader;
       if (score > best) {
         best = score;
         best_row = k;
       }
     }
-    if (best_row != kNoColumn && best > kNoHeader) refuse_wide_rows(best_row);
-    layout_.names.assign(head_.columns, "");
-    layout_.units.assign(head_.columns, "");
+    if (layout_.annotated) {  // other tables may have more columns
+      best_row = annotated_row_;
+      columns_ = rows_[best_row].size();
+    } else if (best_row != kNoColumn && best > kNoHeader) {
+      refuse_wide_rows(best_row);
+    }
+    layout_.names.assign(columns_, "");
+    layout_.units.assign(columns_, "");
     if (best_row == kNoColumn) {
-      for (std::size_t c = 0; c < head_.columns; ++c) layout_.names[c] = std::to_string(c + 1);
+      for (std::size_t c = 0; c < columns_; ++c) layout_.names[c] = std::to_string(c + 1);
       return;
     }
-    for (std::size_t c = 0; c < head_.columns; ++c)
-      layout_.names[c] = std::string(head_.cell(best_row, c));
+    name_row_ = best_row;
+    for (std::size_t c = 0; c < columns_; ++c) layout_.names[c] = std::string(cell(best_row, c));
+    take_units(header);
+  }
+
+  // A row of them among the first lines.
+  void take_units(std::size_t header) {
     for (std::size_t k = 0; k < header; ++k) {
-      if (k == best_row) continue;
+      if (k == name_row_) continue;
       std::size_t units = 0;
       std::size_t filled = 0;
-      for (std::size_t c = 0; c < head_.columns; ++c) {
-        if (c == layout_.time || head_.cell(k, c).empty()) continue;
+      for (std::size_t c = 0; c < columns_; ++c) {
+        if (c == layout_.time || cell(k, c).empty()) continue;
         ++filled;
-        std::string_view text = head_.cell(k, c);
+        std::string_view text = cell(k, c);
         if (text.size() > 2 && (text.front() == '[' || text.front() == '('))
           text = text.substr(1, text.size() - 2);
         if (is_unit(text)) ++units;
       }
       if (filled == 0 || 2 * units < filled) continue;
-      for (std::size_t c = 0; c < head_.columns; ++c)
-        layout_.units[c] = std::string(head_.cell(k, c));
+      for (std::size_t c = 0; c < columns_; ++c) layout_.units[c] = std::string(cell(k, c));
     }
   }
 
   // Most rows have more cells than the header: which belongs to which column nobody can tell. A single one is told when
   // it is read. Empty ones come of a delimiter at the end of the line.
   void refuse_wide_rows(std::size_t header) {
-    const std::size_t named = head_.rows[header].size();
+    const std::size_t named = rows_[header].size();
     std::size_t wide = 0;
     std::size_t first = 0;
     std::size_t cells = 0;
-    for (std::size_t k = head_.rows.size(); k-- > layout_.header_rows;) {
-      std::size_t filled = head_.rows[k].size();
-      while (filled > named && head_.rows[k][filled - 1].empty()) --filled;
+    for (std::size_t k = rows_.size(); k-- > layout_.header_rows;) {
+      std::size_t filled = rows_[k].size();
+      while (filled > named && rows_[k][filled - 1].empty()) --filled;
       if (filled <= named) continue;
       ++wide;
       first = k;
       cells = filled;
     }
-    if (2 * wide > head_.rows.size() - layout_.header_rows) {
+    if (2 * wide > rows_.size() - layout_.header_rows) {
       layout_.names.resize(named);
-      head_.fail(first + 1, 0, too_wide_text(cells, layout_));
+      fail(first + 1, 0, too_wide_text(cells, layout_));
     }
-    head_.columns = std::min(head_.columns, named);
+    columns_ = std::min(columns_, named);
   }
 
   static bool one_of(const std::string& word, std::initializer_list<const char*> words) {
@@ -207,7 +590,7 @@ class Finder {
       take_annotated();
       return;
     }
-    for (std::size_t c = 0; c < head_.columns; ++c) {
+    for (std::size_t c = 0; c < columns_; ++c) {
       if (c == layout_.time) continue;
       const std::string word = base::lower_case(layout_.names[c]);
       if (one_of(word, {"tag",       "tagname",    "tag name",  "tag_name", "name",      "point",
@@ -228,54 +611,37 @@ class Finder {
     if (!layout_.is_long) layout_.tag = layout_.value = kNoColumn;
   }
 
-  // The tag is what tells the series apart: measurement, tag columns, and the field unless that is "value".
   void take_annotated() {
-    std::size_t field = kNoColumn;
-    for (std::size_t c = 0; c < head_.columns; ++c) {
-      const std::string& name = layout_.names[c];
-      if (name == "_value") layout_.value = c;
-      if (name == "_field") field = c;
-    }
-    if (layout_.value == kNoColumn || field == kNoColumn) {  // a column a field
-      layout_.value = kNoColumn;
-      for (std::size_t c = 0; c < head_.columns; ++c) {
-        if (c != layout_.time && layout_.names[c].starts_with("_")) layout_.names[c].clear();
-      }
-      return;
-    }
-    layout_.is_long = true;
-    layout_.tag = field;
-    for (std::size_t c = 0; c < head_.columns; ++c) {
-      const std::string& name = layout_.names[c];
-      if (name == "_measurement" ||
-          (!name.empty() && !name.starts_with("_") && name != "result" && name != "table")) {
-        layout_.more_of_tag.push_back(c);
-      }
+    LineCells header;
+    header.cells.assign(rows_[annotated_row_].begin(), rows_[annotated_row_].end());
+    layout_.is_long = take_annotation(layout_, header);
+    if (layout_.is_long) return;
+    for (std::size_t c = 0; c < columns_; ++c) {  // a column a field
+      if (c != layout_.time && layout_.names[c].starts_with("_")) layout_.names[c].clear();
     }
   }
 
   // Without the names: three or four columns, of which one has words that come again and again, and one numbers.
   void guess_long() {
-    if (head_.columns < 3 || head_.columns > 5) return;
+    if (columns_ < 3 || columns_ > 5) return;
     std::size_t words = kNoColumn;
     std::size_t numbers = kNoColumn;
-    for (std::size_t c = 0; c < head_.columns; ++c) {
+    for (std::size_t c = 0; c < columns_; ++c) {
       if (c == layout_.time) continue;
       std::size_t unknown = 0;
       std::size_t number = 0;
       std::set<std::string_view> distinct;
       std::size_t with_role = 0;
-      for (std::size_t k = head_.bulk(); k < head_.rows.size(); ++k) {
-        const Cell kind = parse_value(head_.cell(k, c), layout_.decimal, options_.bad_words).cell;
+      for (std::size_t k = bulk(); k < rows_.size(); ++k) {
+        const Cell kind = parse_value(cell(k, c), layout_.decimal, options_.bad_words).cell;
         if (kind == Cell::unknown) {
           ++unknown;
-          distinct.insert(head_.cell(k, c));
-          if (const TagName tag = read_tag(head_.cell(k, c)); tag.role && !tag.loop.empty())
-            ++with_role;
+          distinct.insert(cell(k, c));
+          if (const TagName tag = read_tag(cell(k, c)); tag.role && !tag.loop.empty()) ++with_role;
         }
         if (kind == Cell::number) ++number;
       }
-      const std::size_t rows = head_.rows.size() - head_.bulk();
+      const std::size_t rows = rows_.size() - bulk();
       if (unknown == rows && 2 * with_role >= rows) words = c;
       if (2 * number > rows && numbers == kNoColumn) numbers = c;
     }
@@ -284,15 +650,32 @@ class Finder {
     layout_.value = numbers;
   }
 
+  // "Date;Time;PV;...": the times of day stand beside the dates.
+  void find_clock() {
+    if (!is_date(layout_.form)) return;
+    bool only_dates = true;
+    for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
+      if (cell(k, layout_.time).find(':') != std::string_view::npos) only_dates = false;
+    }
+    if (!only_dates) return;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      if (c != layout_.time && share_of_times(c, TimeForm::clock) >= 0.9 &&
+          share_of_times(c, TimeForm::seconds) < 0.9) {
+        layout_.clock = c;
+        return;
+      }
+    }
+  }
+
   void find_qualities() {
-    layout_.quality_of.assign(head_.columns, kNoColumn);
+    layout_.quality_of.assign(columns_, kNoColumn);
     if (layout_.is_long) {
       if (layout_.quality != kNoColumn) layout_.zero_is_good = zeros_are_good({layout_.quality});
       return;
     }
     layout_.quality = kNoColumn;
     std::vector<std::size_t> all;
-    for (std::size_t c = 0; c < head_.columns; ++c) {
+    for (std::size_t c = 0; c < columns_; ++c) {
       const std::string& name = layout_.names[c];
       for (const char* ending :
            {".quality", "_quality", " quality", ".status", "_status", " status", ".q", "_q"}) {
@@ -301,7 +684,7 @@ class Finder {
             base::lower_case(name.substr(name.size() - end.size())) != end)
           continue;
         const std::string base = name.substr(0, name.size() - end.size());
-        for (std::size_t of = 0; of < head_.columns; ++of) {
+        for (std::size_t of = 0; of < columns_; ++of) {
           if (layout_.names[of] != base) continue;
           layout_.quality_of[of] = c;
           all.push_back(c);
@@ -321,8 +704,8 @@ class Finder {
   bool zeros_are_good(const std::vector<std::size_t>& columns) const {
     bool zero = false;
     for (const std::size_t c : columns) {
-      for (std::size_t k = layout_.header_rows; k < head_.rows.size(); ++k) {
-        const std::string_view text = head_.cell(k, c);
+      for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
+        const std::string_view text = cell(k, c);
         if (text == "0" || text == "0x00000000") zero = true;
         if (text == "192" || text == "1" || text == "100") return false;
       }
@@ -330,8 +713,55 @@ class Finder {
     return zero;
   }
 
-  ExportHead head_;
+  // Numbers: how large they are and how far apart tells what they count, unless the name does.
+  void settle_form() {
+    if (options_.time != TimeForm::automatic || layout_.form != TimeForm::seconds) return;
+    std::vector<double> times;
+    for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
+      if (const auto t = parse_number(cell(k, layout_.time), layout_.decimal)) times.push_back(*t);
+    }
+    if (times.size() < 2) return;
+    std::vector<double> steps;
+    for (std::size_t k = 1; k < times.size(); ++k) {
+      if (times[k] != times[k - 1]) steps.push_back(std::abs(times[k] - times[k - 1]));
+    }
+    if (steps.empty()) return;
+    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
+                     steps.end());
+    const double step = steps[steps.size() / 2];
+    const double at = times.front();
+    std::string name = base::lower_case(layout_.names[layout_.time]);
+    if (layout_.time < layout_.units.size())
+      name += " " + base::lower_case(layout_.units[layout_.time]);
+    const auto says = [&name](const char* part) { return name.find(part) != std::string::npos; };
+    if (at > 1e8 && at < 1e10) {
+      layout_.form = TimeForm::epoch_s;
+    } else if (at > 1e11 && at < 1e13) {
+      layout_.form = TimeForm::epoch_ms;
+    } else if (at > 1e14 && at < 1e16) {
+      layout_.form = TimeForm::epoch_us;
+    } else if (at > 1e17 && at < 1e19) {
+      layout_.form = TimeForm::epoch_ns;
+    } else if (at > 25569.0 && at < 73051.0 && step < 0.5 && whole_seconds(step * 86400.0) &&
+               !whole_seconds(step * 10.0)) {
+      layout_.form = TimeForm::excel;
+    } else if (says("minute") || says("[min]") || says("(min)") || says("_min") || name == "min" ||
+               name.ends_with(" min")) {
+      layout_.form = TimeForm::minutes;
+    } else if (says("hour") || says("[h]") || says("(h)")) {
+      layout_.form = TimeForm::hours;
+    } else if (!says("sec") && !says("(s)") && !says("[s]") && !says("_s")) {
+      layout_.hint = other_time_units(step);
+    }
+  }
+
+  const std::string& name_;
   const ImportOptions& options_;
+  std::vector<std::string_view> lines_;
+  std::vector<std::vector<std::string>> rows_;
+  std::size_t columns_ = 0;
+  std::size_t name_row_ = kNoColumn;
+  std::size_t annotated_row_ = 0;
   Layout layout_;
 };
 
@@ -343,6 +773,33 @@ bool is_annotation(const Layout& layout, const LineCells& row) {
           std::find(row.cells.begin(), row.cells.end(), "_time") != row.cells.end());
 }
 
+// The tag is what tells the series apart: measurement, tag columns, and the field unless that is "value".
+bool take_annotation(Layout& layout, const LineCells& row) {
+  if (row.cells.front() == "#default") layout.defaults.assign(row.cells.begin(), row.cells.end());
+  if (row.cells.front().starts_with("#")) return true;
+  const auto column = [&](std::string_view name) {
+    const auto at = std::find(row.cells.begin(), row.cells.end(), name);
+    return at == row.cells.end() ? kNoColumn : static_cast<std::size_t>(at - row.cells.begin());
+  };
+  const std::size_t time = column("_time");
+  const std::size_t field = column("_field");
+  const std::size_t value = column("_value");
+  if (time == kNoColumn || field == kNoColumn || value == kNoColumn) return false;
+  layout.time = time;
+  layout.tag = field;
+  layout.value = value;
+  layout.names.assign(row.cells.begin(), row.cells.end());
+  layout.more_of_tag.clear();
+  for (std::size_t c = 0; c < layout.names.size(); ++c) {
+    const std::string& name = layout.names[c];
+    if (name == "_measurement" ||
+        (!name.empty() && !name.starts_with("_") && name != "result" && name != "table")) {
+      layout.more_of_tag.push_back(c);
+    }
+  }
+  return true;
+}
+
 std::string_view tag_of(const Layout& layout, const LineCells& row, std::string& buffer) {
   if (row.cells.size() <= layout.tag || is_annotation(layout, row)) return {};
   if (!layout.annotated) return row.cells[layout.tag];
@@ -352,10 +809,12 @@ std::string_view tag_of(const Layout& layout, const LineCells& row, std::string&
     if (!buffer.empty()) buffer += '.';
     buffer += part;
   };
-  for (const std::size_t c : layout.more_of_tag) {
-    if (c < row.cells.size()) add(row.cells[c]);
-  }
-  const std::string_view field = row.cells[layout.tag];
+  const auto cell = [&](std::size_t c) -> std::string_view {
+    if (c < row.cells.size() && !row.cells[c].empty()) return row.cells[c];
+    return c < layout.defaults.size() ? std::string_view(layout.defaults[c]) : std::string_view();
+  };
+  for (const std::size_t c : layout.more_of_tag) add(cell(c));
+  const std::string_view field = cell(layout.tag);
   if (field != "value" || buffer.empty()) add(field);
   return buffer;
 }
@@ -380,6 +839,21 @@ std::string too_wide_text(std::size_t cells, const Layout& layout) {
       "double "
       "quotes",
       cells, layout.names.size(), delimiter_text(layout.delimiter));
+}
+
+std::size_t place_in_line(std::string_view line, std::size_t byte, const ImportOptions& options) {
+  if (!options.counts_columns || !options.delimiter) return byte + 1;
+  return 1 +
+         static_cast<std::size_t>(std::count(
+             line.begin(), line.begin() + static_cast<std::ptrdiff_t>(std::min(byte, line.size())),
+             *options.delimiter));
+}
+
+// 1/60 of a minute: whole seconds, and no sample rate that anybody chooses.
+std::string other_time_units(double step_s) {
+  if (step_s >= 0.5 || !whole_seconds(step_s * 60.0) || whole_seconds(step_s * 200.0)) return {};
+  return fmt::format("a step of {:.6g} s looks like {:.4g} s in minutes: --time minutes if it is",
+                     step_s, step_s * 60.0);
 }
 
 const char* to_text(Filling filling) noexcept {
@@ -411,18 +885,28 @@ std::string fingerprint(const ImportOptions& o) {
 }
 
 Layout find_layout(std::string_view head, const std::string& name, const ImportOptions& options) {
-  return Finder(ExportHead(head, name), options).find();
+  return Finder(head, name, options).find();
 }
+
+namespace {
+
+std::string column_text(const Layout& layout) {
+  return layout.pairs ? "" : " in column " + base::in_quotes(layout.names[layout.time]);
+}
+
+}  // namespace
 
 std::string describe(const Layout& layout, const TextSource& source) {
   std::string text = fmt::format(
-      "{}{}, decimal {}, {}; times {} in column {}", source.compressed() ? "gzip, " : "",
+      "{}{}, decimal {}, {}; times {}{}", source.packing().empty() ? "" : source.packing() + ", ",
       delimiter_text(layout.delimiter), layout.decimal == ',' ? "comma" : "point",
-      to_text(source.encoding()), to_text(layout.form), base::in_quotes(layout.names[layout.time]));
+      to_text(source.encoding()), to_text(layout.form), column_text(layout));
   if (layout.clock != kNoColumn)
     text += fmt::format(" and {}", base::in_quotes(layout.names[layout.clock]));
   if (layout.annotated) text += "; as InfluxDB writes it";
-  text += layout.is_long ? "; a row a value" : "; a column a signal";
+  text += layout.is_long ? "; a row a value"
+          : layout.pairs ? "; times and values in pairs of columns"
+                         : "; a column a signal";
   if (layout.header_rows != 1)
     text += fmt::format("; {} lines before the data", layout.header_rows);
   return text;

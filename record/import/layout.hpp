@@ -3,6 +3,7 @@
 //
 //   wide   a column a signal, a row a time:   Timestamp;FIC101.PV;FIC101.OP;...
 //   long   a row a value:                     Tag,Timestamp,Value,Quality
+//   pairs  two columns a signal:              Time,FIC101.PV,Time,FIC101.OP,...   each with times of its own
 #pragma once
 
 #include <array>
@@ -36,6 +37,8 @@ struct ImportOptions {
   std::optional<double> period_s;
   Filling filling = Filling::automatic;
   double most_samples = 1e8;  // of a record
+  // Not told: the place in a line is said by its column, as a sheet has it, else by its byte.
+  bool counts_columns = false;
 
   bool anything_said() const noexcept;
 };
@@ -50,6 +53,7 @@ struct Layout {
   char decimal = '.';
   std::size_t header_rows = 1;  // lines before the first row of data
   bool is_long = false;
+  bool pairs = false;  // each column with a name has its times in the one before it
   TimeForm form = TimeForm::seconds;
   bool form_guessed = false;             // only the size of the numbers speaks for it
   std::size_t time = 0;                  // column
@@ -57,6 +61,7 @@ struct Layout {
   std::size_t tag = kNoColumn;           // long
   std::vector<std::size_t> more_of_tag;  // columns that stand before it in the tag's name
   bool annotated = false;  // as InfluxDB writes it: lines with #, a header before each table
+  std::vector<std::string> defaults;  // annotated: of cells that are empty, by column
   std::size_t value = kNoColumn;
   std::size_t quality = kNoColumn;
   bool zero_is_good = false;       // of the qualities
@@ -72,12 +77,20 @@ Layout find_layout(std::string_view head, const std::string& name, const ImportO
 
 // A line with #, or the header of a table, between the rows of an annotated file.
 bool is_annotation(const Layout& layout, const LineCells& row);
+// Of a row a value: the columns of the table that begins with this one. False where it lacks one that is needed.
+bool take_annotation(Layout& layout, const LineCells& row);
 
 // Long: the tag of a row, in `buffer` where it is put together; empty where the row has none.
 std::string_view tag_of(const Layout& layout, const LineCells& row, std::string& buffer);
 
 // Of a row with more cells than the header.
 std::string too_wide_text(std::size_t cells, const Layout& layout);
+
+// For messages: where in a line `byte` stands, from 1.
+std::size_t place_in_line(std::string_view line, std::size_t byte, const ImportOptions& options);
+
+// What times in seconds with this step may be instead, as a sentence; empty: nothing else.
+std::string other_time_units(double step_s);
 
 // One line: "comma, decimal point, UTF-8; times ISO 8601 in column 'Timestamp'; a column a signal"
 std::string describe(const Layout& layout, const TextSource& source);

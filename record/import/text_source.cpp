@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "record/import/text_source.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <iconv.h>
-#include <sys/stat.h>
-#include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -14,7 +10,6 @@
 #include <cstring>
 #include <utility>
 
-#include "base/file.hpp"
 #include "base/text.hpp"
 
 namespace loopwarden::record {
@@ -27,12 +22,15 @@ constexpr std::size_t kLongestLine = 64UL * 1024UL * 1024UL;
 std::string other_format(std::string_view head) {
   const auto has = [head](std::string_view part) { return head.find(part) != head.npos; };
   if (head.starts_with("PK\x03\x04")) {
-    if (has("[Content_Types].xml") || has("xl/") || has("application/vnd.oasis"))
-      return "is a spreadsheet, which is not read: save its sheet as CSV (Save As, CSV UTF-8)";
-    return "is a .zip archive, which is not read: unpack it and give the folder";
+    if (has("application/vnd.oasis"))
+      return "is a spreadsheet of OpenDocument, which is not read: save it as .xlsx or CSV";
+    return "is an archive or a workbook, which is read as a file of its own only, not from another "
+           "archive or standard input: unpack the outer one";
   }
+  if (head.starts_with("\x1F\x8B")) return "is packed twice, which is not read: unpack it";
   if (head.starts_with("\xD0\xCF\x11\xE0"))
-    return "is an old spreadsheet, which is not read: save its sheet as CSV (Save As, CSV UTF-8)";
+    return "is an old or an encrypted workbook, which is not read: save it as .xlsx without a "
+           "password, or as CSV";
   if (head.starts_with("%PDF")) return "is a PDF, which is not read: export the values as CSV";
   const std::size_t first = head.find_first_not_of(" \t\r\n");
   const std::size_t second =
@@ -58,7 +56,7 @@ const char* to_text(Encoding encoding) noexcept {
 
 struct TextSource::State {
   std::string name;
-  gzFile file = nullptr;
+  std::unique_ptr<ByteSource> bytes;
   iconv_t converter = reinterpret_cast<iconv_t>(-1);  // NOLINT: as iconv_open says
   Encoding encoding = Encoding::automatic;
   std::string raw;   // as in the file, not converted yet
@@ -66,14 +64,11 @@ struct TextSource::State {
   std::size_t at = 0;
   std::size_t line = 0;
   bool ended = false;
-  std::uint64_t file_bytes = 0;
-  std::uint64_t unpacked_bytes = 0;
 
   State() = default;
   State(const State&) = delete;
   State& operator=(const State&) = delete;
   ~State() {
-    if (file != nullptr) gzclose(file);
     if (converts()) iconv_close(converter);
   }
 
@@ -82,27 +77,16 @@ struct TextSource::State {
   }
 
   [[noreturn]] void fail(RecordError::Kind kind, const std::string& what) const {
-    throw RecordError(kind, 0, 0, name + ": " + what);
+    refuse(name, what, kind);
   }
 
   // Appends to `to`. False at the end.
   bool read_block(std::string& to) {
     const std::size_t before = to.size();
     to.resize(before + kBlock);
-    const int got = gzread(file, to.data() + before, static_cast<unsigned>(kBlock));
-    if (got < 0) {
-      int code = 0;
-      const char* what = gzerror(file, &code);
-      if (code == Z_ERRNO) fail(RecordError::Kind::io, "can't be read: " + base::error_text(errno));
-      fail(RecordError::Kind::data, fmt::format("is a damaged gzip file ({})", what));
-    }
-    to.resize(before + static_cast<std::size_t>(got));
-    if (got > 0) return true;
-    // zlib says only here that the last block was cut.
-    int code = 0;
-    gzerror(file, &code);
-    if (code == Z_BUF_ERROR) fail(RecordError::Kind::data, "is a gzip file that ends too early");
-    return false;
+    const std::size_t got = bytes->read(to.data() + before, kBlock);
+    to.resize(before + got);
+    return got > 0;
   }
 
   void convert(bool last) {
@@ -195,38 +179,11 @@ struct TextSource::State {
   }
 };
 
-TextSource::TextSource(const std::filesystem::path& path, Encoding encoding, std::string name)
+TextSource::TextSource(std::unique_ptr<ByteSource> bytes, std::string name, Encoding encoding)
     : state_(std::make_unique<State>()) {
-  const bool from_stdin = path == "-";
   State& s = *state_;
-  s.name = !name.empty() ? std::move(name) : from_stdin ? "standard input" : path.string();
-  const int fd = from_stdin ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) s.fail(RecordError::Kind::io, "can't be opened: " + base::error_text(errno));
-  struct stat about {};
-  if (::fstat(fd, &about) == 0) {
-    if (S_ISDIR(about.st_mode)) {
-      ::close(fd);
-      s.fail(RecordError::Kind::io, "is a folder");
-    }
-    if (S_ISREG(about.st_mode)) s.file_bytes = static_cast<std::uint64_t>(about.st_size);
-  }
-  if (s.file_bytes > 20) {
-    // RFC 1952: a gzip file ends with the size of what it holds, modulo 4 GiB.
-    std::array<unsigned char, 4> tail{};
-    std::array<unsigned char, 2> head{};
-    if (::pread(fd, head.data(), 2, 0) == 2 && head[0] == 0x1F && head[1] == 0x8B &&
-        ::pread(fd, tail.data(), 4, about.st_size - 4) == 4) {
-      for (std::size_t k = 4; k-- > 0;) s.unpacked_bytes = s.unpacked_bytes << 8U | tail[k];
-    } else {
-      s.unpacked_bytes = s.file_bytes;
-    }
-  }
-  s.file = gzdopen(fd, "rb");
-  if (s.file == nullptr) {
-    ::close(fd);
-    s.fail(RecordError::Kind::io, "can't be read: no memory");
-  }
-  gzbuffer(s.file, 128U * 1024U);
+  s.bytes = std::move(bytes);
+  s.name = std::move(name);
   s.find_encoding(encoding);
 }
 
@@ -281,14 +238,9 @@ std::string_view TextSource::peek(std::size_t most_lines) {
 bool TextSource::at_end() const noexcept { return state_->at >= state_->text.size(); }
 std::size_t TextSource::line_number() const noexcept { return state_->line; }
 Encoding TextSource::encoding() const noexcept { return state_->encoding; }
-bool TextSource::compressed() const noexcept { return gzdirect(state_->file) == 0; }
+std::string TextSource::packing() const { return state_->bytes->packing(); }
 const std::string& TextSource::name() const noexcept { return state_->name; }
-double TextSource::share_read() const noexcept {
-  const auto at = gzoffset(state_->file);
-  return at > 0 && state_->file_bytes > 0
-             ? static_cast<double>(at) / static_cast<double>(state_->file_bytes)
-             : 0.0;
-}
-std::uint64_t TextSource::text_bytes() const noexcept { return state_->unpacked_bytes; }
+double TextSource::share_read() const noexcept { return state_->bytes->share_read(); }
+std::uint64_t TextSource::text_bytes() const noexcept { return state_->bytes->unpacked_bytes(); }
 
 }  // namespace loopwarden::record

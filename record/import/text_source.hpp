@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lines of a text file as UTF-8, one after the other, whatever it was written as: gzip or plain, UTF-8, UTF-16 or
-// Windows-1252 (Latin-1 is a part of it), line ends of any system, from a file or from standard input.
+// Windows-1252 (Latin-1 is a part of it), line ends of any system, from a file, a member of an archive, a sheet or standard
+// input.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "record/record_csv.hpp"
+#include "record/import/byte_source.hpp"
 
 namespace loopwarden::record {
 
@@ -19,9 +20,9 @@ const char* to_text(Encoding encoding) noexcept;
 
 class TextSource {
  public:
-  // `path` - is standard input; `name` is what messages call it, else the path. Throws RecordError, as all do.
-  explicit TextSource(const std::filesystem::path& path, Encoding encoding = Encoding::automatic,
-                      std::string name = {});
+  // `name` is what messages call it. Throws RecordError, as all do.
+  TextSource(std::unique_ptr<ByteSource> bytes, std::string name,
+             Encoding encoding = Encoding::automatic);
   TextSource(TextSource&&) noexcept;
   TextSource& operator=(TextSource&&) noexcept;
   ~TextSource();
@@ -34,9 +35,9 @@ class TextSource {
 
   std::size_t line_number() const noexcept;  // of the last line that next() gave, from 1
   Encoding encoding() const noexcept;        // what it was found to be
-  bool compressed() const noexcept;          // gzip
+  std::string packing() const;               // "gzip", "zip", "xlsx"; "" for plain text
   const std::string& name() const noexcept;  // for messages
-  double share_read() const noexcept;  // of the file on the disk; 0 where its size is not known
+  double share_read() const noexcept;        // of all bytes; 0 where their number is not known
   // Of the text when decompressed, as far as it is known beforehand; 0: not known.
   std::uint64_t text_bytes() const noexcept;
 

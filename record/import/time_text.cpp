@@ -4,6 +4,7 @@
 #include <date/date.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -86,6 +87,25 @@ class Scanner {
       return static_cast<int>(m) + 1;
     }
     return 0;
+  }
+  std::string_view letters() const noexcept {
+    std::size_t n = 0;
+    while (n < rest_.size() && (rest_[n] | 0x20) >= 'a' && (rest_[n] | 0x20) <= 'z') ++n;
+    return rest_.substr(0, n);
+  }
+  void skip(std::size_t characters) noexcept { rest_.remove_prefix(characters); }
+  // "Tue ", "Di, ": by its first two letters, English or German.
+  void skip_weekday() noexcept {
+    constexpr std::string_view kDays = "mo tu we th fr sa su di mi do so ";
+    const std::string_view name = letters();
+    if (name.size() < 2) return;
+    const std::array<char, 3> start{static_cast<char>(name[0] | 0x20),
+                                    static_cast<char>(name[1] | 0x20), ' '};
+    if (kDays.find(std::string_view(start.data(), start.size())) == kDays.npos) return;
+    skip(name.size());
+    take(".");
+    take(",");
+    skip_spaces();
   }
   bool word(std::string_view lower) noexcept {
     if (rest_.size() < lower.size()) return false;
@@ -174,10 +194,36 @@ double read_clock(Scanner& in, bool digits_only) {
   return 3600.0 * (hour + shift) + 60.0 * minute + second;
 }
 
+struct ZoneName {
+  std::string_view name;  // lower case
+  int minutes;            // east of UTC
+};
+// Those of North America as RFC 822 has them. A name that stands for several zones (IST) is none.
+constexpr std::array kZones{
+    ZoneName{"z", 0},      ZoneName{"utc", 0},    ZoneName{"gmt", 0},    ZoneName{"wet", 0},
+    ZoneName{"west", 60},  ZoneName{"bst", 60},   ZoneName{"cet", 60},   ZoneName{"met", 60},
+    ZoneName{"mez", 60},   ZoneName{"cest", 120}, ZoneName{"mest", 120}, ZoneName{"mesz", 120},
+    ZoneName{"eet", 120},  ZoneName{"eest", 180}, ZoneName{"msk", 180},  ZoneName{"sast", 120},
+    ZoneName{"est", -300}, ZoneName{"edt", -240}, ZoneName{"cst", -360}, ZoneName{"cdt", -300},
+    ZoneName{"mst", -420}, ZoneName{"mdt", -360}, ZoneName{"pst", -480}, ZoneName{"pdt", -420},
+    ZoneName{"jst", 540},  ZoneName{"kst", 540},  ZoneName{"hkt", 480},  ZoneName{"sgt", 480},
+    ZoneName{"awst", 480}, ZoneName{"aest", 600}, ZoneName{"aedt", 660}, ZoneName{"nzst", 720},
+    ZoneName{"nzdt", 780}};
+
 bool read_zone(Scanner& in, int& offset_s) {
-  if (in.word("utc") || in.word("gmt") || in.word("z")) {
-    offset_s = 0;
-    if (in.at_end()) return true;
+  offset_s = 0;
+  const std::string_view name = in.letters();
+  if (!name.empty()) {
+    const auto at = std::find_if(kZones.begin(), kZones.end(), [&](const ZoneName& zone) {
+      return zone.name.size() == name.size() &&
+             std::equal(name.begin(), name.end(), zone.name.begin(),
+                        [](char a, char b) { return (a | 0x20) == b; });
+    });
+    if (at == kZones.end()) return false;
+    in.skip(name.size());
+    offset_s = 60 * at->minutes;
+    if (in.next() != '+' && in.next() != '-') return true;
+    if (offset_s != 0) return false;
   }
   const char sign = in.take("+-");
   if (sign == '\0') return false;
@@ -189,8 +235,80 @@ bool read_zone(Scanner& in, int& offset_s) {
   return true;
 }
 
+// nullopt where there is no such day.
+std::optional<TimePoint> point_at(const Date& written, double of_day_s) {
+  const date::year_month_day day = date::year(written.year) / written.month / written.day;
+  if (written.year < 1900 || written.year > 2200 || !day.ok()) return std::nullopt;
+  TimePoint point;
+  const double whole = std::floor(of_day_s);
+  point.whole_s =
+      kDay * date::sys_days(day).time_since_epoch().count() + static_cast<std::int64_t>(whole);
+  point.rest_s = of_day_s - whole;
+  return point;
+}
+
+// What stands behind a date: nothing, or a time of day and perhaps its zone.
+std::optional<TimePoint> with_clock(Scanner& in, const Date& written) {
+  in.take(",");
+  if (in.take("Tt") == '\0') in.skip_spaces();
+  if (in.at_end()) return point_at(written, 0.0);
+  const double of_day = read_clock(in, in.digits() >= 4);
+  if (of_day < 0.0) return std::nullopt;
+  auto point = point_at(written, of_day);
+  in.skip_spaces();
+  if (!point || in.at_end()) return point;
+  int offset_s = 0;
+  if (!read_zone(in, offset_s)) return std::nullopt;
+  in.skip_spaces();
+  if (!in.at_end() && in.next() != '(') return std::nullopt;  // (Central European Standard Time)
+  point->whole_s -= offset_s;
+  point->zone_known = true;
+  return point;
+}
+
+// As Java, C and JavaScript print it: Nov 24 13:05:22 CET 2026, Nov 24 13:05:22 2026, Nov 24 2026 13:05:22 GMT+0100.
+std::optional<TimePoint> month_first(Scanner& in) {
+  Date written;
+  written.month = in.month_name();
+  in.take(".");
+  in.skip_spaces();
+  written.day = in.number(2);
+  if (written.month == 0 || written.day < 1) return std::nullopt;
+  in.take(",");
+  in.skip_spaces();
+  if (in.digits() == 4) {
+    written.year = in.number(4);
+    return with_clock(in, written);
+  }
+  const double of_day = read_clock(in, false);
+  if (of_day < 0.0) return std::nullopt;
+  in.skip_spaces();
+  bool zone_known = false;
+  int offset_s = 0;
+  if (in.digits() == 0) {
+    zone_known = read_zone(in, offset_s);
+    if (!zone_known) {  // a name that is not known leaves a local time
+      if (in.letters().empty()) return std::nullopt;
+      in.skip(in.letters().size());
+    }
+    in.skip_spaces();
+  }
+  if (in.digits() != 4) return std::nullopt;
+  written.year = in.number(4);
+  if (!in.at_end()) return std::nullopt;
+  auto point = point_at(written, of_day);
+  if (!point) return std::nullopt;
+  point->whole_s -= offset_s;
+  point->zone_known = zone_known;
+  return point;
+}
+
 std::optional<TimePoint> parse_date(std::string_view text, TimeForm form) {
   Scanner in(text);
+  if (in.digits() == 0) {
+    in.skip_weekday();
+    if (in.digits() == 0) return month_first(in);
+  }
   Date written;
   if (!read_date(in, written)) return std::nullopt;
   if (written.year_first != (form == TimeForm::ymd)) {
@@ -201,25 +319,7 @@ std::optional<TimePoint> parse_date(std::string_view text, TimeForm form) {
     written.day = day_first ? written.first : written.second;
     written.month = day_first ? written.second : written.first;
   }
-  const date::year_month_day day = date::year(written.year) / written.month / written.day;
-  if (written.year < 1900 || written.year > 2200 || !day.ok()) return std::nullopt;
-  TimePoint point;
-  point.whole_s = kDay * date::sys_days(day).time_since_epoch().count();
-  in.take(",");
-  if (in.take("Tt") == '\0') in.skip_spaces();
-  if (in.at_end()) return point;
-  const double of_day = read_clock(in, in.digits() >= 4);
-  if (of_day < 0.0) return std::nullopt;
-  const double whole = std::floor(of_day);
-  point.whole_s += static_cast<std::int64_t>(whole);
-  point.rest_s = of_day - whole;
-  in.skip_spaces();
-  if (in.at_end()) return point;
-  int offset_s = 0;
-  if (!read_zone(in, offset_s) || !in.at_end()) return std::nullopt;
-  point.whole_s -= offset_s;
-  point.zone_known = true;
-  return point;
+  return with_clock(in, written);
 }
 
 // nullopt if no int64 holds it.

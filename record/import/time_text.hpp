@@ -6,9 +6,10 @@
 //   excel                            days since 1899-12-30, with a fraction
 //   ymd                              2026-03-01T10:00:00.5+01:00 and what is like it (ISO 8601 and its relatives; also 20260301T100000Z)
 //   dmy, mdy                         01.03.2026 10:00, 3/1/26 10:00:00 AM, 01-Mar-2026 10:00 (where a month's name stands both are the same)
+//                                    Tue Nov 24 13:05:22 CET 2026, Nov 24, 2026 1:05:22 PM: any of these three
 //   clock                            10:00:00 alone: a column of times beside one of dates
 //
-// What it can't do: names of time zones other than UTC, GMT and Z; week and ordinal dates; leap seconds (23:59:60 is
+// What it can't do: names of time zones beyond the best known; week and ordinal dates; leap seconds (23:59:60 is
 // the second after 23:59:59).
 #pragma once
 

@@ -48,10 +48,9 @@ nlohmann::json loop_json(const record::Importer& importer, const record::FoundLo
   return entry;
 }
 
-nlohmann::json problems_json(const record::Importer& importer) {
+nlohmann::json problems_json(const std::vector<record::FileProblem>& problems) {
   nlohmann::json list = nlohmann::json::array();
-  for (const record::FileProblem& p : importer.problems())
-    list.push_back({{"file", p.file}, {"why", p.why}});
+  for (const record::FileProblem& p : problems) list.push_back({{"file", p.file}, {"why", p.why}});
   return list;
 }
 
@@ -86,9 +85,6 @@ void print_list(const record::Importer& importer) {
       others += fmt::format(" and {} more", importer.other_names().size() - kMost);
     fmt::print("not used: {}\n", others);
   }
-  for (const record::FileProblem& p : importer.problems()) fmt::print("failed: {}\n", p.why);
-  if (const std::string others = importer.passed_over_text(); !others.empty())
-    fmt::print("{}\n", others);
 }
 
 void write_loop(const record::Record& r, const fs::path& path) {
@@ -120,8 +116,8 @@ class ImportedLoops {
   ImportedLoops(const record::Importer& importer, const ImportCommand& options, OutputFiles& files)
       : importer_(importer), options_(options), files_(files), out_(options.out) {
     note_ = {{"loops", nlohmann::json::array()},
-             {"failed", problems_json(importer)},
-             {"passed_over", importer.passed_over()}};
+             {"failed", problems_json(importer.problems())},
+             {"passed_over", problems_json(importer.passed_over())}};
   }
 
   void take(std::size_t loop, const record::Imported& imported) {
@@ -135,6 +131,10 @@ class ImportedLoops {
     entry["samples"] = imported.record.size();
     note_["loops"].push_back(std::move(entry));
     in_part_ += broken_.count(loop);
+    for (const std::size_t file : importer_.loops()[loop].files) {
+      if (broken_files_.count({loop, file}) == 0) files_read_.good.insert(file);
+    }
+    words_.insert(words_.end(), imported.notes.words.begin(), imported.notes.words.end());
     const std::string said = import_text(imported);
     text_ += path.filename().string() + "\n" + said;
     fmt::print(stderr, "{}", said);
@@ -144,6 +144,8 @@ class ImportedLoops {
     // What is wrong with a row is said once, not once a loop.
     if (failures_.insert(error.what()).second) fmt::print(stderr, "{}\n", error.what());
     broken_.insert(loop);
+    broken_files_.emplace(loop, file);
+    files_read_.bad.insert(file);
     note_["failed"].push_back({{"file", importer_.file(file).string()},
                                {"loop", importer_.loops()[loop].tag},
                                {"why", error.what()}});
@@ -151,24 +153,14 @@ class ImportedLoops {
   void write_note() {
     if (options_.check) return;
     files_.add(out_ / "import.json", note_.dump(2) + "\n");
-    files_.add(out_ / "import.txt", text_);
+    files_.add(out_ / "import.txt", text_ + words());
     files_.commit();
   }
   const nlohmann::json& note() const { return note_; }
 
-  // "20 of 29 loops read; 9 could not be read; 2 files could not be read". `asked_for`: the loops that were to be read.
-  std::string count_text(std::size_t asked_for) const {
-    const std::size_t read = note_["loops"].size();
-    std::string text =
-        fmt::format("{} of {} {} read", read, asked_for, asked_for == 1 ? "loop" : "loops");
-    if (read < asked_for) text += fmt::format("; {} could not be read", asked_for - read);
-    if (in_part_ > 0) text += fmt::format("; {} read without some of the files", in_part_);
-    if (const std::size_t files = importer_.problems().size(); files > 0)
-      text += fmt::format("; {} {} could not be read", files, files == 1 ? "file" : "files");
-    if (const std::string others = importer_.passed_over_text(); !others.empty())
-      text += "; " + others;
-    return text;
-  }
+  std::size_t files_lost() const { return files_read_.lost(); }
+  std::size_t in_part() const { return in_part_; }
+  std::string words() const { return record::bad_words_text(words_); }
 
  private:
   void write(const record::Record& r, const fs::path& path) {
@@ -187,9 +179,49 @@ class ImportedLoops {
   std::string text_;
   std::set<std::string> names_;
   std::set<std::string> failures_;
+  FilesRead files_read_;
+  std::vector<record::BadWord> words_;
   std::set<std::size_t> broken_;  // loops of which a file could not be read
-  std::size_t in_part_ = 0;       // of them, those that the other files give
+  std::set<std::pair<std::size_t, std::size_t>> broken_files_;  // loop, file
+  std::size_t in_part_ = 0;  // of them, those that the other files give
 };
+
+struct Counts {
+  std::size_t loops = 0;  // that were to be read
+  std::size_t loops_read = 0;
+  std::size_t in_part = 0;     // of these, without some of their files
+  std::size_t files_lost = 0;  // besides those that are no exports
+};
+
+// "20 of 29 files read, 31 of 33 loops; 9 files and 2 loops could not be read: see above; 3 files passed over"
+std::string count_text(const record::Importer& importer, const Counts& counts) {
+  const auto of = [](std::size_t count, const char* what) {
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+  };
+  const std::size_t files = importer.files() + importer.problems().size();
+  const std::size_t files_lost = importer.problems().size() + counts.files_lost;
+  const std::size_t loops_lost = counts.loops - counts.loops_read;
+  std::string text = fmt::format("{} of {} read, {} of {}", files - files_lost, of(files, "file"),
+                                 counts.loops_read, of(counts.loops, "loop"));
+  if (files_lost + loops_lost > 0) {
+    text += "; " + (files_lost > 0 ? of(files_lost, "file") : std::string()) +
+            (files_lost > 0 && loops_lost > 0 ? " and " : "") +
+            (loops_lost > 0 ? of(loops_lost, "loop") : std::string()) +
+            " could not be read: see above";
+  }
+  if (counts.in_part > 0)
+    text += fmt::format("; {} read without some of the files", of(counts.in_part, "loop"));
+  if (const std::size_t others = importer.passed_over().size(); others > 0)
+    text += fmt::format("; {} passed over", of(others, "file"));
+  return text;
+}
+
+// What was not read, with the reasons.
+void print_left_out(const record::Importer& importer) {
+  if (const std::string others = importer.passed_over_text(); !others.empty())
+    fmt::print(stderr, "{}\n", others);
+  for (const record::FileProblem& p : importer.problems()) fmt::print(stderr, "{}\n", p.why);
+}
 
 std::vector<std::size_t> usable_loops(const record::Importer& importer, const RecordInput& input) {
   std::vector<std::size_t> usable;
@@ -202,11 +234,12 @@ std::vector<std::size_t> usable_loops(const record::Importer& importer, const Re
 
 int read_all(record::Importer& importer, const ImportCommand& options) {
   std::vector<std::string> inputs;
-  for (std::size_t k = 0; k < importer.files(); ++k) inputs.push_back(importer.file(k).string());
+  for (std::size_t k = 0; k < importer.files(); ++k) inputs.push_back(importer.on_disk(k).string());
   OutputFiles files(inputs);
   if (!options.check) files.make_folder(options.out);
   const std::vector<std::size_t> usable = usable_loops(importer, options.input);
   if (usable.empty() && !options.input.loop().empty()) {
+    print_left_out(importer);
     fail(kExitData, "no loop {} with a PV; --list shows those that were found",
          base::in_quotes(options.input.loop()));
   }
@@ -231,19 +264,20 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
         });
     from = to;
   }
-  for (const record::FileProblem& p : importer.problems()) fmt::print(stderr, "{}\n", p.why);
-  if (loops.note()["loops"].empty()) {
-    if (usable.empty() && importer.problems().empty()) fmt::print(stderr, "{}\n", importer.no_pv());
-    fmt::print(stderr, "no loop could be read\n");
-    if (const std::string others = importer.passed_over_text(); !others.empty())
-      fmt::print(stderr, "{}\n", others);
-    return kExitData;
-  }
-  loops.write_note();
+  const bool none = loops.note()["loops"].empty();
+  if (!none) loops.write_note();
   std::fflush(stdout);
-  fmt::print(stderr, "{}\n", loops.count_text(usable.size()));
-  if (options.json) show_json(loops.note());
-  return loops.note()["failed"].empty() ? kExitOk : kExitData;
+  if (options.json && !none) show_json(loops.note());
+  std::fflush(stdout);
+  fmt::print(stderr, "{}", loops.words());
+  print_left_out(importer);
+  if (usable.empty() && importer.files() > 0) fmt::print(stderr, "{}\n", importer.no_pv());
+  fmt::print(stderr, "{}\n",
+             count_text(importer, {.loops = usable.size(),
+                                   .loops_read = loops.note()["loops"].size(),
+                                   .in_part = loops.in_part(),
+                                   .files_lost = loops.files_lost()}));
+  return reading_exit_code(!loops.note()["failed"].empty(), none, importer);
 }
 
 int run_import(const ImportCommand& options) {
@@ -251,30 +285,39 @@ int run_import(const ImportCommand& options) {
     fail(kExitUsage,
          "import: --out DIR writes the records, --list shows the loops, --check reads them");
   }
-  record::Importer importer({options.files.begin(), options.files.end()}, options.input.options());
+  record::Importer importer({options.files.begin(), options.files.end()}, options.input.options(),
+                            true);
   if (!options.list) return read_all(importer, options);
+  const std::size_t usable = usable_loops(importer, options.input).size();
   if (options.json) {
     nlohmann::json entry = {{"loops", nlohmann::json::array()},
                             {"not_used", importer.other_names()},
-                            {"failed", problems_json(importer)},
-                            {"passed_over", importer.passed_over()}};
+                            {"failed", problems_json(importer.problems())},
+                            {"passed_over", problems_json(importer.passed_over())}};
     for (const record::FoundLoop& loop : importer.loops())
       entry["loops"].push_back(loop_json(importer, loop));
     show_json(entry);
   } else {
     print_list(importer);
   }
-  if (importer.loops().empty() && importer.problems().empty())
+  std::fflush(stdout);
+  print_left_out(importer);
+  if (usable == 0 && importer.files() > 0) {
     fmt::print(stderr, "{}\n", importer.no_pv());
-  return importer.loops().empty() || !importer.problems().empty() ? kExitData : kExitOk;
+  } else if (const std::string hint = importer.pairs_hint(); !hint.empty()) {
+    fmt::print(stderr, "{}\n", hint);
+  }
+  fmt::print(stderr, "{}\n", count_text(importer, {.loops = usable, .loops_read = usable}));
+  return reading_exit_code(!importer.problems().empty(), usable == 0, importer);
 }
 
 }  // namespace
 
 void add_import(Program& program) {
   auto [command, o] = program.command("import", "any historian's export as records", run_import);
-  command.required("file", o.files,
-                   "exports: text, also gzip; folders of them; - for standard input");
+  command.required(
+      "file", o.files,
+      "exports: text, also gzip; .xlsx; .zip and folders of them; - for standard input");
   command.option("--out", o.out, "folder for a record a loop, import.json and import.txt");
   command.flag("--list", o.list, "print the loops that were found, write nothing");
   command.flag("--check", o.check, "read all of it, say what would be done, write nothing");
@@ -282,7 +325,8 @@ void add_import(Program& program) {
   o.input.add_options(command);
   command.footer(
       "What an export looks like is found out and said; every command that takes a record reads "
-      "such exports by itself. Exit code 65: something could not be read; the rest was.\n"
+      "such exports by itself. ARCHIVE.zip/MEMBER and BOOK.xlsx/SHEET are files as well. Exit code "
+      "65: something could not be read; the rest was.\n"
       "Example: loopwarden import export.csv --list");
 }
 

@@ -57,23 +57,31 @@ int exit_code_of(const nlohmann::json& failed) {
   return lost ? kExitData : kExitOk;
 }
 
-// "12 loops: 8 judged, 3 from an earlier run, 1 could not be read; 2 files could not be read": the first three make the
-// sum, what stands behind it is besides.
+// "29 files: 27 read, 2 could not be read; 12 loops: 8 judged, 3 from an earlier run, 1 could not be read; 4 files passed
+// over": of files and of loops the parts make the sum, what stands behind it is besides.
 std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
-  std::string text = fmt::format("{} {}: {} judged, {} from an earlier run, {} could not be read",
-                                 count.loops, count.loops == 1 ? "loop" : "loops", count.judged,
-                                 count.resumed, count.loops - count.judged - count.resumed);
-  const auto besides = [&](const char* lost, const char* key, const char* what) {
+  const auto names_of = [&](const char* lost, const char* key) {
     std::set<std::string> names;
     for (const auto& problem : failed) {
       if (problem.value("lost", "loop") == lost) names.insert(problem.at(key).get<std::string>());
     }
-    if (names.empty()) return;
-    text += fmt::format("; {} {}{} {}", names.size(), key, names.size() == 1 ? "" : "s", what);
+    return names.size();
   };
-  besides("part", "loop", "judged without some of the files");
-  besides("signals", "loop", "without PV or CO");
-  besides("file", "file", "could not be read");
+  const auto of = [](std::size_t number, const char* what) {
+    return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+  };
+  std::string text = fmt::format(
+      "{}: {} read, {} could not be read; {}: {} judged, {} from an earlier run, {} could not be "
+      "read",
+      of(count.files, "file"), count.files - count.files_lost, count.files_lost,
+      of(count.loops, "loop"), count.judged, count.resumed,
+      count.loops - count.judged - count.resumed);
+  const auto besides = [&](std::size_t number, const char* one, const char* what) {
+    if (number > 0) text += fmt::format("; {} {}", of(number, one), what);
+  };
+  besides(names_of("part", "loop"), "loop", "judged without some of the files");
+  besides(names_of("signals", "loop"), "loop", "without PV or CO");
+  besides(count.passed_over, "file", "passed over");
   return text;
 }
 
@@ -136,17 +144,19 @@ int run_survey(const SurveyCommand& options) {
   }
   run.share = share_from(options.shard);
   const SurveyCount count = judge_all(run);
-  if (!count.passed_over.empty()) fmt::print(stderr, "{}\n", count.passed_over);
+  fmt::print(stderr, "{}", count.said);
   if (count.loops == 0 && run.share.of == 1) {
     print_failed(count.failed);
-    fail(kExitData,
+    fmt::print(stderr, "{}\n", count_text(count, count.failed));
+    fail(count.exit_code,
          "no loop with PV and CO was found; 'loopwarden import --list' shows what was, --map "
          "pv=NAME,co=NAME says which columns or tags are one");
   }
   write_survey({out}, out);
   const nlohmann::json survey = read_survey(out);
-  fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
   print_survey(survey, out, options.json);
+  std::fflush(stdout);
+  fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
   return exit_code_of(survey.at("failed"));
 }
 
@@ -155,7 +165,8 @@ int run_survey(const SurveyCommand& options) {
 void add_survey(Program& program) {
   auto [command, o] = program.command(
       "survey", "all loops of a plant, ranked: which are sick, and what to do next", run_survey);
-  command.option("path", o.paths, "exports with any number of loops, and folders of them");
+  command.option("path", o.paths,
+                 "exports with any number of loops, .xlsx, .zip and folders of them");
   command.required(
       "--out", o.out,
       "folder for survey.html, survey.csv, survey.json; an earlier run in it is gone on with");

@@ -148,7 +148,7 @@ record::Imported RecordInput::read(const std::filesystem::path& path) const {
   Progress progress(path.string(), 1000);
   record::Imported imported =
       record::import_record(path, loop_, how, [&](double share) { progress.update_share(share); });
-  fmt::print(stderr, "{}", import_text(imported));
+  fmt::print(stderr, "{}{}", import_text(imported), record::bad_words_text(imported.notes.words));
   return imported;
 }
 
@@ -209,6 +209,21 @@ void keep_telling_part(record::Record& r, std::size_t most, const std::string& n
   r.missing_stem = missing(r.stem);
   fmt::print(stderr, "{}: {} samples: the {:g} s from {:g} s on, in which most moves\n", name, all,
              r.time_s.back() - r.time_s.front(), r.time_s.front());
+}
+
+std::size_t FilesRead::lost() const {
+  return static_cast<std::size_t>(std::count_if(
+      bad.begin(), bad.end(), [this](std::size_t file) { return good.count(file) == 0; }));
+}
+
+ExitCode reading_exit_code(bool something_failed, bool nothing_read,
+                           const record::Importer& importer) {
+  if (!something_failed && !nothing_read) return kExitOk;
+  const auto& problems = importer.problems();
+  const bool by_system = std::any_of(problems.begin(), problems.end(), [](const auto& problem) {
+    return problem.kind == record::RecordError::Kind::io;
+  });
+  return nothing_read && by_system ? kExitIo : kExitData;
 }
 
 std::string import_text(const record::Imported& imported) {

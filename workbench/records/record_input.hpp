@@ -3,7 +3,9 @@
 // same options everywhere, and a line on the error output that says what was found and done.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,7 +54,20 @@ std::size_t telling_part(const record::Record& record, std::size_t length);
 // Of a record of more than twice `most` samples that part only; says so on the error output.
 void keep_telling_part(record::Record& record, std::size_t most, const std::string& name);
 
-// What was found and done, in lines; empty where the record is in the fixed format and nothing is to be said.
+// What was found and done, in lines; empty where the record is in the fixed format and nothing is to be said. Words that
+// were taken as bad values are left to record::bad_words_text(), since several loops may have them.
 std::string import_text(const record::Imported& imported);
+
+// Of the files of an importer those that gave some loop, and those that failed one.
+struct FilesRead {
+  std::set<std::size_t> good, bad;
+
+  std::size_t lost() const;  // that gave none
+};
+
+// The exit code of what reads many loops: 0 where all was read, else 65, also where the rest was done; 74 where nothing
+// was read since the system refused a file.
+ExitCode reading_exit_code(bool something_failed, bool nothing_read,
+                           const record::Importer& importer);
 
 }  // namespace loopwarden::workbench

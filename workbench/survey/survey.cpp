@@ -13,6 +13,7 @@
 #include "base/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/files/output_files.hpp"
+#include "workbench/records/record_input.hpp"
 #include "workbench/survey/join.hpp"
 #include "workbench/survey/survey_page.hpp"
 #include "workbench/text/import_json.hpp"
@@ -44,8 +45,8 @@ std::string key_of(const record::Importer& importer, const record::FoundLoop& lo
   for (const std::string& name : loop.signals.names) text += "|" + name;
   for (const std::size_t file : loop.files) {
     std::error_code problem;
-    const fs::path& path = importer.file(file);
-    text += fmt::format("|{} {} {}", path.string(), fs::file_size(path, problem),
+    const fs::path& path = importer.on_disk(file);
+    text += fmt::format("|{} {} {}", importer.file(file).string(), fs::file_size(path, problem),
                         fs::last_write_time(path, problem).time_since_epoch().count());
   }
   return fmt::format("{:016x}", stable_hash(text));
@@ -70,7 +71,8 @@ struct OpenLoops {
 };
 
 // What there is to do, and what an earlier run has done.
-OpenLoops open_loops(const record::Importer& importer, const SurveyRun& run, SurveyCount& count) {
+OpenLoops open_loops(const record::Importer& importer, const SurveyRun& run, SurveyCount& count,
+                     FilesRead& files) {
   OpenLoops out;
   for (std::size_t k = 0; k < importer.loops().size(); ++k) {
     const record::FoundLoop& loop = importer.loops()[k];
@@ -90,6 +92,11 @@ OpenLoops open_loops(const record::Importer& importer, const SurveyRun& run, Sur
     const auto before = read_json(path);
     if (before && before->value("key", "") == key_of(importer, loop, run)) {
       ++count.resumed;
+      std::set<std::string> without;
+      for (const json& problem : before->value("without", json::array()))
+        without.insert(problem.at("file").get<std::string>());
+      for (const std::size_t file : loop.files)
+        (without.count(importer.file(file).string()) > 0 ? files.bad : files.good).insert(file);
     } else {
       out.open.push_back(k);
     }
@@ -104,13 +111,18 @@ struct ReadLoop {
 };
 
 std::vector<ReadLoop> read_loops(record::Importer& importer, std::span<const std::size_t> which,
-                                 json& failed, const record::ImportProgress& progress) {
+                                 json& failed, FilesRead& files,
+                                 const record::ImportProgress& progress) {
   std::vector<ReadLoop> loops;
+  std::set<std::pair<std::size_t, std::size_t>> broken_files;  // loop, file
   std::map<std::size_t, json> broken;
   importer.read(
       which,
       [&](std::size_t loop, record::Imported imported) {
         loops.push_back({loop, std::move(imported)});
+        for (const std::size_t file : importer.loops()[loop].files) {
+          if (broken_files.count({loop, file}) == 0) files.good.insert(file);
+        }
         const auto at = broken.find(loop);
         if (at == broken.end()) return;
         loops.back().without = std::move(at->second);
@@ -118,6 +130,8 @@ std::vector<ReadLoop> read_loops(record::Importer& importer, std::span<const std
         broken.erase(at);
       },
       [&](std::size_t loop, std::size_t file, const record::RecordError& error) {
+        broken_files.emplace(loop, file);
+        files.bad.insert(file);
         broken[loop].push_back({{"file", importer.file(file).string()},
                                 {"loop", importer.loops()[loop].tag},
                                 {"lost", "loop"},
@@ -152,8 +166,14 @@ SurveyCount judge_all(const SurveyRun& run) {
   for (const record::FileProblem& problem : importer.problems()) {
     count.failed.push_back({{"file", problem.file}, {"lost", "file"}, {"why", problem.why}});
   }
-  count.passed_over = importer.passed_over_text();
-  const auto [open, wanted] = open_loops(importer, run, count);
+  count.files = importer.files() + importer.problems().size();
+  count.passed_over = importer.passed_over().size();
+  count.said = importer.passed_over_text() + (count.passed_over > 0 ? "\n" : "");
+  if (const std::string hint = importer.pairs_hint(); !hint.empty()) count.said += hint + "\n";
+  count.exit_code = reading_exit_code(true, true, importer);
+  std::vector<record::BadWord> words;
+  FilesRead files;
+  const auto [open, wanted] = open_loops(importer, run, count, files);
   forget_others(run.out / "loops", wanted);
   constexpr std::uint64_t kOne = kReadingParts + kJudgingParts;
   Progress progress("survey", kOne * open.size());
@@ -165,10 +185,14 @@ SurveyCount judge_all(const SurveyRun& run) {
     }
     const std::uint64_t reading = kReadingParts * (to - from);
     std::vector<ReadLoop> batch = read_loops(
-        importer, std::span(open).subspan(from, to - from), count.failed, [&](double share) {
+        importer, std::span(open).subspan(from, to - from), count.failed, files, [&](double share) {
           progress.update(kOne * from +
                           static_cast<std::uint64_t>(share * static_cast<double>(reading)));
         });
+    for (const ReadLoop& one : batch) {
+      const auto& found = one.imported.notes.words;
+      words.insert(words.end(), found.begin(), found.end());
+    }
     base::parallel_for(
         batch.size(), run.jobs,
         [&](std::size_t k) {
@@ -182,6 +206,8 @@ SurveyCount judge_all(const SurveyRun& run) {
     count.judged += batch.size();
     from = to;
   }
+  count.said += record::bad_words_text(words);
+  count.files_lost = importer.problems().size() + files.lost();
   write_output(run.out / "failed.json", json{{"failed", count.failed}}.dump(2) + "\n");
   return count;
 }

@@ -37,7 +37,11 @@ struct SurveyCount {
   // be read, "signals" a loop that can't be judged since it has no PV or no CO. ("part", a file of a loop that is judged
   // without it, stands with the loop.)
   nlohmann::json failed = nlohmann::json::array();
-  std::string passed_over;  // Importer::passed_over_text()
+  std::size_t files = 0;       // that were looked at
+  std::size_t files_lost = 0;  // of them, those that gave no loop
+  std::size_t passed_over = 0;
+  std::string said;                // passed over, words taken as bad values, hints: lines
+  ExitCode exit_code = kExitData;  // where no loop was found
 };
 
 // Judges what is not judged yet. Throws RecordError where a path can't be looked at, OutputError.

@@ -44,6 +44,11 @@ nlohmann::json import_json(const record::ImportNotes& notes, const ImportSpans& 
       {"questionable", notes.questionable},
       {"same_time", notes.same_time},
       {"remarks", notes.remarks}};
+  made["words"] = nlohmann::json::array();
+  for (const record::BadWord& one : notes.words) {
+    made["words"].push_back(
+        {{"file", one.file}, {"signal", one.signal}, {"word", one.word}, {"cells", one.cells}});
+  }
   made["units"] = nlohmann::json::object();
   for (const record::Role role : {record::Role::pv, record::Role::co}) {
     const std::string& unit = notes.units[index_of(role)];

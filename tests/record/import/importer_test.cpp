@@ -247,8 +247,7 @@ TEST_CASE("a row a value, packed, with qualities and another order", "[import]")
                     Catch::Contains("ends too early"));
 }
 
-TEST_CASE("bad values by name are missing samples, counted; other words are an error that helps",
-          "[import]") {
+TEST_CASE("bad values by name are missing samples, counted", "[import]") {
   const auto spoiled = [](const std::string& word) {
     std::string text = "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP\n";
     for (std::size_t k = 0; k < kSamples; ++k) {
@@ -262,12 +261,6 @@ TEST_CASE("bad values by name are missing samples, counted; other words are an e
   CHECK(bad.record.missing_pv == 9);
   CHECK(std::isnan(bad.record.pv[50]));
   CHECK(imported(spoiled("Questionable")).notes.questionable == 9);
-  const std::string what = failure(spoiled("Wartung"));
-  CHECK(what.find("export.csv:52:22: 'Wartung' is not a number") != std::string::npos);
-  CHECK(what.find("--bad-value 'Wartung'") != std::string::npos);
-  ImportOptions options;
-  options.bad_words = {"wartung"};
-  CHECK(imported(spoiled("Wartung"), options).notes.bad == 9);
 }
 
 TEST_CASE("jittered times are drawn onto a constant period, and what that moves is said",
@@ -557,6 +550,10 @@ TEST_CASE("rows wider than their header are refused, with the line", "[import]")
   for (std::size_t k = 0; k < kSamples; ++k)
     text += "FIC1,PV," + iso(k) + "," + number(loop().pv[k]) + "\n";
   CHECK(failure(text).find("export.csv:2: 4 cells where the header has 3") != std::string::npos);
+  std::string counted = "Tag,Timestamp,Value\n";
+  for (std::size_t k = 0; k < kSamples; ++k)
+    counted += "FIC1,PV," + seconds(k) + "," + number(loop().pv[k]) + "\n";
+  CHECK(failure(counted).find("export.csv:2: 4 cells where the header has 3") != std::string::npos);
   // Beyond the lines that the layout is found from.
   const std::string rows = wide("Timestamp,PV,OP,SP", [](std::size_t k) { return iso(k); });
   const std::string wider = iso(kSamples) + ",20,50,20,7\n" + iso(kSamples + 1) + ",20,50,20\n";
@@ -586,13 +583,14 @@ TEST_CASE("a spreadsheet's error in any language is a bad value", "[import]") {
   }
 }
 
-TEST_CASE("one unknown word in few cells is a bad value, and said", "[import]") {
+TEST_CASE("unknown words are bad values where nine of ten cells are numbers, and said",
+          "[import]") {
   const auto with = [](std::size_t cells, const std::string& word, const std::string& other,
                        bool is_long = false) {
     std::string text = is_long ? "Tag,Timestamp,Value\n" : "Timestamp,FIC1.PV,FIC1.OP\n";
     for (std::size_t k = 0; k < kSamples; ++k) {
       const std::string pv =
-          k >= 100 && k < 100 + cells ? (k % 2 == 0 ? word : other) : number(loop().pv[k]);
+          k >= 100 && k < 100 + cells ? (k % 3 > 0 ? word : other) : number(loop().pv[k]);
       const std::string co = number(loop().co[k]);
       text += is_long ? "FIC1.PV," + iso(k) + "," + pv + "\nFIC1.OP," + iso(k) + "," + co + "\n"
                       : iso(k) + "," + pv + "," + co + "\n";
@@ -600,52 +598,125 @@ TEST_CASE("one unknown word in few cells is a bad value, and said", "[import]") 
     return text;
   };
   for (const bool is_long : {false, true}) {
-    const Imported got = imported(with(4, "Wartung", "Wartung", is_long));
-    CHECK(got.notes.bad == 4);
-    REQUIRE(got.notes.remarks.size() == 1);
-    CHECK(got.notes.remarks.front() == "FIC1.PV: 'Wartung' in 4 cells: taken as a bad value");
+    const Imported got = imported(with(90, "Wartung", "Scan Fehler!", is_long));
+    CHECK(got.notes.bad == 90);
+    CHECK(got.record.missing_pv == 90);
+    REQUIRE(got.notes.words.size() == 2);
+    const std::string said = bad_words_text(got.notes.words);
+    CHECK(said.find("export.csv: 'Wartung' in 60 cells of FIC1.PV: taken as a bad value\n") !=
+          std::string::npos);
+    CHECK(said.find("export.csv: 'Scan Fehler!' in 30 cells") != std::string::npos);
   }
-  CHECK(failure(with(5, "Wartung", "Wartung")).find("export.csv:102:22: 'Wartung'") !=
-        std::string::npos);
-  CHECK(failure(with(2, "Wartung", "Stillstand")).find("export.csv:103:22: 'Stillstand'") !=
-        std::string::npos);
-  CHECK(failure(with(1, "1.2.3", "")).find("'1.2.3' is not a number") != std::string::npos);
+  const std::string what = failure(with(91, "Wartung", "Wartung"));
+  CHECK(what.find("export.csv:102:22: 'Wartung' is not a number") != std::string::npos);
+  CHECK(what.find("--bad-value 'Wartung'") != std::string::npos);
+  ImportOptions options;
+  options.bad_words = {"wartung"};
+  CHECK(imported(with(91, "Wartung", "Wartung"), options).notes.bad == 91);
+  for (const char* no_word : {"1.2.3", "-5x", "12 m", "+"})
+    CHECK(failure(with(2, no_word, no_word)).find("is not a number") != std::string::npos);
+  // Once a word and file, whatever signals it stands in.
+  CHECK(bad_words_text({{"a.csv", "X.PV", "aus", 2},
+                        {"a.csv", "X.OP", "aus", 3},
+                        {"a.csv", "X.PV", "aus", 2},
+                        {"b.csv", "X.PV", "aus", 1}}) ==
+        "a.csv: 'aus' in 5 cells of 2 signals: taken as a bad value\n"
+        "b.csv: 'aus' in 1 cell of X.PV: taken as a bad value\n");
 }
 
-TEST_CASE("stamps that jitter by milliseconds don't make the period", "[import]") {
-  // An OPC logger: 1 s samples, each value stamped by itself, by exception.
+// An OPC logger: samples of a scan, each value stamped by itself, by exception.
+std::string logged(double scan_s, double jitter_s) {
   numeric::Random random(7);
-  std::string text = "Tag,Timestamp,Value\n";
-  constexpr std::size_t kHour = 3600;
-  std::vector<double> pv(kHour), co(kHour);
-  for (std::size_t k = 0; k < kHour; ++k) {
+  constexpr std::size_t kScans = 3600;
+  std::vector<double> pv(kScans), co(kScans);
+  for (std::size_t k = 0; k < kScans; ++k) {
     pv[k] = 20.0 + std::sin(0.03 * static_cast<double>(k)) + 0.05 * random.normal();
     co[k] = 50.0 + 3.0 * std::sin(0.03 * static_cast<double>(k) - 1.0) + 0.02 * random.normal();
   }
+  std::string text = "Tag,Timestamp,Value\n";
   const auto stamp = [&](std::size_t k) {
-    return iso_text(kStart + static_cast<std::int64_t>(k), random.uniform(0.0, 0.0049), true);
+    const double at = scan_s * static_cast<double>(k) + random.uniform(0.0, jitter_s);
+    return iso_text(kStart + static_cast<std::int64_t>(at), at - std::floor(at), true);
   };
   for (const std::size_t k : by_exception(pv, 0.2))
     text += "FIC1.PV," + stamp(k) + "," + number(pv[k]) + "\n";
   for (const std::size_t k : by_exception(co, 0.5))
     text += "FIC1.OP," + stamp(k) + "," + number(co[k]) + "\n";
-  const Imported got = imported(text);
-  CHECK(got.record.period_s == Approx(1.0).epsilon(1e-3));
-  CHECK(got.record.size() <= kHour + 1);
+  return text;
 }
 
-TEST_CASE("a record of far more rows than the export has is said", "[import]") {
+TEST_CASE("stamps that jitter by milliseconds don't make the period: the scan does", "[import]") {
+  for (const double scan : {0.5, 1.0, 5.0}) {
+    for (const double jitter : {0.0049, 0.08}) {
+      INFO(scan << " " << jitter);
+      const Imported got = imported(logged(scan, jitter * scan));
+      CHECK(got.record.period_s == scan);
+      CHECK(got.record.size() <= 3601);
+      CHECK(got.notes.resampled.find("multiples") != std::string::npos);
+    }
+  }
+  // A scan that nobody would guess.
+  CHECK(imported(logged(1.7, 0.004)).record.period_s == Approx(1.7).epsilon(1e-3));
+  // Two values of a scan a few milliseconds apart are no scan of milliseconds.
+  std::string twice = "Tag,Timestamp,Value\n";
+  numeric::Random random(8);
+  double at = 0.0;
+  for (std::size_t k = 0; k < 500; ++k) {
+    at += 1.0 + std::floor(random.uniform(0.0, 6.0));
+    const auto row = [&](const char* tag, double rest, double value) {
+      twice += fmt::format("{},{},{:.3f}\n", tag,
+                           iso_text(kStart + static_cast<std::int64_t>(at), rest, true), value);
+    };
+    row("FIC1.PV", 0.001, random.normal());
+    if (k % 10 == 0) row("FIC1.PV", 0.004, random.normal());
+    row("FIC1.OP", 0.002, random.normal());
+  }
+  CHECK(imported(twice).record.period_s == 1.0);
+}
+
+TEST_CASE("values at times of no scan are put on a period that their density gives", "[import]") {
+  numeric::Random random(9);
   std::string text = "Tag,Timestamp,Value\n";
-  std::size_t at = 0;
-  for (std::size_t k = 0; k < 100; ++k) {
-    at += k % 10 == 0 ? 1 : 200 + 37 * (k % 7);
-    text += "FIC1.PV," + iso(at) + "," + number(loop().pv[k]) + "\n";
+  double at = 0.0;
+  for (std::size_t k = 0; k < 1000; ++k) {
+    at += -3.0 * std::log(random.uniform(1e-6, 1.0)) + 0.001;  // as independent events come
+    text += fmt::format("FIC1.PV,{},{:.3f}\n",
+                        iso_text(kStart + static_cast<std::int64_t>(at), at - std::floor(at), true),
+                        random.normal());
   }
   const Imported got = imported(text);
-  REQUIRE(got.record.size() > 100 * 100);
-  REQUIRE_FALSE(got.notes.remarks.empty());
-  CHECK(got.notes.remarks.front().find("100 values of PV make") != std::string::npos);
-  CHECK(got.notes.remarks.front().find("--period") != std::string::npos);
+  CHECK(got.record.period_s >= 0.05);
+  CHECK(got.record.size() <= 40 * 1000);
+  CHECK(got.notes.resampled.find("no common step") != std::string::npos);
+}
+
+TEST_CASE("a record of more than 50 samples a value is refused, unless its period is told",
+          "[import]") {
+  numeric::Random random(12);
+  std::string text = "Tag,Timestamp,Value\n";
+  std::int64_t at = kStart;
+  for (std::size_t k = 0; k < 60; ++k) {
+    at += static_cast<std::int64_t>(random.uniform(20.0, 180.0));
+    text += "FIC1.PV," + iso_text(at, random.uniform(0.0, 0.004), true) + "," +
+            number(loop().pv[k]) + "\n";
+  }
+  const std::string what = failure(text);
+  INFO(what);
+  CHECK(what.find("samples of 1 s, more than 50 a value") != std::string::npos);
+  const std::size_t help = what.find("--period ");
+  REQUIRE(help != std::string::npos);
+  ImportOptions told;
+  told.period_s = std::stod(what.substr(help + 9));
+  CHECK(imported(text, told).record.period_s == *told.period_s);
+  told.period_s = 1.0;
+  CHECK(imported(text, told).record.size() > 50 * 60);
+  // Two hours with half a year between them.
+  std::string gap = "Timestamp,PV,OP\n";
+  for (std::size_t k = 0; k < 2 * kSamples; ++k) {
+    gap += iso(k < kSamples ? k : k + 180UL * 86400) + "," + number(loop().pv[k % kSamples]) + "," +
+           number(loop().co[k % kSamples]) + "\n";
+  }
+  CHECK(failure(gap).find("for up to 4.32e+03 h there are none") != std::string::npos);
 }
 
 TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
@@ -677,9 +748,17 @@ TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
                 ",value,opc," + tag + "\n";
   }
   CHECK(imported(by_tag).notes.tag == "opc.FIC7");
-  // Another table with other columns.
-  CHECK(failure(text + "#group,false\n,result,table,_time,_value,_field,_measurement,site\n")
-            .find("a table with other columns begins here") != std::string::npos);
+  // A table with other columns, and one whose columns stand in its defaults.
+  std::string others = text;
+  others += "#default,_result,,,,,,FIC102\n,result,table,_time,_value,_field,_measurement,unit\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    for (const auto& [field, value] : {std::pair{"PV", loop().pv[k]}, {"OP", loop().co[k]}})
+      others += ",,3," + iso(k) + "," + number(value) + "," + field + ",plant,\n";
+  }
+  same(imported(others, {}, "export.csv", "plant.FIC101"));
+  CHECK(imported(others, {}, "export.csv", "plant.FIC102").record.co == loop().co);
+  CHECK(failure(text + "#group,false\n,result,table,_time,_field,_measurement,site\n")
+            .find("a table without _time, _field and _value begins here") != std::string::npos);
   // A column a field, as pivot() makes it.
   std::string pivoted = ",result,table,_start,_stop,_time,_measurement,FIC9.PV,FIC9.OP,FIC9.SP\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
@@ -688,6 +767,45 @@ TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
                "\n";
   }
   same(imported(pivoted));
+}
+
+TEST_CASE("times and values in pairs of columns, each of its own length", "[import]") {
+  // As DataLink writes it: above the times or the values, with a time of its own for each value.
+  for (const char* header : {"FIC-128.PV,,FIC-128.OP,,FIC-128.SP,",
+                             "Timestamp,FIC-128.PV,Timestamp,FIC-128.OP,Timestamp,FIC-128.SP",
+                             "FIC-128.PV Time,FIC-128.PV Value,FIC-128.OP Time,FIC-128.OP Value,"
+                             "FIC-128.SP Time,FIC-128.SP Value"}) {
+    INFO(header);
+    for (const bool short_rows : {false, true}) {
+      std::string text = std::string(header) + "\n";
+      for (std::size_t k = 0; k < kSamples; ++k) {
+        text += date("%d-%b-%y %H:%M:%S", k) + "," + number(loop().pv[k]) + ",";
+        text += 2 * k < kSamples ? date("%d-%b-%y %H:%M:%S", 2 * k) + "," + number(loop().co[2 * k])
+                                 : (short_rows ? "" : ",");
+        if (k < 2) {
+          text += "," + date("%d-%b-%y %H:%M:%S", 400 * k) + "," + (k == 0 ? "20" : "21.5");
+        } else if (!short_rows) {
+          text += k == 2 ? ",No events found.," : ",,";
+        }
+        text += "\n";
+      }
+      const Imported got = imported(text);
+      REQUIRE(got.record.size() == kSamples);
+      CHECK(got.notes.tag == "FIC-128");
+      CHECK(got.notes.start->whole_s == kStart);
+      CHECK(got.notes.layout.find("in pairs of columns") != std::string::npos);
+      CHECK(got.record.sp == loop().sp);
+      for (std::size_t k = 0; k < kSamples; k += 2) {
+        CHECK(got.record.pv[k] == loop().pv[k]);
+        CHECK(got.record.co[k] == loop().co[k]);
+      }
+    }
+  }
+  // A time that can't be read has its place.
+  std::string broken = "FIC1.PV,,FIC1.OP,\n";
+  for (std::size_t k = 0; k < kSamples; ++k)
+    broken += iso(k) + ",20," + (k == 700 ? "yesterday" : iso(k)) + ",50\n";
+  CHECK(failure(broken).find("export.csv:702:25: 'yesterday' is no time") != std::string::npos);
 }
 
 TEST_CASE("formats that are not read say what to do instead", "[import]") {
@@ -702,26 +820,61 @@ TEST_CASE("formats that are not read say what to do instead", "[import]") {
     }
     return std::string();
   };
-  CHECK_THAT(said("a.xlsx", zip + "[Content_Types].xml"), Catch::Contains("save its sheet as CSV"));
-  CHECK_THAT(said("a.zip", zip + "exports/a.csv"), Catch::Contains("unpack it"));
+  CHECK_THAT(said("a.ods", zip + "mimetypeapplication/vnd.oasis.opendocument.spreadsheet"),
+             Catch::Contains("save it as .xlsx or CSV"));
   CHECK_THAT(said("a.xls", "\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"), Catch::Contains("as CSV"));
   CHECK_THAT(said("a.pdf", "%PDF-1.7\n"), Catch::Contains("is a PDF"));
   CHECK_THAT(said("a.json", "[\n  {\"time\": 1, \"pv\": 2}\n]\n"), Catch::Contains("is JSON"));
 }
 
-TEST_CASE("what a folder has beside exports is counted by its endings", "[import]") {
+TEST_CASE("what a folder has beside exports is listed with the reason", "[import]") {
   const TemporaryFolder folder;
-  for (const char* name : {"a.xlsx", "b.XLSX", "c.zip", ".hidden.zip"})
+  for (const char* name : {"a.pdf", "b.json", "c.JPG", "d.raw", ".hidden.zip"})
     write_file(folder / name, "x");
-  CHECK_THROWS_WITH(Importer({folder.path()}, {}),
-                    Catch::Contains("passed over: .xlsx (2), .zip (1)"));
+  CHECK_THROWS_WITH(
+      Importer({folder.path()}, {}),
+      Catch::Contains("no file .csv") && Catch::Contains("a.pdf: a PDF holds no values"));
   write_file(folder / "e.csv", wide("time,pv,co,sp", seconds));
   Importer importer({folder.path()}, {});
-  CHECK(importer.passed_over_text() == "3 files passed over: .xlsx (2), .zip (1)");
+  CHECK(importer.passed_over().size() == 4);
+  const std::string said = importer.passed_over_text();
+  for (const char* part : {"a.pdf: a PDF holds no values", "b.json: JSON is not read",
+                           "c.JPG: a picture", "d.raw: by its name no export"}) {
+    INFO(part);
+    CHECK(said.find(part) != std::string::npos);
+  }
+  for (int k = 0; k < 7; ++k) write_file(folder / fmt::format("p{}.jpg", k), "x");
+  CHECK(Importer({folder.path()}, {}).passed_over_text().find(" and 3 more: a picture") !=
+        std::string::npos);
   const Imported got = import_record(folder.path(), "", {});
   REQUIRE(got.notes.remarks.size() == 1);
-  CHECK(got.notes.remarks.front() == importer.passed_over_text());
   CHECK(Importer({folder / "e.csv"}, {}).passed_over_text().empty());
+}
+
+TEST_CASE("loops of one name in several files stay apart", "[import]") {
+  const TemporaryFolder folder;
+  for (const char* name : {"a/e.csv", "b/e.csv", "c/e.csv"})
+    write_file(folder / name, wide("time,pv,co,sp", seconds));
+  Importer importer({folder.path()}, {});
+  REQUIRE(importer.loops().size() == 3);
+  CHECK(importer.loops()[1].tag == "e in e");
+  CHECK(importer.loops()[2].tag == "e in e (2)");
+}
+
+TEST_CASE("tags of a transmitter and a valve are offered as a loop", "[import]") {
+  const auto hint = [](const std::string& names) {
+    const TemporaryFolder folder;
+    write_file(folder / "e.csv", "Time," + names + "\n1,2,3\n2,3,4\n3,4,5\n");
+    return Importer({folder.path()}, {}).pairs_hint();
+  };
+  CHECK(hint("FT129,FV129") ==
+        "FT129 and FV129 look like PV and CO of a loop: --map pv=FT129,co=FV129");
+  CHECK(hint("12-FI-129A,12-FV-129A").find("--map pv=12-FI-129A,co=12-FV-129A") !=
+        std::string::npos);
+  CHECK(hint("FT129,FV130").empty());
+  CHECK(hint("FT129,LV129").empty());
+  CHECK(failure("Time,FT129,FV129\n1,2,3\n2,3,4\n").find("--map pv=FT129,co=FV129") !=
+        std::string::npos);
 }
 
 TEST_CASE("of a loop in several files a bad one is left out and listed", "[import]") {
@@ -790,10 +943,10 @@ TEST_CASE("what is no export says so", "[import]") {
   for (const char* header : {"Time,PV,OP\n", "Time,PV,OP\ns,m3/h,%\n"}) {
     CHECK(failure(header).find("a header, and no row of data below it") != std::string::npos);
   }
-  // As Java prints a date: at the first row.
+  // At the first row.
   CHECK(failure(wide("Timestamp,PV,OP,SP",
-                     [](std::size_t k) { return date("%a %b %d %H:%M:%S UTC %Y", k); }))
-            .find("export.csv:2:1: 'Sun Mar 01 22:30:00 UTC 2026' is no time that is known") !=
+                     [](std::size_t k) { return date("%a %H:%M:%S week %V of %Y", k); }))
+            .find("export.csv:2:1: 'Sun 22:30:00 week 09 of 2026' is no time that is known") !=
         std::string::npos);
   CHECK_FALSE(failure("one column\n1\n2\n").empty());
   CHECK(failure("a,b,c\nx,y,z\nx,y,z\n").find("--time-column") != std::string::npos);

@@ -32,9 +32,23 @@ TEST_CASE("one moment in all the ways in which it is written", "[import]") {
   for (const char* text :
        {"2026-03-01T10:00:00Z", "2026-03-01 10:00:00", "2026-03-01T11:00:00+01:00",
         "2026-03-01T11:00:00.000+0100", "2026/03/01 10:00", "20260301T100000Z",
-        "2026-Mar-01 10:00:00", "2026-03-01 10:00:00 UTC", "2026-03-01 10:00:00 AM"}) {
+        "2026-Mar-01 10:00:00", "2026-03-01 10:00:00 UTC", "2026-03-01 10:00:00 AM",
+        "2026-03-01 11:00:00 CET"}) {
     CHECK(seconds(text, TimeForm::ymd) == 0.0);
   }
+  // Java's, C's and JavaScript's own, whatever the order of numbers is.
+  for (const TimeForm form : {TimeForm::ymd, TimeForm::dmy, TimeForm::mdy}) {
+    for (const char* text :
+         {"Sun Mar 01 11:00:00 CET 2026", "Sun Mar 01 12:00:00 MESZ 2026",
+          "Sun Mar 01 05:00:00 EST 2026", "Sun Mar  1 10:00:00 2026",
+          "Sun Mar 01 2026 11:00:00 GMT+0100 (Central European Standard Time)",
+          "Sun, 01 Mar 2026 10:00:00 GMT", "Mar 1, 2026 10:00:00 AM", "So, 01-Mar-2026 10:00",
+          "Sun Mar 01 12:00:00 GMT+02:00 2026", "Sun Mar 01 10:00:00 XYZ 2026"}) {
+      CHECK(seconds(text, form) == 0.0);
+    }
+  }
+  CHECK(parse_time("Sun Mar 01 11:00:00 CET 2026", TimeForm::ymd)->zone_known);
+  CHECK_FALSE(parse_time("Sun Mar 01 10:00:00 XYZ 2026", TimeForm::ymd)->zone_known);
   for (const char* text : {"01.03.2026 10:00:00", "1/3/2026 10:00", "01-Mar-26 10:00:00",
                            "01-MAR-2026 10:00:00.000", "1.3.26 10:00"}) {
     CHECK(seconds(text, TimeForm::dmy) == 0.0);
@@ -55,7 +69,9 @@ TEST_CASE("one moment in all the ways in which it is written", "[import]") {
 TEST_CASE("what is no time", "[import]") {
   for (const char* text :
        {"", "2026-13-01", "2026-02-30 10:00", "2026-03-01 25:00", "2026-03-01 10:61",
-        "2026-03-01T10:00:00+99:00", "yesterday", "2026-03-01 10:00:00 CET"}) {
+        "2026-03-01T10:00:00+99:00", "yesterday", "2026-03-01 10:00:00 XYZ", "Sun", "Mar",
+        "Sun Mar", "Sun Mar 40 10:00:00 CET 2026", "Sun Mar 01 10:00:00 CET",
+        "Sun Mar 01 10:00:00 CET 2026 x", "Mar 1 2026 10:00 (", "FIC 1 10:00:00 CET 2026"}) {
     INFO(text);
     CHECK_FALSE(parse_time(text, TimeForm::ymd));
   }
@@ -164,6 +180,9 @@ TEST_CASE("the loop and the signal that a name stands for", "[import]") {
   is("Controller Output (%)", "", Role::co);
   is("FIC101.SV", "FIC101", Role::sp);
   is("FIC101.MODE", "FIC101", Role::mode);
+  is("MODE.ACTUAL", "", Role::mode);
+  is("FIC-110/PID1/MODE.ACTUAL", "FIC-110/PID1", Role::mode);
+  is("FIC-110/PID1/SP.CV", "FIC-110/PID1", Role::sp);
   is("FIC101.PV (m3/h)", "FIC101", Role::pv);
   CHECK(read_tag("FIC101.PV [m3/h]").unit == "m3/h");
   CHECK_FALSE(read_tag("TI205").role);

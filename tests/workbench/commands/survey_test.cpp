@@ -13,6 +13,7 @@
 #include "tests/support/archive.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/zip_file.hpp"
 
 namespace loopwarden::tests::survey_command_test {
 namespace {
@@ -171,7 +172,8 @@ TEST_CASE("a format file tells what can't be found out, and its errors have thei
   const ShellOutcome good = loopwarden(read);
   INFO(good.text);
   REQUIRE(good.exit_code == 0);
-  CHECK(json::parse(good.text)["loops"][0]["tag"] == "FIC9");
+  CHECK(json::parse(good.text.substr(0, good.text.rfind("1 of 1 file read")))["loops"][0]["tag"] ==
+        "FIC9");
   write_file(plant.folder() / "f.yaml", "decimals: comma\n");
   const ShellOutcome bad = loopwarden(read);
   CHECK(bad.exit_code == 78);
@@ -312,9 +314,9 @@ TEST_CASE(
   const ShellOutcome one = loopwarden("survey " + files + " --jobs 1 --out " + plant.path("one"));
   INFO(one.text);
   REQUIRE(one.exit_code == 65);  // two files could not be read
-  CHECK(
-      one.text.find("4 loops: 4 judged, 0 from an earlier run, 0 could not be read; 2 files could "
-                    "not be read\n") != std::string::npos);
+  CHECK(one.text.ends_with(
+      "\n4 files: 2 read, 2 could not be read; 4 loops: 4 judged, 0 from an earlier run, 0 could "
+      "not be read\n"));
   const json survey = read_json(plant.folder() / "one/survey.json");
   REQUIRE(survey["loops"].size() == 4);
   REQUIRE(survey["failed"].size() == 2);
@@ -403,13 +405,15 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
   write_file(plant.folder() / "e/t.csv",
              "Timestamp,TI205.PV\n2026-03-01T10:00:00Z,1\n"
              "2026-03-01T10:00:01Z,2\n2026-03-01T10:00:02Z,3\n");
-  write_file(plant.folder() / "e/values.xlsx", "PK");
+  write_file(plant.folder() / "e/values.json", "{}");
   const auto alone = all(0, 0, 0);
   for (const std::string& text : alone)
-    CHECK(text.find("1 file passed over: .xlsx (1)") != std::string::npos);
-  CHECK(alone[1].find("\n3 of 3 loops read; 1 file passed over") != std::string::npos);
-  CHECK(alone[2].find("2 loops: 0 judged, 2 from an earlier run, 0 could not be read; 1 loop "
-                      "without PV or CO\n") != std::string::npos);
+    CHECK(text.find("values.json: JSON is not read") != std::string::npos);
+  for (const std::size_t k : {0UL, 1UL})
+    CHECK(alone[k].ends_with("\n2 of 2 files read, 3 of 3 loops; 1 file passed over\n"));
+  CHECK(alone[2].ends_with(
+      "\n2 files: 2 read, 0 could not be read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
+      "not be read; 1 loop without PV or CO; 1 file passed over\n"));
   // An earlier day of a loop, of which a row is broken.
   std::string day = "Timestamp,FIC101.PV,FIC101.OP\n";
   for (int k = 0; k < 500; ++k) {
@@ -420,16 +424,29 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
   }
   write_file(plant.folder() / "e/day.csv", day);
   const auto in_part = all(0, 65, 65);
-  CHECK(in_part[1].find("\n3 of 3 loops read; 1 read without some of the files; 1 file passed") !=
-        std::string::npos);
-  CHECK(in_part[2].find("2 loops: 1 judged, 1 from an earlier run, 0 could not be read; 1 loop "
-                        "judged without some of the files; 1 loop without PV or CO\n") !=
-        std::string::npos);
+  CHECK(in_part[1].ends_with(
+      "\n2 of 3 files read, 3 of 3 loops; 1 file could not be read: see above; "
+      "1 loop read without some of the files; 1 file passed over\n"));
+  for (int again = 0; again < 2; ++again) {
+    const ShellOutcome more = loopwarden("survey " + folder + " --out " + plant.path("s"));
+    CHECK(more.exit_code == 65);
+    CHECK(more.text.ends_with(
+        "\n3 files: 2 read, 1 could not be read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
+        "not be read; 1 loop judged without some of the files; 1 "
+        "loop without PV or CO; 1 file passed over\n"));
+  }
   fs::remove(plant.folder() / "e/day.csv");
   // A file that is none, and a loop with a cell that is no number.
   write_file(plant.folder() / "e/b.csv", "not an export\n");
-  CHECK(all(65, 65, 65)[1].find("\n3 of 3 loops read; 1 file could not be read; ") !=
-        std::string::npos);
+  CHECK(
+      all(65, 65, 65)[1].ends_with("\n2 of 3 files read, 3 of 3 loops; 1 file could not be read: "
+                                   "see above; 1 file passed over\n"));
+  // The same where it is named.
+  const ShellOutcome named =
+      loopwarden("import " + plant.path("e/b.csv") + " " + plant.path("e/a.csv") + " --check");
+  CHECK(named.exit_code == 65);
+  CHECK(named.text.ends_with(
+      "\n1 of 2 files read, 2 of 2 loops; 1 file could not be read: see above\n"));
   fs::remove(plant.folder() / "e/b.csv");
   std::string spoiled = read_file(plant.folder() / "e/a.csv");
   const std::size_t place = spoiled.find(',', spoiled.size() / 2);
@@ -438,12 +455,39 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
   const ShellOutcome imported = loopwarden("import " + folder + " --out " + plant.path("out2"));
   INFO(imported.text);
   CHECK(imported.exit_code == 65);
-  CHECK(imported.text.find("\n2 of 3 loops read; 1 could not be read; ") != std::string::npos);
+  CHECK(
+      imported.text.ends_with("\n2 of 2 files read, 2 of 3 loops; 1 loop could not be read: see "
+                              "above; 1 file passed over\n"));
   const ShellOutcome surveyed = loopwarden("survey " + folder + " --out " + plant.path("s2"));
   INFO(surveyed.text);
   CHECK(surveyed.exit_code == 65);
-  CHECK(surveyed.text.find("2 loops: 1 judged, 0 from an earlier run, 1 could not be read; ") !=
-        std::string::npos);
+  CHECK(
+      surveyed.text.find(
+          "2 files: 2 read, 0 could not be read; 2 loops: 1 judged, 0 from an earlier run, 1 could "
+          "not be read; ") != std::string::npos);
+}
+
+TEST_CASE("the members of an archive are surveyed, and judged anew where it has changed",
+          "[survey][program]") {
+  Plant plant;
+  plant.write_export("a.csv", {{"FIC1", plant.simulated(5.0, 2)}});
+  plant.write_export("b.csv", {{"FIC1", plant.simulated(0.0, 1)}});
+  const std::string command = "survey " + plant.path("week.zip") + " --out " + plant.path("s");
+  write_zip(plant.folder() / "week.zip", {{"day/a.csv", read_file(plant.folder() / "a.csv")}});
+  const ShellOutcome first = loopwarden(command);
+  INFO(first.text);
+  REQUIRE(first.exit_code == 0);
+  CHECK(
+      first.text.ends_with("\n1 file: 1 read, 0 could not be read; 1 loop: 1 judged, 0 from an "
+                           "earlier run, 0 could not be read\n"));
+  CHECK(loopwarden(command).text.find("0 judged, 1 from an earlier run") != std::string::npos);
+  write_zip(plant.folder() / "week.zip", {{"day/a.csv", read_file(plant.folder() / "b.csv")}});
+  CHECK(loopwarden(command).text.find("1 judged, 0 from an earlier run") != std::string::npos);
+  const ShellOutcome one = loopwarden("diagnose " + plant.path("week.zip/day/a.csv"));
+  CHECK(one.exit_code == 0);
+  CHECK(one.text.find("week.zip/day/a.csv: zip, comma") != std::string::npos);
+  CHECK(loopwarden("survey " + plant.path("none.zip") + " --out " + plant.path("x")).exit_code ==
+        74);
 }
 
 TEST_CASE("batch runs each command once, keeps its exit code, and shares out", "[batch][program]") {
