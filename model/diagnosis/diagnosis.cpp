@@ -81,8 +81,10 @@ void name_valve_effect(Diagnosis& d) {
   const CauseProbabilities p = weigh(findings.features);
   const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
   const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
-  d.stiction_share = stiction / std::max(stiction + backlash, 1e-12);
-  const bool sticks = kBacklashOdds * stiction >= backlash;
+  // Behind play PV moves on once the band is crossed; behind stiction it jumps and stands again.
+  const double moves_on = d.evidence.standing > kStandsFrom ? 1.0 : kNoJumpOdds;
+  d.stiction_share = stiction / std::max(stiction + moves_on * backlash, 1e-12);
+  const bool sticks = d.stiction_share >= 0.5;
   d.cause = sticks ? Cause::stiction : Cause::backlash;
   const double other = sticks ? 1.0 - d.stiction_share : d.stiction_share;
   if (other >= kAlternative) d.alternative = sticks ? Cause::backlash : Cause::stiction;
@@ -274,11 +276,19 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
     const auto seen = [](const Diagnosis& d) { return d.grade == Grade::seen; };
     loop.verdict = DiagnosisVerdict::valve_effect;
     loop.grade = 2 * count(seen) >= count(effect) ? Grade::seen : Grade::likely;
-    // Of the windows with the loop's grade the last stands for it: the size of today.
-    for (std::size_t i = 0; i < windows.size(); ++i) {
-      if (windows[i].grade == loop.grade) loop.like = i;
+    double stiction = 0.0;  // nats
+    for (const Diagnosis& d : windows) {
+      if (effect(d)) stiction += logit(std::clamp(d.stiction_share, 0.01, 0.99));
     }
-    loop.cause = windows[loop.like].cause;
+    loop.cause = stiction >= 0.0 ? Cause::stiction : Cause::backlash;
+    // Of the windows with the loop's grade and cause the last stands for it: the size of today.
+    for (const bool same_cause : {false, true}) {
+      for (std::size_t i = 0; i < windows.size(); ++i) {
+        if (windows[i].grade == loop.grade && (!same_cause || windows[i].cause == loop.cause)) {
+          loop.like = i;
+        }
+      }
+    }
     std::size_t last = windows.size();
     while (last > 0 && !effect(windows[last - 1])) --last;
     loop.since = last - 1;

@@ -31,9 +31,9 @@ enum class DiagnosisVerdict : std::uint8_t {
 };
 const char* to_text(DiagnosisVerdict verdict) noexcept;
 
-// Stiction and backlash look alike in routine data, and a self-regulating loop seldom cycles from backlash:
-// it is named where it is this many times more probable.
-inline constexpr double kBacklashOdds = 2.0;
+// Stiction and backlash look alike in routine data. The trees that weigh them see shapes and fits; where PV does not stand during
+// CO's moves, so does not jump either, backlash is this many times more probable than they say.
+inline constexpr double kNoJumpOdds = 15.0;
 
 // The fit in free run puts the band too low, as it can trade it for dead time; the range of CO puts it too high, as CO overshoots
 // the band; the fit one step ahead puts it too low, as noise rounds its corners. The geometric mean of the first two, and of that

@@ -14,7 +14,6 @@
 #include "base/edit_distance.hpp"
 #include "record/import/file_reader.hpp"
 #include "record/import/number_text.hpp"
-#include "record/import/time_column.hpp"
 #include "base/text.hpp"
 
 namespace loopwarden::record {

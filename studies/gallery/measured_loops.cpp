@@ -34,41 +34,43 @@ struct DrawnLoop {
 
 constexpr std::array kDrawnLoops{
     DrawnLoop{"measured/rse_0412_fcv701.csv", "RSE FCV701", "flow", 500.0, 1340.0,
-            "CO is a triangle of 68 to 74 %, logged in steps of 1 %; PV stands on two levels and "
-            "jumps, and CO turns where it has jumped. The valve sticks."},
+              "CO is a triangle of 68 to 74 %, logged in steps of 1 %; PV stands on two levels and "
+              "jumps, and CO turns where it has jumped. The valve sticks."},
     DrawnLoop{"isdb/CHEM10.csv", "CHEM10", "pressure", 0.0, 500.0,
-            "CO goes straight up and down, PV stands on two levels with corners. PV over CO is a "
-            "parallelogram. The valve sticks."},
-    DrawnLoop{"isdb/CHEM24.csv", "CHEM24", "flow", 6000.0, 9000.0,
-            "PV stands on many levels, and stays on them while CO travels by 20 %; smaller swings "
-            "of CO move nothing. The cycle is not regular, the band is. The valve sticks."},
+              "CO goes straight up and down, PV stands on two levels with corners. PV over CO is a "
+              "parallelogram. The valve sticks."},
+    DrawnLoop{
+        "isdb/CHEM24.csv", "CHEM24", "flow", 6000.0, 9000.0,
+        "PV stands on many levels, and stays on them while CO travels by 20 %; smaller swings "
+        "of CO move nothing. The cycle is not regular, the band is. The valve sticks."},
     DrawnLoop{"isdb/CHEM1.csv", "CHEM1", "flow", 0.0, 700.0,
-            "CO travels 0.7 % between its turns and turns where PV has gone over. PV is a square "
-            "with noise on it. The valve sticks, in a small band."},
+              "CO travels 0.7 % between its turns and turns where PV has gone over. PV is a square "
+              "with noise on it. The valve sticks, in a small band."},
     DrawnLoop{"isdb/CHEM12.csv", "CHEM12", "level", 0.0, 2000.0,
-            "PV goes over in steps and rests, CO ramps and turns after each step, always after "
-            "the same travel. Noisier than the others, and the same figure. The valve sticks."},
+              "PV goes over in steps and rests, CO ramps and turns after each step, always after "
+              "the same travel. Noisier than the others, and the same figure. The valve sticks."},
     DrawnLoop{"isdb/CHEM2.csv", "CHEM2", "flow", 0.0, 1000.0,
-            "PV follows CO with the same slope either way, and rests flat at each turn until CO "
-            "has gone back by 2 to 3 %: a dead band. No jumps show; play looks the same."},
+              "PV follows CO with the same slope either way, and rests flat at each turn until CO "
+              "has gone back by 2 to 3 %: a dead band. No jumps show; play looks the same."},
     DrawnLoop{"routine/r22.csv", "B of routine, window r22", "not told", 2500.0, 5000.0,
-            "PV jumps by 10 to 15 between two levels while CO moves by 0.6 %; sharp corners. The "
-            "valve sticks."},
+              "PV jumps by 10 to 15 between two levels while CO moves by 0.6 %; sharp corners. The "
+              "valve sticks."},
     DrawnLoop{"measured/rse_0412_fcv721.csv", "RSE FCV721", "flow", 500.0, 1400.0,
-            "Levels and jumps as those of FCV701 on the same header, and PV steps while CO "
-            "stands, where a neighbour jumps. It sticks, and it is pushed."},
+              "Levels and jumps as those of FCV701 on the same header, and PV steps while CO "
+              "stands, where a neighbour jumps. It sticks, and it is pushed."},
     DrawnLoop{"measured/rse_1704_tcv731.csv", "RSE TCV731", "temperature", 1000.0, 2000.0,
-            "CO goes from end to end and rests at both; PV is round and comes a quarter period "
-            "later, as a slow process does. Too much gain; the valve can't be judged."},
+              "CO goes from end to end and rests at both; PV is round and comes a quarter period "
+              "later, as a slow process does. Too much gain; the valve can't be judged."},
     DrawnLoop{"isdb/PAP4.csv", "PAP4", "concentration", 400.0, 700.0,
-            "CO and PV go together, a narrow ellipse; PV waits for nothing. The data base says "
-            "dead zone and tight tuning; the tuning shows."},
+              "CO and PV go together, a narrow ellipse; PV waits for nothing. The data base says "
+              "dead zone and tight tuning; the tuning shows."},
     DrawnLoop{"isdb/CHEM13.csv", "CHEM13", "analyser", 12000.0, 18000.0,
-            "CO and PV are round and opposite, a straight line over each other: the controller "
-            "answers a load or a faulty analyser, and the valve follows."},
-    DrawnLoop{"routine/r24.csv", "A of routine, window r24", "level", 3000.0, 7500.0,
-            "Three steps of the set point. CO kicks, PV turns and overshoots, all smooth: a vessel "
-            "that integrates. The plant calls the valve sticky; this window does not show it."},
+              "CO and PV are round and opposite, a straight line over each other: the controller "
+              "answers a load or a faulty analyser, and the valve follows."},
+    DrawnLoop{
+        "routine/r24.csv", "A of routine, window r24", "level", 3000.0, 7500.0,
+        "Three steps of the set point. CO kicks, PV turns and overshoots, all smooth: a vessel "
+        "that integrates. The plant calls the valve sticky; this window does not show it."},
 };
 
 // What the program prints.
@@ -109,8 +111,7 @@ std::string picture_of(const DrawnLoop& drawn, const record::Record& r) {
     return std::lower_bound(r.time_s.begin(), r.time_s.end(), time_s) - r.time_s.begin();
   };
   const auto cut = [&](const std::vector<double>& column) {
-    return std::vector<double>(column.begin() + at(drawn.from_s),
-                               column.begin() + at(drawn.to_s));
+    return std::vector<double>(column.begin() + at(drawn.from_s), column.begin() + at(drawn.to_s));
   };
   const std::vector<double> time = cut(r.time_s);
   workbench::Chart pv{.title = "PV", .x_label = "s", .y_label = "PV", .height = 190.0};
@@ -126,12 +127,11 @@ std::string picture_of(const DrawnLoop& drawn, const record::Record& r) {
                          .width = 360.0,
                          .height = high - 40.0};
   plane.lines = {{"", workbench::palette::kBlue, cut(r.co), cut(r.pv)}};
-  return workbench::sheet_svg(
-      fmt::format("{}, {}", drawn.loop, drawn.what), pv.width + plane.width,
-      workbench::kSheetTitle + high,
-      workbench::chart_group(pv, 0.0, workbench::kSheetTitle) +
-          workbench::chart_group(co, 0.0, workbench::kSheetTitle + below) +
-          workbench::chart_group(plane, pv.width, workbench::kSheetTitle));
+  return workbench::sheet_svg(fmt::format("{}, {}", drawn.loop, drawn.what), pv.width + plane.width,
+                              workbench::kSheetTitle + high,
+                              workbench::chart_group(pv, 0.0, workbench::kSheetTitle) +
+                                  workbench::chart_group(co, 0.0, workbench::kSheetTitle + below) +
+                                  workbench::chart_group(plane, pv.width, workbench::kSheetTitle));
 }
 
 }  // namespace
