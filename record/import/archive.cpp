@@ -91,8 +91,8 @@ Archive::Archive(const std::filesystem::path& path) {
     if (zip_stat_index(opened, k, 0, &about) != 0)
       refuse(name, fmt::format("is a damaged archive: {}", zip_strerror(opened)));
     ArchiveMember member;
-    if ((about.valid & ZIP_STAT_NAME) != 0 && base::is_utf8(about.name)) member.name = about.name;
-    if (member.name.empty()) member.name = fmt::format("member {}", k + 1);
+    member.name = plain_name((about.valid & ZIP_STAT_NAME) != 0 ? about.name : "",
+                             fmt::format("member {}", k + 1));
     if ((about.valid & ZIP_STAT_SIZE) != 0) member.bytes = about.size;
     member.encrypted =
         (about.valid & ZIP_STAT_ENCRYPTION_METHOD) != 0 && about.encryption_method != ZIP_EM_NONE;

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/file.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -98,6 +99,19 @@ std::string read_all(ByteSource& source, std::size_t most, const std::string& na
     if (got == 0) return all;
     if (all.size() > most) refuse(name, fmt::format("is larger than {} MiB", most >> 20U));
   }
+}
+
+std::string plain_name(std::string_view name, const std::string& other) {
+  if (name.empty() || !base::is_utf8(name)) return other;
+  std::string plain(name);
+  for (std::size_t k = 0; k < plain.size(); ++k) {
+    const auto byte = static_cast<unsigned char>(plain[k]);
+    const bool of_two =
+        byte == 0xC2 && static_cast<unsigned char>(plain[k + 1]) < 0xA0;  // U+0080 to 9F
+    if (of_two) plain.erase(k, 1);
+    if (byte < 0x20 || byte == 0x7F || of_two) plain[k] = '?';
+  }
+  return plain;
 }
 
 std::uint64_t believable_bytes(std::uint64_t stated, std::uint64_t on_disk) noexcept {

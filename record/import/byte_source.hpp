@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "record/record_csv.hpp"
 
@@ -33,6 +34,10 @@ std::string read_all(ByteSource& source, std::size_t most, const std::string& na
                                 RecordError::Kind kind = RecordError::Kind::data) {
   throw RecordError(kind, 0, 0, name + ": " + what);
 }
+
+// A name that came from within a file, without what a terminal would act on and what is no UTF-8; `other` if that leaves
+// nothing.
+std::string plain_name(std::string_view name, const std::string& other);
 
 // What a size that a file states of itself may be believed to be, seeing how large it is on the disk.
 std::uint64_t believable_bytes(std::uint64_t stated, std::uint64_t on_disk) noexcept;

@@ -445,9 +445,10 @@ void Workbook::read_sheets() {
     if (!is(sheet, "sheet")) continue;
     const auto part = sheets.find(attribute(sheet, "id"));
     if (part == sheets.end()) continue;  // of a chart
-    std::string name(base::cut(attribute(sheet, "name"), 100));
-    if (name.empty() || !base::is_utf8(name) || !names.insert(name).second) {
-      name = fmt::format("sheet {}", sheets_.size() + 1);
+    const std::string other = fmt::format("sheet {}", sheets_.size() + 1);
+    std::string name = plain_name(base::cut(attribute(sheet, "name"), 100), other);
+    if (!names.insert(name).second) {
+      name = other;
       names.insert(name);
     }
     sheets_.push_back({std::move(name), part->second});

@@ -14,6 +14,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/exit_code.hpp"
 #include "record/import/importer.hpp"
 #include "workbench/command_line/share.hpp"
 #include "workbench/survey/loop_result.hpp"

@@ -82,6 +82,19 @@ TEST_CASE("the members of an archive are files, by name and in a folder", "[impo
   CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);  // nothing was unpacked
 }
 
+TEST_CASE("names from within a file have nothing that a terminal would act on", "[import]") {
+  CHECK(plain_name("a\x1B[2J\xC3\xA4\xC2\x9B.csv", "x") == "a?[2J\xC3\xA4?.csv");
+  CHECK(plain_name("a\xFF", "member 1") == "member 1");
+  CHECK(plain_name("", "member 1") == "member 1");
+  const TemporaryFolder folder;
+  write_zip(folder / "b.xlsx", workbook_parts({{"a&#27;b", ""}, {"a&#27;b", ""}}));
+  Containers containers;
+  const auto members = containers.members(folder / "b.xlsx");
+  REQUIRE(members.size() == 2);
+  CHECK(members[0].path == folder / "b.xlsx/a?b");
+  CHECK(members[1].path == folder / "b.xlsx/sheet 2");
+}
+
 TEST_CASE("what an archive may not be is refused by its name", "[import]") {
   const TemporaryFolder folder;
   const auto why = [&](const std::string& name) {
