@@ -125,8 +125,8 @@ void find_jumps(LoopMoves& loop) {
     if (size < kJumpFrom) continue;
     bool largest = true;
     for (std::size_t l = 1; l <= kApart; ++l) {
-      largest = largest && size > std::abs(loop.sudden[k - l]) &&
-                size >= std::abs(loop.sudden[k + l]);
+      largest =
+          largest && size > std::abs(loop.sudden[k - l]) && size >= std::abs(loop.sudden[k + l]);
     }
     if (!largest) continue;
     loop.jumps.push_back(k);
@@ -216,9 +216,8 @@ Gain gain(const LoopMoves& source, const LoopMoves& victim, std::size_t shift) {
 // Largest squared correlation of the unforeseen moves within a sample.
 double at_once(const LoopMoves& a, const LoopMoves& b) {
   const std::size_t n = a.unforeseen.size();
-  const double squares = std::pow(numeric::rms(a.unforeseen) * numeric::rms(b.unforeseen) *
-                                      static_cast<double>(n),
-                                  2.0);
+  const double squares = std::pow(
+      numeric::rms(a.unforeseen) * numeric::rms(b.unforeseen) * static_cast<double>(n), 2.0);
   if (!(squares > 0.0)) return 0.0;
   double most = 0.0;
   for (std::size_t lag = 0; lag <= 1; ++lag) {
@@ -269,9 +268,8 @@ std::vector<Pair> best_correlated(std::span<const NeighbourLoop> loops, std::siz
   for (Eigen::Index a = 0; a < moves.cols(); a += kBlock) {
     const Eigen::Index wide = std::min(kBlock, moves.cols() - a);
     for (Eigen::Index b = a; b < moves.cols(); b += kBlock) {
-      const Eigen::MatrixXf r =
-          moves.middleCols(a, wide).transpose() *
-          moves.middleCols(b, std::min(kBlock, moves.cols() - b));
+      const Eigen::MatrixXf r = moves.middleCols(a, wide).transpose() *
+                                moves.middleCols(b, std::min(kBlock, moves.cols() - b));
       for (Eigen::Index j = 0; j < r.cols(); ++j) {
         for (Eigen::Index i = 0; i < r.rows() && a + i < b + j; ++i) {
           if (std::abs(r(i, j)) < least) continue;

@@ -47,12 +47,12 @@ namespace loopwarden::survey {
 
 // What is compared of a loop.
 struct LoopMoves {
-  std::vector<double> pv, co;          // about their mean over their deviation; NaN: missing
-  std::vector<double> unforeseen;      // e; 0 where not known
-  std::vector<double> sudden;          // f
-  std::vector<std::size_t> jumps;      // samples
-  double jump_size = 0.0;              // rms of f at the jumps, or what a jump is at the least
-  double sudden_share = 0.0;           // deviation of PV is this times f's measure
+  std::vector<double> pv, co;      // about their mean over their deviation; NaN: missing
+  std::vector<double> unforeseen;  // e; 0 where not known
+  std::vector<double> sudden;      // f
+  std::vector<std::size_t> jumps;  // samples
+  double jump_size = 0.0;          // rms of f at the jumps, or what a jump is at the least
+  double sudden_share = 0.0;       // deviation of PV is this times f's measure
 };
 LoopMoves moves_of(std::span<const double> pv, std::span<const double> co);
 

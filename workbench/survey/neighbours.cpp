@@ -26,9 +26,7 @@ using nlohmann::json;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastOverlap = 400;  // samples
 
-std::int64_t place_of(const TimedLoop& loop) {
-  return std::llround(loop.first_s / loop.step_s);
-}
+std::int64_t place_of(const TimedLoop& loop) { return std::llround(loop.first_s / loop.step_s); }
 
 std::int64_t end_of(const TimedLoop& loop) {
   return place_of(loop) + static_cast<std::int64_t>(loop.pv.size());
@@ -128,11 +126,11 @@ json packed(const std::vector<float>& x) {
   const auto [low, high] = numeric::range_of(std::vector<double>(x.begin(), x.end()));
   std::string text;
   for (const float v : x) {
-    const int level =
-        !std::isfinite(v) ? 0
-        : high > low
-            ? 1 + static_cast<int>(std::lround((static_cast<double>(v) - low) / (high - low) * (kLevels - 1)))
-            : 1;
+    const int level = !std::isfinite(v) ? 0
+                      : high > low
+                          ? 1 + static_cast<int>(std::lround((static_cast<double>(v) - low) /
+                                                             (high - low) * (kLevels - 1)))
+                          : 1;
     text += kDigits[static_cast<std::size_t>(level / 64)];
     text += kDigits[static_cast<std::size_t>(level % 64)];
   }
@@ -146,10 +144,9 @@ std::vector<float> unpacked(const json& in) {
   std::vector<float> x;
   x.reserve(text.size() / 2);
   for (std::size_t k = 0; k + 1 < text.size(); k += 2) {
-    const auto level =
-        static_cast<int>(64 * kDigits.find(text[k]) + kDigits.find(text[k + 1]));
-    x.push_back(static_cast<float>(
-        level == 0 ? kMissing : low + (high - low) * (level - 1) / (kLevels - 1)));
+    const auto level = static_cast<int>(64 * kDigits.find(text[k]) + kDigits.find(text[k + 1]));
+    x.push_back(static_cast<float>(level == 0 ? kMissing
+                                              : low + (high - low) * (level - 1) / (kLevels - 1)));
   }
   return x;
 }
@@ -222,9 +219,8 @@ std::string follows_text(const std::vector<std::string>& tags) {
 
 json moves_json(const record::Record& record, const record::ImportNotes& notes) {
   const TimedLoop loop = timed_loop(record, notes, kMovesKept);
-  return {{"step_s", loop.step_s},         {"first_s", loop.first_s},
-          {"clock", loop.clock},           {"zone_known", loop.zone_known},
-          {"from_s", loop.from_s},         {"to_s", loop.to_s},
+  return {{"step_s", loop.step_s},         {"first_s", loop.first_s}, {"clock", loop.clock},
+          {"zone_known", loop.zone_known}, {"from_s", loop.from_s},   {"to_s", loop.to_s},
           {"pv", packed(loop.pv)},         {"co", packed(loop.co)}};
 }
 

@@ -34,7 +34,7 @@ struct PushedBy {
   survey::Push push;
 };
 struct Neighbours {
-  bool compared = false;           // with at least one other loop
+  bool compared = false;            // with at least one other loop
   std::vector<PushedBy> pushed_by;  // the strongest first
 };
 // One for each loop. The result does not depend on `threads`.

@@ -24,8 +24,8 @@ struct Columns {
 // A flow loop under PI at 1 s, all in %: first order, one or two samples of dead time, a load, noise, a valve that sticks.
 class FlowLoop {
  public:
-  FlowLoop(double time_constant, double kp, double reset_time, double band, double jump, double load,
-           std::size_t dead_time)
+  FlowLoop(double time_constant, double kp, double reset_time, double band, double jump,
+           double load, std::size_t dead_time)
       : time_constant_(time_constant),
         kp_(kp),
         reset_time_(reset_time),
@@ -202,8 +202,8 @@ TEST_CASE("neighbours: loops that look alike and know nothing of each other, or 
     // By pairs: both stick, one does, or both swing by their tuning.
     const Two two = seed % 2 == 0 ? on_header(Sticks::both, 0.0, seed) : behind_tight(0.0, seed);
     const LoopMoves first = moves(two.first);
-    const LoopMoves second = seed % 4 == 1 ? moves(behind_tight(0.0, 5000 + seed).first)
-                                           : moves(two.second);
+    const LoopMoves second =
+        seed % 4 == 1 ? moves(behind_tight(0.0, 5000 + seed).first) : moves(two.second);
     const bool sticks = seed % 2 == 0;
     alike += push(first, sticks, second) || push(second, sticks, first);
     if (seed >= 1050) continue;
@@ -214,7 +214,7 @@ TEST_CASE("neighbours: loops that look alike and know nothing of each other, or 
   }
   CAPTURE(alike, load);
   CHECK(alike < 10);  // of 200
-  CHECK(load < 3);  // of 50
+  CHECK(load < 3);    // of 50
 }
 
 TEST_CASE("neighbours: missing samples, short and still records", "[survey][neighbour]") {
