@@ -9,9 +9,9 @@
 namespace loopwarden::diagnosis {
 
 const char* to_text(Cause cause) noexcept {
-  return numeric::enum_name<Cause::no_flow>(
+  return numeric::enum_name<Cause::neighbour>(
       cause, {"none", "stiction", "backlash", "tuning", "disturbance", "saturation", "sensor",
-              "master_loop", "no_flow"});
+              "master_loop", "no_flow", "neighbour"});
 }
 
 std::size_t leaf_of(const Tree& tree, const Features& features) {

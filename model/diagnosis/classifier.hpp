@@ -34,7 +34,8 @@ enum class Cause : std::uint8_t {
   saturation,
   sensor,
   master_loop,
-  no_flow
+  no_flow,
+  neighbour  // named by who knows the other loops (survey/neighbour.hpp)
 };
 inline constexpr std::size_t kCauseCount = 6;  // of the table
 const char* to_text(Cause cause) noexcept;

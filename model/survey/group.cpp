@@ -6,9 +6,6 @@
 #include <utility>
 
 namespace loopwarden::survey {
-namespace {
-constexpr double kSamePeriod = 1.04;
-}
 
 std::vector<Group> find_groups(std::span<const Swinging> loops) {
   std::vector<Swinging> sorted(loops.begin(), loops.end());

@@ -16,6 +16,8 @@
 
 namespace loopwarden::survey {
 
+inline constexpr double kSamePeriod = 1.04;  // ratio
+
 struct Swinging {
   std::size_t loop = 0;  // of the caller's list
   std::string tag;

@@ -21,6 +21,8 @@
 #include "workbench/files/output_files.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/survey/loop_result.hpp"
+#include "workbench/survey/neighbours.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -30,6 +32,7 @@ using diagnosis::LoopKind;
 struct DiagnoseOptions {
   RecordInput input;
   std::vector<std::string> records;
+  std::vector<std::string> neighbours;
   std::vector<double> co_range{0.0, 100.0};
   std::string kind;
   std::string report;
@@ -41,8 +44,9 @@ constexpr std::size_t kLongestWindow = 1500;
 constexpr double kWindowMovements = 15.0;  // periods of movement that a window holds at the least
 // Of more windows than this the ones that tell most are judged, spread over the record.
 constexpr std::size_t kMostWindows = 48;
-constexpr std::size_t kMostSamples = 30000;  // of a window: about a second of work
-constexpr std::size_t kLookedAt = 60000;     // samples, for the period
+constexpr std::size_t kMostSamples = 30000;      // of a window: about a second of work
+constexpr std::size_t kLookedAt = 60000;         // samples, for the period
+constexpr std::size_t kSamplesCompared = 20000;  // of a record, with its neighbours
 
 std::size_t window_length(const record::Record& r) {
   if (r.size() < 2 * kLongestWindow) return r.size();
@@ -133,24 +137,13 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
   loop.imports.push_back(std::move(imported.notes));
 }
 
-int run_diagnose(const DiagnoseOptions& options) {
-  if (!(options.co_range[1] > options.co_range[0])) {
-    fail(kExitUsage, "--co-range: the upper end must be above the lower one");
-  }
-  DiagnosedLoop loop;
-  loop.co_range = options.co_range;
-  for (const std::string& path : options.records) {
-    record::Imported imported = options.input.read(path);
-    if (!imported.record.has_co) {
-      fail(kExitData,
-           "{}: no column 'co': nothing can be said about a valve without it; signatures of PV "
-           "alone are judged by 'loopwarden classify --specialists DIR'",
-           path);
-    }
-    const LoopKind kind = options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
-                                               : *diagnosis::loop_kind(options.kind);
-    diagnose_record(path, imported, kind, loop);
-  }
+LoopKind kind_of(const DiagnoseOptions& options, const record::Imported& imported) {
+  return options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
+                              : *diagnosis::loop_kind(options.kind);
+}
+
+// One verdict of all windows.
+void judge_all_windows(DiagnosedLoop& loop) {
   std::vector<diagnosis::Diagnosis*> together;
   for (DiagnosedWindow& w : loop.windows) together.push_back(&w.diagnosis);
   diagnosis::share_turns(together);
@@ -167,6 +160,90 @@ int run_diagnose(const DiagnoseOptions& options) {
   const record::ImportNotes& notes = loop.imports[like.import];
   diagnosis::mind_archive(loop.verdict, like.diagnosis, {notes.pv, notes.co}, like.sees_from,
                           loop.co_range[1] - loop.co_range[0]);
+}
+
+// The other loops in the neighbours' exports, with what their valves show.
+std::vector<TimedLoop> read_neighbours(const DiagnoseOptions& options, const std::string& tag) {
+  std::vector<TimedLoop> loops;
+  record::Importer importer({options.neighbours.begin(), options.neighbours.end()},
+                            options.input.options());
+  for (std::size_t k = 0; k < importer.loops().size(); ++k) {
+    const record::FoundLoop& found = importer.loops()[k];
+    if (found.tag == tag || !found.signals.has(record::Role::pv) ||
+        !found.signals.has(record::Role::co)) {
+      continue;
+    }
+    record::Imported imported = importer.read_one(k);
+    TimedLoop timed = timed_loop(imported.record, imported.notes, kSamplesCompared);
+    DiagnosedLoop judged{.windows = {}, .verdict = {}, .co_range = likely_co_range(imported)};
+    diagnose_record(found.tag, imported, kind_of(options, imported), judged);
+    judge_all_windows(judged);
+    timed.tag = found.tag;
+    timed.valve_effect = judged.verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect;
+    loops.push_back(std::move(timed));
+  }
+  return loops;
+}
+
+// `records`: those of the loop, each compared by itself.
+void name_pushing(const DiagnoseOptions& options, std::vector<TimedLoop> records,
+                  DiagnosedLoop& loop) {
+  const std::size_t own = records.size();
+  for (TimedLoop& other : read_neighbours(options, records.front().tag))
+    records.push_back(std::move(other));
+  const std::vector<Neighbours> found = find_neighbours(records, threads(0));
+  bool compared = false;
+  std::vector<PushedBy> pushed;
+  for (std::size_t k = own; k < records.size(); ++k) compared = compared || found[k].compared;
+  for (std::size_t k = 0; k < own; ++k) {
+    for (const PushedBy& by : found[k].pushed_by) {
+      if (by.source >= own) pushed.push_back(by);
+    }
+  }
+  if (!compared) {
+    fmt::print(stderr,
+               "no neighbour has the time base of the record (one period, a clock in both or in "
+               "neither and the same first and last time): nothing is compared\n");
+    return;
+  }
+  loop.pushed_by.emplace();
+  bool main = false;
+  for (const PushedBy& by : pushed) {
+    const std::string& tag = records[by.source].tag;
+    main = main || by.push.main();
+    if (std::find(loop.pushed_by->begin(), loop.pushed_by->end(), tag) == loop.pushed_by->end())
+      loop.pushed_by->push_back(tag);
+  }
+  if (pushed.empty() ||
+      !survey::neighbour_is_cause(loop.verdict.verdict, loop.verdict.cause, main)) {
+    return;
+  }
+  loop.verdict.verdict = diagnosis::DiagnosisVerdict::other_cause;
+  loop.verdict.cause = diagnosis::Cause::neighbour;
+  loop.verdict.reason = follows_text(*loop.pushed_by);
+}
+
+int run_diagnose(const DiagnoseOptions& options) {
+  if (!(options.co_range[1] > options.co_range[0])) {
+    fail(kExitUsage, "--co-range: the upper end must be above the lower one");
+  }
+  DiagnosedLoop loop;
+  loop.co_range = options.co_range;
+  std::vector<TimedLoop> compared;
+  for (const std::string& path : options.records) {
+    record::Imported imported = options.input.read(path);
+    if (!imported.record.has_co) {
+      fail(kExitData,
+           "{}: no column 'co': nothing can be said about a valve without it; signatures of PV "
+           "alone are judged by 'loopwarden classify --specialists DIR'",
+           path);
+    }
+    if (!options.neighbours.empty())
+      compared.push_back(timed_loop(imported.record, imported.notes, kSamplesCompared));
+    diagnose_record(path, imported, kind_of(options, imported), loop);
+  }
+  judge_all_windows(loop);
+  if (!options.neighbours.empty()) name_pushing(options, std::move(compared), loop);
   if (!options.report.empty()) {
     write_output(options.report, diagnosis_page(loop), options.records);
   }
@@ -190,6 +267,8 @@ void add_diagnose(Program& program) {
       "--kind", o.kind,
       "what the loop controls; else from the file's name where it holds a tag such as FIC101",
       one_of({"flow", "pressure", "level", "temperature", "unknown"}));
+  command.option("--neighbours", o.neighbours,
+                 "exports of other loops with the same time base: which of them push this one");
   command.option("--co-range", o.co_range, "lower and upper end of CO, default 0 100").takes(2);
   command.option("--report", o.report, "write a page with pictures here, HTML");
   command.flag("--json", o.json, "print the result as JSON");

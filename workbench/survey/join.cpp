@@ -8,6 +8,8 @@
 #include <array>
 
 #include "model/survey/group.hpp"
+#include "workbench/command_line/frame.hpp"
+#include "workbench/survey/neighbours.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -38,6 +40,8 @@ double score_of(const json& loop) {
 std::string csv_cell(const json& value) {
   if (value.is_null()) return {};
   if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  if (value.is_array())
+    return csv_cell(fmt::format("{}", fmt::join(value.get<std::vector<std::string>>(), " ")));
   if (!value.is_string()) return value.dump();
   std::string text = value.get<std::string>();
   // A spreadsheet would take such a cell for a formula.
@@ -77,6 +81,10 @@ NextStep next_step(const json& loop) {
       return {"look closer",
               "no flow while CO moves: look for a closed hand valve or a stopped pump"};
     }
+    if (is(loop, "cause", "neighbour")) {
+      return {"look upstream",
+              loop["pushed_by"].at(0).get<std::string>() + " pushes it: look there first"};
+    }
     if (is(loop, "cause", "master_loop")) {
       return {"look upstream", "it follows its set point: look at the loop that writes it"};
     }
@@ -93,6 +101,7 @@ NextStep next_step(const json& loop) {
 json join_survey(std::vector<json> loops, json failed) {
   std::sort(loops.begin(), loops.end(),
             [](const json& a, const json& b) { return a.at("tag") < b.at("tag"); });
+  name_neighbours(loops, threads(0));
   std::vector<survey::Swinging> swinging;
   for (std::size_t k = 0; k < loops.size(); ++k) {
     const json& loop = loops[k];
@@ -144,6 +153,7 @@ std::string survey_csv(const json& survey) {
                                 "period_s",
                                 "group",
                                 "likely_source",
+                                "pushed_by",
                                 "share_automatic",
                                 "saturated",
                                 "variability",

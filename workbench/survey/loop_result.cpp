@@ -10,6 +10,7 @@
 #include "model/numeric/statistics.hpp"
 #include "model/survey/window.hpp"
 #include "workbench/records/record_input.hpp"
+#include "workbench/survey/neighbours.hpp"
 #include "workbench/text/diagnose_text.hpp"
 #include "workbench/text/import_json.hpp"
 #include "workbench/text/json_number.hpp"
@@ -219,6 +220,7 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
   DiagnosedLoop loop;
   loop.co_range = settings.co_range.empty() ? likely_co_range(imported) : settings.co_range;
   const double co_span = loop.co_range[1] - loop.co_range[0];
+  json moves = moves_json(imported.record, imported.notes);
   draw_for_judging(imported);
   const diagnosis::LoopKind kind = settings.kind.empty()
                                        ? diagnosis::kind_from_tag(imported.notes.tag)
@@ -263,6 +265,7 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
   for (std::size_t w = 0; w < windows.size(); ++w) {
     out["windows"].push_back(window_json(windows[w], diagnosed.at("windows")[w], co_span));
   }
+  out["moves"] = std::move(moves);
   out["picture"] = picture_of(imported.record, cuts, loop.verdict.like, like);
   return out;
 }

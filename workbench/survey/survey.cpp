@@ -26,7 +26,7 @@ using nlohmann::json;
 
 constexpr std::uint64_t kAtOnceBytes = 256ULL * 1024ULL * 1024ULL;  // of values in memory
 constexpr std::size_t kAtOnceLoops = 256;
-constexpr int kResultForm = 4;  // of a loop's file; one in another form is made anew
+constexpr int kResultForm = 5;  // of a loop's file; one in another form is made anew
 
 std::optional<json> read_json(const fs::path& path) {
   std::ifstream in(path);

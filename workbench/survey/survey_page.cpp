@@ -320,6 +320,18 @@ std::string group_row(const json& loop, const json& groups, const PageNames& pag
   return row_html("Swings like", html);
 }
 
+// Loops that move first, the strongest first.
+std::string pushed_row(const json& loop, const PageNames& pages) {
+  if (!loop.at("pushed_by").is_array()) return {};
+  std::string html;
+  for (const json& source : loop.at("pushed_by")) {
+    const std::string tag = source.get<std::string>();
+    html += fmt::format("{}<a href=\"{}\">{}</a>", html.empty() ? "" : ", ", escaped(pages.at(tag)),
+                        tag_html(tag));
+  }
+  return row_html("Pushed by", html);
+}
+
 std::string compression_row(const json& import) {
   if (import.at("compression").at("kind") == "none") return {};
   const json& sees = import.at("sees_from_percent");
@@ -347,7 +359,8 @@ std::string facts_html(const json& loop, const json& groups, const PageNames& pa
                                                                           regularity.get<double>())
                                                             : std::string()));
   }
-  html += group_row(loop, groups, pages) + compression_row(loop.at("import"));
+  html +=
+      pushed_row(loop, pages) + group_row(loop, groups, pages) + compression_row(loop.at("import"));
   const json& start = loop.at("import").at("start");
   if (start.is_string()) {
     html += row("Clock", start.get<std::string>().ends_with('Z') ? "UTC" : "as in the export");

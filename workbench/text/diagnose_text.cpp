@@ -40,6 +40,7 @@ std::string because(const Diagnosis& d) {
       switch (d.cause) {
         case Cause::master_loop: return "PV swings with its set point, at the same period";
         case Cause::sensor:
+        case Cause::neighbour:
         case Cause::no_flow: return d.reason;
         case Cause::saturation:
           if (!d.reason.empty()) return d.reason;
@@ -229,6 +230,7 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   const Diagnosis whole = for_loop(loop);
   nlohmann::json result = json_of(whole, whole.probability, span);
   result["co_range"] = loop.co_range;
+  if (loop.pushed_by) result["pushed_by"] = *loop.pushed_by;
   if (!loop.imports.empty()) {
     // Of several files the one that the verdict is like.
     const DiagnosedWindow& like = loop.windows[loop.verdict.like];
@@ -288,6 +290,12 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
     }
   }
   text += fmt::format("because: {}\n", because(d));
+  if (loop.pushed_by) {
+    text +=
+        fmt::format("pushed by: {}\n", loop.pushed_by->empty()
+                                           ? "none of the neighbours"
+                                           : fmt::format("{}", fmt::join(*loop.pushed_by, ", ")));
+  }
   if (const double sees_from = loop.windows[loop.verdict.like].sees_from;
       sees_from > 0.0 && std::isfinite(sees_from)) {
     text += fmt::format(

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct DiagnosedLoop {
   diagnosis::LoopVerdict verdict;
   std::vector<double> co_range;                // CO units, lower and upper end
   std::vector<record::ImportNotes> imports{};  // of each record
+  // Loops that push it, the strongest first; nothing where none of one time base was given.
+  std::optional<std::vector<std::string>> pushed_by{};
 };
 
 // A time of a window's file: by the clock of the plant where its export has one, else in s.
