@@ -104,9 +104,18 @@ nlohmann::json DaemonClient::veto(const std::string& loop, bool veto, const std:
   return ask({{"request", "veto"}, {"loop", loop}, {"veto", veto}, {"reason", reason}});
 }
 
-nlohmann::json DaemonClient::journal(std::size_t most, const std::string& loop) {
+nlohmann::json DaemonClient::outcome(const std::string& loop, const std::string& found,
+                                     const std::string& note) {
+  nlohmann::json request = {{"request", "outcome"}, {"loop", loop}, {"found", found}};
+  if (!note.empty()) request["note"] = note;
+  return ask(request);
+}
+
+nlohmann::json DaemonClient::journal(std::size_t most, const std::string& loop,
+                                     const std::string& text) {
   nlohmann::json request = {{"request", "journal"}, {"most", most}};
   if (!loop.empty()) request["loop"] = loop;
+  if (!text.empty()) request["text"] = text;
   return ask(request).at("lines");
 }
 

@@ -64,8 +64,11 @@ class DaemonClient {
   nlohmann::json act(const std::string& loop, nlohmann::json order);
   nlohmann::json explain(const std::string& loop, const std::string& alarm);
   nlohmann::json veto(const std::string& loop, bool veto, const std::string& reason);
-  // The newest lines, newest first; of every loop if `loop` is empty.
-  nlohmann::json journal(std::size_t most, const std::string& loop);
+  // Returns {"said": ..., "on_disk": ...}.
+  nlohmann::json outcome(const std::string& loop, const std::string& found,
+                         const std::string& note);
+  // The newest lines, newest first; of every loop if `loop` is empty; with `text` anywhere in them.
+  nlohmann::json journal(std::size_t most, const std::string& loop, const std::string& text = {});
 
  private:
   nlohmann::json ask(const nlohmann::json& request);
