@@ -18,6 +18,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -48,7 +49,7 @@ class Importer {
  public:
   // A folder stands for the exports in it and below (.csv .txt .tsv .dat, also .gz). Throws RecordError where a path
   // that was named can't be used; of a file within a folder it becomes a problem.
-  // `lenient`: of a named path as well.
+  // `lenient`: of a named path as well. Throws, too, where two names are the same signal of one loop by rule.
   Importer(const std::vector<std::filesystem::path>& paths, ImportOptions options,
            bool lenient = false, const ImportProgress& progress = {});
 
@@ -63,6 +64,8 @@ class Importer {
   std::string passed_over_text() const;
   // Names that belong to no loop.
   const std::vector<std::string>& other_names() const noexcept { return other_names_; }
+  // Rules that decide of no name, each with the reason.
+  std::vector<std::string> idle_rules() const;
   // That none has a PV, with some of the names and the option that helps.
   std::string no_pv() const;
 
@@ -89,6 +92,7 @@ class Importer {
                                     const ImportProgress& progress);
   std::vector<LoopSignals> asked_for(std::size_t file, const std::vector<std::string>& names) const;
   void take_units(std::size_t file, LoopSignals& signals) const;
+  void join(FoundLoop& same, const LoopSignals& signals);
   void add_loop(std::size_t file, LoopSignals signals);
   void add_loops(std::size_t file, const std::vector<std::string>& names);
   Imported finished(std::size_t loop, std::vector<ImportPart>& pieces) const;
@@ -100,6 +104,8 @@ class Importer {
   std::vector<FileProblem> problems_;
   std::map<std::string, std::size_t> passed_over_;
   std::vector<std::string> other_names_;
+  std::vector<RuleUse> rule_use_;
+  std::set<std::string> clashes_;  // of rules
   std::unique_ptr<TextSource> stdin_;
   std::shared_ptr<std::FILE> stdin_copy_;  // a row a value is read twice
 };

@@ -91,29 +91,6 @@ void print_list(const record::Importer& importer) {
     fmt::print("{}\n", others);
 }
 
-void write_loop(const record::Record& r, const fs::path& path) {
-  record::RecordColumns columns{.sp = r.has_sp, .co = r.has_co, .stem = r.has_stem, .more = {}};
-  if (r.has_mode) columns.more.emplace_back("mode");
-  record::RecordCsvWriter writer(path, columns);
-  const auto at = [](bool has, const std::vector<double>& column, std::size_t k) {
-    return has ? column[k] : record::RecordSample::kNone;
-  };
-  for (std::size_t k = 0; k < r.size(); ++k) {
-    const record::RecordSample sample{.time_s = r.time_s[k],
-                                      .pv = r.pv[k],
-                                      .sp = at(r.has_sp, r.sp, k),
-                                      .co = at(r.has_co, r.co, k),
-                                      .stem = at(r.has_stem, r.stem, k)};
-    if (r.has_mode) {
-      const double mode = r.automatic[k];
-      writer.add(sample, {&mode, 1});
-    } else {
-      writer.add(sample);
-    }
-  }
-  writer.finish();
-}
-
 // Takes what the importer reads: a record a loop, and the note of what was done. With --check nothing is written.
 class ImportedLoops {
  public:
@@ -173,7 +150,7 @@ class ImportedLoops {
  private:
   void write(const record::Record& r, const fs::path& path) {
     try {
-      write_loop(r, files_.stage(path));
+      record::write_record(r, files_.stage(path));
     } catch (const record::RecordError& e) {
       throw CommandError(kExitIo, files_.in_users_words(e.what()));
     }
@@ -241,6 +218,7 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
   }
   loops.write_note();
   std::fflush(stdout);
+  if (options.input.has_rules()) fmt::print(stderr, "{}", rules_text(importer, true));
   fmt::print(stderr, "{}\n", loops.count_text(usable.size()));
   if (options.json) show_json(loops.note());
   return loops.note()["failed"].empty() ? kExitOk : kExitData;
@@ -264,6 +242,7 @@ int run_import(const ImportCommand& options) {
   } else {
     print_list(importer);
   }
+  for (const std::string& rule : importer.idle_rules()) fmt::print(stderr, "{}\n", rule);
   if (importer.loops().empty() && importer.problems().empty())
     fmt::print(stderr, "{}\n", importer.no_pv());
   return importer.loops().empty() || !importer.problems().empty() ? kExitData : kExitOk;
@@ -280,6 +259,7 @@ void add_import(Program& program) {
   command.flag("--check", o.check, "read all of it, say what would be done, write nothing");
   command.flag("--json", o.json, "print what --list or import.json has");
   o.input.add_options(command);
+  o.input.add_rules(command);
   command.footer(
       "What an export looks like is found out and said; every command that takes a record reads "
       "such exports by itself. Exit code 65: something could not be read; the rest was.\n"

@@ -13,6 +13,7 @@
 #include "base/parallel.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/files/output_files.hpp"
+#include "workbench/records/record_input.hpp"
 #include "workbench/survey/join.hpp"
 #include "workbench/survey/survey_page.hpp"
 #include "workbench/text/import_json.hpp"
@@ -41,7 +42,7 @@ std::string key_of(const record::Importer& importer, const record::FoundLoop& lo
   std::string text = fmt::format(
       "{} {} {} {} {} {}", LOOPWARDEN_VERSION, kResultForm, run.settings.window_s,
       run.settings.kind, fmt::join(run.settings.co_range, " "), record::fingerprint(run.import));
-  for (const std::string& name : loop.signals.names) text += "|" + name;
+  text += "|" + record::fingerprint(loop.signals);
   for (const std::size_t file : loop.files) {
     std::error_code problem;
     const fs::path& path = importer.file(file);
@@ -153,6 +154,7 @@ SurveyCount judge_all(const SurveyRun& run) {
     count.failed.push_back({{"file", problem.file}, {"lost", "file"}, {"why", problem.why}});
   }
   count.passed_over = importer.passed_over_text();
+  count.rules = rules_text(importer, !run.import.rules.empty());
   const auto [open, wanted] = open_loops(importer, run, count);
   forget_others(run.out / "loops", wanted);
   constexpr std::uint64_t kOne = kReadingParts + kJudgingParts;
@@ -186,7 +188,10 @@ SurveyCount judge_all(const SurveyRun& run) {
   return count;
 }
 
-void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
+json write_survey(const std::vector<fs::path>& folders, const fs::path& out,
+                  const fs::path& outcomes) {
+  if (!outcomes.empty() && !fs::exists(outcomes))
+    throw CommandError(kExitIo, fmt::format("{}: no such file", outcomes.string()));
   std::map<std::string, json> by_tag;
   json failed = json::array();
   for (const fs::path& folder : folders) {
@@ -210,7 +215,8 @@ void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
   }
   std::vector<json> loops;
   for (auto& [tag, loop] : by_tag) loops.push_back(std::move(loop));
-  json survey = join_survey(std::move(loops), std::move(failed));
+  json survey = join_survey(std::move(loops), std::move(failed),
+                            read_outcomes(outcomes.empty() ? out / kOutcomesFile : outcomes));
   OutputFiles files;
   files.make_folder(out);
   write_survey_pages(survey, out, files);
@@ -218,6 +224,7 @@ void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
   files.add(out / "survey.json", survey.dump(1) + "\n");
   files.add(out / "survey.csv", survey_csv(survey));
   files.commit();
+  return survey;
 }
 
 }  // namespace loopwarden::workbench
