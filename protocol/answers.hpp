@@ -350,6 +350,11 @@ struct Vetoed {
   bool on_disk = false;
 };
 
+struct OutcomeKept {
+  std::string said{};  // of the loop's valve at that time
+  bool on_disk = false;
+};
+
 struct RecordFile {
   std::string file{};  // empty: none was being written
 };

@@ -2,6 +2,7 @@
 // What the daemon can be asked, and which struct it answers with. daemon/console/README.md has the table.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -128,6 +129,16 @@ struct VetoRequest {
   std::string loop{};
   bool veto = true;
   Maybe<std::string> reason{}, user{}, address{};
+};
+
+// What a fitter finds at a valve; other: something else than the valve.
+inline constexpr std::array kFoundWords{"stiction", "backlash", "air", "nothing", "other"};
+
+struct OutcomeRequest {
+  static constexpr const char* kName = "outcome";
+  using Answer = OutcomeKept;
+  std::string loop{}, found{};
+  Maybe<std::string> note{};
 };
 
 struct RecordRequest {

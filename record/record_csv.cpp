@@ -375,14 +375,20 @@ void RecordCsvWriter::finish() {
 }
 
 void write_record(const Record& record, const std::filesystem::path& path) {
-  RecordCsvWriter writer(
-      path, {.sp = record.has_sp, .co = record.has_co, .stem = record.has_stem, .more = {}});
+  RecordColumns columns{.sp = record.has_sp, .co = record.has_co, .stem = record.has_stem};
+  if (record.has_mode) columns.more.emplace_back("mode");
+  RecordCsvWriter writer(path, std::move(columns));
+  const auto at = [](bool has, const std::vector<double>& column, std::size_t i) {
+    return has ? column[i] : RecordSample::kNone;
+  };
   for (std::size_t i = 0; i < record.size(); ++i) {
+    const double mode = at(record.has_mode, record.automatic, i);
     writer.add({.time_s = record.time_s[i],
                 .pv = record.pv[i],
-                .sp = record.has_sp ? record.sp[i] : RecordSample::kNone,
-                .co = record.has_co ? record.co[i] : RecordSample::kNone,
-                .stem = record.has_stem ? record.stem[i] : RecordSample::kNone});
+                .sp = at(record.has_sp, record.sp, i),
+                .co = at(record.has_co, record.co, i),
+                .stem = at(record.has_stem, record.stem, i)},
+               {&mode, 1});
   }
   writer.finish();
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -98,6 +99,7 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
   if (what == protocol::AcknowledgeAllRequest::kName) return acknowledge_all(request, sender);
   if (what == protocol::ReloadStateRequest::kName) return done(reload_state(request));
   if (what == protocol::VetoRequest::kName) return veto(request, sender);
+  if (what == protocol::OutcomeRequest::kName) return outcome(request, sender);
   // The files are read elsewhere: nobody waits for the disk here.
   const bool dry_run = request.get<protocol::ReloadRequest>().dry_run.value_or(false);
   return done(protocol::ReloadNumber{parts_.reload(sender.peer, dry_run)});
@@ -310,6 +312,31 @@ LocalServer::Answer OperatorOrders::veto(const protocol::VetoRequest& request,
                             sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
   return when_written(protocol::Vetoed{}, result.ticket, sender);
+}
+
+LocalServer::Answer OperatorOrders::outcome(const protocol::OutcomeRequest& request,
+                                            const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
+  if (std::find(protocol::kFoundWords.begin(), protocol::kFoundWords.end(), request.found) ==
+      protocol::kFoundWords.end()) {
+    throw RequestError(fmt::format("found is {}", fmt::join(protocol::kFoundWords, ", ")));
+  }
+  journal::JournalEntry line = line_of(index, sender.peer);
+  line.what = "outcome";
+  const monitor::LoopWatch watch = parts_.board.watch(index);
+  for (const model::AlarmKind kind : model::kAlarmKinds) {
+    const model::Alarm& alarm = watch.alarms.alarm(kind);
+    if (!alarm.active() || model::is_process_alarm(kind)) continue;
+    line.old_value += (line.old_value.empty() ? "" : ", ") + std::string(model::to_text(kind));
+    if (model::has_size(kind))
+      line.old_value += fmt::format(" {:.1f} %", alarm.memory().severity_percent);
+  }
+  if (line.old_value.empty()) line.old_value = "no alarm";
+  line.new_value = request.found;
+  line.reason = short_text(request.note, "note");
+  line.result = "done";
+  protocol::OutcomeKept kept{.said = line.old_value};
+  return when_written(std::move(kept), parts_.journal.post(std::move(line)), sender);
 }
 
 protocol::ReloadState OperatorOrders::reload_state(const protocol::ReloadStateRequest& request) {

@@ -98,4 +98,15 @@ Range range_of(std::span<const double> x) noexcept {
   return range;
 }
 
+Range wilson_interval(std::size_t hits, std::size_t of) noexcept {
+  if (of == 0) return {0.0, 1.0};
+  constexpr double z = 1.959963984540054;
+  const auto n = static_cast<double>(of);
+  const double p = static_cast<double>(hits) / n;
+  const double scale = 1.0 + z * z / n;
+  const double centre = (p + z * z / (2.0 * n)) / scale;
+  const double half = z / scale * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
+  return {std::max(centre - half, 0.0), std::min(centre + half, 1.0)};
+}
+
 }  // namespace loopwarden::numeric

@@ -20,6 +20,7 @@
 // Huber, Robust Statistics (Wiley 1981), section 5.1 (kNormalOverMad).
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -50,5 +51,9 @@ struct Range {
   double high = 0.0;
 };
 Range range_of(std::span<const double> x) noexcept;
+
+// The 95 % interval of a share of which `hits` of `of` were counted, 0 to 1; of none all of it.
+// Source: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927).
+Range wilson_interval(std::size_t hits, std::size_t of) noexcept;
 
 }  // namespace loopwarden::numeric

@@ -56,7 +56,9 @@ struct ImportNotes {
   std::string tag;    // of the loop; empty where the export has none
   std::string files;  // where it was read
   std::array<std::string, kRoles> names, units;
-  std::string layout;              // in words; empty for the fixed format
+  std::array<std::optional<SignalRange>, kRoles> ranges;  // by the site's rules
+  std::string kind;                                       // of the loop, by the site's rules
+  std::string layout;                                     // in words; empty for the fixed format
   std::optional<TimePoint> start;  // of the first sample, where the export tells
   double period_s = 0.0;
   std::size_t missing = 0;  // samples without PV or CO

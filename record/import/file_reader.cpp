@@ -291,7 +291,8 @@ class FileReader {
   }
 
   double value_of(std::string_view text, const SignalTarget& target, SampleQuality quality) {
-    if (target.role == Role::mode) return parse_mode(text);
+    if (target.role == Role::mode)
+      return target.mode_words != nullptr ? target.mode_words->read(text) : parse_mode(text);
     const CellValue cell = parse_value(text, layout_.decimal, options_.bad_words);
     if (cell.cell == Cell::number) {
       if (quality == SampleQuality::good) return cell.value;
@@ -418,7 +419,8 @@ void Feed::add(ImportPart& part, const LoopSignals& signals, const Layout& layou
   for (std::size_t role = 0; role < kRoles; ++role) {
     const std::string& name = signals.names[role];
     if (name.empty()) continue;
-    const SignalTarget target{&part.signals[role], static_cast<Role>(role), &part.error};
+    const SignalTarget target{&part.signals[role], static_cast<Role>(role), &part.error,
+                              signals.mode_words.get()};
     if (layout.is_long) {
       if (!tags.try_emplace(name, target).second) copies.emplace_back(target, name);
       continue;

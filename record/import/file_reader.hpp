@@ -35,6 +35,7 @@ struct SignalTarget {
   Signal* signal = nullptr;
   Role role = Role::pv;
   std::optional<RecordError>* error = nullptr;
+  const ModeWords* mode_words = nullptr;
 };
 
 // What of one file goes where.

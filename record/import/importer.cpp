@@ -180,6 +180,15 @@ Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options, bo
       if (progress) progress((static_cast<double>(k) + share) / static_cast<double>(files.size()));
     });
   }
+  if (clashes_.empty()) return;
+  constexpr std::size_t kMost = 8;
+  std::string text;
+  std::size_t shown = 0;
+  for (const std::string& clash : clashes_) {
+    if (shown++ < kMost) text += (text.empty() ? "" : "\n") + clash;
+  }
+  if (shown > kMost) text += fmt::format("\nand {} more", shown - kMost);
+  throw RecordError(RecordError::Kind::data, 0, 0, text);
 }
 
 void Importer::find_files(const fs::path& path, bool lenient, std::vector<ToLookAt>& files) {
@@ -412,23 +421,58 @@ void Importer::add_loop(std::size_t file, LoopSignals signals) {
     return;
   }
   same->files.push_back(file);
+  join(*same, signals);
+}
+
+void Importer::join(FoundLoop& same, const LoopSignals& signals) {
+  LoopSignals& of = same.signals;
   for (std::size_t role = 0; role < kRoles; ++role) {
-    if (!same->signals.names[role].empty()) continue;
-    same->signals.names[role] = signals.names[role];
-    same->signals.units[role] = signals.units[role];
+    const std::string& name = signals.names[role];
+    if (of.names[role].empty()) {
+      of.names[role] = name;
+      of.units[role] = signals.units[role];
+      of.ruled_by[role] = signals.ruled_by[role];
+      of.ranges[role] = signals.ranges[role];
+    } else if (!name.empty() && name != of.names[role] &&
+               !(of.ruled_by[role].empty() && signals.ruled_by[role].empty())) {
+      clashes_.insert(clash_text(same.tag, static_cast<Role>(role), of.names[role],
+                                 of.ruled_by[role], name, signals.ruled_by[role]));
+    }
   }
+  if (of.kind.empty()) of.kind = signals.kind;
+  if (!of.mode_words) of.mode_words = signals.mode_words;
 }
 
 void Importer::add_loops(std::size_t file, const std::vector<std::string>& names) {
   std::set<std::string> used;
-  for (LoopSignals& signals : options_.loops.empty() ? find_loops(names) : asked_for(file, names)) {
+  const auto clash = [this](std::string text) { clashes_.insert(std::move(text)); };
+  for (LoopSignals& signals : options_.loops.empty()
+                                  ? find_loops(names, options_.rules, rule_use_, clash)
+                                  : asked_for(file, names)) {
     used.insert(signals.names.begin(), signals.names.end());
     take_units(file, signals);
     add_loop(file, std::move(signals));
   }
   for (const std::string& name : names) {
-    if (!name.empty() && used.count(name) == 0) other_names_.push_back(name);
+    if (name.empty() || used.count(name) > 0) continue;
+    const std::optional<RuledTag> ruled = rule_for(options_.rules, name);
+    if (!ruled || !options_.rules[ruled->rule].unused) other_names_.push_back(name);
   }
+}
+
+std::vector<std::string> Importer::idle_rules() const {
+  std::vector<std::string> idle;
+  for (std::size_t k = 0; k < options_.rules.size(); ++k) {
+    const bool seen = k < rule_use_.size();
+    if (seen && rule_use_[k].decided) continue;
+    const TagRule& rule = options_.rules[k];
+    const std::string why = seen && rule_use_[k].earlier
+                                ? "decides nothing: what it matches is decided by " +
+                                      options_.rules[*rule_use_[k].earlier].place
+                                : "matches no column or tag";
+    idle.push_back(fmt::format("{}: {} {}", rule.place, base::in_quotes(rule.pattern.text()), why));
+  }
+  return idle;
 }
 
 std::uint64_t Importer::bytes_of(std::size_t loop) const {
@@ -529,6 +573,8 @@ Imported Importer::finished(std::size_t loop, std::vector<ImportPart>& pieces) c
   if (of.files.size() > 1) notes.files += fmt::format(" and {} more", of.files.size() - 1);
   notes.names = of.signals.names;
   notes.units = of.signals.units;
+  notes.ranges = of.signals.ranges;
+  notes.kind = of.signals.kind;
   notes.layout = source.layout_text;
   if (!source.layout.hint.empty()) notes.remarks.push_back(source.layout.hint);
   for (const ImportPart& part : pieces) {

@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -49,7 +50,8 @@ class Importer {
  public:
   // A folder stands for the exports in it and below (.csv .txt .tsv .dat, also .gz; .zip, .xlsx), an archive for those in
   // it, a workbook for its sheets. Throws RecordError where a path that was named can't be used; of a file within a folder
-  // it becomes a problem. `lenient`: of a named path as well.
+  // it becomes a problem. `lenient`: of a named path as well. Throws,
+  // too, where two names are the same signal of one loop by rule.
   Importer(const std::vector<std::filesystem::path>& paths, ImportOptions options,
            bool lenient = false, const ImportProgress& progress = {});
 
@@ -68,6 +70,8 @@ class Importer {
   std::string passed_over_text() const;
   // Names that belong to no loop.
   const std::vector<std::string>& other_names() const noexcept { return other_names_; }
+  // Rules that decide of no name, each with the reason.
+  std::vector<std::string> idle_rules() const;
   // That none has a PV, with some of the names and the option that helps.
   std::string no_pv() const;
   // Names without a role that look like PV and CO of one loop (FT129, FV129), and how to say so; empty: none.
@@ -103,6 +107,7 @@ class Importer {
                                     const ImportProgress& progress);
   std::vector<LoopSignals> asked_for(std::size_t file, const std::vector<std::string>& names) const;
   void take_units(std::size_t file, LoopSignals& signals) const;
+  void join(FoundLoop& same, const LoopSignals& signals);
   void add_loop(std::size_t file, LoopSignals signals);
   void add_loops(std::size_t file, const std::vector<std::string>& names);
   Imported finished(std::size_t loop, std::vector<ImportPart>& pieces) const;
@@ -115,6 +120,8 @@ class Importer {
   std::vector<FileProblem> passed_over_;
   std::vector<std::string> other_names_;
   Containers containers_;
+  std::vector<RuleUse> rule_use_;
+  std::set<std::string> clashes_;  // of rules
   std::unique_ptr<TextSource> stdin_;
   std::shared_ptr<std::FILE> stdin_copy_;  // a row a value is read twice
 };

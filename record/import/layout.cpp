@@ -868,7 +868,7 @@ const char* to_text(Filling filling) noexcept {
 bool ImportOptions::anything_said() const noexcept {
   return delimiter || decimal || encoding != Encoding::automatic || header_rows ||
          time != TimeForm::automatic || !time_column.empty() || zone_s || !loops.empty() ||
-         !bad_words.empty() || period_s || filling != Filling::automatic;
+         !rules.empty() || !bad_words.empty() || period_s || filling != Filling::automatic;
 }
 
 std::string fingerprint(const ImportOptions& o) {

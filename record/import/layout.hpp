@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "record/import/number_text.hpp"
+#include "record/import/tag_rules.hpp"
 #include "record/import/tags.hpp"
 #include "record/import/text_source.hpp"
 #include "record/import/time_text.hpp"
@@ -30,9 +31,10 @@ struct ImportOptions {
   Encoding encoding = Encoding::automatic;
   std::optional<std::size_t> header_rows;
   TimeForm time = TimeForm::automatic;
-  std::string time_column;             // name, or number from 1
-  std::optional<int> zone_s;           // of local times, s east of UTC
-  std::vector<LoopSignals> loops;      // else by the names' endings
+  std::string time_column;         // name, or number from 1
+  std::optional<int> zone_s;       // of local times, s east of UTC
+  std::vector<LoopSignals> loops;  // else by rules and the names' endings
+  std::vector<TagRule> rules;
   std::vector<std::string> bad_words;  // in lower case
   std::optional<double> period_s;
   Filling filling = Filling::automatic;
@@ -43,7 +45,7 @@ struct ImportOptions {
   bool anything_said() const noexcept;
 };
 
-// All of it as text, to tell two of them apart.
+// All of it but the rules as text, to tell two of them apart.
 std::string fingerprint(const ImportOptions& options);
 
 inline constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "record/import/tags.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <unordered_map>
 
 #include "record/import/number_text.hpp"
+#include "record/record_csv.hpp"
 #include "base/text.hpp"
 
 namespace loopwarden::record {
@@ -133,20 +135,27 @@ TagName read_tag(std::string_view name) {
   return tag;
 }
 
-std::vector<LoopSignals> find_loops(const std::vector<std::string>& names) {
-  std::vector<LoopSignals> loops;
-  std::unordered_map<std::string, std::size_t> known;
-  for (const std::string& name : names) {
-    const TagName tag = read_tag(name);
-    if (!tag.role) continue;
-    const auto [at, is_new] = known.try_emplace(tag.loop, loops.size());
-    if (is_new) loops.push_back({.tag = tag.loop, .names = {}, .units = {}});
-    LoopSignals& loop = loops[at->second];
-    if (loop.has(*tag.role)) continue;
-    loop.names[index_of(*tag.role)] = name;
-    loop.units[index_of(*tag.role)] = tag.unit;
+double ModeWords::read(std::string_view text) const {
+  const std::string word = base::lower_case(base::trimmed(text));
+  const auto has = [&](const std::vector<std::string>& words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  if (has(automatic) || has(cascade)) return 1.0;
+  return has(manual) ? 0.0 : parse_mode(text);
+}
+
+std::string fingerprint(const LoopSignals& signals) {
+  std::string text = signals.tag + "|" + signals.kind;
+  for (std::size_t role = 0; role < kRoles; ++role) {
+    text += "|" + signals.names[role] + "|" + signals.units[role];
+    if (const auto& range = signals.ranges[role])
+      text += fmt::format("|{} {}", range->first, range->second);
   }
-  return loops;
+  if (const ModeWords* words = signals.mode_words.get()) {
+    for (const auto* list : {&words->automatic, &words->manual, &words->cascade})
+      text += fmt::format("|{}", fmt::join(*list, ","));
+  }
+  return text;
 }
 
 }  // namespace loopwarden::record

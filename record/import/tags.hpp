@@ -10,9 +10,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace loopwarden::record {
@@ -33,16 +35,30 @@ TagName read_tag(std::string_view name);
 // Looks like a unit of measurement: %, m3/h, degC, ...
 bool is_unit(std::string_view text);
 
+using SignalRange = std::pair<double, double>;  // lower end, upper end
+
+// What a site's mode column says, in lower case. A loop in cascade is one that the system moves.
+struct ModeWords {
+  std::vector<std::string> automatic{}, manual{}, cascade{};
+
+  // As parse_mode, which reads what is none of these words.
+  double read(std::string_view text) const;
+};
+
 // The signals of one loop by their columns or tags; empty where there is none.
 struct LoopSignals {
   std::string tag;
   std::array<std::string, kRoles> names;
   std::array<std::string, kRoles> units;
+  // By the site's rules (tag_rules.hpp).
+  std::array<std::string, kRoles> ruled_by{};  // FILE:LINE of the rule that says so
+  std::array<std::optional<SignalRange>, kRoles> ranges{};
+  std::string kind{};  // as diagnosis::loop_kind() takes it; empty: from the tag
+  std::shared_ptr<const ModeWords> mode_words{};
 
   bool has(Role role) const noexcept { return !names[index_of(role)].empty(); }
 };
-// Loops in the order in which they first appear; of two names with one role in one loop the first. Those without
-// a PV are in the list too: the caller says what is missing.
-std::vector<LoopSignals> find_loops(const std::vector<std::string>& names);
+// All of it as text, to tell two of them apart.
+std::string fingerprint(const LoopSignals& signals);
 
 }  // namespace loopwarden::record

@@ -3,8 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::studies {
 
@@ -18,14 +19,8 @@ double Share::percent() const {
 }
 
 std::pair<double, double> Share::interval() const {
-  if (of == 0) return {0.0, 100.0};
-  constexpr double z = 1.959963984540054;
-  const auto n = static_cast<double>(of);
-  const double p = static_cast<double>(hits) / n;
-  const double scale = 1.0 + z * z / n;
-  const double centre = (p + z * z / (2.0 * n)) / scale;
-  const double half = z / scale * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
-  return {100.0 * std::max(centre - half, 0.0), 100.0 * std::min(centre + half, 1.0)};
+  const numeric::Range range = numeric::wilson_interval(hits, of);
+  return {100.0 * range.low, 100.0 * range.high};
 }
 
 std::string Share::text() const {

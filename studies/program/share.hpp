@@ -8,7 +8,6 @@
 namespace loopwarden::studies {
 
 // `hits` of `of`, with its 95 % interval, all in percent.
-// Source: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927).
 struct Share {
   std::size_t hits = 0;
   std::size_t of = 0;

@@ -94,11 +94,21 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   REQUIRE(done.exit_code == 0);
   CHECK(state() == "acknowledged");
 
+  const std::string socket = " --socket " + (daemon.folder() / "control.sock").string() + " 2>&1";
+  const ShellOutcome found =
+      run(LOOPWARDEN_CLI " outcome FIC-101 --found stiction --note \"packing tight\"" + socket);
+  INFO(found.text);
+  CHECK(found.exit_code == 0);
+  CHECK(found.text.find("stiction found; the daemon said stiction") != std::string::npos);
+  CHECK(run(LOOPWARDEN_CLI " outcome FIC-999 --found air" + socket).exit_code == 64);
+
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   daemon.start();
   CHECK(state() == "acknowledged");
   CHECK(alarms("journal FIC-101").text.find("seen at the valve") != std::string::npos);
+  CHECK(run(LOOPWARDEN_CLI " outcome --list" + socket).text.find("packing tight") !=
+        std::string::npos);
 
   // Killed once more, and the journal is damaged meanwhile: what was acknowledged stays so.
   daemon.signal(SIGKILL);

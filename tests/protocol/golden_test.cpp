@@ -150,6 +150,8 @@ std::map<std::string, std::string> answers() {
   ask("explain", {{"request", "explain"}, {"alarm", "stiction"}});
   bench.lines(17);
   ask("journal", {{"request", "journal"}, {"most", 20}});
+  ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
+  ask("outcome_refused", {{"request", "outcome"}, {"found", "rust"}});
   return told;
 }
 
@@ -180,6 +182,7 @@ const std::map<std::string, Again> kAgain{
     {"alarm_shelved", again<protocol::AlarmActed>},
     {"acknowledge_all", again<protocol::AllAcknowledged>},
     {"veto", again<protocol::Vetoed>},
+    {"outcome", again<protocol::OutcomeKept>},
     {"record_started", again<protocol::RecordFile>},
     {"record_stopped", again<protocol::RecordFile>},
     {"reload", again<protocol::ReloadNumber>},

@@ -87,29 +87,6 @@ void print_list(const record::Importer& importer) {
   }
 }
 
-void write_loop(const record::Record& r, const fs::path& path) {
-  record::RecordColumns columns{.sp = r.has_sp, .co = r.has_co, .stem = r.has_stem, .more = {}};
-  if (r.has_mode) columns.more.emplace_back("mode");
-  record::RecordCsvWriter writer(path, columns);
-  const auto at = [](bool has, const std::vector<double>& column, std::size_t k) {
-    return has ? column[k] : record::RecordSample::kNone;
-  };
-  for (std::size_t k = 0; k < r.size(); ++k) {
-    const record::RecordSample sample{.time_s = r.time_s[k],
-                                      .pv = r.pv[k],
-                                      .sp = at(r.has_sp, r.sp, k),
-                                      .co = at(r.has_co, r.co, k),
-                                      .stem = at(r.has_stem, r.stem, k)};
-    if (r.has_mode) {
-      const double mode = r.automatic[k];
-      writer.add(sample, {&mode, 1});
-    } else {
-      writer.add(sample);
-    }
-  }
-  writer.finish();
-}
-
 // Takes what the importer reads: a record a loop, and the note of what was done. With --check nothing is written.
 class ImportedLoops {
  public:
@@ -165,7 +142,7 @@ class ImportedLoops {
  private:
   void write(const record::Record& r, const fs::path& path) {
     try {
-      write_loop(r, files_.stage(path));
+      record::write_record(r, files_.stage(path));
     } catch (const record::RecordError& e) {
       throw CommandError(kExitIo, files_.in_users_words(e.what()));
     }
@@ -271,6 +248,7 @@ int read_all(record::Importer& importer, const ImportCommand& options) {
   std::fflush(stdout);
   fmt::print(stderr, "{}", loops.words());
   print_left_out(importer);
+  if (options.input.has_rules()) fmt::print(stderr, "{}", rules_text(importer, true));
   if (usable.empty() && importer.files() > 0) fmt::print(stderr, "{}\n", importer.no_pv());
   fmt::print(stderr, "{}\n",
              count_text(importer, {.loops = usable.size(),
@@ -302,6 +280,7 @@ int run_import(const ImportCommand& options) {
   }
   std::fflush(stdout);
   print_left_out(importer);
+  for (const std::string& rule : importer.idle_rules()) fmt::print(stderr, "{}\n", rule);
   if (usable == 0 && importer.files() > 0) {
     fmt::print(stderr, "{}\n", importer.no_pv());
   } else if (const std::string hint = importer.pairs_hint(); !hint.empty()) {
@@ -323,6 +302,7 @@ void add_import(Program& program) {
   command.flag("--check", o.check, "read all of it, say what would be done, write nothing");
   command.flag("--json", o.json, "print what --list or import.json has");
   o.input.add_options(command);
+  o.input.add_rules(command);
   command.footer(
       "What an export looks like is found out and said; every command that takes a record reads "
       "such exports by itself. ARCHIVE.zip/MEMBER and BOOK.xlsx/SHEET are files as well. Exit code "

@@ -17,6 +17,7 @@ void add_register_map(Program& program);
 void add_export(Program& program);
 void add_import(Program& program);
 void add_survey(Program& program);
+void add_outcome(Program& program);
 void add_batch(Program& program);
 void add_diagnose(Program& program);
 void add_commission(Program& program);

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden survey: all loops of a plant, ranked.
 #include "workbench/command_line/frame.hpp"
+#include "workbench/survey/changes.hpp"
+#include "workbench/survey/outcomes.hpp"
 #include "workbench/survey/survey.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
+#include <optional>
 #include <set>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "base/text.hpp"
 #include "workbench/command_line/share.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/files/output_files.hpp"
 #include "workbench/records/record_input.hpp"
 
 namespace loopwarden::workbench {
@@ -32,6 +37,10 @@ struct SurveyCommand {
   std::vector<double> co_range;
   unsigned jobs = 0;
   bool json = false;
+  std::string outcomes;
+  std::string against;
+  std::string area;
+  std::string weights;
 };
 
 constexpr std::size_t kLinesShown = 20;
@@ -85,11 +94,6 @@ std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   return text;
 }
 
-nlohmann::json read_survey(const fs::path& out) {
-  std::ifstream in(out / "survey.json");
-  return nlohmann::json::parse(in);
-}
-
 void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_json) {
   if (as_json) {
     show_json(survey);
@@ -117,19 +121,79 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
   }
   if (loops.size() > kLinesShown)
     fmt::print("  ... {} more in survey.html\n", loops.size() - kLinesShown);
+  if (const std::string found = precision_text(survey.value("outcomes", nlohmann::json(nullptr)));
+      !found.empty()) {
+    fmt::print("{}\n", found);
+  }
   print_failed(survey.at("failed"));
   fmt::print("{}\n", (out / "survey.html").string());
 }
 
+// What --against asks for, read before the long work: an earlier survey may lie where this one is written.
+class Against {
+ public:
+  explicit Against(const SurveyCommand& options)
+      : json_(options.json), before_name_(options.against) {
+    if (options.against.empty()) return;
+    before_ = read_survey(options.against);
+    if (!options.area.empty()) {
+      try {
+        how_.area.emplace(options.area);
+      } catch (const std::invalid_argument& e) {
+        fail(kExitUsage, "--area: {}", e.what());
+      }
+      if (how_.area->wildcards() == 0)
+        fail(kExitUsage,
+             "--area: the area is what stands at the first of *, ? and [...]; none is in {}",
+             base::in_quotes(options.area));
+    }
+    if (!options.weights.empty()) how_.weights = read_loop_weights(options.weights);
+  }
+
+  void tell(const nlohmann::json& survey, const fs::path& out) const {
+    if (!before_) return;
+    const nlohmann::json changes = compared(survey);
+    OutputFiles files;
+    files.add(out / "changes.html", changes_page(changes));
+    files.add(out / "changes.json", changes.dump(1) + "\n");
+    files.commit();
+    if (json_) return;
+    fmt::print("\n{}{}\n", changes_text(changes), (out / "changes.html").string());
+  }
+
+ private:
+  nlohmann::json compared(const nlohmann::json& survey) const {
+    try {
+      return compare_surveys(survey, *before_, how_);
+    } catch (const nlohmann::json::exception& e) {
+      fail(kExitData, "{}: can't be compared: {}", before_name_, e.what());
+    }
+  }
+
+  bool json_;
+  std::string before_name_;
+  std::optional<nlohmann::json> before_;
+  Comparing how_;
+};
+
 int run_survey(const SurveyCommand& options) {
-  if (options.merge.empty() == options.paths.empty()) {
+  const bool as_it_is = options.merge.empty() && options.paths.empty();
+  if ((as_it_is && options.against.empty()) || (!options.merge.empty() && !options.paths.empty())) {
     fail(kExitUsage, "survey: exports or folders of them, or --merge with the folders of shares");
   }
+  const Against against(options);
   const fs::path out(options.out);
-  if (!options.merge.empty()) {
-    write_survey({options.merge.begin(), options.merge.end()}, out);
+  if (as_it_is) {
     const nlohmann::json survey = read_survey(out);
+    if (options.json) show_json(survey);
+    against.tell(survey, out);
+    return kExitOk;
+  }
+  if (!options.merge.empty()) {
+    const nlohmann::json survey =
+        write_survey({options.merge.begin(), options.merge.end()}, out, options.outcomes);
     print_survey(survey, out, options.json);
+    against.tell(survey, out);
     return exit_code_of(survey.at("failed"));
   }
   SurveyRun run{.paths = options.paths,
@@ -145,6 +209,7 @@ int run_survey(const SurveyCommand& options) {
   run.share = share_from(options.shard);
   const SurveyCount count = judge_all(run);
   fmt::print(stderr, "{}", count.said);
+  fmt::print(stderr, "{}", count.rules);
   if (count.loops == 0 && run.share.of == 1) {
     print_failed(count.failed);
     fmt::print(stderr, "{}\n", count_text(count, count.failed));
@@ -152,9 +217,9 @@ int run_survey(const SurveyCommand& options) {
          "no loop with PV and CO was found; 'loopwarden import --list' shows what was, --map "
          "pv=NAME,co=NAME says which columns or tags are one");
   }
-  write_survey({out}, out);
-  const nlohmann::json survey = read_survey(out);
+  const nlohmann::json survey = write_survey({out}, out, options.outcomes);
   print_survey(survey, out, options.json);
+  against.tell(survey, out);
   std::fflush(stdout);
   fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
   return exit_code_of(survey.at("failed"));
@@ -172,17 +237,36 @@ void add_survey(Program& program) {
       "folder for survey.html, survey.csv, survey.json; an earlier run in it is gone on with");
   command.setting("--window", o.window_h, "hours that are judged at a time",
                   between(0.01, 10000.0));
-  command.option("--shard", o.shard, "k/N: of N shares the k-th, by loop");
+  const Option shard = command.option("--shard", o.shard, "k/N: of N shares the k-th, by loop");
   command.option("--merge", o.merge, "folders of shares, to be joined");
   command
-      .option("--co-range", o.co_range,
-              "lower and upper end of CO; else 0 100, 0 1 or 4 20 as the values suggest")
+      .option(
+          "--co-range", o.co_range,
+          "lower and upper end of CO; else by --rules, or 0 100, 0 1 or 4 20 as the values suggest")
       .takes(2);
   command.option("--kind", o.kind, "what the loops control; else from their tags",
                  one_of({"flow", "pressure", "level", "temperature", "unknown"}));
   command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
   command.flag("--json", o.json, "print survey.json");
+  command.option("--outcomes", o.outcomes,
+                 "what fitters found (loopwarden outcome); else outcomes.csv in --out");
+  Command comparing = command.group("Against an earlier survey");
+  Option against = comparing.option(
+      "--against", o.against,
+      "its survey.json or folder: what is new, worse, better, gone, in changes.html and "
+      "changes.json; without exports of the survey that is in --out");
+  against.excludes(shard);
+  comparing
+      .option("--area", o.area,
+              "pattern of tags, such as U*-*: the area is what stands at its first wildcard; else "
+              "what stands before the function letters, or the number without its last two digits")
+      .needs(against);
+  comparing
+      .option("--loops", o.weights,
+              "CSV with columns tag, criticality, cost_per_hour: what each loop is worth")
+      .needs(against);
   o.input.add_options(command, false);
+  o.input.add_rules(command);
   command.footer(
       "No model, no tuning, no configuration. Exit code 65: something could not be read; the rest "
       "was judged.\nExample: loopwarden survey exports/ --out survey");

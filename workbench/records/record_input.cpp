@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "model/analysis/stretch.hpp"
 #include "base/text.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/records/format_file.hpp"
+#include "workbench/records/rules_file.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -100,6 +102,13 @@ void RecordInput::add_options(Command& command, bool one_loop) {
                  one_of({"held", "linear"}));
 }
 
+void RecordInput::add_rules(Command& command) {
+  command.group("Reading of the record")
+      .option("--rules", rules_,
+              "YAML with the site's rules: which columns or tags are which signal of which loop, "
+              "units, ranges, words for modes (docs/import.md)");
+}
+
 record::ImportOptions RecordInput::options() const {
   record::ImportOptions out;
   if (!format_.empty()) {
@@ -109,6 +118,16 @@ record::ImportOptions RecordInput::options() const {
     out = std::move(*format);
   }
   if (!map_.empty()) out.loops = {signals_from(map_)};
+  if (!rules_.empty()) {
+    if (!out.loops.empty()) {
+      throw RecordInputError(kExitUsage, fmt::format("--rules: {} names the loops already",
+                                                     map_.empty() ? format_ : "--map"));
+    }
+    auto rules = read_rules_file(rules_);
+    fmt::print(stderr, "{}", config::to_text(rules.diagnostics));
+    if (!rules) throw RecordInputError(kExitConfiguration, rules_ + ": can't be used");
+    out.rules = std::move(*rules);
+  }
   if (!time_.empty()) out.time = *record::time_form(time_);
   if (!time_column_.empty()) out.time_column = time_column_;
   if (!zone_.empty()) {
@@ -224,6 +243,25 @@ ExitCode reading_exit_code(bool something_failed, bool nothing_read,
     return problem.kind == record::RecordError::Kind::io;
   });
   return nothing_read && by_system ? kExitIo : kExitData;
+}
+
+std::string rules_text(const record::Importer& importer, bool with_rules) {
+  constexpr std::size_t kMost = 6;
+  const std::vector<std::string>& names = importer.other_names();
+  const std::set<std::string> unknown(names.begin(), names.end());
+  std::string text;
+  if (!unknown.empty()) {
+    text = fmt::format("{} {} to no loop: ", unknown.size(),
+                       unknown.size() == 1 ? "column or tag belongs" : "columns or tags belong");
+    std::size_t shown = 0;
+    for (const std::string& name : unknown) {
+      if (shown++ < kMost) text += (shown > 1 ? ", " : "") + base::in_quotes(name);
+    }
+    if (shown > kMost) text += ", ...";
+    text += with_rules ? "\n" : "; --rules RULES.yaml tells whose they are (docs/import.md)\n";
+  }
+  for (const std::string& rule : importer.idle_rules()) text += rule + "\n";
+  return text;
 }
 
 std::string import_text(const record::Imported& imported) {

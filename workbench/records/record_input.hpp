@@ -25,18 +25,22 @@ class RecordInput {
  public:
   // `one_loop`: the command takes one loop, by --loop where a file has several.
   void add_options(Command& command, bool one_loop = true);
+  // For commands that take whole folders: after add_options.
+  void add_rules(Command& command);
   // Throws RecordInputError.
   record::ImportOptions options() const;
   // Throws RecordError, RecordInputError. Shows progress with a large file.
   record::Imported read(const std::filesystem::path& path) const;
 
   const std::string& loop() const noexcept { return loop_; }
+  bool has_rules() const noexcept { return !rules_.empty(); }
   bool takes(const std::string& tag) const;  // no --loop, or this one
 
  private:
   std::string loop_;
   std::string map_;
   std::string format_;
+  std::string rules_;
   std::string delimiter_, decimal_, encoding_, time_, time_column_, zone_, fill_;
   std::vector<std::string> bad_values_;
   int header_rows_ = -1;
@@ -53,6 +57,10 @@ std::size_t telling_part(const record::Record& record, std::size_t length);
 
 // Of a record of more than twice `most` samples that part only; says so on the error output.
 void keep_telling_part(record::Record& record, std::size_t most, const std::string& name);
+
+// That names belong to no loop, with some of them and the option that helps; empty where all do. Then each of the rules
+// that decides of no name.
+std::string rules_text(const record::Importer& importer, bool with_rules);
 
 // What was found and done, in lines; empty where the record is in the fixed format and nothing is to be said. Words that
 // were taken as bad values are left to record::bad_words_text(), since several loops may have them.

@@ -10,6 +10,7 @@
 #include "model/survey/group.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/neighbours.hpp"
+#include "workbench/text/csv_text.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -32,31 +33,33 @@ double valve_probability(const json& loop) {
 
 double score_of(const json& loop) {
   const bool swings = loop.at("oscillating").get<bool>() && !is(loop, "verdict", "valve_effect");
-  return 60.0 * valve_probability(loop) + (swings ? 20.0 : 0.0) +
-         15.0 * number(loop, "variability") + 10.0 * number(loop, "saturated") +
-         10.0 * (1.0 - number(loop, "share_automatic", 1.0));
+  const double valve = loop.at("held_back").get<bool>() ? 0.0 : 60.0 * valve_probability(loop);
+  return valve + (swings ? 20.0 : 0.0) + 15.0 * number(loop, "variability") +
+         10.0 * number(loop, "saturated") + 10.0 * (1.0 - number(loop, "share_automatic", 1.0));
 }
 
-std::string csv_cell(const json& value) {
+std::string cell_of(const json& value) {
   if (value.is_null()) return {};
   if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
   if (value.is_array())
     return csv_cell(fmt::format("{}", fmt::join(value.get<std::vector<std::string>>(), " ")));
-  if (!value.is_string()) return value.dump();
-  std::string text = value.get<std::string>();
-  // A spreadsheet would take such a cell for a formula.
-  if (!text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos) {
-    text.insert(0, "'");
-  }
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
+  return value.is_string() ? csv_cell(value.get<std::string>()) : value.dump();
+}
+
+// Of an answer: "2026-11-20".
+std::string day_of(const json& outcome) {
+  return outcome.at("answered").get<std::string>().substr(0, 10);
 }
 
 }  // namespace
 
 NextStep next_step(const json& loop) {
+  if (loop.at("held_back").get<bool>()) {
+    return {"nothing",
+            fmt::format("nothing was found on {} at {:.2g} %: held back until it has "
+                        "grown by half",
+                        day_of(loop["outcome"]), loop["outcome"]["percent_of_span"].get<double>())};
+  }
   if (is(loop, "verdict", "valve_effect")) {
     return {"repair",
             "look at packing, actuator and positioner of the valve; until then a compensator or a "
@@ -98,10 +101,11 @@ NextStep next_step(const json& loop) {
                                                        : "more data of the loop in automatic"};
 }
 
-json join_survey(std::vector<json> loops, json failed) {
+json join_survey(std::vector<json> loops, json failed, const std::vector<FitterAnswer>& outcomes) {
   std::sort(loops.begin(), loops.end(),
             [](const json& a, const json& b) { return a.at("tag") < b.at("tag"); });
   name_neighbours(loops, threads(0));
+  tell_outcomes(loops, outcomes);
   std::vector<survey::Swinging> swinging;
   for (std::size_t k = 0; k < loops.size(); ++k) {
     const json& loop = loops[k];
@@ -139,7 +143,10 @@ json join_survey(std::vector<json> loops, json failed) {
   std::sort(failed.begin(), failed.end(),
             [](const json& a, const json& b) { return a.dump() < b.dump(); });
   failed.erase(std::unique(failed.begin(), failed.end()), failed.end());
-  return {{"loops", loops}, {"groups", groups}, {"failed", failed}};
+  return {{"loops", loops},
+          {"groups", groups},
+          {"failed", failed},
+          {"outcomes", precision_json(outcomes)}};
 }
 
 std::string survey_csv(const json& survey) {
@@ -168,14 +175,17 @@ std::string survey_csv(const json& survey) {
                                 "reason"};
   std::string text;
   for (const char* column : kColumns) text += std::string(column) + ",";
-  text += "effect,percent_of_span,next\n";
+  text += "effect,percent_of_span,next,found,held_back\n";
   for (const json& loop : survey.at("loops")) {
-    for (const char* column : kColumns) text += csv_cell(loop.value(column, json(nullptr))) + ",";
+    for (const char* column : kColumns) text += cell_of(loop.value(column, json(nullptr))) + ",";
     const json& effects = loop.at("effects");
-    text += effects.empty() ? ","
-                            : csv_cell(effects[0].at("name")) + "," +
-                                  csv_cell(effects[0].at("percent_of_span"));
-    text += "," + csv_cell(loop.at("next").at("what")) + "\n";
+    text += effects.empty()
+                ? ","
+                : cell_of(effects[0].at("name")) + "," + cell_of(effects[0].at("percent_of_span"));
+    const json& outcome = loop.at("outcome");
+    text += "," + cell_of(loop.at("next").at("what")) + "," +
+            cell_of(outcome.is_null() ? outcome : outcome.at("found")) + "," +
+            cell_of(loop.at("held_back")) + "\n";
   }
   return text;
 }

@@ -125,6 +125,8 @@ std::vector<double> likely_co_range(const record::Imported& imported) {
     if (!(low <= v)) low = v;
     if (!(high >= v)) high = v;
   }
+  if (const auto& told = imported.notes.ranges[index_of(record::Role::co)])
+    return {told->first, told->second};
   const std::string& unit = imported.notes.units[index_of(record::Role::co)];
   if (unit == "mA" && low > 3.0 && high < 21.0) return {4.0, 20.0};
   if (high <= 1.05 && low >= -0.05 && unit != "%") return {0.0, 1.0};
@@ -222,9 +224,9 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
   const double co_span = loop.co_range[1] - loop.co_range[0];
   json moves = moves_json(imported.record, imported.notes);
   draw_for_judging(imported);
-  const diagnosis::LoopKind kind = settings.kind.empty()
-                                       ? diagnosis::kind_from_tag(imported.notes.tag)
-                                       : *diagnosis::loop_kind(settings.kind);
+  const std::string& told = settings.kind.empty() ? imported.notes.kind : settings.kind;
+  const diagnosis::LoopKind kind =
+      told.empty() ? diagnosis::kind_from_tag(imported.notes.tag) : *diagnosis::loop_kind(told);
   const Cuts cuts = cuts_of(imported.record, settings.window_s);
   const std::vector<WindowFindings> windows = judged_windows(imported, cuts, kind, loop);
   loop.verdict = survey::judge_windows(windows, {imported.notes.pv, imported.notes.co}, co_span);

@@ -14,10 +14,10 @@ namespace loopwarden::workbench {
 struct SurveySettings {
   double window_s = 8.0 * 3600.0;
   std::vector<double> co_range{};  // empty: from the data
-  std::string kind{};              // empty: from the tag
+  std::string kind{};              // empty: by the site's rules, else from the tag
 };
 
-// 0 to 100, 0 to 1 or 4 to 20, as the values and the unit suggest.
+// By the site's rules; else 0 to 100, 0 to 1 or 4 to 20, as the values and the unit suggest.
 std::vector<double> likely_co_range(const record::Imported& imported);
 
 // Judges all windows. `imported` is used up.

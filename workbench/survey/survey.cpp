@@ -42,7 +42,7 @@ std::string key_of(const record::Importer& importer, const record::FoundLoop& lo
   std::string text = fmt::format(
       "{} {} {} {} {} {}", LOOPWARDEN_VERSION, kResultForm, run.settings.window_s,
       run.settings.kind, fmt::join(run.settings.co_range, " "), record::fingerprint(run.import));
-  for (const std::string& name : loop.signals.names) text += "|" + name;
+  text += "|" + record::fingerprint(loop.signals);
   for (const std::size_t file : loop.files) {
     std::error_code problem;
     const fs::path& path = importer.on_disk(file);
@@ -170,6 +170,7 @@ SurveyCount judge_all(const SurveyRun& run) {
   count.passed_over = importer.passed_over().size();
   count.said = importer.passed_over_text() + (count.passed_over > 0 ? "\n" : "");
   if (const std::string hint = importer.pairs_hint(); !hint.empty()) count.said += hint + "\n";
+  count.rules = rules_text(importer, !run.import.rules.empty());
   count.exit_code = reading_exit_code(true, true, importer);
   std::vector<record::BadWord> words;
   FilesRead files;
@@ -212,7 +213,10 @@ SurveyCount judge_all(const SurveyRun& run) {
   return count;
 }
 
-void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
+json write_survey(const std::vector<fs::path>& folders, const fs::path& out,
+                  const fs::path& outcomes) {
+  if (!outcomes.empty() && !fs::exists(outcomes))
+    throw CommandError(kExitIo, fmt::format("{}: no such file", outcomes.string()));
   std::map<std::string, json> by_tag;
   json failed = json::array();
   for (const fs::path& folder : folders) {
@@ -236,7 +240,8 @@ void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
   }
   std::vector<json> loops;
   for (auto& [tag, loop] : by_tag) loops.push_back(std::move(loop));
-  json survey = join_survey(std::move(loops), std::move(failed));
+  json survey = join_survey(std::move(loops), std::move(failed),
+                            read_outcomes(outcomes.empty() ? out / kOutcomesFile : outcomes));
   OutputFiles files;
   files.make_folder(out);
   write_survey_pages(survey, out, files);
@@ -244,6 +249,7 @@ void write_survey(const std::vector<fs::path>& folders, const fs::path& out) {
   files.add(out / "survey.json", survey.dump(1) + "\n");
   files.add(out / "survey.csv", survey_csv(survey));
   files.commit();
+  return survey;
 }
 
 }  // namespace loopwarden::workbench

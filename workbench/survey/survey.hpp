@@ -43,12 +43,15 @@ struct SurveyCount {
   std::size_t passed_over = 0;
   std::string said;                // passed over, words taken as bad values, hints: lines
   ExitCode exit_code = kExitData;  // where no loop was found
+  std::string rules;               // rules_text()
 };
 
 // Judges what is not judged yet. Throws RecordError where a path can't be looked at, OutputError.
 SurveyCount judge_all(const SurveyRun& run);
-// Joins the loops of one or several folders that judge_all wrote; throws CommandError where it can't.
-void write_survey(const std::vector<std::filesystem::path>& folders,
-                  const std::filesystem::path& out);
+// Joins the loops of one or several folders that judge_all wrote, and returns what survey.json then has; throws
+// CommandError where it can't. `outcomes`: what fitters found; empty: outcomes.csv in `out`, where there is one.
+nlohmann::json write_survey(const std::vector<std::filesystem::path>& folders,
+                            const std::filesystem::path& out,
+                            const std::filesystem::path& outcomes = {});
 
 }  // namespace loopwarden::workbench

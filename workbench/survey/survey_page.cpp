@@ -17,13 +17,15 @@
 #include "workbench/report/palette.hpp"
 #include "workbench/report/plot.hpp"
 #include "workbench/survey/assets.hpp"
+#include "workbench/survey/outcomes.hpp"
 #include "workbench/text/import_json.hpp"
 
 namespace loopwarden::workbench {
-namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+namespace {
 
 constexpr double kSparkWidth = 140.0;
 constexpr double kSparkHeight = 28.0;
@@ -68,7 +70,8 @@ std::string unit_of(const json& loop, const char* signal, const char* before) {
   return unit.empty() ? std::string() : before + unit;
 }
 
-// A tag may be broken behind what sets its parts apart, and nowhere else.
+}  // namespace
+
 std::string tag_html(const std::string& tag) {
   std::string html;
   std::string part;
@@ -81,7 +84,7 @@ std::string tag_html(const std::string& tag) {
   return html + escaped(part);
 }
 
-std::string verdict_words(const json& loop) {
+std::string surveyed_verdict(const json& loop) {
   std::string verdict = loop.at("verdict").get<std::string>();
   if (verdict == "valve_effect") {
     const json& effect = loop.at("effects").at(0);
@@ -97,6 +100,8 @@ std::string verdict_words(const json& loop) {
   if (verdict == "not_enough_data") return "not enough data";
   return verdict;
 }
+
+namespace {
 
 std::string spark(const json& pv) {
   double low = 1e300;
@@ -141,9 +146,21 @@ std::string page_name(const json& loop) {
                      file_name_for(loop.at("tag").get<std::string>()));
 }
 
-// Why a loop could not be judged stands below what was said of it.
+// "backlash, 2026-11-20"; empty: no fitter has told.
+std::string found_text(const json& loop) {
+  const json outcome = loop.value("outcome", json(nullptr));
+  if (outcome.is_null()) return {};
+  const auto note = outcome.at("note").get<std::string>();
+  return outcome.at("found").get<std::string>() + ", " +
+         outcome.at("answered").get<std::string>().substr(0, 10) +
+         (note.empty() ? "" : ": " + note);
+}
+
+// Why a loop could not be judged, and what a fitter found, stands below what was said of it.
 std::string verdict_html(const json& judged) {
-  std::string html = escaped(verdict_words(judged));
+  std::string html = escaped(surveyed_verdict(judged));
+  if (const std::string found = found_text(judged); !found.empty())
+    html += fmt::format("<div class=\"why\">found: {}</div>", escaped(found));
   if (judged.at("reason").is_string()) {
     html +=
         fmt::format("<div class=\"why\">{}</div>", escaped(judged.at("reason").get<std::string>()));
@@ -253,6 +270,8 @@ std::string list_page(const json& survey, const PageNames& pages) {
       "<p class=\"note\">{} loops, worst first. Each line leads to what speaks for it.</p>\n",
       survey.at("loops").size());
   html += counts_html(survey, next);
+  if (const std::string text = precision_text(survey.at("outcomes")); !text.empty())
+    html += fmt::format("<p class=\"note\">{}.</p>\n", escaped(text));
   html +=
       "<div class=\"filter\"><input type=\"search\" placeholder=\"tag, verdict, ...\" "
       "aria-label=\"filter\">"
@@ -344,7 +363,8 @@ std::string compression_row(const json& import) {
 }
 
 std::string facts_html(const json& loop, const json& groups, const PageNames& pages) {
-  std::string html = "<dl>" + row("Because", text_of_json(loop.at("evidence"))) +
+  std::string html = "<dl>" + row("Found", found_text(loop)) +
+                     row("Because", text_of_json(loop.at("evidence"))) +
                      row("Against it", text_of_json(loop.at("against"))) +
                      row("What would settle it", text_of_json(loop.at("settle")));
   if (loop.at("probability").is_number()) {
@@ -406,7 +426,7 @@ std::string windows_html(const json& loop) {
       "<h2>Windows</h2>\n<div class=\"strip\" role=\"img\" aria-label=\"verdict by window\">";
   for (const json& w : loop.at("windows")) {
     html += fmt::format("<span class=\"{}\" title=\"{}\"></span>",
-                        w.at("verdict").get<std::string>(), escaped(verdict_words(w)));
+                        w.at("verdict").get<std::string>(), escaped(surveyed_verdict(w)));
   }
   html += fmt::format(
       "</div>\n<div class=\"scroll\"><table><thead><tr><th class=\"text\">From</th><th "
@@ -441,7 +461,7 @@ std::string loop_page(const json& loop, const json& groups, const PageNames& pag
       "<p><a href=\"../survey.html\">Survey</a></p>\n<h1>{}. {}: <span "
       "class=\"{}\">{}</span></h1>\n",
       loop.at("rank").get<int>(), tag_html(tag), loop.at("verdict").get<std::string>(),
-      escaped(verdict_words(loop)));
+      escaped(surveyed_verdict(loop)));
   html +=
       fmt::format("<p><b>{}</b>: {}.</p>\n", escaped(loop.at("next").at("what").get<std::string>()),
                   escaped(loop.at("next").at("why").get<std::string>()));

@@ -53,6 +53,8 @@ nlohmann::json import_json(const record::ImportNotes& notes, const ImportSpans& 
   for (const record::Role role : {record::Role::pv, record::Role::co}) {
     const std::string& unit = notes.units[index_of(role)];
     if (!unit.empty()) made["units"][to_text(role)] = unit;
+    if (const auto& range = notes.ranges[index_of(role)])
+      made["ranges"][to_text(role)] = {range->first, range->second};
   }
   return made;
 }

@@ -51,6 +51,8 @@ const char* const kAcknowledge =
     R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})";
 const char* const kVeto = R"({"request": "veto", "loop": "FIC-101", "veto": true})";
 const char* const kRecord = R"({"request": "record", "loop": "FIC-101", "start": "trial"})";
+const char* const kOutcome =
+    R"({"request": "outcome", "loop": "FIC-101", "found": "nothing", "note": "all in order"})";
 const char* const kOrder = R"({"request": "order", "loop": "FIC-101", "order": 1})";
 
 std::string error_of(const json& answer) {
@@ -75,7 +77,7 @@ TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
     CHECK(bench.ask_status(request).at("ok") == true);
     CHECK(bench.ask(request).at("ok") == true);
   }
-  for (const char* request : {kSet, kAcknowledge, kVeto, kRecord, kOrder}) {
+  for (const char* request : {kSet, kAcknowledge, kVeto, kRecord, kOutcome, kOrder}) {
     INFO(request);
     CHECK_THAT(error_of(bench.ask_status(request)), Catch::Contains("status.sock does not offer"));
   }
@@ -98,7 +100,8 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
   bench.run(1);
   bench.board.window_judged(0, {}, {}, stiction_on());
   for (const char* request : kReading) error_of(bench.ask(request, socket));
-  CHECK_THAT(error_of(bench.ask(kRecord, socket)), Catch::Contains("control.sock alone"));
+  for (const char* request : {kRecord, kOutcome})
+    CHECK_THAT(error_of(bench.ask(request, socket)), Catch::Contains("control.sock alone"));
 
   const std::string name = to_text(socket);
   if (control) {
@@ -143,6 +146,25 @@ TEST_CASE("who ordered by the page stands in the journal with user and address",
   CHECK(peer_of(json::object(), SocketName::edge) == "edge (uid 1000)");
   CHECK(peer_of({{"user", std::string(64, 'x')}}, SocketName::page) ==
         std::string(64, 'x') + " by page (uid 1000)");
+}
+
+TEST_CASE("what a fitter found stands in the journal with what was said", "[console][sockets]") {
+  Bench bench(kAll);
+  bench.run(1);
+  bench.board.window_judged(0, {}, {}, stiction_on());
+  const json answer = bench.ask(kOutcome);
+  REQUIRE(answer.at("on_disk") == true);
+  CHECK_THAT(answer.at("said").get<std::string>(), Catch::StartsWith("stiction "));
+  const json line = bench.ask(R"({"request": "journal", "most": 1})").at("lines").at(0);
+  CHECK(line.at("what") == "outcome");
+  CHECK(line.at("new") == "nothing");
+  CHECK(line.at("old") == answer.at("said"));
+  CHECK(line.at("reason") == "all in order");
+  CHECK(line.at("kind") == "operator");
+  CHECK_THAT(error_of(bench.ask(R"({"request": "outcome", "loop": "FIC-101", "found": "rust"})")),
+             Catch::Contains("found is stiction, backlash, air, nothing, other"));
+  CHECK_THAT(error_of(bench.ask(R"({"request": "outcome", "loop": "FIC-999", "found": "air"})")),
+             Catch::Contains("FIC-999"));
 }
 
 TEST_CASE("who asks for what he may not is in the log, which he can't fill", "[console][sockets]") {

@@ -116,9 +116,10 @@ TEST_CASE("--json prints one JSON value and nothing else") {
 
 TEST_CASE("every command that prints a result has --json") {
   for (const char* command :
-       {"check",   "simulate", "top",     "set",         "record",     "alarms",   "register-map",
-        "export",  "diagnose", "train",   "classify",    "replay",     "gap",      "demo",
-        "effects", "identify", "compare", "limit-cycle", "valve-test", "autotune", "tune"}) {
+       {"check",        "simulate", "top",      "set",      "record",   "alarms",
+        "register-map", "export",   "diagnose", "train",    "classify", "replay",
+        "gap",          "demo",     "effects",  "identify", "compare",  "limit-cycle",
+        "valve-test",   "autotune", "tune",     "outcome"}) {
     INFO(command);
     CHECK(loopwarden(std::string(command) + " --help").text.find("--json") != std::string::npos);
   }

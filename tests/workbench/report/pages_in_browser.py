@@ -167,8 +167,12 @@ def main():
             loopwarden("diagnose", ROOT / "data/routine/r22.csv", "--report", work / "diagnose.html")
             loopwarden("train", MODELS / "plant1-believed.yaml", "--windows", 1400, "--restarts", 1, "--sizes", 3, "--epochs",
                        3, "--seed", 7, "--out", work / "train")
+            survey = work / "survey"
+            loopwarden("survey", ROOT / "data/routine", "--out", survey)
+            loopwarden("survey", "--out", survey, "--against", survey)
             pages = [("tune", work / "tune.html"), ("valve-test", work / "valve-test/report.html"),
                      ("compare", work / "compare/report.html"), ("diagnose", work / "diagnose.html"),
+                     ("survey", survey / "survey.html"), ("changes", survey / "changes.html"),
                      *(("train", page) for page in sorted((work / "train").rglob("*.html")))]
         try:
             with Browser(work / "profile", wrong) as browser:

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/records/rules_file.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <utility>
+
+#include "base/text.hpp"
+#include "config/document.hpp"
+#include "config/map_reader.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+using config::MapReader;
+using record::Role;
+using record::TagRule;
+
+std::shared_ptr<const record::ModeWords> mode_words(MapReader& in, const std::string& signal) {
+  record::ModeWords words;
+  bool given = false;
+  const auto read = [&](const char* key, const char* meaning, std::vector<std::string>& list) {
+    const auto texts = in.maybe_texts(key, meaning);
+    for (const std::string& text : texts.value) list.push_back(base::lower_case(text));
+    if (texts.given && signal != "mode" && signal != "as named")
+      in.error(key, fmt::format("stands with signal: mode (here it is {})", signal));
+    given = given || texts.given;
+  };
+  read("automatic", "of a mode: words for automatic, besides the known ones", words.automatic);
+  read("manual", "of a mode: words for manual", words.manual);
+  read("cascade", "of a mode: words for cascade, which counts as automatic", words.cascade);
+  return given ? std::make_shared<const record::ModeWords>(std::move(words)) : nullptr;
+}
+
+void read_pattern(MapReader& in, TagRule& rule) {
+  const auto text = in.need_text(
+      "match", "name of a column or tag: * any characters, ? one, [A-C7] one of these");
+  if (!text.valid || in.describing()) return;
+  try {
+    rule.pattern = record::TagPattern(text.value);
+  } catch (const std::invalid_argument& e) {
+    in.error("match", fmt::format("must be a pattern: {} (got '{}')", e.what(),
+                                  config::quotable(text.value)));
+  }
+}
+
+void read_loop(MapReader& in, const std::string& signal, TagRule& rule) {
+  const auto loop = in.text(
+      "loop", "tag of the loop: text, with $1 for what stands at the first of *, ?, [...]", "");
+  rule.loop = loop.value;
+  if (in.describing()) return;
+  if (rule.role && !loop.given) {
+    in.error("is missing the key 'loop', the tag of the loop whose " + signal + " it is");
+  } else if (!rule.role && loop.given) {
+    in.error("loop", "needs signal: pv, sp, co, stem or mode beside it");
+  }
+  if (!rule.role || !loop.valid || rule.pattern.text().empty()) return;
+  const std::vector<std::string> found(rule.pattern.wildcards(), "x");
+  if (!record::filled_in(rule.loop, found)) {
+    in.error("loop",
+             fmt::format("must be text with $1 to $9 for one of the {} of *, ? and [...] in "
+                         "'{}', and $$ for a dollar sign (got '{}')",
+                         found.size(), config::quotable(rule.pattern.text()),
+                         config::quotable(rule.loop)));
+  } else if (rule.loop.empty()) {
+    in.error("loop", "must not be empty");
+  }
+}
+
+TagRule read_rule(MapReader& in, const std::string& file) {
+  TagRule rule;
+  rule.place = fmt::format("{}:{}", file, in.place().line);
+  read_pattern(in, rule);
+  const std::string signal =
+      in.word_of("signal", {"as named", "pv", "sp", "co", "stem", "mode", "none"},
+                 "which signal of its loop; none: the name is no loop's");
+  rule.role = record::role_from_text(signal);
+  rule.unused = signal == "none";
+  read_loop(in, signal, rule);
+  rule.unit = in.text("unit", "of its values", "").value;
+  const auto range = in.maybe_range(
+      "range", {.meaning = "lower and upper end, in its unit; of co for survey's span"});
+  if (range.given && range.valid) rule.range = range.value;
+  const std::string kind =
+      in.word_of("kind", {"from the tag", "flow", "pressure", "level", "temperature", "unknown"},
+                 "what the loop controls; stands with its pv");
+  if (kind != "from the tag") rule.kind = kind;
+  if (!rule.kind.empty() && rule.role && *rule.role != Role::pv)
+    in.error("kind", fmt::format("stands with signal: pv (here it is {})", signal));
+  rule.mode_words = mode_words(in, signal);
+  return rule;
+}
+
+std::vector<TagRule> read_rules(MapReader& in, const std::string& file) {
+  std::vector<TagRule> rules;
+  for (MapReader& rule : in.maybe_list("rules", "the first that matches a name decides"))
+    rules.push_back(read_rule(rule, file));
+  if (rules.empty() && !in.describing()) in.error("rules", "must be a list of at least one rule");
+  return rules;
+}
+
+}  // namespace
+
+config::Loaded<std::vector<TagRule>> read_rules_text(const std::string& file,
+                                                     std::string_view text) {
+  return config::load_text<std::vector<TagRule>>(
+      file, text, [&](MapReader& in) { return read_rules(in, file); });
+}
+
+config::Loaded<std::vector<TagRule>> read_rules_file(const std::filesystem::path& path) {
+  return config::load_file(path, read_rules_text);
+}
+
+config::KeyReference describe_rules() {
+  return config::keys_of([](MapReader& in) { read_rules(in, ""); });
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// A site's rules for the names of its columns and tags, for all that has any of them (docs/import.md lists every key).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/diagnostic.hpp"
+#include "config/key_reference.hpp"
+#include "record/import/tag_rules.hpp"
+
+namespace loopwarden::workbench {
+
+config::Loaded<std::vector<record::TagRule>> read_rules_file(const std::filesystem::path& path);
+config::Loaded<std::vector<record::TagRule>> read_rules_text(const std::string& file,
+                                                             std::string_view text);
+config::KeyReference describe_rules();
+
+}  // namespace loopwarden::workbench
