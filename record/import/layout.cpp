@@ -160,15 +160,19 @@ class Finder {
     return all == 0 ? 0.0 : static_cast<double>(good) / static_cast<double>(all);
   }
 
+  static bool sounds_like_time(const std::string& word) {
+    const auto parts = {"time",  "date",  "zeit", "datum", "stamp",
+                        "heure", "fecha", "hora", "epoch"};
+    return std::any_of(parts.begin(), parts.end(),
+                       [&](const char* part) { return word.find(part) != std::string::npos; });
+  }
+
   // The row in which the column is named as times are.
   std::optional<std::size_t> row_naming_time(std::size_t column) const {
     for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
       if (parse_number(cell(k, column), layout_.decimal)) return std::nullopt;
       const std::string word = base::lower_case(cell(k, column));
-      for (const char* part :
-           {"time", "date", "zeit", "datum", "stamp", "heure", "fecha", "hora", "epoch"}) {
-        if (word.find(part) != std::string::npos) return k;
-      }
+      if (sounds_like_time(word)) return k;
       if (word == "t" || word == "ts" || word == "t_s" || word == "sec" || word == "seconds")
         return k;
     }
@@ -284,10 +288,12 @@ class Finder {
             base::lower_case(text.substr(text.size() - ending.size())) == ending)
           text.remove_suffix(ending.size());
       }
-      if (!text.empty() && !one_of(base::lower_case(text),
-                                   {"value", "val", "wert", "data", "status", "quality", "q",
-                                    "time", "date", "timestamp", "time stamp", "datetime",
-                                    "date time", "date/time", "zeit", "zeitstempel", "datum"}))
+      // "StartTime,Value,EndTime,Status" names no signals.
+      const bool time =
+          c != value && !read_tag(text).role && sounds_like_time(base::lower_case(text));
+      if (!text.empty() && !time &&
+          !one_of(base::lower_case(text),
+                  {"value", "val", "wert", "data", "status", "quality", "q"}))
         return std::string(text);
     }
     return {};

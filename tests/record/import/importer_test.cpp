@@ -801,6 +801,13 @@ TEST_CASE("times and values in pairs of columns, each of its own length", "[impo
       }
     }
   }
+  // Two columns of times alone make no pairs.
+  ImportOptions mapped;
+  mapped.loops = {{.tag = "", .names = {"Value", "", "", "", ""}, .units = {}}};
+  std::string spans = "StartTime,Value,EndTime,Status\n";
+  for (std::size_t k = 0; k < kSamples; ++k)
+    spans += iso(k) + "," + number(loop().pv[k]) + "," + iso(k + 1) + ",3\n";
+  CHECK(imported(spans, mapped).record.pv == loop().pv);
   // A time that can't be read has its place.
   std::string broken = "FIC1.PV,,FIC1.OP,\n";
   for (std::size_t k = 0; k < kSamples; ++k)
