@@ -439,12 +439,12 @@ def print_kind(kind, truths):
     for name, loops in groups_of(kind, truths):
         if loops:
             told = shares(loops)
-            print(f"{name:<24}{len(loops):>5}" + "".join(f"{percent(told[a]):>20}" for a in ANSWERS))
+            print(f"{name:<24}{len(loops):>5}" + "".join(f"{percent(told[a]):>22}" for a in ANSWERS))
 
 
 def kinds_study(options, folder):
     result = {}
-    print(f"{'% of the loops':<24}{'loops':>5}" + "".join(f"{name:>20}" for name in ANSWERS))
+    print(f"{'% of the loops':<24}{'loops':>5}" + "".join(f"{name:>22}" for name in ANSWERS))
     for kind in options.only:
         own = folder / kind
         own.mkdir(exist_ok=True)
@@ -489,7 +489,7 @@ def windows_study(options, folder):
         told[hour] = surveyed(options.bin, folder, options.jobs, "--window", hour)
     for truth in truths:
         truth["answers"] = {hour: told[hour][truth["file"]] for hour in hours}
-    print(f"{'survey --window 1, 2, 4, 8':<28}{'loops':>5}{'effect and none':>20}{'grades 2 steps apart':>24}")
+    print(f"{'survey --window 1, 2, 4, 8':<28}{'loops':>5}{'effect and none':>22}{'grades 2 steps apart':>24}")
     result = {"kinds": {}, "loops": truths}
     for kind in ("all", *options.only):
         of = [t for t in truths if kind in ("all", t["kind"])]
@@ -497,7 +497,7 @@ def windows_study(options, folder):
         apart = sum(np.ptp([rung(a) for a in t["answers"].values()]) > 1 for t in of)
         row = {name: {"count": int(k), "share": wilson(int(k), len(of))} for name, k in (("contradicts", against), ("apart", apart))}
         result["kinds"][kind] = row | {"loops": len(of)}
-        print(f"{kind:<28}{len(of):>5}{percent(row['contradicts']):>20}{percent(row['apart']):>24}")
+        print(f"{kind:<28}{len(of):>5}{percent(row['contradicts']):>22}{percent(row['apart']):>24}")
     return result
 
 
@@ -531,7 +531,7 @@ def plants_study(options, folder):
     result = {"plants": []}
     wrong = collections.Counter()
     right = sick = listed = 0
-    print(f"{'plant':<12}{'right of first ten':>20}{'sick of first ten':>20}  others")
+    print(f"{'plant':<12}{'right of first ten':>22}{'sick of first ten':>22}  others")
     for number in range(options.plants):
         seed = options.seed + 100000 * (number + 1)
         own = folder / f"plant{number}"
@@ -550,10 +550,10 @@ def plants_study(options, folder):
         wrong += here
         right, sick, listed = right + row["right"], sick + row["sick"], listed + len(first)
         result["plants"].append(row)
-        print(f"{number + 1:<12}{row['right']:>20}{row['sick']:>20}  {dict(here)}", flush=True)
+        print(f"{number + 1:<12}{row['right']:>22}{row['sick']:>22}  {dict(here)}", flush=True)
     result |= {name: {"count": k, "share": wilson(k, listed)} for name, k in (("right", right), ("sick", sick))}
     result["wrong"] = dict(wrong)
-    print(f"{'all, %':<12}{percent(result['right']):>20}{percent(result['sick']):>20}  {dict(wrong)}")
+    print(f"{'all, %':<12}{percent(result['right']):>22}{percent(result['sick']):>22}  {dict(wrong)}")
     return result
 
 
