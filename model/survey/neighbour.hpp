@@ -73,9 +73,8 @@ struct NeighbourLoop {
   double period_s = 0.0;      // 0: does not swing
 };
 std::vector<float> summed_moves(const LoopMoves& loop);
-inline constexpr std::size_t kMostPairs = 500;
 std::vector<std::pair<std::size_t, std::size_t>> pairs_to_look_at(
-    std::span<const NeighbourLoop> loops, std::size_t most = kMostPairs);
+    std::span<const NeighbourLoop> loops, std::size_t most);
 
 // A neighbour never acquits a valve, and takes the place of a load that nobody named; of the controller's tuning and of
 // a calm loop only where it is the main thing.

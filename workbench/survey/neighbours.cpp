@@ -25,6 +25,10 @@ using nlohmann::json;
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastOverlap = 400;  // samples
+// Pairs that are looked at closely: about one a loop, which takes a tenth of what judging the loop takes, and fewer in a large
+// plant.
+constexpr std::size_t kLeastPairs = 45;
+constexpr std::size_t kMostPairs = 500;
 
 std::int64_t place_of(const TimedLoop& loop) { return std::llround(loop.first_s / loop.step_s); }
 
@@ -98,7 +102,8 @@ void compare(std::span<const TimedLoop> all, const Together& frame, unsigned thr
     const TimedLoop& loop = all[frame.loops[k]];
     looked_at[k] = {survey::summed_moves(moves_within(loop, frame)), loop.period_s};
   });
-  const auto pairs = survey::pairs_to_look_at(looked_at);
+  const auto pairs =
+      survey::pairs_to_look_at(looked_at, std::clamp(looked_at.size(), kLeastPairs, kMostPairs));
   std::vector<std::array<std::optional<survey::Push>, 2>> pushes(pairs.size());
   base::parallel_for(pairs.size(), threads, [&](std::size_t k) {
     const TimedLoop& a = all[frame.loops[pairs[k].first]];

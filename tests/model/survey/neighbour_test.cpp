@@ -243,8 +243,8 @@ TEST_CASE("neighbours: of many loops only pairs that move or swing alike are loo
   const Two two = on_header(Sticks::first, 0.8, 3, 1500);
   all.push_back({summed_moves(moves(two.first)), 0.0});
   all.push_back({summed_moves(moves(two.second)), 0.0});
-  CHECK(pairs_to_look_at(all).size() == 22 * 21 / 2);
-  CHECK(pairs_to_look_at({}).empty());
+  CHECK(pairs_to_look_at(all, 500).size() == 22 * 21 / 2);
+  CHECK(pairs_to_look_at({}, 500).empty());
   const auto few = pairs_to_look_at(all, 3);
   CHECK(few.size() <= 3);
   CHECK(std::count(few.begin(), few.end(), std::pair<std::size_t, std::size_t>{20, 21}) == 1);
