@@ -9,10 +9,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -20,11 +22,13 @@
 
 #include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/diagnosis/features.hpp"
 #include "model/numeric/statistics.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "studies/diagnose/diagnosis_cases.hpp"
 #include "studies/diagnose/diagnosis_fit.hpp"
 #include "studies/diagnose/diagnosis_training.hpp"
+#include "studies/diagnose/population_test.hpp"
 #include "studies/program/labels.hpp"
 #include "studies/program/share.hpp"
 #include "workbench/files/output_files.hpp"
@@ -50,9 +54,13 @@ struct StudyOptions {
   std::string evidence;                   // CSV to write
   std::string save;                       // folder to write cases to
   bool unknown_kind = false;              // the kind of the simulated loops is not told
+  std::vector<std::string> without;       // ingredients of the simulated loops
+  std::vector<std::string> with;          // those of `without` that come back
   bool json = false;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
+
+constexpr const char* kEveryIngredient = "all";
 
 struct Judged {
   std::size_t index = 0;
@@ -68,13 +76,27 @@ diagnosis::RoutineRecord view_of(const DiagnosisCase& c) {
   return {.pv = c.pv, .co = c.co, .sp = c.sp, .sample_time_s = c.sample_time_s};
 }
 
+Ingredients ingredients_of(const StudyOptions& options) {
+  Ingredients chosen = all_ingredients();
+  const auto set = [&chosen](const std::vector<std::string>& names, bool on) {
+    for (const std::string& name : names) {
+      if (const auto one = ingredient(name)) chosen.set(static_cast<std::size_t>(*one), on);
+      if (name == kEveryIngredient) on ? chosen.set() : chosen.reset();
+    }
+  };
+  set(options.without, false);
+  set(options.with, true);
+  return chosen;
+}
+
 std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed, const char* what) {
+  const Ingredients ingredients = ingredients_of(options);
   std::vector<Judged> judged(options.cases);
   workbench::Progress progress(what, options.cases);
   base::parallel_for(
       options.cases, options.threads,
       [&](std::size_t i) {
-        const DiagnosisCase c = diagnosis_case(seed, i);
+        const DiagnosisCase c = diagnosis_case(seed, i, ingredients);
         Judged& j = judged[i];
         j.index = i;
         j.kind = c.kind;
@@ -86,6 +108,9 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
         j.diagnosis = diagnosis::diagnose(
             view_of(c), options.unknown_kind ? diagnosis::LoopKind::unknown : kind);
         const diagnosis::Gate gate = j.diagnosis.prepared.gate;
+        if (options.compare_too && j.diagnosis.judged()) {
+          j.labelled.features = diagnosis::find_features(j.diagnosis.prepared).features;
+        }
         j.diagnosis.prepared = {};  // the series are large
         j.diagnosis.prepared.gate = gate;
       },
@@ -243,13 +268,14 @@ void write_evidence(const std::string& path, const std::vector<Judged>& judged) 
 }
 
 int train_table(const StudyOptions& options) {
+  const Ingredients ingredients = ingredients_of(options);
   std::vector<LabelledFeatures> drawn(options.cases);
   std::vector<char> usable(options.cases, 0);
   workbench::Progress progress("simulate", options.cases);
   base::parallel_for(
       options.cases, options.threads,
       [&](std::size_t i) {
-        const DiagnosisCase c = diagnosis_case(options.seed, i);
+        const DiagnosisCase c = diagnosis_case(options.seed, i, ingredients);
         const diagnosis::Prepared prepared = diagnosis::prepare(view_of(c));
         if (!prepared.refusal.empty()) return;
         drawn[i] = {.features = diagnosis::find_features(prepared).features, .cause = c.cause};
@@ -606,6 +632,87 @@ double compare_distributions(const char* what, std::vector<double> simulated,
   return 2.0 * std::min(auc, 1.0 - auc);
 }
 
+Evidence all_evidence(const diagnosis::Features& features, const diagnosis::Diagnosis& d,
+                      const std::string& kind, bool sticky) {
+  Evidence e{.numbers = {features.begin(), features.end()},
+             .plant = {},
+             .loop = {},
+             .kind = kind,
+             .sticky = sticky};
+  const diagnosis::ValveTerms three = numbers_of(d);
+  e.numbers.insert(e.numbers.end(), three.begin(), three.end());
+  return e;
+}
+
+void print_population_test(const std::string& kind, const std::vector<Evidence>& simulated,
+                           const std::vector<Evidence>& measured, unsigned threads) {
+  const auto of_kind = [&kind](std::vector<Evidence> all) {
+    if (kind != "all") {
+      std::erase_if(all, [&kind](const Evidence& e) { return e.kind != kind; });
+    }
+    return all;
+  };
+  const PopulationTest test =
+      test_population(of_kind(simulated), of_kind(measured),
+                      [threads](std::size_t count, const std::function<void(std::size_t)>& f) {
+                        base::parallel_for(count, threads, f);
+                      });
+  if (test.plants.empty()) return;
+  fmt::print("{:<12} {:>5} {:>9}   {:.2f} ({:.2f} to {:.2f})   {:>8.2f}   {:>6.3f} {:>6.3f}  ",
+             kind, test.loops, test.simulated, test.auc, test.auc_low, test.auc_high,
+             test.auc_loops_left_out, test.energy, test.p);
+  for (const auto& plant : test.plants) {
+    fmt::print(" {} {:.2f} ({})", plant.name, plant.auc, plant.loops);
+  }
+  fmt::print("\n");
+}
+
+void write_all_evidence(const std::string& path, const std::vector<Evidence>& simulated,
+                        const std::vector<Evidence>& measured) {
+  std::ostringstream file;
+  file << "plant,loop,kind,sticky";
+  for (std::size_t i = 0; i < diagnosis::kFeatures; ++i) file << ",f" << i;
+  file << ",phase,play,A\n";
+  for (const auto* windows : {&simulated, &measured}) {
+    for (const Evidence& e : *windows) {
+      file << fmt::format("{},{},{},{},{:.5g}\n", e.plant.empty() ? "simulated" : e.plant, e.loop,
+                          e.kind, e.sticky ? 1 : 0, fmt::join(e.numbers, ","));
+    }
+  }
+  workbench::write_output(path, file.str());
+}
+
+// A classifier that tells the two apart, and their distance.
+void compare_populations(const std::vector<Judged>& simulated,
+                         const std::vector<LabelledWindow>& windows, const StudyOptions& options) {
+  std::vector<Evidence> drawn;
+  std::vector<Evidence> measured;
+  std::set<std::string> kinds;
+  for (const Judged& j : simulated) {
+    if (j.labelled.cause == Cause::backlash || !j.diagnosis.judged()) continue;
+    drawn.push_back(all_evidence(j.labelled.features, j.diagnosis, j.kind,
+                                 j.labelled.cause == Cause::stiction));
+    drawn.back().loop = fmt::format("{}:{}:{}", j.index, to_text(j.labelled.cause), j.detail);
+  }
+  for (const LabelledWindow& w : windows) {
+    if (!w.diagnosis.judged()) continue;
+    // What is analysed is a concentration.
+    const std::string kind = w.label.kind == "concentration" ? "analyser" : w.label.kind;
+    measured.push_back(all_evidence(diagnosis::find_features(w.diagnosis.prepared).features,
+                                    w.diagnosis, kind, w.label.sticky));
+    measured.back().plant = w.label.plant;
+    measured.back().loop = w.label.loop;
+    kinds.insert(kind);
+  }
+  if (!options.evidence.empty()) write_all_evidence(options.evidence, drawn, measured);
+  fmt::print("\nall evidence together, each plant judged by trees that have not seen it\n");
+  fmt::print("{:<12} {:>5} {:>9}   {:<19}   {:>8}   {:>6} {:>6}   AUC by plant (loops)\n", "kind",
+             "loops", "simulated", "AUC (90 % interval)", "by loop", "energy", "p");
+  for (const std::string& kind : kinds)
+    print_population_test(kind, drawn, measured, options.threads);
+  print_population_test("all", drawn, measured, options.threads);
+}
+
 int compare(const StudyOptions& options) {
   const std::vector<LabelledWindow> measured = read_windows(options.records);
   const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
@@ -635,6 +742,7 @@ int compare(const StudyOptions& options) {
     }
   }
   fmt::print("largest disagreement: {}\n", worst);
+  compare_populations(simulated, measured, options);
   return kExitOk;
 }
 
@@ -712,8 +820,9 @@ int judge_gap_examples(const StudyOptions& options) {
 int save_cases(const StudyOptions& options) {
   workbench::OutputFiles files;
   files.make_folder(options.save);
+  const Ingredients ingredients = ingredients_of(options);
   for (std::size_t i = 0; i < options.cases; ++i) {
-    const DiagnosisCase c = diagnosis_case(options.seed, i);
+    const DiagnosisCase c = diagnosis_case(options.seed, i, ingredients);
     record::RecordCsvWriter writer(
         files.stage(std::filesystem::path(options.save) /
                     fmt::format("c{:04}_{}_{}_{}.csv", i, to_text(c.cause), c.kind, c.detail)),
@@ -763,12 +872,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   sub->add_option("--cases", options->cases, "simulated loops")->check(CLI::Range(1, 1000000));
   sub->add_option("--seed", options->seed, "of the simulated loops; training and report need two");
   sub->add_option("--train", options->train, "fit the table to these loops and write it here");
-  CLI::Option* records =
-      sub->add_option("--records", options->records,
-                      "folders of records with labels.csv (file, loop, sticky), instead");
+  CLI::Option* records = sub->add_option(
+      "--records", options->records,
+      "folders of records with labels.csv (file, loop, sticky; plant, kind), instead");
   CLI::Option* compare =
       sub->add_flag("--compare", options->compare_too,
-                    "the evidence of the simulated loops beside that of the records")
+                    "the evidence of the simulated loops beside that of the records, and whether a "
+                    "classifier tells them apart")
           ->needs(records);
   sub->add_option("--gap-examples", options->gap_examples,
                   "folders with truth.json and the records it names, instead: valve effects found, "
@@ -783,7 +893,15 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->needs(records);
   sub->add_flag("--unknown-kind", options->unknown_kind,
                 "do not tell the kind of the simulated loops");
-  sub->add_option("--evidence", options->evidence, "write the evidence of each loop, CSV");
+  sub->add_option("--evidence", options->evidence,
+                  "write the evidence of each loop, CSV; with --compare all of both populations");
+  std::vector<std::string> names{kEveryIngredient};
+  names.insert(names.end(), kIngredientNames.begin(), kIngredientNames.end());
+  sub->add_option("--without", options->without,
+                  "what the simulated loops lack (studies/diagnose/ingredients.hpp)")
+      ->check(CLI::IsMember(names));
+  sub->add_option("--with", options->with, "what they have all the same, as in '--without all'")
+      ->check(CLI::IsMember(names));
   sub->add_option("--save", options->save, "write the simulated loops into this folder, instead");
   sub->add_option("--threads", options->threads, "at once")->check(CLI::Range(1, 1024));
   workbench::add_json_flag(*sub, options->json)->excludes(compare);
