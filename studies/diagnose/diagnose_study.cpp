@@ -9,10 +9,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -20,11 +22,13 @@
 
 #include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/diagnosis/features.hpp"
 #include "model/numeric/statistics.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "studies/diagnose/diagnosis_cases.hpp"
 #include "studies/diagnose/diagnosis_fit.hpp"
 #include "studies/diagnose/diagnosis_training.hpp"
+#include "studies/diagnose/population_test.hpp"
 #include "studies/program/labels.hpp"
 #include "studies/program/share.hpp"
 #include "workbench/files/output_files.hpp"
@@ -38,6 +42,9 @@ namespace {
 using diagnosis::Cause;
 using diagnosis::kCauseCount;
 
+// Share of the weight that simulated loops have beside the records: the one that does best on the plants left out.
+constexpr double kPrior = 0.3;
+
 struct StudyOptions {
   std::size_t cases = 4000;
   std::uint64_t seed = 1;
@@ -50,9 +57,14 @@ struct StudyOptions {
   std::string evidence;                   // CSV to write
   std::string save;                       // folder to write cases to
   bool unknown_kind = false;              // the kind of the simulated loops is not told
+  std::vector<std::string> without;       // ingredients of the simulated loops
+  std::vector<std::string> with;          // those of `without` that come back
+  double prior = kPrior;
   bool json = false;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
+
+constexpr const char* kEveryIngredient = "all";
 
 struct Judged {
   std::size_t index = 0;
@@ -68,13 +80,27 @@ diagnosis::RoutineRecord view_of(const DiagnosisCase& c) {
   return {.pv = c.pv, .co = c.co, .sp = c.sp, .sample_time_s = c.sample_time_s};
 }
 
+Ingredients ingredients_of(const StudyOptions& options) {
+  Ingredients chosen = all_ingredients();
+  const auto set = [&chosen](const std::vector<std::string>& names, bool on) {
+    for (const std::string& name : names) {
+      if (const auto one = ingredient(name)) chosen.set(static_cast<std::size_t>(*one), on);
+      if (name == kEveryIngredient) on ? chosen.set() : chosen.reset();
+    }
+  };
+  set(options.without, false);
+  set(options.with, true);
+  return chosen;
+}
+
 std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed, const char* what) {
+  const Ingredients ingredients = ingredients_of(options);
   std::vector<Judged> judged(options.cases);
   workbench::Progress progress(what, options.cases);
   base::parallel_for(
       options.cases, options.threads,
       [&](std::size_t i) {
-        const DiagnosisCase c = diagnosis_case(seed, i);
+        const DiagnosisCase c = diagnosis_case(seed, i, ingredients);
         Judged& j = judged[i];
         j.index = i;
         j.kind = c.kind;
@@ -86,6 +112,9 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
         j.diagnosis = diagnosis::diagnose(
             view_of(c), options.unknown_kind ? diagnosis::LoopKind::unknown : kind);
         const diagnosis::Gate gate = j.diagnosis.prepared.gate;
+        if (options.compare_too && j.diagnosis.judged()) {
+          j.labelled.features = diagnosis::find_features(j.diagnosis.prepared).features;
+        }
         j.diagnosis.prepared = {};  // the series are large
         j.diagnosis.prepared.gate = gate;
       },
@@ -246,13 +275,14 @@ void write_evidence(const std::string& path, const std::vector<Judged>& judged) 
 }
 
 int train_table(const StudyOptions& options) {
+  const Ingredients ingredients = ingredients_of(options);
   std::vector<LabelledFeatures> drawn(options.cases);
   std::vector<char> usable(options.cases, 0);
   workbench::Progress progress("simulate", options.cases);
   base::parallel_for(
       options.cases, options.threads,
       [&](std::size_t i) {
-        const DiagnosisCase c = diagnosis_case(options.seed, i);
+        const DiagnosisCase c = diagnosis_case(options.seed, i, ingredients);
         const diagnosis::Prepared prepared = diagnosis::prepare(view_of(c));
         if (!prepared.refusal.empty()) return;
         drawn[i] = {.features = diagnosis::find_features(prepared).features, .cause = c.cause};
@@ -297,12 +327,12 @@ std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders
   return windows;
 }
 
-// Half of the weight on simulated loops, half on the open ones; in either half sticky and other loops have the same weight, and
-// every loop has the same as the next. On levels and temperatures there are no open loops to learn from but those whose
-// windows integrate.
+// `prior` of the weight on simulated loops, the rest on the records of all plants but `without`; in either part sticky and
+// other loops have the same weight, and every loop has the same as the next. On levels and temperatures there are no open
+// loops to learn from.
 diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
                                     const std::vector<LabelledWindow>& windows, bool at_once,
-                                    const std::string& without) {
+                                    const std::string& without, double prior) {
   std::vector<LogisticRow> rows;
   std::array<std::vector<std::size_t>, 2> of_class;
   for (const Judged& j : simulated) {
@@ -313,13 +343,16 @@ diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
     of_class[sticky ? 1 : 0].push_back(rows.size());
     rows.push_back({.x = diagnosis::terms_of(j.diagnosis.evidence), .positive = sticky});
   }
+  const double of_simulated = at_once ? prior : 1.0;
   for (const auto& members : of_class) {
-    for (const std::size_t i : members) rows[i].weight = 1.0 / static_cast<double>(members.size());
+    for (const std::size_t i : members) {
+      rows[i].weight = of_simulated / static_cast<double>(members.size());
+    }
   }
   std::map<std::string, double> of_loop;
   std::array<std::map<std::string, bool>, 2> loops;
   const auto counts = [&](const LabelledWindow& w) {
-    return at_once && w.label.loop != without && w.diagnosis.judged() && w.at_once();
+    return at_once && w.label.plant != without && w.diagnosis.judged() && w.at_once();
   };
   for (const LabelledWindow& w : windows) {
     if (!counts(w)) continue;
@@ -330,14 +363,15 @@ diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
     if (!counts(w)) continue;
     rows.push_back({.x = diagnosis::terms_of(w.diagnosis.evidence),
                     .positive = w.label.sticky,
-                    .weight = 1.0 / of_loop[w.label.loop] /
+                    .weight = (1.0 - of_simulated) / of_loop[w.label.loop] /
                               static_cast<double>(loops[w.label.sticky ? 1 : 0].size())});
   }
   return fit_logistic(rows, kRidge);
 }
 
+constexpr std::array kNames{"phase", "play", "standing", "Hammerstein"};
 diagnosis::ValveTerms numbers_of(const diagnosis::Diagnosis& d) {
-  return {d.evidence.phase, d.evidence.play, d.evidence.hammerstein};
+  return {d.evidence.phase, d.evidence.play, d.evidence.standing, d.evidence.hammerstein};
 }
 
 struct LoopFigures {
@@ -351,9 +385,14 @@ struct LoopFigures {
   std::size_t left_out_right = 0;  // windows, and so the next two
   std::size_t left_out_decided = 0;
   std::size_t left_out_decided_right = 0;
+  std::size_t left_out_effects = 0;
+  std::size_t left_out_seen = 0;
   diagnosis::LoopVerdict verdict{};
   diagnosis::ValveTerms numbers{};  // ph, pl, A, means of the windows
   double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
+  bool left_out_found() const {
+    return left_out >= diagnosis::kDecidedFrom && left_out_effects > 0;
+  }
   bool right() const {
     return (verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect) == sticky;
   }
@@ -378,6 +417,8 @@ std::vector<LoopFigures> by_loop(const std::vector<LabelledWindow>& windows) {
       logits += diagnosis::logit(w->left_out.probability);
       const bool left_right = (w->left_out.grade != diagnosis::Grade::none) == f.sticky;
       f.left_out_right += left_right ? 1U : 0U;
+      f.left_out_effects += w->left_out.grade != diagnosis::Grade::none ? 1U : 0U;
+      f.left_out_seen += w->left_out.grade == diagnosis::Grade::seen ? 1U : 0U;
       f.left_out_decided += w->left_out.undecided ? 0U : 1U;
       f.left_out_decided_right += !w->left_out.undecided && left_right ? 1U : 0U;
       const diagnosis::ValveTerms x = numbers_of(w->diagnosis);
@@ -414,18 +455,18 @@ void print_share(const char* what, const std::vector<LoopFigures>& loops,
              interval.low, interval.high);
 }
 
-void judge_without_own_loop(std::vector<LabelledWindow>& windows,
-                            const std::vector<Judged>& simulated) {
+void judge_without_own_plant(std::vector<LabelledWindow>& windows,
+                             const std::vector<Judged>& simulated, double prior) {
   std::map<std::string, diagnosis::ValveWeights> without;
   for (const LabelledWindow& w : windows) {
-    if (w.at_once() && !without.contains(w.label.loop)) {
-      without[w.label.loop] = fit_weights(simulated, windows, true, w.label.loop);
+    if (w.at_once() && !without.contains(w.label.plant)) {
+      without[w.label.plant] = fit_weights(simulated, windows, true, w.label.plant, prior);
     }
   }
-  const diagnosis::ValveWeights later = fit_weights(simulated, windows, false, "");
+  const diagnosis::ValveWeights later = fit_weights(simulated, windows, false, "", prior);
   for (LabelledWindow& w : windows) {
     w.left_out = diagnosis::decide(w.diagnosis.evidence, w.diagnosis.follows,
-                                   w.at_once() ? without[w.label.loop] : later);
+                                   w.at_once() ? without[w.label.plant] : later);
   }
 }
 
@@ -447,10 +488,11 @@ int write_weights(const StudyOptions& options) {
   const std::vector<LabelledWindow> windows = read_windows(options.records);
   const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
   const auto line = [&](const char* name, bool at_once) {
-    const diagnosis::ValveWeights w = fit_weights(simulated, windows, at_once, "");
+    const diagnosis::ValveWeights w =
+        fit_weights(simulated, windows, at_once, "", options.prior);
     return fmt::format(
-        "inline constexpr ValveWeights {}{{.base = {:.2f}, .per = {{{:.2f}, {:.2f}, {:.2f}}}}};\n",
-        name, w.base, w.per[0], w.per[1], w.per[2]);
+        "inline constexpr ValveWeights {}{{.base = {:.2f}, .per = {{{:.2f}}}}};\n", name, w.base,
+        fmt::join(w.per, ", "));
   };
   workbench::write_output(options.weights,
                           fmt::format("// SPDX-License-Identifier: Apache-2.0\n"
@@ -496,7 +538,7 @@ void print_json(const std::vector<LabelledWindow>& windows, bool refit) {
 
 int judge_records(const StudyOptions& options) {
   std::vector<LabelledWindow> windows = read_windows(options.records);
-  if (options.refit) judge_without_own_loop(windows, judge_cases(options, options.seed, "refit"));
+  if (options.refit) judge_without_own_plant(windows, judge_cases(options, options.seed, "refit"), options.prior);
   if (!options.evidence.empty()) {
     std::ostringstream file;
     file << "file,loop,sticky," << kEvidenceColumns;
@@ -538,12 +580,20 @@ int judge_records(const StudyOptions& options) {
   std::size_t loops_right = 0;
   Share decided;
   Share left_out_right;
+  Share found;
+  Share accused;
+  Share seen;
+  Share likely;
   std::vector<double> stated;
   std::vector<bool> sticky;
   for (const LoopFigures& f : loops) {
     loops_right += f.right() ? 1U : 0U;
     if (f.verdict.verdict != diagnosis::DiagnosisVerdict::cant_tell) decided.count(f.right());
-    left_out_right.count((f.left_out >= diagnosis::kDecidedFrom) == f.sticky);
+    left_out_right.count(f.left_out_found() == f.sticky);
+    (f.sticky ? found : accused).count(f.left_out_found());
+    if (f.left_out_found()) {
+      (2 * f.left_out_seen >= f.left_out_effects ? seen : likely).count(f.sticky);
+    }
     stated.push_back(options.refit ? f.left_out : f.verdict.probability);
     sticky.push_back(f.sticky);
   }
@@ -552,7 +602,7 @@ int judge_records(const StudyOptions& options) {
   std::vector<std::size_t> all(loops.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   if (options.refit) {
-    fmt::print("\nwith weights fitted without the loop judged:\n");
+    fmt::print("\nwith weights fitted without the plant judged:\n");
     print_share("windows right, as answered", loops, &LoopFigures::left_out_right,
                 &LoopFigures::windows);
     print_share("windows right, of the decided", loops, &LoopFigures::left_out_decided_right,
@@ -564,14 +614,15 @@ int judge_records(const StudyOptions& options) {
     };
     const BootstrapInterval loss = bootstrap(loops.size(), 1, mean_loss);
     fmt::print("loops right, as answered {} of {}\n", left_out_right.hits, left_out_right.of);
+    fmt::print("sticky loops found {}, others accused {}; right of those at seen {}, at likely {}\n",
+               found.text(), accused.text(), seen.text(), likely.text());
     fmt::print("log-loss by loop {:.3f} (95 % interval {:.3f} to {:.3f}; a coin 0.693)\n",
                mean_loss(all), loss.low, loss.high);
   }
   fmt::print("\nprobability of a valve effect, stated{}; sticky loops\n",
-             options.refit ? " by weights fitted without the loop" : "");
+             options.refit ? " by weights fitted without the plant" : "");
   print_reliability(stated, sticky);
   fmt::print("\n");
-  constexpr std::array kNames{"phase", "play", "Hammerstein"};
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     std::vector<double> scores;
     for (const LoopFigures& f : loops) scores.push_back(f.numbers[i]);
@@ -609,10 +660,90 @@ double compare_distributions(const char* what, std::vector<double> simulated,
   return 2.0 * std::min(auc, 1.0 - auc);
 }
 
+Evidence all_evidence(const diagnosis::Features& features, const diagnosis::Diagnosis& d,
+                      const std::string& kind, bool sticky) {
+  Evidence e{.numbers = {features.begin(), features.end()},
+             .plant = {},
+             .loop = {},
+             .kind = kind,
+             .sticky = sticky};
+  const diagnosis::ValveTerms numbers = numbers_of(d);
+  e.numbers.insert(e.numbers.end(), numbers.begin(), numbers.end());
+  return e;
+}
+
+void print_population_test(const std::string& kind, const std::vector<Evidence>& simulated,
+                           const std::vector<Evidence>& measured, unsigned threads) {
+  const auto of_kind = [&kind](std::vector<Evidence> all) {
+    if (kind != "all") {
+      std::erase_if(all, [&kind](const Evidence& e) { return e.kind != kind; });
+    }
+    return all;
+  };
+  const PopulationTest test =
+      test_population(of_kind(simulated), of_kind(measured),
+                      [threads](std::size_t count, const std::function<void(std::size_t)>& f) {
+                        base::parallel_for(count, threads, f);
+                      });
+  if (test.plants.empty()) return;
+  fmt::print("{:<12} {:>5} {:>9}   {:.2f} ({:.2f} to {:.2f})   {:>8.2f}   {:>6.3f} {:>6.3f}  ",
+             kind, test.loops, test.simulated, test.auc, test.auc_low, test.auc_high,
+             test.auc_loops_left_out, test.energy, test.p);
+  for (const auto& plant : test.plants) {
+    fmt::print(" {} {:.2f} ({})", plant.name, plant.auc, plant.loops);
+  }
+  fmt::print("\n");
+}
+
+void write_all_evidence(const std::string& path, const std::vector<Evidence>& simulated,
+                        const std::vector<Evidence>& measured) {
+  std::ostringstream file;
+  file << "plant,loop,kind,sticky";
+  for (std::size_t i = 0; i < diagnosis::kFeatures; ++i) file << ",f" << i;
+  file << ",phase,play,standing,A\n";
+  for (const auto* windows : {&simulated, &measured}) {
+    for (const Evidence& e : *windows) {
+      file << fmt::format("{},{},{},{},{:.5g}\n", e.plant.empty() ? "simulated" : e.plant, e.loop,
+                          e.kind, e.sticky ? 1 : 0, fmt::join(e.numbers, ","));
+    }
+  }
+  workbench::write_output(path, file.str());
+}
+
+// A classifier that tells the two apart, and their distance.
+void compare_populations(const std::vector<Judged>& simulated,
+                         const std::vector<LabelledWindow>& windows, const StudyOptions& options) {
+  std::vector<Evidence> drawn;
+  std::vector<Evidence> measured;
+  std::set<std::string> kinds;
+  for (const Judged& j : simulated) {
+    if (j.labelled.cause == Cause::backlash || !j.diagnosis.judged()) continue;
+    drawn.push_back(all_evidence(j.labelled.features, j.diagnosis, j.kind,
+                                 j.labelled.cause == Cause::stiction));
+    drawn.back().loop = fmt::format("{}:{}:{}", j.index, to_text(j.labelled.cause), j.detail);
+  }
+  for (const LabelledWindow& w : windows) {
+    if (!w.diagnosis.judged()) continue;
+    // What is analysed is a concentration.
+    const std::string kind = w.label.kind == "concentration" ? "analyser" : w.label.kind;
+    measured.push_back(all_evidence(diagnosis::find_features(w.diagnosis.prepared).features,
+                                    w.diagnosis, kind, w.label.sticky));
+    measured.back().plant = w.label.plant;
+    measured.back().loop = w.label.loop;
+    kinds.insert(kind);
+  }
+  if (!options.evidence.empty()) write_all_evidence(options.evidence, drawn, measured);
+  fmt::print("\nall evidence together, each plant judged by trees that have not seen it\n");
+  fmt::print("{:<12} {:>5} {:>9}   {:<19}   {:>8}   {:>6} {:>6}   AUC by plant (loops)\n", "kind",
+             "loops", "simulated", "AUC (90 % interval)", "by loop", "energy", "p");
+  for (const std::string& kind : kinds)
+    print_population_test(kind, drawn, measured, options.threads);
+  print_population_test("all", drawn, measured, options.threads);
+}
+
 int compare(const StudyOptions& options) {
   const std::vector<LabelledWindow> measured = read_windows(options.records);
   const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
-  constexpr std::array kNames{"phase", "play", "Hammerstein"};
   std::string worst;
   double least = 2.0;
   fmt::print("{:<22} {:<27} {:<27} overlap\n", "", "simulated (quartiles)", "measured (quartiles)");
@@ -624,8 +755,7 @@ int compare(const StudyOptions& options) {
         if (j.labelled.cause == Cause::backlash || !j.diagnosis.judged() ||
             (j.labelled.cause == Cause::stiction) != sticky)
           continue;
-        const auto& e = j.diagnosis.evidence;
-        s.push_back(std::array{e.phase, e.play, e.hammerstein}[i]);
+        s.push_back(numbers_of(j.diagnosis)[i]);
       }
       for (const LabelledWindow& w : measured) {
         if (w.diagnosis.judged() && w.label.sticky == sticky)
@@ -638,6 +768,7 @@ int compare(const StudyOptions& options) {
     }
   }
   fmt::print("largest disagreement: {}\n", worst);
+  compare_populations(simulated, measured, options);
   return kExitOk;
 }
 
@@ -715,8 +846,9 @@ int judge_gap_examples(const StudyOptions& options) {
 int save_cases(const StudyOptions& options) {
   workbench::OutputFiles files;
   files.make_folder(options.save);
+  const Ingredients ingredients = ingredients_of(options);
   for (std::size_t i = 0; i < options.cases; ++i) {
-    const DiagnosisCase c = diagnosis_case(options.seed, i);
+    const DiagnosisCase c = diagnosis_case(options.seed, i, ingredients);
     record::RecordCsvWriter writer(
         files.stage(std::filesystem::path(options.save) /
                     fmt::format("c{:04}_{}_{}_{}.csv", i, to_text(c.cause), c.kind, c.detail)),
@@ -766,12 +898,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   sub->add_option("--cases", options->cases, "simulated loops")->check(CLI::Range(1, 1000000));
   sub->add_option("--seed", options->seed, "of the simulated loops; training and report need two");
   sub->add_option("--train", options->train, "fit the table to these loops and write it here");
-  CLI::Option* records =
-      sub->add_option("--records", options->records,
-                      "folders of records with labels.csv (file, loop, sticky), instead");
+  CLI::Option* records = sub->add_option(
+      "--records", options->records,
+      "folders of records with labels.csv (file, loop, sticky; plant, kind), instead");
   CLI::Option* compare =
       sub->add_flag("--compare", options->compare_too,
-                    "the evidence of the simulated loops beside that of the records")
+                    "the evidence of the simulated loops beside that of the records, and whether a "
+                    "classifier tells them apart")
           ->needs(records);
   sub->add_option("--gap-examples", options->gap_examples,
                   "folders with truth.json and the records it names, instead: valve effects found, "
@@ -780,13 +913,25 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                   "fit the weights of the decision to simulated loops and the records, and write "
                   "them here")
       ->needs(records);
+  sub->add_option("--prior", options->prior,
+                  "share of the simulated loops in what the weights are fitted to")
+      ->check(CLI::Range(0.0, 1.0))
+      ->needs(records);
   sub->add_flag("--refit", options->refit,
-                "judge each record by weights fitted to simulated loops and the other loops' "
+                "judge each record by weights fitted to simulated loops and the other plants' "
                 "records, too")
       ->needs(records);
   sub->add_flag("--unknown-kind", options->unknown_kind,
                 "do not tell the kind of the simulated loops");
-  sub->add_option("--evidence", options->evidence, "write the evidence of each loop, CSV");
+  sub->add_option("--evidence", options->evidence,
+                  "write the evidence of each loop, CSV; with --compare all of both populations");
+  std::vector<std::string> names{kEveryIngredient};
+  names.insert(names.end(), kIngredientNames.begin(), kIngredientNames.end());
+  sub->add_option("--without", options->without,
+                  "what the simulated loops lack (studies/diagnose/ingredients.hpp)")
+      ->check(CLI::IsMember(names));
+  sub->add_option("--with", options->with, "what they have all the same, as in '--without all'")
+      ->check(CLI::IsMember(names));
   sub->add_option("--save", options->save, "write the simulated loops into this folder, instead");
   sub->add_option("--threads", options->threads, "at once")->check(CLI::Range(1, 1024));
   workbench::add_json_flag(*sub, options->json)->excludes(compare);

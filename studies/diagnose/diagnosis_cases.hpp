@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/diagnosis/classifier.hpp"
+#include "studies/diagnose/ingredients.hpp"
 
 namespace loopwarden::studies {
 
@@ -27,6 +28,7 @@ struct DiagnosisCase {
 
 // Case n of a seed is always the same. Draws again until the case shows what its cause says: a sticky
 // valve slips, a tight loop swings.
-DiagnosisCase diagnosis_case(std::uint64_t seed, std::size_t index);
+DiagnosisCase diagnosis_case(std::uint64_t seed, std::size_t index,
+                             const Ingredients& ingredients = all_ingredients());
 
 }  // namespace loopwarden::studies

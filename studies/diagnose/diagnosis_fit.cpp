@@ -60,7 +60,8 @@ double area_under_curve(std::span<const double> scores, std::span<const bool> po
 }
 
 BootstrapInterval bootstrap(std::size_t count, std::uint64_t seed,
-                            const std::function<double(std::span<const std::size_t>)>& figure) {
+                            const std::function<double(std::span<const std::size_t>)>& figure,
+                            double share) {
   if (count == 0) return {};
   numeric::Random random(seed);
   std::vector<double> figures;
@@ -73,10 +74,10 @@ BootstrapInterval bootstrap(std::size_t count, std::uint64_t seed,
     figures.push_back(figure(drawn));
   }
   std::sort(figures.begin(), figures.end());
-  const auto at = [&](double share) {
-    return figures[static_cast<std::size_t>(share * static_cast<double>(kResamples - 1))];
+  const auto at = [&](double place) {
+    return figures[static_cast<std::size_t>(place * static_cast<double>(kResamples - 1))];
   };
-  return {at(0.025), at(0.975)};
+  return {at((1.0 - share) / 2.0), at((1.0 + share) / 2.0)};
 }
 
 }  // namespace loopwarden::studies

@@ -29,8 +29,9 @@ struct BootstrapInterval {
   double low = 0.0;
   double high = 0.0;
 };
-// 95 % of a figure of `count` items drawn with replacement: `figure` gets the indices drawn.
+// `share` of the figures of `count` items drawn with replacement: `figure` gets the indices drawn.
 BootstrapInterval bootstrap(std::size_t count, std::uint64_t seed,
-                            const std::function<double(std::span<const std::size_t>)>& figure);
+                            const std::function<double(std::span<const std::size_t>)>& figure,
+                            double share = 0.95);
 
 }  // namespace loopwarden::studies

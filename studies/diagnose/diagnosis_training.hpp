@@ -3,12 +3,12 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "model/diagnosis/classifier.hpp"
 #include "model/numeric/parallel.hpp"
+#include "studies/diagnose/boosted_trees.hpp"
 
 namespace loopwarden::studies {
 
@@ -21,16 +21,6 @@ struct TrainedTable {
   std::array<float, diagnosis::kCauseCount> base{};
   std::vector<diagnosis::Tree> trees;
   diagnosis::TreeTable view() const { return {.base = base, .trees = trees}; }
-};
-
-struct TrainingSettings {
-  std::size_t rounds = 200;
-  double rate = 0.07;         // share of each step that is taken
-  double rows = 0.6;          // share of the cases that a round sees
-  double columns = 0.4;       // share of the features that a tree may use
-  double least_weight = 8.0;  // of a leaf, in units of p (1 - p)
-  double ridge = 4.0;         // added to the weight of each leaf
-  std::uint64_t seed = 1;
 };
 
 // The table does not depend on how `parallel` does it.

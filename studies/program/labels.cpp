@@ -10,6 +10,16 @@
 #include "record/record_csv.hpp"
 
 namespace loopwarden::studies {
+namespace {
+
+std::string letters_of(const std::string& name) {
+  const auto end = std::find_if(name.begin(), name.end(), [](char c) {
+    return (c < 'A' || c > 'Z') && (c < 'a' || c > 'z');
+  });
+  return end == name.begin() ? name : std::string(name.begin(), end);
+}
+
+}  // namespace
 
 std::vector<Label> read_labels(const std::filesystem::path& path) {
   std::ifstream file(path);
@@ -26,17 +36,22 @@ std::vector<Label> read_labels(const std::filesystem::path& path) {
   std::string line;
   std::getline(file, line);
   const std::vector<std::string> header = cells_of(line);
+  const auto place_of = [&](const char* name) {
+    return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
+  };
   const auto column = [&](const char* name) {
-    const auto at = std::find(header.begin(), header.end(), name);
-    if (at == header.end()) {
+    const std::size_t at = place_of(name);
+    if (at == header.size()) {
       throw record::RecordError(record::RecordError::Kind::data, 1, 0,
                                 path.string() + ":1: no column '" + name + "'");
     }
-    return static_cast<std::size_t>(at - header.begin());
+    return at;
   };
   const std::size_t of_file = column("file");
   const std::size_t of_loop = column("loop");
   const std::size_t of_sticky = column("sticky");
+  const std::size_t of_plant = place_of("plant");
+  const std::size_t of_kind = place_of("kind");
   std::vector<Label> labels;
   for (std::size_t number = 2; std::getline(file, line); ++number) {
     if (line.empty()) continue;
@@ -45,8 +60,12 @@ std::vector<Label> read_labels(const std::filesystem::path& path) {
       throw record::RecordError(record::RecordError::Kind::data, number, 0,
                                 fmt::format("{}:{}: too few cells", path.string(), number));
     }
-    labels.push_back(
-        {.file = cells[of_file], .loop = cells[of_loop], .sticky = cells[of_sticky] == "1"});
+    const std::string& name = cells[of_file];
+    labels.push_back({.file = name,
+                      .loop = cells[of_loop],
+                      .plant = of_plant < cells.size() ? cells[of_plant] : letters_of(name),
+                      .kind = of_kind < cells.size() ? cells[of_kind] : "",
+                      .sticky = cells[of_sticky] == "1"});
   }
   return labels;
 }

@@ -160,7 +160,10 @@ ChangedLoop changed_loop(const std::string& tag, std::size_t change, const json*
                          const json* before, const std::string& area, const Comparing& how) {
   const auto weight = how.weights.find(tag);
   const bool known = weight != how.weights.end();
-  const auto cost = known ? weight->second.cost_per_hour : std::nullopt;
+  const std::optional<double> cost =
+      known ? weight->second.cost_per_hour : std::optional<double>(std::nullopt);
+  json shown_cost;  // null where it isn't known
+  if (cost.has_value()) shown_cost = cost.value();
   const auto words = [](const json* loop) {
     return loop == nullptr ? "" : surveyed_verdict(*loop);
   };
@@ -168,7 +171,7 @@ ChangedLoop changed_loop(const std::string& tag, std::size_t change, const json*
                {"change", kChanges[change].key},
                {"area", area},
                {"criticality", known ? weight->second.criticality : ""},
-               {"cost_per_hour", cost ? json(*cost) : json(nullptr)},
+               {"cost_per_hour", shown_cost},
                {"now", words(now)},
                {"before", words(before)},
                {"grade", now == nullptr ? json(nullptr) : now->at("grade")},

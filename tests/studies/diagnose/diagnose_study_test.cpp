@@ -57,7 +57,7 @@ double left_out(const std::string& loop, const std::filesystem::path& records) {
 TEST_CASE("--refit: the label of a loop has no say in the verdict on it, but in those on others",
           "[studies][diagnose]") {
   const TemporaryFolder folder;
-  const std::string other = "C";
+  const std::string other = "D";  // its probability is within the bounds
   for (const std::string loop : {"B", "D"}) {
     CAPTURE(loop);
     copy_with_wrong_label(folder / loop, loop);
@@ -96,6 +96,32 @@ TEST_CASE("--weights: the same data make the same header; labels the wrong way r
       text_of(LOOPWARDEN_SOURCE_DIR "/model/diagnosis/decision_weights.hpp");
   CHECK(declarations(first) == declarations(compiled));
   CHECK(first.find("--records " + kRecords.string()) != std::string::npos);
+}
+
+TEST_CASE("--compare: measured loops beside simulated ones, with and without an ingredient",
+          "[studies][diagnose]") {
+  const TemporaryFolder folder;
+  const std::string data = LOOPWARDEN_SOURCE_DIR "/data/";
+  const std::string compare =
+      "--records " + data + "isdb " + data + "routine --cases 150 --seed 3 --compare ";
+  const ShellOutcome outcome =
+      bash(kStudy + compare + "--evidence " + (folder / "all.csv").string());
+  REQUIRE(outcome.exit_code == 0);
+  const std::size_t table = outcome.text.find("all evidence together");
+  REQUIRE(table != std::string::npos);
+  const std::string rows = outcome.text.substr(table);
+  CHECK(rows.find("\nflow ") != std::string::npos);
+  CHECK(rows.find("\nall ") != std::string::npos);
+  CHECK(rows.find("CHEM") != std::string::npos);
+  CHECK(rows.find("routine") != std::string::npos);
+  const std::string evidence = text_of(folder / "all.csv");
+  CHECK(evidence.find("\nsimulated,") != std::string::npos);
+  CHECK(evidence.find("\nCHEM,CHEM1,flow,1,") != std::string::npos);
+
+  const ShellOutcome bare = bash(kStudy + compare + "--without all --with steps");
+  CHECK(bare.exit_code == 0);
+  CHECK(bare.text != outcome.text);
+  CHECK(bash(kStudy + compare + "--without nonsense 2>/dev/null").exit_code == 64);
 }
 
 TEST_CASE("--gap-examples: a sticking valve is found, a bias is no false alarm, a bad list is told",

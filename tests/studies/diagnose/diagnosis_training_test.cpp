@@ -21,6 +21,22 @@ TEST_CASE("a simulated case is the same for the same seed, and every cause is dr
   CHECK(causes.size() == diagnosis::kCauseCount);
 }
 
+TEST_CASE("each ingredient of the simulated loops can be left out, and makes a difference") {
+  const auto differs = [](std::size_t ingredient) {
+    studies::Ingredients without = studies::all_ingredients();
+    without.reset(ingredient);
+    for (std::size_t i = 0; i < 300; ++i) {
+      if (studies::diagnosis_case(7, i).pv != studies::diagnosis_case(7, i, without).pv)
+        return true;
+    }
+    return false;
+  };
+  for (std::size_t i = 0; i < studies::all_ingredients().size(); ++i) {
+    CAPTURE(i);
+    CHECK(differs(i));
+  }
+}
+
 TEST_CASE("training finds the evidence that tells the causes apart, by any number of threads") {
   numeric::Random random(2);
   std::vector<studies::LabelledFeatures> cases(600);
