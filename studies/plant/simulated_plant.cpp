@@ -50,7 +50,8 @@ std::vector<SimulatedTag> simulate_unit(const PlantSettings& settings, std::size
   std::vector<SimulatedTag> tags;
   double swing_s = 0.0;  // of the unit's last sticky loop
   for (std::size_t k = 0; k < count; ++k) {
-    const std::uint64_t seed = settings.seed * 1000003 + first + k;
+    // Apart, since each random effect of a loop takes the next one.
+    const std::uint64_t seed = settings.seed * 1000003 + 100 * (first + k);
     numeric::Random random(seed);
     const auto between = [&](double low, double high) {
       return low + (high - low) * random.uniform();
