@@ -43,7 +43,7 @@ using diagnosis::Cause;
 using diagnosis::kCauseCount;
 
 // Share of the weight that simulated loops have beside the records: the one that does best on the plants left out.
-constexpr double kPrior = 0.3;
+constexpr double kPrior = 0.1;
 
 struct StudyOptions {
   std::size_t cases = 4000;

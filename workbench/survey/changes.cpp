@@ -160,10 +160,12 @@ ChangedLoop changed_loop(const std::string& tag, std::size_t change, const json*
                          const json* before, const std::string& area, const Comparing& how) {
   const auto weight = how.weights.find(tag);
   const bool known = weight != how.weights.end();
-  const std::optional<double> cost =
-      known ? weight->second.cost_per_hour : std::optional<double>(std::nullopt);
+  double cost = 0.0;
   json shown_cost;  // null where it isn't known
-  if (cost.has_value()) shown_cost = cost.value();
+  if (known && weight->second.cost_per_hour) {
+    cost = *weight->second.cost_per_hour;
+    shown_cost = cost;
+  }
   const auto words = [](const json* loop) {
     return loop == nullptr ? "" : surveyed_verdict(*loop);
   };
@@ -182,7 +184,7 @@ ChangedLoop changed_loop(const std::string& tag, std::size_t change, const json*
   if (!outcome.is_null()) told["found"] = outcome.at("found");
   return {change,
           known ? weight->second.order : LoopWeight{}.order,
-          cost.value_or(0.0),
+          cost,
           now == nullptr ? static_cast<std::size_t>(-1) : now->at("rank").get<std::size_t>(),
           tag,
           std::move(told)};
