@@ -48,10 +48,9 @@ Binned bin(const std::vector<std::vector<double>>& rows) {
       if (edges.empty() || edge > edges.back()) edges.push_back(edge);
     }
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const auto at =
-          std::lower_bound(edges.begin(), edges.end(), rows[i][e], [](float edge, double value) {
-            return static_cast<double>(edge) < value;
-          });
+      const auto at = std::lower_bound(
+          edges.begin(), edges.end(), rows[i][e],
+          [](float edge, double value) { return static_cast<double>(edge) < value; });
       binned.rows[i][e] = static_cast<std::uint8_t>(at - edges.begin());
     }
   }

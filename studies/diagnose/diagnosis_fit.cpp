@@ -17,12 +17,13 @@ constexpr std::size_t kResamples = 2000;
 
 }  // namespace
 
-diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge) {
+diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge,
+                                     const diagnosis::ValveTerms& most) {
   diagnosis::ValveWeights fit;
   double total = 0.0;
   for (const LogisticRow& row : rows) total += row.weight;
   if (total <= 0.0) return fit;
-  // Projected gradient on scaled numbers: small, convex, and the weights stay at 0 or above.
+  // Projected gradient on scaled numbers: small, convex, and the weights stay within their bounds.
   diagnosis::ValveTerms scaled{};
   const double count = static_cast<double>(rows.size());
   for (std::size_t step = 0; step < kDescentSteps; ++step) {
@@ -38,7 +39,8 @@ diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double r
     }
     fit.base += kDescentStep * base_slope;
     for (std::size_t i = 0; i < scaled.size(); ++i) {
-      scaled[i] = std::max(0.0, scaled[i] + kDescentStep * (slope[i] - ridge / count * scaled[i]));
+      scaled[i] = std::clamp(scaled[i] + kDescentStep * (slope[i] - ridge / count * scaled[i]), 0.0,
+                             most[i] * kNumberSpread[i]);
     }
   }
   for (std::size_t i = 0; i < scaled.size(); ++i) fit.per[i] = scaled[i] / kNumberSpread[i];

@@ -19,8 +19,10 @@ struct LogisticRow {
   double weight = 1.0;
 };
 // Greatest likelihood less ridge/2 times the squared weights of the numbers over their usual spread, the weights
-// not below 0. The rows' weights are scaled to a mean of 1.
-diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge);
+// not below 0 nor above `most`. The rows' weights are scaled to a mean of 1.
+inline constexpr diagnosis::ValveTerms kUnbounded{1e3, 1e3, 1e3, 1e3};
+diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge,
+                                     const diagnosis::ValveTerms& most = kUnbounded);
 
 // Share of pairs that a score puts in the right order, ties half; 0.5 without pairs.
 double area_under_curve(std::span<const double> scores, std::span<const bool> positive);

@@ -20,7 +20,8 @@ std::complex<double> loop_gain(const ProcessDraw& p, const ControllerDraw& c, do
   const std::complex<double> s(0.0, w);
   const std::complex<double> lag =
       p.integrating ? s * (p.tau2 * s + 1.0) : (p.tau1 * s + 1.0) * (p.tau2 * s + 1.0);
-  const std::complex<double> process = p.gain * std::exp(-s * (p.dead_time + 0.5 * interval)) / lag / (p.filter * s + 1.0);
+  const std::complex<double> process =
+      p.gain * std::exp(-s * (p.dead_time + 0.5 * interval)) / lag / (p.filter * s + 1.0);
   return process * c.gain *
          (1.0 + 1.0 / (c.integral_time * s) +
           c.derivative_time * s / (0.1 * c.derivative_time * s + 1.0));

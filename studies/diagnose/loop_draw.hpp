@@ -34,9 +34,10 @@ struct LoopWish {
   bool tight = false;  // largest sensitivity 8 to 60 instead of 1.15 to 2.5
   Weight weight = Weight::balanced;
   double time_scale = 1.0;
-  double interval = 1.0;            // of the controller
+  double interval = 1.0;  // of the controller
   double filter = 0.0;
-  double closed_loop = 0.0;  // time of a PI tuned by rule of thumb, where it is slower than by the process
+  double closed_loop =
+      0.0;  // time of a PI tuned by rule of thumb, where it is slower than by the process
 };
 Draw draw_loop(numeric::Random& random, const LoopWish& wish);
 

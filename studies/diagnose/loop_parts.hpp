@@ -151,7 +151,7 @@ class Wander {
 };
 
 inline constexpr std::array<const char*, 6> kShapeNames{"sine",     "harmonics", "square",
-                                                 "triangle", "sawtooth",  "pulses"};
+                                                        "triangle", "sawtooth",  "pulses"};
 
 // Another flow on the same header: what one takes the other lacks. Its valve sticks, and under its integral controller
 // it cycles. Units of CO about the working point.

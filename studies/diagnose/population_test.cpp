@@ -19,9 +19,10 @@ namespace {
 
 constexpr std::size_t kPermutations = 999;
 constexpr double kIntervalShare = 0.9;
-constexpr std::size_t kMostForEnergy = 800;    // simulated loops
-constexpr double kLeastWeightOfRows = 0.01;    // of a leaf, in p (1 - p) of all rows
-constexpr std::size_t kFoldsOfSimulated = 2;   // simulated loops are judged by trees that have not seen them either
+constexpr std::size_t kMostForEnergy = 800;  // simulated loops
+constexpr double kLeastWeightOfRows = 0.01;  // of a leaf, in p (1 - p) of all rows
+constexpr std::size_t kFoldsOfSimulated =
+    2;  // simulated loops are judged by trees that have not seen them either
 
 using Stratum = std::pair<std::string, bool>;  // kind and label
 Stratum stratum_of(const Evidence& e) { return {e.kind, e.sticky}; }

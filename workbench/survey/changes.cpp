@@ -182,12 +182,10 @@ ChangedLoop changed_loop(const std::string& tag, std::size_t change, const json*
                {"found", nullptr}};
   const json outcome = (now != nullptr ? *now : *before).value("outcome", json(nullptr));
   if (!outcome.is_null()) told["found"] = outcome.at("found");
-  return {change,
-          known ? weight->second.order : LoopWeight{}.order,
-          cost,
-          now == nullptr ? static_cast<std::size_t>(-1) : now->at("rank").get<std::size_t>(),
-          tag,
-          std::move(told)};
+  return {
+      change, known ? weight->second.order : LoopWeight{}.order,
+      cost,   now == nullptr ? static_cast<std::size_t>(-1) : now->at("rank").get<std::size_t>(),
+      tag,    std::move(told)};
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ void in_turn(std::size_t count, const std::function<void(std::size_t)>& body) {
 }
 
 // Three numbers a window, the second shifted where the loop is measured. Sticky loops lie elsewhere than the others.
-std::vector<Evidence> population(std::uint64_t seed, std::size_t loops, bool measured, double shift) {
+std::vector<Evidence> population(std::uint64_t seed, std::size_t loops, bool measured,
+                                 double shift) {
   numeric::Random random(seed);
   std::vector<Evidence> all;
   for (std::size_t i = 0; i < loops; ++i) {
@@ -34,7 +35,8 @@ std::vector<Evidence> population(std::uint64_t seed, std::size_t loops, bool mea
   return all;
 }
 
-TEST_CASE("population test: alike populations with other shares of sticky loops can't be told apart") {
+TEST_CASE(
+    "population test: alike populations with other shares of sticky loops can't be told apart") {
   const auto test = studies::test_population(population(1, 300, false, 0.0),
                                              population(2, 48, true, 0.0), in_turn);
   CHECK(test.loops == 48);
