@@ -61,6 +61,10 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
   const TurnsBy turns = e.turns.by();
   d.probability =
       std::clamp(from_logit(weights.logit_of(terms_of(e))), kLeastProbability, kMostProbability);
+  if (at_once && e.play > kSurePlay && e.hammerstein > kSureHammerstein &&
+      e.standing > kStandsFrom) {
+    d.probability = std::max(d.probability, kSeenFrom);
+  }
   if (e.relation < kRelatedFrom) d.probability = std::min(d.probability, kUnrelatedMost);
   if (e.play <= 0.0 && e.hammerstein <= kBandFrom) {
     d.probability = std::min(d.probability, kDecidedBelow);

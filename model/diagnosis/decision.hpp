@@ -15,6 +15,8 @@
 //   clockwork     no valve effect is named
 //   a play explains less than 0.2 of PV: PV does not hang on CO, p at most 0.3
 //   no band: pl at most 0 and A at most 0.05, p at most 0.35
+//   a band whatever the phase says (set points that move carry PV and CO along together): pl > 0.3, A > 0.15 and standing > 0.4,
+//   p at least 0.7
 //
 //   seen        p >= 0.7, CO turns by travel, PV stands during more than 0.4 of CO's moves; levels and temperatures besides: A > 0.15
 //   likely      p >= 0.65 (levels and temperatures: and A > 0.05): test the valve
@@ -40,6 +42,8 @@ inline constexpr double kStandsFrom = 0.4;        // standing, for what is seen
 inline constexpr double kRelatedFrom = 0.2;       // of PV's variance
 inline constexpr double kUnrelatedMost = 0.3;     // p
 inline constexpr double kBandFrom = 0.05;         // A
+inline constexpr double kSurePlay = 0.3;          // pl
+inline constexpr double kSureHammerstein = 0.15;  // A
 inline constexpr double kSeenFrom = 0.7;          // p
 inline constexpr double kDecidedFrom = 0.65;
 inline constexpr double kDecidedBelow = 0.35;

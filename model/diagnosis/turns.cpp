@@ -69,7 +69,8 @@ TurnsBy Turns::by() const noexcept {
   if (cycle_scatter > kByTravelFrom * travel_scatter && travel_scatter < kSteadyTravel) {
     return TurnsBy::travel;
   }
-  if (cycle_scatter < kSteadyCycle && cycle_scatter < kByTimeBelow * travel_scatter) {
+  if (count >= kLeastForTime && cycle_scatter < kSteadyCycle &&
+      cycle_scatter < kByTimeBelow * travel_scatter) {
     return TurnsBy::time;
   }
   return TurnsBy::neither;

@@ -10,7 +10,8 @@
 // steady one. A load, a master, or a loop at the edge of stability sets the time, and the travel wanders with its strength.
 //
 //   travel      the cycle scatters more than 1.5 times as much as the travel, and the travel by less than 0.3: like a valve
-//   time        the cycle scatters less than 0.4 and less than 1.1 times as much as the travel: like a swing from elsewhere
+//   time        the cycle scatters less than 0.4 and less than 1.1 times as much as the travel, in eight turns or more: like a
+//               swing from elsewhere
 //   clockwork   the cycle scatters less than 0.06, and four of them hardly more than one: something from outside keeps the time.
 //               A limit cycle forgets its phase, its scatter grows with the root of the number of cycles. A regular load under
 //               tight control can look like a sticking valve in all else, so nothing can be told
@@ -27,6 +28,7 @@
 namespace loopwarden::diagnosis {
 
 inline constexpr std::size_t kLeastTurns = 6;
+inline constexpr std::size_t kLeastForTime = 8;
 inline constexpr std::size_t kLeastFours = 8;
 
 enum class TurnsBy : std::uint8_t { neither, travel, time, clockwork };

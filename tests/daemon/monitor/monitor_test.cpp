@@ -163,7 +163,7 @@ TEST_CASE("an alarm of routine evidence is raised once, with the samples that it
   valve.reset(50.0);
   const auto run = tests::SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
       3 * model::RoutineWatch::kSamples, [&](double u) { return valve.step(u); },
-      [](double) { return 1.3; });
+      tests::wandering_load(1.3));
   Bench bench;
   // Samples of 2 s, and no specialists.
   std::vector<evidence::Evidence> raised;

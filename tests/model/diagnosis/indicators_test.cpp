@@ -184,6 +184,18 @@ TEST_CASE("PV that does not hang on CO tells nothing of the valve") {
   CHECK(d.probability <= kUnrelatedMost);
 }
 
+TEST_CASE(
+    "a band that play, foretelling and standing show counts though set points carry PV along") {
+  const ValveEvidence carried{.phase = -4.4, .play = 0.7, .hammerstein = 0.2, .standing = 0.5};
+  CHECK(decide(carried, Follows::at_once).grade == Grade::likely);
+  for (double ValveEvidence::*one :
+       {&ValveEvidence::play, &ValveEvidence::hammerstein, &ValveEvidence::standing}) {
+    ValveEvidence less = carried;
+    less.*one = 0.1;
+    CHECK(decide(less, Follows::at_once).grade == Grade::none);
+  }
+}
+
 TEST_CASE("without a band PV that lags CO is no sticking valve") {
   const ValveEvidence random_load{
       .phase = 4.0, .play = 0.0, .hammerstein = 0.05, .standing = 0.6, .turns = kByTravel};

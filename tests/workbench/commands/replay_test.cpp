@@ -129,7 +129,7 @@ TEST_CASE("without specialists routine evidence stands alone, and says so", "[re
   const Bench bench;
   std::string joined = "time,sp,pv,co\n";
   int row = 0;
-  for (const char* part : {"r21", "r22", "r23"}) {
+  for (const char* part : {"r22", "r23", "r22"}) {
     const std::string text =
         read_file(LOOPWARDEN_SOURCE_DIR "/data/routine/" + std::string(part) + ".csv");
     std::istringstream lines(text.substr(text.find('\n') + 1));
@@ -159,7 +159,7 @@ TEST_CASE("routine evidence that is replayed has the same verdict, and says so w
   evidence::Evidence e;
   e.loop = "FIC-101";
   std::uint64_t period = 0;
-  for (const char* part : {"r21", "r22", "r23"}) {
+  for (const char* part : {"r22", "r23", "r22"}) {
     const record::Record r =
         record::read_record(LOOPWARDEN_SOURCE_DIR "/data/routine/" + std::string(part) + ".csv");
     for (std::size_t k = 0; k < r.size() && !e.routine; ++k) {
