@@ -66,9 +66,9 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
     d.probability = std::max(d.probability, kSeenFrom);
   }
   if (e.relation < kRelatedFrom) d.probability = std::min(d.probability, kUnrelatedMost);
-  if (e.play <= 0.0 && e.hammerstein <= kBandFrom) {
-    d.probability = std::min(d.probability, kDecidedBelow);
-  }
+  const bool no_band = e.play <= 0.0 && e.hammerstein <= kBandFrom;
+  const bool in_step = at_once && e.phase < kInStep && e.hammerstein <= kHammersteinVotes;
+  if (no_band || in_step) d.probability = std::min(d.probability, kDecidedBelow);
   const bool for_valve = d.probability >= kDecidedFrom;
   if (for_valve && turns == TurnsBy::time) {
     return undecided(

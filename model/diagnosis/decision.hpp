@@ -5,7 +5,7 @@
 //
 // The weights (decision_weights.hpp) are written by `loopwarden-study diagnose --weights`: greatest likelihood on the open measured
 // records and on simulated loops, sticky and other loops alike, and every loop alike; none below 0, so that more evidence never
-// makes a valve effect less probable. The prior is one half; another prior moves logit p by log(prior / (1 - prior)). One set where
+// makes a valve effect less probable; w4 at most 2, as A ranked measured loops kept apart no better than chance. The prior is one half; another prior moves logit p by log(prior / (1 - prior)). One set where
 // PV must follow CO at once, and where nothing is known of the loop; another for levels, temperatures, and any loop whose PV moved
 // to a new set point while CO came back to where it was (it integrates). p is kept within 0.1 to 0.95.
 //
@@ -15,6 +15,7 @@
 //   clockwork     no valve effect is named
 //   a play explains less than 0.2 of PV: PV does not hang on CO, p at most 0.3
 //   no band: pl at most 0 and A at most 0.05, p at most 0.35
+//   in step: ph below -2 and A at most 0.1, p at most 0.35
 //   a band whatever the phase says (set points that move carry PV and CO along together): pl > 0.3, A > 0.15 and standing > 0.4,
 //   p at least 0.7
 //
@@ -42,6 +43,7 @@ inline constexpr double kStandsFrom = 0.4;        // standing, for what is seen
 inline constexpr double kRelatedFrom = 0.2;       // of PV's variance
 inline constexpr double kUnrelatedMost = 0.3;     // p
 inline constexpr double kBandFrom = 0.05;         // A
+inline constexpr double kInStep = -2.0;           // ph
 inline constexpr double kSurePlay = 0.3;          // pl
 inline constexpr double kSureHammerstein = 0.15;  // A
 inline constexpr double kSeenFrom = 0.7;          // p

@@ -51,7 +51,7 @@ struct StudyOptions {
   std::uint64_t seed = 1;
   std::string train;                      // table to write
   std::string weights;                    // of the valve's decision, header to write
-  bool refit = false;                     // weights fitted without the loop judged
+  bool refit = false;                     // weights fitted without the plant judged
   std::vector<std::string> records;       // folders with labels.csv
   std::vector<std::string> gap_examples;  // folders of records with truth.json
   bool compare_too = false;               // the records beside the simulated loops
@@ -392,7 +392,7 @@ struct LoopFigures {
   std::size_t left_out_effects = 0;
   std::size_t left_out_seen = 0;
   diagnosis::LoopVerdict verdict{};
-  diagnosis::ValveTerms numbers{};  // ph, pl, A, means of the windows
+  diagnosis::ValveTerms numbers{};  // means of the windows
   double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
   bool left_out_found() const {
     return left_out >= diagnosis::kDecidedFrom && left_out_effects > 0;
@@ -510,7 +510,7 @@ int write_weights(const StudyOptions& options) {
   return kExitOk;
 }
 
-// `refit`: left_out is then what weights say in which the loop had no say.
+// `refit`: left_out is then what weights say in which the plant had no say.
 void print_json(const std::vector<LabelledWindow>& windows, bool refit) {
   nlohmann::json records = nlohmann::json::array();
   for (const LabelledWindow& w : windows) {

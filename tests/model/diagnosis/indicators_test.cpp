@@ -205,6 +205,15 @@ TEST_CASE("without a band PV that lags CO is no sticking valve") {
   CHECK(decide(banded, Follows::at_once).probability > kDecidedBelow);
 }
 
+TEST_CASE("PV in step with CO, and nothing foretold by a band, is no sticking valve") {
+  // A fast loop in a log that holds its values: a play seems to explain them.
+  const ValveEvidence held{.phase = -4.0, .play = 0.8, .hammerstein = 0.1, .standing = 0.9};
+  CHECK(decide(held, Follows::at_once).probability <= kDecidedBelow);
+  ValveEvidence later = held;
+  later.phase = -1.9;
+  CHECK(decide(later, Follows::at_once).probability > kDecidedBelow);
+}
+
 TEST_CASE("the decision rises with every witness and stays within its bounds") {
   const ValveEvidence base{.phase = -1.0, .play = 0.01, .hammerstein = 0.05, .standing = 0.2};
   const double p = decide(base, Follows::at_once).probability;
