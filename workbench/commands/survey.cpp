@@ -142,10 +142,11 @@ class Against {
       } catch (const std::invalid_argument& e) {
         fail(kExitUsage, "--area: {}", e.what());
       }
-      if (how_.area->wildcards() == 0)
+      if (how_.area->wildcards() == 0) {
         fail(kExitUsage,
              "--area: the area is what stands at the first of *, ? and [...]; none is in {}",
              base::in_quotes(options.area));
+      }
     }
     if (!options.weights.empty()) how_.weights = read_loop_weights(options.weights);
   }

@@ -28,9 +28,10 @@ constexpr std::string_view kTagSeparators = "-/\\._: ";
 
 std::string text_in(const fs::path& path) {
   std::optional<std::string> text = base::read_file(path);
-  if (!text)
+  if (!text) {
     throw CommandError(
         kExitIo, fmt::format("{}: can't be read: {}", path.string(), base::error_text(errno)));
+  }
   return std::move(*text);
 }
 

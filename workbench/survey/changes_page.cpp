@@ -136,9 +136,10 @@ std::string bar_html(const json& area, int most) {
   double x = 0.0;
   for (const char* change : {"new", "worse", "same", "better", "gone"}) {
     const double width = kWidth * area.at(change).get<double>() / most;
-    if (width > 0.0)
+    if (width > 0.0) {
       bars += fmt::format("<rect class=\"{}\" x=\"{:.1f}\" width=\"{:.1f}\" height=\"12\"/>",
                           change, x, std::max(width - 1.0, 0.5));
+    }
     x += width;
   }
   return fmt::format("<svg class=\"bar\" viewBox=\"0 0 {:g} 12\" aria-hidden=\"true\">{}</svg>",
