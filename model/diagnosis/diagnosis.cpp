@@ -42,21 +42,22 @@ void measure(Diagnosis& d) {
   const std::size_t factor =
       std::clamp<std::size_t>(wanted, 1, std::max<std::size_t>(1, pv.size() / kLeastOfBlocks));
   const double blocks = period / static_cast<double>(factor);
-  const Scales pv_scales = three_scales(block_means(pv, factor), blocks);
-  const Scales co_scales = three_scales(block_means(co, factor), blocks);
+  const Series pv_blocks = block_means(pv, factor);
+  const Series co_blocks = block_means(co, factor);
+  const Scales pv_scales = three_scales(pv_blocks, blocks);
+  const Scales co_scales = three_scales(co_blocks, blocks);
   d.play = fit_play(pv_scales, co_scales, blocks);
   const ControllerFit controller =
       fit_controller(d.prepared.error, d.prepared.output, d.prepared.period);
   d.hammerstein =
       fit_hammerstein(pv, co, controller.fit > kControllerKnown ? controller.action : 0.0);
-  d.evidence = {
-      .phase = phase_evidence(pv_scales, co_scales, blocks),
-      .play = d.play.evidence,
-      .hammerstein = d.hammerstein.evidence,
-      .parts_for = d.hammerstein.parts_for,
-      .standing = standing_evidence(block_means(pv, factor), block_means(co, factor), blocks),
-      .relation = d.play.play_r2,
-      .turns = find_turns(co_scales[1])};
+  d.evidence = {.phase = phase_evidence(pv_scales, co_scales, blocks),
+                .play = d.play.evidence,
+                .hammerstein = d.hammerstein.evidence,
+                .parts_for = d.hammerstein.parts_for,
+                .standing = standing_evidence(pv_blocks, co_blocks, blocks),
+                .relation = d.play.play_r2,
+                .turns = find_turns(co_scales[1])};
 }
 
 Follows follows_of(const Diagnosis& d) {

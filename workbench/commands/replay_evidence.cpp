@@ -116,6 +116,11 @@ void print_routine(const Evidence& e, const Judgement& now) {
   table.row("Hammerstein, nats a sample", then.evidence.hammerstein, now.evidence.hammerstein);
   table.row("parts of the record for it, %", 100.0 * then.evidence.parts_for,
             100.0 * now.evidence.parts_for);
+  table.row("PV stands, % of CO's moves", 100.0 * then.evidence.standing,
+            100.0 * now.evidence.standing);
+  table.row("a play explains of PV, %", 100.0 * then.evidence.relation,
+            100.0 * now.evidence.relation);
+  table.row("CO turns by", to_text(then.evidence.turns.by()), to_text(now.evidence.turns.by()));
   table.row("severity, % of CO span", then.severity_percent, now.severity_percent);
   fmt::print(
       "\nnats gathered: {:.2f} from windows before (their samples are not kept here), {:+.2f} from "
@@ -128,6 +133,9 @@ bool same(const Judgement& a, const Judgement& b) {
          same(a.evidence.phase, b.evidence.phase) && same(a.evidence.play, b.evidence.play) &&
          same(a.evidence.hammerstein, b.evidence.hammerstein) &&
          same(a.evidence.parts_for, b.evidence.parts_for) &&
+         same(a.evidence.standing, b.evidence.standing) &&
+         same(a.evidence.relation, b.evidence.relation) &&
+         a.evidence.turns.by() == b.evidence.turns.by() &&
          (a.verdict != diagnosis::DiagnosisVerdict::valve_effect ||
           same(a.severity_percent, b.severity_percent));
 }

@@ -60,6 +60,11 @@ NextStep next_step(const json& loop) {
                         "grown by half",
                         day_of(loop["outcome"]), loop["outcome"]["percent_of_span"].get<double>())};
   }
+  if (is(loop, "verdict", "valve_effect") && is(loop, "grade", "likely")) {
+    return {
+        "test the valve",
+        "in manual, step CO by 2 % up, then by 2 % up and down again, and look when PV answers"};
+  }
   if (is(loop, "verdict", "valve_effect")) {
     return {"repair",
             "look at packing, actuator and positioner of the valve; until then a compensator or a "

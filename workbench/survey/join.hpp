@@ -20,7 +20,7 @@ namespace loopwarden::workbench {
 nlohmann::json join_survey(std::vector<nlohmann::json> loops, nlohmann::json failed,
                            const std::vector<FitterAnswer>& outcomes);
 
-// One of repair, tune, look upstream, nothing, look closer; and a sentence.
+// One of repair (seen), test the valve (likely), tune, look upstream, nothing, look closer; and a sentence.
 struct NextStep {
   std::string what;
   std::string why;

@@ -170,7 +170,8 @@ std::string verdict_html(const json& judged) {
 
 std::string counts_html(const json& survey, const std::map<std::string, int>& next) {
   std::string html = "<ul class=\"counts\">";
-  for (const char* what : {"repair", "tune", "look upstream", "look closer", "nothing"}) {
+  for (const char* what :
+       {"repair", "test the valve", "tune", "look upstream", "look closer", "nothing"}) {
     const auto at = next.find(what);
     html += fmt::format("<li><b>{}</b>{}</li>", at == next.end() ? 0 : at->second, what);
   }
