@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "model/numeric/statistics.hpp"
-#include "model/survey/nonlinearity.hpp"
 #include "model/survey/variability.hpp"
 
 namespace loopwarden::survey {
@@ -74,7 +73,7 @@ void error_of(const LoopSamples& s, double hours, WindowFindings& window) {
 
 }  // namespace
 
-WindowFindings judge_window(const LoopSamples& s, std::uint64_t seed) {
+WindowFindings judge_window(const LoopSamples& s) {
   WindowFindings window;
   const std::size_t n = s.pv.size();
   const double hours = static_cast<double>(n) * s.sample_time_s / 3600.0;
@@ -108,58 +107,19 @@ WindowFindings judge_window(const LoopSamples& s, std::uint64_t seed) {
   window.noise = noise_of(pv);
   error_of(s, hours, window);
   travel_of(co, hours, window);
-  window.diagnosis = diagnosis::diagnose({.pv = pv,
-                                          .co = co,
-                                          .sp = s.sp,
-                                          .sample_time_s = s.sample_time_s,
-                                          .co_low = s.co_low,
-                                          .co_high = s.co_high},
-                                         s.kind);
-  window.sees_from = diagnosis::sees_from(pv, co, s.archived);
   const std::size_t dead_time = dead_time_samples(co, pv, kMostDeadTime);
   window.dead_time_s = static_cast<double>(dead_time) * s.sample_time_s;
   std::vector<double> error = pv;
   for (std::size_t k = 0; k < n && !s.sp.empty(); ++k) error[k] -= s.sp[k];
   window.variability = variability(error, dead_time);
-  const diagnosis::Prepared& prepared = window.diagnosis.prepared;
-  window.regularity = prepared.pv_oscillation.regularity;
-  if (window.diagnosis.oscillating && !prepared.pv.empty()) {
-    window.nonlinearity = nonlinearity(prepared.pv, prepared.period, seed);
-  }
   return window;
 }
 
-void share_turns(std::span<WindowFindings> windows, const diagnosis::Archived& archived,
-                 double co_span) {
-  std::vector<diagnosis::Diagnosis*> together;
-  for (WindowFindings& w : windows) together.push_back(&w.diagnosis);
-  diagnosis::share_turns(together);
-  for (WindowFindings& w : windows) {
-    diagnosis::mind_archive(w.diagnosis, archived, w.sees_from, co_span);
-  }
-}
-
-diagnosis::LoopVerdict judge_windows(std::span<const WindowFindings> windows,
-                                     const diagnosis::Archived& archived, double co_span) {
-  std::vector<diagnosis::Diagnosis> each;
-  each.reserve(windows.size());
-  for (const WindowFindings& w : windows) each.push_back(w.diagnosis);
-  diagnosis::LoopVerdict verdict = diagnosis::judge_loop(each);
-  if (windows.empty()) return verdict;
-  diagnosis::mind_archive(verdict, each[verdict.like], archived, windows[verdict.like].sees_from,
-                          co_span);
-  return verdict;
-}
-
-std::optional<std::size_t> cause_since(std::span<const WindowFindings> windows,
-                                       const diagnosis::LoopVerdict& verdict) {
-  if (verdict.verdict != diagnosis::DiagnosisVerdict::other_cause) return std::nullopt;
-  std::size_t first = windows.size();
-  while (first > 0 && windows[first - 1].diagnosis.verdict == verdict.verdict &&
-         windows[first - 1].diagnosis.cause == verdict.cause) {
-    --first;
-  }
-  return first < windows.size() ? std::optional(first) : std::nullopt;
+std::optional<std::size_t> cause_since(std::span<const diagnosis::Cause> causes,
+                                       diagnosis::Cause cause) {
+  std::size_t first = causes.size();
+  while (first > 0 && causes[first - 1] == cause) --first;
+  return first < causes.size() ? std::optional(first) : std::nullopt;
 }
 
 }  // namespace loopwarden::survey

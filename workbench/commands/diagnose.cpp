@@ -13,7 +13,6 @@
 #include "model/analysis/stretch.hpp"
 #include "model/diagnosis/archive_rule.hpp"
 #include "model/diagnosis/diagnosis.hpp"
-#include "model/diagnosis/scales.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/report/diagnosis_page.hpp"
 #include "workbench/records/record_input.hpp"
@@ -21,6 +20,7 @@
 #include "workbench/files/output_files.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/survey/judged_windows.hpp"
 #include "workbench/survey/loop_result.hpp"
 #include "workbench/survey/neighbours.hpp"
 
@@ -39,53 +39,19 @@ struct DiagnoseOptions {
   bool json = false;
 };
 
-// A record of at least two windows of this length is cut.
-constexpr std::size_t kLongestWindow = 1500;
-constexpr double kWindowMovements = 15.0;  // periods of movement that a window holds at the least
-// Of more windows than this the ones that tell most are judged, spread over the record.
+// Of more stretches than this the ones that tell most are judged, spread over the record.
 constexpr std::size_t kMostWindows = 48;
-constexpr std::size_t kMostSamples = 30000;      // of a window: about a second of work
-constexpr std::size_t kLookedAt = 60000;         // samples, for the period
 constexpr std::size_t kSamplesCompared = 20000;  // of a record, with its neighbours
 
-std::size_t window_length(const record::Record& r) {
-  if (r.size() < 2 * kLongestWindow) return r.size();
-  const std::size_t looked = std::min(r.size(), kLookedAt);
-  const std::size_t from = (r.size() - looked) / 2;
-  std::vector<double> pv(r.pv.begin() + static_cast<std::ptrdiff_t>(from),
-                         r.pv.begin() + static_cast<std::ptrdiff_t>(from + looked));
-  std::vector<double> co(r.co.begin() + static_cast<std::ptrdiff_t>(from),
-                         r.co.begin() + static_cast<std::ptrdiff_t>(from + looked));
-  for (std::size_t k = 0; k < pv.size(); ++k) {
-    if (std::isfinite(pv[k]) && std::isfinite(co[k])) continue;
-    pv[k] = k > 0 ? pv[k - 1] : 0.0;
-    co[k] = k > 0 ? co[k - 1] : 0.0;
-  }
-  const double length = std::max(static_cast<double>(kLongestWindow),
-                                 kWindowMovements * diagnosis::judged_period(pv, co));
-  return static_cast<std::size_t>(
-      std::min({length, static_cast<double>(kMostSamples), static_cast<double>(r.size())}));
-}
-
-struct Stretch {
-  std::size_t from;
-  std::size_t size;
-};
-
-std::vector<Stretch> stretches_of(const record::Record& r) {
-  const std::size_t length = window_length(r);
-  const std::size_t count = std::max<std::size_t>(1, r.size() / std::max<std::size_t>(1, length));
-  std::vector<Stretch> stretches;
-  if (count <= kMostWindows) {
-    for (std::size_t w = 0; w < count; ++w) {
-      const std::size_t from = r.size() * w / count;
-      stretches.push_back({from, r.size() * (w + 1) / count - from});
-    }
-    return stretches;
-  }
+std::vector<Stretch> judged_stretches(const record::Record& r) {
+  std::vector<Stretch> stretches = stretches_of(r);
+  const std::size_t count = stretches.size();
+  if (count <= kMostWindows) return stretches;
+  const std::size_t length = stretches.front().size;
   const auto known = [](bool has, const std::vector<double>& column) {
     return has ? std::span<const double>(column) : std::span<const double>();
   };
+  stretches.clear();
   for (const std::size_t from : analysis::telling_stretches({.pv = r.pv,
                                 .co = r.co,
                                 .sp = known(r.has_sp, r.sp),
@@ -105,33 +71,17 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
   if (by_hand > 0) fmt::print(stderr, "{}: {} samples in manual are left out\n", path, by_hand);
   draw_for_judging(imported);
   const diagnosis::Archived archived{imported.notes.pv, imported.notes.co};
-  const std::vector<Stretch> stretches = stretches_of(r);
-  const std::span<const double> pv(r.pv);
-  const std::span<const double> co(r.co);
-  const std::span<const double> sp(r.sp);
+  const std::vector<Stretch> stretches = judged_stretches(r);
   Progress progress("diagnose", stretches.size());
   const std::size_t first = loop.windows.size();
   loop.windows.resize(first + stretches.size());
   base::parallel_for(
       stretches.size(), threads(0),
       [&](std::size_t w) {
-        const auto [from, size] = stretches[w];
         DiagnosedWindow& window = loop.windows[first + w];
-        window = {
-            .file = path,
-            .from_s = r.time_s[from],
-            .to_s = r.time_s[from + size - 1],
-            .period_s = r.period_s,
-            .import = loop.imports.size(),
-            .diagnosis = diagnosis::diagnose({.pv = pv.subspan(from, size),
-                                              .co = co.subspan(from, size),
-                                              .sp = r.has_sp ? sp.subspan(from, size) : sp.first(0),
-                                              .sample_time_s = r.period_s,
-                                              .co_low = loop.co_range[0],
-                                              .co_high = loop.co_range[1]},
-                                             kind)};
-        window.sees_from =
-            diagnosis::sees_from(pv.subspan(from, size), co.subspan(from, size), archived);
+        window = judge_stretch(r, stretches[w], kind, loop.co_range, archived);
+        window.file = path;
+        window.import = loop.imports.size();
       },
       [&](std::size_t done) { progress.update(done); });
   loop.imports.push_back(std::move(imported.notes));
@@ -140,26 +90,6 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
 LoopKind kind_of(const DiagnoseOptions& options, const record::Imported& imported) {
   return options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
                               : *diagnosis::loop_kind(options.kind);
-}
-
-// One verdict of all windows.
-void judge_all_windows(DiagnosedLoop& loop) {
-  std::vector<diagnosis::Diagnosis*> together;
-  for (DiagnosedWindow& w : loop.windows) together.push_back(&w.diagnosis);
-  diagnosis::share_turns(together);
-  for (DiagnosedWindow& w : loop.windows) {
-    const record::ImportNotes& notes = loop.imports[w.import];
-    diagnosis::mind_archive(w.diagnosis, {notes.pv, notes.co}, w.sees_from,
-                            loop.co_range[1] - loop.co_range[0]);
-  }
-  std::vector<diagnosis::Diagnosis> windows;
-  windows.reserve(loop.windows.size());
-  for (const DiagnosedWindow& w : loop.windows) windows.push_back(w.diagnosis);
-  loop.verdict = diagnosis::judge_loop(windows);
-  const DiagnosedWindow& like = loop.windows[loop.verdict.like];
-  const record::ImportNotes& notes = loop.imports[like.import];
-  diagnosis::mind_archive(loop.verdict, like.diagnosis, {notes.pv, notes.co}, like.sees_from,
-                          loop.co_range[1] - loop.co_range[0]);
 }
 
 // The other loops in the neighbours' exports, with what their valves show.
@@ -177,7 +107,7 @@ std::vector<TimedLoop> read_neighbours(const DiagnoseOptions& options, const std
     TimedLoop timed = timed_loop(imported.record, imported.notes, kSamplesCompared);
     DiagnosedLoop judged{.windows = {}, .verdict = {}, .co_range = likely_co_range(imported)};
     diagnose_record(found.tag, imported, kind_of(options, imported), judged);
-    judge_all_windows(judged);
+    judge_together(judged);
     timed.tag = found.tag;
     timed.valve_effect = judged.verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect;
     loops.push_back(std::move(timed));
@@ -242,7 +172,7 @@ int run_diagnose(const DiagnoseOptions& options) {
       compared.push_back(timed_loop(imported.record, imported.notes, kSamplesCompared));
     diagnose_record(path, imported, kind_of(options, imported), loop);
   }
-  judge_all_windows(loop);
+  judge_together(loop);
   if (!options.neighbours.empty()) name_pushing(options, std::move(compared), loop);
   if (!options.report.empty()) {
     write_output(options.report, diagnosis_page(loop), options.records);

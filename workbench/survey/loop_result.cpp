@@ -5,11 +5,15 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "model/numeric/statistics.hpp"
+#include "model/survey/nonlinearity.hpp"
 #include "model/survey/window.hpp"
 #include "workbench/records/record_input.hpp"
+#include "workbench/survey/judged_windows.hpp"
 #include "workbench/survey/neighbours.hpp"
 #include "workbench/text/diagnose_text.hpp"
 #include "workbench/text/import_json.hpp"
@@ -20,6 +24,16 @@ namespace {
 
 using nlohmann::json;
 using survey::WindowFindings;
+
+// A window that the user asked for, with what the stretches in it say together.
+struct SurveyWindow {
+  WindowFindings findings;
+  DiagnosedLoop judged;  // one window: the stretch that stands for it
+  double regularity = 0.0;
+  double nonlinearity = 0.0;
+
+  const DiagnosedWindow& like() const { return judged.windows.front(); }
+};
 
 constexpr std::size_t kTrendColumns = 500;
 constexpr std::size_t kZoomSamples = 400;
@@ -33,24 +47,28 @@ json rounded(double value) {
   return std::nearbyint(value * scale) / scale;
 }
 
-double median_of(const std::vector<WindowFindings>& windows, double WindowFindings::*what) {
+template <class Value>
+double median_of(const std::vector<SurveyWindow>& windows, Value&& value) {
   std::vector<double> values;
-  for (const WindowFindings& w : windows) {
-    if (std::isfinite(w.*what)) values.push_back(w.*what);
+  for (const SurveyWindow& w : windows) {
+    if (const double v = value(w); std::isfinite(v)) values.push_back(v);
   }
   return values.empty() ? std::nan("") : numeric::median(values);
 }
 
-json window_json(const WindowFindings& w, const json& diagnosed, double co_span) {
-  json out = {{"from_s", diagnosed.at("from_s")},
-              {"to_s", diagnosed.at("to_s")},
+json window_json(const record::Record& r, Stretch cut, const SurveyWindow& window, double co_span) {
+  const WindowFindings& w = window.findings;
+  const json diagnosed = diagnosis_json(window.judged);
+  const double sees_from = window.like().sees_from;
+  json out = {{"from_s", r.time_s[cut.from]},
+              {"to_s", r.time_s[cut.from + cut.size - 1]},
               {"share_automatic", rounded(w.automatic)},
               {"complete", rounded(w.complete)},
               {"saturated", rounded(w.saturated)},
               {"oscillating", diagnosed.at("oscillating")},
               {"period_s", diagnosed.at("period_s")},
-              {"regularity", rounded(w.regularity)},
-              {"nonlinearity", rounded(w.nonlinearity)},
+              {"regularity", rounded(window.regularity)},
+              {"nonlinearity", rounded(window.nonlinearity)},
               {"error_rms", rounded(w.error)},
               {"crossings_per_hour", rounded(w.crossings_per_hour)},
               {"variability", rounded(w.variability)},
@@ -59,7 +77,7 @@ json window_json(const WindowFindings& w, const json& diagnosed, double co_span)
               {"reversals_per_hour", rounded(w.reversals_per_hour)},
               {"noise", rounded(w.noise)},
               {"sees_from_percent",
-               w.sees_from > 0.0 ? rounded(100.0 * w.sees_from / co_span) : json(nullptr)}};
+               sees_from > 0.0 ? rounded(100.0 * sees_from / co_span) : json(nullptr)}};
   for (const char* key :
        {"verdict", "grade", "effects", "cause", "reason", "settle", "evidence", "probability"}) {
     out[key] = diagnosed.at(key);
@@ -136,66 +154,88 @@ std::vector<double> likely_co_range(const record::Imported& imported) {
 namespace {
 
 // Windows of one length; what is left at the end makes the last one longer, or is one where it is half a window.
-struct Cuts {
-  std::size_t length;
-  std::size_t count;
-  std::size_t samples;
-
-  std::size_t from(std::size_t w) const { return w * length; }
-  std::size_t size(std::size_t w) const { return w + 1 == count ? samples - from(w) : length; }
-};
-
-Cuts cuts_of(const record::Record& r, double window_s) {
+std::vector<Stretch> cuts_of(const record::Record& r, double window_s) {
   const auto length = static_cast<std::size_t>(
       std::max(static_cast<double>(kLeastWindow), std::floor(window_s / r.period_s)));
-  return {length, std::max<std::size_t>(1, (r.size() + length / 2) / length), r.size()};
+  const std::size_t count = std::max<std::size_t>(1, (r.size() + length / 2) / length);
+  std::vector<Stretch> cuts;
+  for (std::size_t w = 0; w < count; ++w) {
+    cuts.push_back({w * length, w + 1 == count ? r.size() - w * length : length});
+  }
+  return cuts;
 }
 
-std::vector<WindowFindings> judged_windows(const record::Imported& imported, const Cuts& cuts,
-                                           diagnosis::LoopKind kind, DiagnosedLoop& loop) {
-  const record::Record& r = imported.record;
-  std::vector<WindowFindings> windows;
-  for (std::size_t w = 0; w < cuts.count; ++w) {
-    const std::size_t from = cuts.from(w);
-    const std::size_t size = cuts.size(w);
-    const auto part = [&](bool has, const std::vector<double>& column) {
-      return has ? std::span<const double>(column).subspan(from, size) : std::span<const double>();
-    };
-    windows.push_back(survey::judge_window({.pv = part(true, r.pv),
-                                            .co = part(true, r.co),
-                                            .sp = part(r.has_sp, r.sp),
-                                            .automatic = part(r.has_mode, r.automatic),
-                                            .sample_time_s = r.period_s,
-                                            .co_low = loop.co_range[0],
-                                            .co_high = loop.co_range[1],
-                                            .kind = kind,
-                                            .archived = {imported.notes.pv, imported.notes.co}},
-                                           w + 1));
+// The stretches whose middle is in the cut; where there is none, the one that holds the cut's middle.
+Stretch stretches_in(std::span<const Stretch> stretches, Stretch cut) {
+  const auto first_from = [&](std::size_t sample) {
+    return static_cast<std::size_t>(
+        std::find_if(stretches.begin(), stretches.end(),
+                     [sample](Stretch s) { return s.from + s.size / 2 >= sample; }) -
+        stretches.begin());
+  };
+  const std::size_t first = first_from(cut.from);
+  const std::size_t last = first_from(cut.from + cut.size);
+  if (last > first) return {first, last - first};
+  const std::size_t middle = cut.from + cut.size / 2;
+  std::size_t holds = 0;
+  while (holds + 1 < stretches.size() && stretches[holds + 1].from <= middle) ++holds;
+  return {holds, 1};
+}
+
+WindowFindings findings_of(const record::Record& r, Stretch cut,
+                           const std::vector<double>& co_range) {
+  const auto part = [&](bool has, const std::vector<double>& column) {
+    return has ? std::span<const double>(column).subspan(cut.from, cut.size)
+               : std::span<const double>();
+  };
+  return survey::judge_window({.pv = part(true, r.pv),
+                               .co = part(true, r.co),
+                               .sp = part(r.has_sp, r.sp),
+                               .automatic = part(r.has_mode, r.automatic),
+                               .sample_time_s = r.period_s,
+                               .co_low = co_range[0],
+                               .co_high = co_range[1]});
+}
+
+// Judges the loop's stretches; returns them.
+std::vector<Stretch> judge_stretches(const record::Imported& imported, diagnosis::LoopKind kind,
+                                     DiagnosedLoop& loop) {
+  const record::ImportNotes& notes = imported.notes;
+  record::Record in_automatic = imported.record;
+  leave_out_manual(in_automatic);
+  std::vector<Stretch> stretches = stretches_of(in_automatic);
+  loop.imports = {notes};
+  for (const Stretch stretch : stretches) {
+    loop.windows.push_back(
+        judge_stretch(in_automatic, stretch, kind, loop.co_range, {notes.pv, notes.co}));
+    loop.windows.back().file = notes.files;
   }
-  survey::share_turns(windows, {imported.notes.pv, imported.notes.co},
-                      loop.co_range[1] - loop.co_range[0]);
-  for (std::size_t w = 0; w < cuts.count; ++w) {
-    loop.windows.push_back({.file = imported.notes.files,
-                            .from_s = r.time_s[cuts.from(w)],
-                            .to_s = r.time_s[cuts.from(w) + cuts.size(w) - 1],
-                            .period_s = r.period_s,
-                            .diagnosis = windows[w].diagnosis,
-                            .sees_from = windows[w].sees_from});
+  return stretches;
+}
+
+// The loop's verdict, and what is in each cut.
+std::vector<SurveyWindow> judged_windows(const record::Record& record,
+                                         const std::vector<Stretch>& stretches,
+                                         const std::vector<Stretch>& cuts, DiagnosedLoop& loop) {
+  const std::vector<diagnosis::Diagnosis> each = judge_together(loop);
+  std::vector<SurveyWindow> windows;
+  for (std::size_t w = 0; w < cuts.size(); ++w) {
+    const Stretch in = stretches_in(stretches, cuts[w]);
+    const diagnosis::LoopVerdict verdict = verdict_of(loop, each, in.from, in.size);
+    SurveyWindow window{.findings = findings_of(record, cuts[w], loop.co_range),
+                        .judged = {.windows = {loop.windows[verdict.like]},
+                                   .verdict = verdict,
+                                   .co_range = loop.co_range}};
+    window.judged.verdict.like = window.judged.verdict.since = 0;
+    const diagnosis::Diagnosis& like = window.like().diagnosis;
+    const diagnosis::Prepared& prepared = like.prepared;
+    window.regularity = prepared.pv_oscillation.regularity;
+    if (like.oscillating && !prepared.pv.empty()) {
+      window.nonlinearity = survey::nonlinearity(prepared.pv, prepared.period, w + 1);
+    }
+    windows.push_back(std::move(window));
   }
   return windows;
-}
-
-json diagnosed_json(const DiagnosedLoop& loop, const std::vector<WindowFindings>& windows) {
-  json diagnosed = diagnosis_json(loop);
-  if (loop.windows.size() == 1) {
-    diagnosed["windows"] = json::array({diagnosed});
-    diagnosed["windows"][0]["from_s"] = loop.windows[0].from_s;
-    diagnosed["windows"][0]["to_s"] = loop.windows[0].to_s;
-    diagnosed["since_s"] = nullptr;
-  } else if (const auto since = survey::cause_since(windows, loop.verdict)) {
-    diagnosed["since_s"] = loop.windows[*since].from_s;
-  }
-  return diagnosed;
 }
 
 // By the export's clock where it has one, else s of the record.
@@ -207,13 +247,24 @@ json moment(const record::ImportNotes& notes, double at_s) {
                           notes.start->zone_known);
 }
 
-json picture_of(const record::Record& r, const Cuts& cuts, std::size_t like,
-                const WindowFindings& window) {
+// s of the record: since when the loop is what it is now, where it was anything else before.
+std::optional<double> since(const DiagnosedLoop& loop) {
+  if (loop.windows.size() == 1) return std::nullopt;
+  if (loop.verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
+    return loop.windows[loop.verdict.since].from_s;
+  }
+  if (loop.verdict.verdict != diagnosis::DiagnosisVerdict::other_cause) return std::nullopt;
+  std::vector<diagnosis::Cause> causes;
+  for (const DiagnosedWindow& w : loop.windows) causes.push_back(w.diagnosis.cause);
+  const auto first = survey::cause_since(causes, loop.verdict.cause);
+  return first ? std::optional(loop.windows[*first].from_s) : std::nullopt;
+}
+
+json picture_of(const record::Record& r, Stretch stretch, const diagnosis::Diagnosis& like) {
   double zoom = static_cast<double>(kZoomSamples);
-  if (window.diagnosis.oscillating)
-    zoom = std::max(zoom / 4.0, kZoomPeriods * window.diagnosis.period_s / r.period_s);
-  const std::size_t size = std::min(cuts.size(like), static_cast<std::size_t>(zoom));
-  return picture_of(r, cuts.from(like) + (cuts.size(like) - size) / 2, size);
+  if (like.oscillating) zoom = std::max(zoom / 4.0, kZoomPeriods * like.period_s / r.period_s);
+  const std::size_t size = std::min(stretch.size, static_cast<std::size_t>(zoom));
+  return picture_of(r, stretch.from + (stretch.size - size) / 2, size);
 }
 
 }  // namespace
@@ -227,11 +278,12 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
   const std::string& told = settings.kind.empty() ? imported.notes.kind : settings.kind;
   const diagnosis::LoopKind kind =
       told.empty() ? diagnosis::kind_from_tag(imported.notes.tag) : *diagnosis::loop_kind(told);
-  const Cuts cuts = cuts_of(imported.record, settings.window_s);
-  const std::vector<WindowFindings> windows = judged_windows(imported, cuts, kind, loop);
-  loop.verdict = survey::judge_windows(windows, {imported.notes.pv, imported.notes.co}, co_span);
-  const WindowFindings& like = windows[loop.verdict.like];
-  const json diagnosed = diagnosed_json(loop, windows);
+  const std::vector<Stretch> stretches = judge_stretches(imported, kind, loop);
+  const std::vector<Stretch> cuts = cuts_of(imported.record, settings.window_s);
+  const std::vector<SurveyWindow> windows = judged_windows(imported.record, stretches, cuts, loop);
+  const DiagnosedWindow& like = loop.windows[loop.verdict.like];
+  const json diagnosed = diagnosis_json(loop);
+  const std::optional<double> since_s = since(loop);
   json out = {{"tag", imported.notes.tag},
               {"files", imported.notes.files},
               {"import", import_json(imported.notes, {std::nullopt, co_span},
@@ -240,10 +292,10 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
                                          : std::nullopt)},
               {"co_range", loop.co_range},
               {"kind", diagnosed.at("kind")},
-              {"regularity", rounded(like.regularity)},
-              {"since_s", diagnosed.at("since_s")},
-              {"since", nullptr}};
-  constexpr std::array<std::pair<const char*, double WindowFindings::*>, 11> kMedians{
+              {"regularity", rounded(like.diagnosis.prepared.pv_oscillation.regularity)},
+              {"since_s", since_s ? json(*since_s) : json(nullptr)},
+              {"since", since_s ? moment(imported.notes, *since_s) : json(nullptr)}};
+  constexpr std::array<std::pair<const char*, double WindowFindings::*>, 10> kMedians{
       {{"share_automatic", &WindowFindings::automatic},
        {"complete", &WindowFindings::complete},
        {"saturated", &WindowFindings::saturated},
@@ -253,22 +305,24 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
        {"dead_time_s", &WindowFindings::dead_time_s},
        {"travel_per_hour", &WindowFindings::travel_per_hour},
        {"reversals_per_hour", &WindowFindings::reversals_per_hour},
-       {"noise", &WindowFindings::noise},
-       {"nonlinearity", &WindowFindings::nonlinearity}}};
-  for (const auto& [key, what] : kMedians) out[key] = rounded(median_of(windows, what));
+       {"noise", &WindowFindings::noise}}};
+  for (const auto& [key, what] : kMedians) {
+    out[key] =
+        rounded(median_of(windows, [what](const SurveyWindow& w) { return w.findings.*what; }));
+  }
+  out["nonlinearity"] =
+      rounded(median_of(windows, [](const SurveyWindow& w) { return w.nonlinearity; }));
   for (const char* key : {"verdict", "grade", "effects", "cause", "reason", "settle", "evidence",
                           "against", "probability", "oscillating", "period_s"}) {
     out[key] = diagnosed.at(key);
   }
   if (diagnosed.contains("size_trend")) out["size_trend"] = diagnosed.at("size_trend");
-  if (!out["since_s"].is_null())
-    out["since"] = moment(imported.notes, out["since_s"].get<double>());
   out["windows"] = json::array();
   for (std::size_t w = 0; w < windows.size(); ++w) {
-    out["windows"].push_back(window_json(windows[w], diagnosed.at("windows")[w], co_span));
+    out["windows"].push_back(window_json(imported.record, cuts[w], windows[w], co_span));
   }
   out["moves"] = std::move(moves);
-  out["picture"] = picture_of(imported.record, cuts, loop.verdict.like, like);
+  out["picture"] = picture_of(imported.record, stretches[loop.verdict.like], like.diagnosis);
   return out;
 }
 

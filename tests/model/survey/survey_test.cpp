@@ -101,7 +101,7 @@ TEST_CASE("a window: share in automatic, at the limit, travel, error and turns",
     pv[k] = 50.0 + 5.0 * std::sin(angle - 0.8) + 0.05 * n[k];
   }
   for (std::size_t k = 0; k < 1800; ++k) automatic[k] = 0.0;
-  const WindowFindings w = judge_window({.pv = pv, .co = co, .sp = sp, .automatic = automatic}, 1);
+  const WindowFindings w = judge_window({.pv = pv, .co = co, .sp = sp, .automatic = automatic});
   CHECK(w.automatic == Approx(0.75));
   CHECK(w.complete == 1.0);
   CHECK(w.saturated == 0.0);
@@ -111,35 +111,17 @@ TEST_CASE("a window: share in automatic, at the limit, travel, error and turns",
   CHECK(w.travel_per_hour == Approx(0.75 * 40.0 * 9.0).epsilon(0.05));
   CHECK(w.reversals_per_hour == Approx(0.75 * 18.0).epsilon(0.1));
   CHECK(w.crossings_per_hour == Approx(18.0).epsilon(0.1));
-  CHECK(w.diagnosis.oscillating);
-  CHECK(w.diagnosis.period_s == Approx(400.0).epsilon(0.03));
-  const WindowFindings moded = judge_window({.pv = pv, .co = co, .sp = {}, .automatic = {}}, 1);
+  const WindowFindings moded = judge_window({.pv = pv, .co = co, .sp = {}, .automatic = {}});
   CHECK(std::isnan(moded.automatic));
   CHECK(std::isnan(moded.error));
 }
 
 TEST_CASE("since when another cause swings a loop", "[survey]") {
   using diagnosis::Cause;
-  using diagnosis::DiagnosisVerdict;
-  const auto window = [](DiagnosisVerdict verdict, Cause cause) {
-    survey::WindowFindings w;
-    w.diagnosis.verdict = verdict;
-    w.diagnosis.cause = cause;
-    return w;
-  };
-  const std::vector<survey::WindowFindings> windows{
-      window(DiagnosisVerdict::other_cause, Cause::tuning),
-      window(DiagnosisVerdict::healthy, Cause::none),
-      window(DiagnosisVerdict::other_cause, Cause::tuning),
-      window(DiagnosisVerdict::other_cause, Cause::tuning)};
-  diagnosis::LoopVerdict verdict;
-  verdict.verdict = DiagnosisVerdict::other_cause;
-  verdict.cause = Cause::tuning;
-  CHECK(survey::cause_since(windows, verdict) == 2U);
-  verdict.cause = Cause::saturation;
-  CHECK_FALSE(survey::cause_since(windows, verdict));
-  verdict.verdict = DiagnosisVerdict::healthy;
-  CHECK_FALSE(survey::cause_since(windows, verdict));
+  const std::vector<Cause> causes{Cause::tuning, Cause::none, Cause::tuning, Cause::tuning};
+  CHECK(survey::cause_since(causes, Cause::tuning) == 2U);
+  CHECK_FALSE(survey::cause_since(causes, Cause::saturation));
+  CHECK(survey::cause_since(std::vector{Cause::tuning, Cause::tuning}, Cause::tuning) == 0U);
 }
 
 }  // namespace
