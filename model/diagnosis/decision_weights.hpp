@@ -7,7 +7,7 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr ValveWeights kAtOnce{.base = -1.13, .per = {0.20, 1.37, 1.06, 2.00}};
-inline constexpr ValveWeights kLater{.base = -0.85, .per = {0.11, 0.00, 0.00, 4.92}};
+inline constexpr ValveWeights kAtOnce{.base = -1.22, .per = {0.18, 1.26, 1.32, 2.00}};
+inline constexpr ValveWeights kLater{.base = -0.90, .per = {0.09, 0.00, 0.00, 4.94}};
 
 }  // namespace loopwarden::diagnosis

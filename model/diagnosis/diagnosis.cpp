@@ -23,6 +23,8 @@ constexpr double kShorter = 0.5;             // period of a cycle over that of a
 constexpr double kSamePeriod = 0.15;         // difference between SP's period and PV's
 constexpr double kBlocksPerMovement = 40.0;  // at most, for phase and play
 constexpr std::size_t kLeastOfBlocks = 120;
+constexpr std::size_t kLeastHold = 120;   // samples
+constexpr double kMovesInHolds = 0.2;     // deviation of CO in the holds over that of all
 constexpr double kControllerKnown = 0.5;  // R^2 of its fit
 constexpr double kShapesExclude = 0.1;    // probability of a valve effect by shapes and fits
 
@@ -31,9 +33,43 @@ bool cycles(const Prepared& p) {
   return p.cycles >= kLeastCycles && (oscillates(p.pv_oscillation) || oscillates(p.co_oscillation));
 }
 
+// What PV and CO do while SP stands: of each hold what comes after its first quarter, each about its own mean. Nothing where SP
+// does not step, where the holds are less than half of the record, or where CO hardly moves in them.
+struct Holds {
+  Series pv, co;
+};
+
+Holds between_steps(const Prepared& p) {
+  Holds holds;
+  const Series& sp = p.raw_sp;
+  bool steps = false;
+  const auto append = [](Series& to, const Series& x, std::size_t from, std::size_t end) {
+    const std::span<const double> part(x.data() + from, end - from);
+    const double mean = numeric::mean(part);
+    for (const double v : part) to.push_back(v - mean);
+  };
+  for (std::size_t from = 0; from < sp.size();) {
+    std::size_t to = from + 1;
+    while (to < sp.size() && sp[to] == sp[from]) ++to;
+    steps |= from > 0;
+    if (to - from >= kLeastHold) {
+      const std::size_t settled = from + (from > 0 ? (to - from) / 4 : 0);
+      append(holds.pv, p.raw_pv, settled, to);
+      append(holds.co, p.raw_co, settled, to);
+    }
+    from = to;
+  }
+  if (!steps || 2 * holds.pv.size() < sp.size() ||
+      numeric::deviation(holds.co) < kMovesInHolds * numeric::deviation(p.raw_co)) {
+    return {};
+  }
+  return holds;
+}
+
 void measure(Diagnosis& d) {
-  const Series& pv = d.prepared.raw_pv;
-  const Series& co = d.prepared.raw_co;
+  const Holds holds = between_steps(d.prepared);
+  const Series& pv = holds.pv.empty() ? d.prepared.raw_pv : holds.pv;
+  const Series& co = holds.co.empty() ? d.prepared.raw_co : holds.co;
   // Set points that move hide a cycle that is shorter than they are.
   const double moves = movement_period(co, pv);
   const double cycle = d.prepared.period * static_cast<double>(d.prepared.factor);
@@ -49,8 +85,8 @@ void measure(Diagnosis& d) {
   d.play = fit_play(pv_scales, co_scales, blocks);
   const ControllerFit controller =
       fit_controller(d.prepared.error, d.prepared.output, d.prepared.period);
-  d.hammerstein =
-      fit_hammerstein(pv, co, controller.fit > kControllerKnown ? controller.action : 0.0);
+  d.hammerstein = fit_hammerstein(d.prepared.raw_pv, d.prepared.raw_co,
+                                  controller.fit > kControllerKnown ? controller.action : 0.0);
   d.evidence = {.phase = phase_evidence(pv_scales, co_scales, blocks),
                 .play = d.play.evidence,
                 .hammerstein = d.hammerstein.evidence,

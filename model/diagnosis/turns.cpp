@@ -12,15 +12,16 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr double kTurnDepth = 0.25;       // of the range of CO
-constexpr double kLeastScatter = 1e-6;    // stands for none
-constexpr double kSteadyTravel = 0.3;     // scatter
-constexpr double kSteadyCycle = 0.4;      // scatter
-constexpr double kClockwork = 0.06;       // scatter of the cycle
-constexpr double kForgetsPhase = 1.5;     // scatter of four cycles over that of one
-constexpr double kLeastForgotten = 0.04;  // scatter of four cycles that is not rounding
-constexpr double kByTravelFrom = 1.5;     // cycle's scatter over travel's
-constexpr double kByTimeBelow = 1.1;      // the same
+constexpr double kTurnDepth = 0.25;        // of the range of CO
+constexpr double kLeastScatter = 1e-6;     // stands for none
+constexpr double kSteadyTravel = 0.3;      // scatter
+constexpr double kSteadyCycle = 0.4;       // scatter
+constexpr double kClockwork = 0.06;        // scatter of the cycle
+constexpr double kForgetsPhase = 1.5;      // scatter of four cycles over that of one
+constexpr double kLeastForgotten = 0.04;   // scatter of four cycles that is not rounding
+constexpr double kByTravelFrom = 1.5;      // cycle's scatter over travel's
+constexpr double kByTimeBelow = 1.1;       // the same
+constexpr double kByTimeForgetting = 0.8;  // the same, of a cycle that forgets its phase
 
 double quartile_range(const Series& x) {
   return numeric::quantile(x, 0.75) - numeric::quantile(x, 0.25);
@@ -60,17 +61,17 @@ std::vector<std::size_t> turning_points(std::span<const double> x, double depth)
 
 TurnsBy Turns::by() const noexcept {
   if (count < kLeastTurns) return TurnsBy::neither;
+  const bool forgets =
+      four_cycle_scatter > std::max(kForgetsPhase * cycle_scatter, kLeastForgotten);
   if (cycle_scatter < kClockwork) {
     const bool known = four_cycle_scatter > 0.0;
-    const bool forgets =
-        four_cycle_scatter > std::max(kForgetsPhase * cycle_scatter, kLeastForgotten);
     return known && !forgets ? TurnsBy::clockwork : TurnsBy::neither;
   }
   if (cycle_scatter > kByTravelFrom * travel_scatter && travel_scatter < kSteadyTravel) {
     return TurnsBy::travel;
   }
   if (count >= kLeastForTime && cycle_scatter < kSteadyCycle &&
-      cycle_scatter < kByTimeBelow * travel_scatter) {
+      cycle_scatter < (forgets ? kByTimeForgetting : kByTimeBelow) * travel_scatter) {
     return TurnsBy::time;
   }
   return TurnsBy::neither;

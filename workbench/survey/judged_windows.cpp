@@ -10,10 +10,10 @@
 namespace loopwarden::workbench {
 namespace {
 
-constexpr std::size_t kLeastStretch = 1500;      // samples
-constexpr double kStretchMovements = 15.0;       // periods
-constexpr std::size_t kMostSamples = 30000;      // of a stretch: about a second of work
-constexpr std::size_t kLookedAt = 60000;         // samples, for the period
+constexpr std::size_t kLeastStretch = 1500;  // samples
+constexpr double kStretchMovements = 15.0;   // periods
+constexpr std::size_t kMostSamples = 30000;  // of a stretch: about a second of work
+constexpr std::size_t kLookedAt = 60000;     // samples, for the period
 
 std::size_t stretch_length(const record::Record& r) {
   if (r.size() < 2 * kLeastStretch) return r.size();
