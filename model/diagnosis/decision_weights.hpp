@@ -7,7 +7,7 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr ValveWeights kAtOnce{.base = -1.22, .per = {0.18, 1.26, 1.32, 2.00}};
-inline constexpr ValveWeights kLater{.base = -0.90, .per = {0.09, 0.00, 0.00, 4.94}};
+inline constexpr ValveWeights kAtOnce{.base = -1.18, .per = {0.19, 1.41, 1.14, 2.00}};
+inline constexpr ValveWeights kLater{.base = -1.01, .per = {0.11, 0.00, 0.00, 5.39}};
 
 }  // namespace loopwarden::diagnosis

@@ -33,6 +33,14 @@ bool cycles(const Prepared& p) {
   return p.cycles >= kLeastCycles && (oscillates(p.pv_oscillation) || oscillates(p.co_oscillation));
 }
 
+Follows follows_of(const Diagnosis& d) {
+  if (d.kind == LoopKind::temperature) return Follows::slowly;
+  if (d.kind == LoopKind::level || (d.kind == LoopKind::unknown && d.prepared.integrates)) {
+    return Follows::by_integration;
+  }
+  return Follows::at_once;
+}
+
 // What PV and CO do while SP stands: of each hold what comes after its first quarter, each about its own mean. Nothing where SP
 // does not step, where the holds are less than half of the record, or where CO hardly moves in them.
 struct Holds {
@@ -67,7 +75,8 @@ Holds between_steps(const Prepared& p) {
 }
 
 void measure(Diagnosis& d) {
-  const Holds holds = between_steps(d.prepared);
+  d.follows = follows_of(d);
+  const Holds holds = d.follows == Follows::at_once ? between_steps(d.prepared) : Holds{};
   const Series& pv = holds.pv.empty() ? d.prepared.raw_pv : holds.pv;
   const Series& co = holds.co.empty() ? d.prepared.raw_co : holds.co;
   // Set points that move hide a cycle that is shorter than they are.
@@ -87,21 +96,14 @@ void measure(Diagnosis& d) {
       fit_controller(d.prepared.error, d.prepared.output, d.prepared.period);
   d.hammerstein = fit_hammerstein(d.prepared.raw_pv, d.prepared.raw_co,
                                   controller.fit > kControllerKnown ? controller.action : 0.0);
-  d.evidence = {.phase = phase_evidence(pv_scales, co_scales, blocks),
-                .play = d.play.evidence,
-                .hammerstein = d.hammerstein.evidence,
-                .parts_for = d.hammerstein.parts_for,
-                .standing = standing_evidence(pv_blocks, co_blocks, blocks),
-                .relation = d.play.play_r2,
-                .turns = find_turns(co_scales[1])};
-}
-
-Follows follows_of(const Diagnosis& d) {
-  if (d.kind == LoopKind::temperature) return Follows::slowly;
-  if (d.kind == LoopKind::level || (d.kind == LoopKind::unknown && d.prepared.integrates)) {
-    return Follows::by_integration;
-  }
-  return Follows::at_once;
+  d.evidence = {
+      .phase = phase_evidence(pv_scales, co_scales, blocks),
+      .play = d.play.evidence,
+      .hammerstein = d.hammerstein.evidence,
+      .parts_for = d.hammerstein.parts_for,
+      .standing = standing_evidence(pv_blocks, co_blocks, blocks),
+      .relation = d.play.play_r2,
+      .turns = find_turns(three_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
 }
 
 // The set point swings with PV's own period, and PV with it: it comes from above.
@@ -161,7 +163,6 @@ void conclude(Diagnosis& d) {
   d.reason.clear();
   d.settle.clear();
   d.oscillating = cycles(d.prepared);
-  d.follows = follows_of(d);
   ValveDecision decision = decide(d.evidence, d.follows);
   // Undecided, with nothing gained step by step: then the shapes of the cycles may exclude a valve effect, never name one.
   if (decision.undecided && d.follows == Follows::at_once && d.evidence.hammerstein <= 0.0) {

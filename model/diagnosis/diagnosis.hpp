@@ -2,6 +2,10 @@
 // Valve effect or another cause, from a routine record and no model: preparation and gates, the evidence on the valve,
 // the decision (decision.hpp), and what else may ail the loop.
 //
+// Where PV follows CO at once and SP steps, phase, play and standing are taken between the steps, since a step carries PV and CO
+// along together whatever the valve does: of each hold of 120 samples or more what comes after its first quarter. Not so where
+// the holds are less than half of the record, or CO hardly moves in them.
+//
 // A loop with several windows gets one verdict: the mean of the windows' logits decides, so that one odd window does not.
 //
 // What it can't do: see docs/diagnose.md, which has the figures too.

@@ -11,7 +11,8 @@
 //
 //   travel      the cycle scatters more than 1.5 times as much as the travel, and the travel by less than 0.3: like a valve
 //   time        the cycle scatters less than 0.4 and less than 1.1 times as much as the travel, in eight turns or more: like a
-//               swing from elsewhere
+//               swing from elsewhere. Less than 0.8 times where four cycles scatter more than 1.5 times as much as one: noise
+//               scatters travel and time of a valve's limit cycle alike, and it forgets its phase
 //   clockwork   the cycle scatters less than 0.06, and four of them hardly more than one: something from outside keeps the time.
 //               A limit cycle forgets its phase, its scatter grows with the root of the number of cycles. A regular load under
 //               tight control can look like a sticking valve in all else, so nothing can be told

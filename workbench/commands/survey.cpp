@@ -236,7 +236,8 @@ void add_survey(Program& program) {
   command.required(
       "--out", o.out,
       "folder for survey.html, survey.csv, survey.json; an earlier run in it is gone on with");
-  command.setting("--window", o.window_h, "hours that are judged at a time",
+  command.setting("--window", o.window_h,
+                  "hours that each row of figures is about; verdicts do not depend on it",
                   between(0.01, 10000.0));
   const Option shard = command.option("--shard", o.shard, "k/N: of N shares the k-th, by loop");
   command.option("--merge", o.merge, "folders of shares, to be joined");

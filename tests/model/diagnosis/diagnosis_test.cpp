@@ -2,6 +2,7 @@
 // Verdicts on loops whose truth is known.
 #include <catch2/catch.hpp>
 #include <limits>
+#include <span>
 
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/numeric/statistics.hpp"
@@ -51,6 +52,28 @@ TEST_CASE("a controller that acts the other way round changes nothing") {
   CHECK(before.verdict == DiagnosisVerdict::valve_effect);
   CHECK(diagnosed(run).verdict == before.verdict);
   CHECK(diagnosed(run).probability == Approx(before.probability).margin(0.05));
+}
+
+TEST_CASE("steps of the set point do not hide what the valve does between them") {
+  const auto step = [](double k) { return square(k / 1200.0); };
+  const Series sp = made_of(4800, [&](double k) { return 20.0 * step(k); });
+  const Series pv = with_noise(
+      made_of(4800, [&](double k) { return 20.0 * step(k) + square(k / 61.0); }), 0.05, 1);
+  const Series co = with_noise(
+      made_of(4800,
+              [&](double k) { return 50.0 + 15.0 * step(k) + 6.0 * triangle(k / 61.0 + 0.5); }),
+      0.05, 2);
+  const auto phase = [&](std::span<const double> set_point) {
+    return diagnose({.pv = pv, .co = co, .sp = set_point, .sample_time_s = 1.0}, LoopKind::flow)
+        .evidence.phase;
+  };
+  CHECK(phase(sp) > 1.0);
+  CHECK(phase({}) < 0.0);
+  // A hold in which CO hardly moves says nothing: the steps themselves are looked at.
+  const Series still =
+      with_noise(made_of(4800, [&](double k) { return 50.0 + 15.0 * step(k); }), 0.05, 2);
+  CHECK(diagnose({.pv = sp, .co = still, .sp = sp, .sample_time_s = 1.0}, LoopKind::flow)
+            .evidence.phase < -2.0);
 }
 
 TEST_CASE("a load that oscillates is no valve effect") {

@@ -55,6 +55,29 @@ TEST_CASE("CO that turns after a band turns by travel, CO that a swing drives by
   CHECK(find_turns(Series(100, 1.0)).count == 0);
 }
 
+TEST_CASE("a cycle whose travel and time scatter alike is a swing only while it keeps its phase") {
+  numeric::Random random(11);
+  double end = 2.0;  // of the last move, from the middle
+  const auto travel = [&] {
+    const double before = std::exchange(end, 2.0 * (0.7 + 0.6 * random.uniform()));
+    return before + end;
+  };
+  const auto forgotten = [&] { return std::round(40.0 * (0.65 + 0.7 * random.uniform())); };
+  double late = 0.0;
+  const auto kept = [&] {
+    const double before = std::exchange(late, 27.0 * random.uniform() - 13.5);
+    return 40.0 + std::round(late) - std::round(before);
+  };
+  const Turns limit_cycle = find_turns(zigzag(120, travel, forgotten));
+  const Turns swing = find_turns(zigzag(120, travel, kept));
+  for (const Turns& turns : {limit_cycle, swing}) {
+    CHECK(turns.cycle_scatter > 0.8 * turns.travel_scatter);
+    CHECK(turns.cycle_scatter < 1.1 * turns.travel_scatter);
+  }
+  CHECK(limit_cycle.by() == TurnsBy::neither);
+  CHECK(swing.by() == TurnsBy::time);
+}
+
 TEST_CASE("a clock from outside keeps its phase, a limit cycle forgets it") {
   numeric::Random random(5);
   const auto constant = [] { return 4.0; };
