@@ -307,8 +307,8 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
        {"reversals_per_hour", &WindowFindings::reversals_per_hour},
        {"noise", &WindowFindings::noise}}};
   for (const auto& [key, what] : kMedians) {
-    out[key] =
-        rounded(median_of(windows, [what](const SurveyWindow& w) { return w.findings.*what; }));
+    out[key] = rounded(
+        median_of(windows, [member = what](const SurveyWindow& w) { return w.findings.*member; }));
   }
   out["nonlinearity"] =
       rounded(median_of(windows, [](const SurveyWindow& w) { return w.nonlinearity; }));
