@@ -33,7 +33,7 @@ std::size_t stretch_length(const record::Record& r) {
       std::min({length, static_cast<double>(kMostSamples), static_cast<double>(r.size())}));
 }
 
-const diagnosis::Archived archived_of(const DiagnosedLoop& loop, const DiagnosedWindow& window) {
+diagnosis::Archived archived_of(const DiagnosedLoop& loop, const DiagnosedWindow& window) {
   const record::ImportNotes& notes = loop.imports[window.import];
   return {notes.pv, notes.co};
 }
@@ -54,22 +54,20 @@ std::vector<Stretch> stretches_of(const record::Record& r) {
 DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopKind kind,
                               const std::vector<double>& co_range,
                               const diagnosis::Archived& archived) {
-  const auto part = [&](bool has, const std::vector<double>& column) {
-    return has ? std::span<const double>(column).subspan(stretch.from, stretch.size)
-               : std::span<const double>();
-  };
+  const std::span<const double> pv = part_of(true, r.pv, stretch);
+  const std::span<const double> co = part_of(true, r.co, stretch);
   DiagnosedWindow window;
   window.from_s = r.time_s[stretch.from];
   window.to_s = r.time_s[stretch.from + stretch.size - 1];
   window.period_s = r.period_s;
-  window.diagnosis = diagnosis::diagnose({.pv = part(true, r.pv),
-                                          .co = part(true, r.co),
-                                          .sp = part(r.has_sp, r.sp),
+  window.diagnosis = diagnosis::diagnose({.pv = pv,
+                                          .co = co,
+                                          .sp = part_of(r.has_sp, r.sp, stretch),
                                           .sample_time_s = r.period_s,
                                           .co_low = co_range[0],
                                           .co_high = co_range[1]},
                                          kind);
-  window.sees_from = diagnosis::sees_from(part(true, r.pv), part(true, r.co), archived);
+  window.sees_from = diagnosis::sees_from(pv, co, archived);
   return window;
 }
 

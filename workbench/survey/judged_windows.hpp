@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "model/diagnosis/archive_rule.hpp"
@@ -20,6 +21,12 @@ struct Stretch {
 };
 
 std::vector<Stretch> stretches_of(const record::Record& r);
+
+// A column's part; empty where the record does not have it.
+inline std::span<const double> part_of(bool has, const std::vector<double>& column,
+                                       Stretch stretch) {
+  return has ? std::span(column).subspan(stretch.from, stretch.size) : std::span<const double>();
+}
 
 // One stretch by itself. `r`: without its samples in manual.
 DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopKind kind,

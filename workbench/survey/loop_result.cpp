@@ -184,14 +184,10 @@ Stretch stretches_in(std::span<const Stretch> stretches, Stretch cut) {
 
 WindowFindings findings_of(const record::Record& r, Stretch cut,
                            const std::vector<double>& co_range) {
-  const auto part = [&](bool has, const std::vector<double>& column) {
-    return has ? std::span<const double>(column).subspan(cut.from, cut.size)
-               : std::span<const double>();
-  };
-  return survey::judge_window({.pv = part(true, r.pv),
-                               .co = part(true, r.co),
-                               .sp = part(r.has_sp, r.sp),
-                               .automatic = part(r.has_mode, r.automatic),
+  return survey::judge_window({.pv = part_of(true, r.pv, cut),
+                               .co = part_of(true, r.co, cut),
+                               .sp = part_of(r.has_sp, r.sp, cut),
+                               .automatic = part_of(r.has_mode, r.automatic, cut),
                                .sample_time_s = r.period_s,
                                .co_low = co_range[0],
                                .co_high = co_range[1]});

@@ -181,6 +181,35 @@ TEST_CASE("a format file tells what can't be found out, and its errors have thei
   CHECK(bad.text.find("did you mean 'decimal'?") != std::string::npos);
 }
 
+TEST_CASE("the window that is asked for changes rows of figures, never a verdict",
+          "[survey][program]") {
+  Plant plant;
+  plant.write_export("e.csv",
+                     {{"FIC1", plant.simulated(0.0, 1)}, {"FIC2", plant.simulated(5.0, 2)}});
+  const auto surveyed = [&](const std::string& hours) {
+    const std::string out = plant.path("out" + hours);
+    REQUIRE(loopwarden("survey " + plant.path("e.csv") + " --window " + hours + " --out " + out)
+                .exit_code == 0);
+    json loops = json::object();
+    const json survey = read_json(out + "/survey.json");
+    for (const json& loop : survey["loops"]) {
+      loops[loop["tag"].get<std::string>()] = loop;
+    }
+    return loops;
+  };
+  const json whole = surveyed("8");
+  const json parts = surveyed("0.25");
+  for (const char* tag : {"FIC1", "FIC2"}) {
+    CHECK(whole[tag]["windows"].size() == 1);
+    CHECK(parts[tag]["windows"].size() > 2);
+    for (const char* key : {"verdict", "grade", "probability", "cause", "effects", "since_s"}) {
+      INFO(tag << ' ' << key);
+      CHECK(whole[tag][key] == parts[tag][key]);
+    }
+  }
+  CHECK(whole["FIC2"]["verdict"] == "valve_effect");
+}
+
 TEST_CASE("what an archive kept of a loop: the verdicts hold, and what can't be seen is said",
           "[import][program][gap]") {
   Plant plant;
