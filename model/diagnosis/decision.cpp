@@ -84,6 +84,18 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
         "alike",
         "the loop in manual for some cycles: if the cycle ends, the valve sticks");
   }
+  if (for_valve && !at_once) {
+    if (e.standing < kNeverStands) {
+      return undecided("PV moves whenever CO does, as it does not behind a valve that stands",
+                       kStep);
+    }
+    if (!e.turns.cycles()) {
+      return undecided(
+          "behind a valve with a band a loop this slow cycles, and this one does not: what moves "
+          "it may as well be a load",
+          kStep);
+    }
+  }
   if (for_valve && (at_once || e.hammerstein > kLikelyLaterFrom)) {
     const bool seen = d.probability >= kSeenFrom && turns == TurnsBy::travel &&
                       e.standing > kStandsFrom && (at_once || e.hammerstein > kSeenLaterFrom);

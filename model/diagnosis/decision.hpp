@@ -18,6 +18,8 @@
 //   in step: ph below -2 and A at most 0.1, p at most 0.35
 //   a band whatever the phase says (set points that move carry PV and CO along together): pl > 0.3, A > 0.15 and standing > 0.4,
 //   p at least 0.7
+//   levels and temperatures: a loop that does not cycle, or whose PV never stands while CO moves, can't be told: behind a valve with
+//   a band an integrating loop under PI cycles (Haegglund 2007)
 //
 //   seen        p >= 0.7, CO turns by travel, PV stands during more than 0.4 of CO's moves; levels and temperatures besides: A > 0.15
 //   likely      p >= 0.65 (levels and temperatures: and A > 0.05): test the valve
@@ -46,6 +48,7 @@ inline constexpr double kBandFrom = 0.05;         // A
 inline constexpr double kInStep = -2.0;           // ph
 inline constexpr double kSurePlay = 0.3;          // pl
 inline constexpr double kSureHammerstein = 0.15;  // A
+inline constexpr double kNeverStands = 0.05;      // standing
 inline constexpr double kSeenFrom = 0.7;          // p
 inline constexpr double kDecidedFrom = 0.65;
 inline constexpr double kDecidedBelow = 0.35;
