@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <array>
 
+#include "model/diagnosis/decision.hpp"
 #include "model/survey/group.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/neighbours.hpp"
@@ -67,9 +68,7 @@ NextStep next_step(const json& loop) {
                         day_of(loop["outcome"]), loop["outcome"]["percent_of_span"].get<double>())};
   }
   if (is(loop, "verdict", "valve_effect") && is(loop, "grade", "likely")) {
-    return {
-        "test the valve",
-        "in manual, step CO by 2 % up, then by 2 % up and down again, and look when PV answers"};
+    return {"test the valve", diagnosis::kManualSteps};
   }
   if (is(loop, "verdict", "valve_effect")) {
     return {"repair",
