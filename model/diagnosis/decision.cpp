@@ -58,8 +58,7 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
   const TurnsBy turns = e.turns.by();
   d.probability =
       std::clamp(from_logit(weights.logit_of(terms_of(e))), kLeastProbability, kMostProbability);
-  if (at_once && e.play > kSurePlay && e.hammerstein > kSureHammerstein &&
-      e.standing > kStandsFrom) {
+  if (at_once && e.play > kSurePlay && e.hammerstein > kSureHammerstein) {
     d.probability = std::max(d.probability, kSeenFrom);
   }
   if (e.relation < kRelatedFrom) d.probability = std::min(d.probability, kUnrelatedMost);

@@ -16,8 +16,7 @@
 //   a play explains less than 0.2 of PV: PV does not hang on CO, p at most 0.3
 //   no band: pl at most 0 and A at most 0.05, p at most 0.35
 //   in step: ph below -2 and A at most 0.1, p at most 0.35
-//   a band whatever the phase says (set points that move carry PV and CO along together): pl > 0.3, A > 0.15 and standing > 0.4,
-//   p at least 0.7
+//   a band whatever the phase says (set points that move carry PV and CO along together): pl > 0.2 and A > 0.3, p at least 0.7
 //   levels and temperatures: a loop that does not cycle, or whose PV never stands while CO moves, can't be told: behind a valve with
 //   a band an integrating loop under PI cycles (T. Haegglund, Journal of Process Control 17, 2007), and a load moves any slow loop
 //   in a way that A takes for a band. A slow loop that does not integrate need not cycle behind play: it is missed
@@ -47,8 +46,8 @@ inline constexpr double kRelatedFrom = 0.2;       // of PV's variance
 inline constexpr double kUnrelatedMost = 0.3;     // p
 inline constexpr double kBandFrom = 0.05;         // A
 inline constexpr double kInStep = -2.0;           // ph
-inline constexpr double kSurePlay = 0.3;          // pl
-inline constexpr double kSureHammerstein = 0.15;  // A
+inline constexpr double kSurePlay = 0.2;          // pl
+inline constexpr double kSureHammerstein = 0.3;   // A
 inline constexpr double kNeverStands = 0.05;      // standing
 inline constexpr double kSeenFrom = 0.7;          // p
 inline constexpr double kDecidedFrom = 0.65;

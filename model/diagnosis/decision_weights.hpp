@@ -7,7 +7,7 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr ValveWeights kAtOnce{.base = -1.18, .per = {0.19, 1.41, 1.14, 2.00}};
-inline constexpr ValveWeights kLater{.base = -1.01, .per = {0.11, 0.00, 0.00, 5.39}};
+inline constexpr ValveWeights kAtOnce{.base = -1.12, .per = {0.17, 1.98, 1.05, 2.00}};
+inline constexpr ValveWeights kLater{.base = -1.05, .per = {0.08, 0.39, 0.00, 5.51}};
 
 }  // namespace loopwarden::diagnosis
