@@ -24,7 +24,6 @@ constexpr std::size_t kLeastReversals = 2;  // with fewer a band is no more than
 constexpr double kQuietest = 0.05;  // of the median part's power: a part quieter weighs no more
 constexpr double kLowest = -0.5;
 constexpr double kHighest = 1.0;
-constexpr double kMostSteady = 3.0;
 
 using Parts = std::array<double, kParts>;
 
@@ -246,9 +245,6 @@ Hammerstein fit_blocks(Series y, Series u, double action) {
   }
   h.evidence = numeric::mean(gains);
   h.parts_for = in_favour / static_cast<double>(kParts);
-  // The spread of eight equal parts is never zero in a measured record.
-  h.steadiness =
-      std::clamp(h.evidence / std::max(numeric::deviation(gains), 1e-6), -kMostSteady, kMostSteady);
   h.band = h.band_share * range;
   h.dead_time = best.dead_time;
   return h;

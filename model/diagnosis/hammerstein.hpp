@@ -32,7 +32,6 @@ namespace loopwarden::diagnosis {
 struct Hammerstein {
   double evidence = 0.0;      // A
   double parts_for = 0.0;     // share of the parts with g above 0, 0 to 1
-  double steadiness = 0.0;    // mean of g over its spread between the parts, -3 to 3
   double band = 0.0;          // CO units, s of the best valve
   double band_share = 0.0;    // of the range of CO
   bool jumps = false;         // stiction with a jump better than play

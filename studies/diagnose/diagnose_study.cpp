@@ -248,17 +248,17 @@ nlohmann::json as_json(const Judged& j) {
 }
 
 constexpr const char* kEvidenceColumns =
-    "verdict,grade,p,ph,pl,A,parts_for,steadiness,band_share,reversals,s,band,play_band,follows,"
+    "verdict,grade,p,ph,pl,A,parts_for,band_share,reversals,s,band,play_band,follows,"
     "linear_r2,play_r2,s_low,s_high,standing,turns,travel_scatter,cycle_scatter,turns_by,at_"
     "limit\n";
 
 std::string evidence_row(const diagnosis::Diagnosis& d) {
   const diagnosis::Hammerstein& h = d.hammerstein;
   return fmt::format(
-      "{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f},{:.3f},{:.2f},{},{:.4g},{:.4g},{:.4g},{},{:.3f},{:."
+      "{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f},{:.2f},{},{:.4g},{:.4g},{:.4g},{},{:.3f},{:."
       "3f},{:.4g},{:.4g},{:.3f},{},{:.3f},{:.3f},{},{:.3f}\n",
       to_text(d.verdict), to_text(d.grade), d.probability, d.evidence.phase, d.evidence.play,
-      h.evidence, h.parts_for, h.steadiness, h.band_share, h.reversals, d.s, h.band, d.play.band,
+      h.evidence, h.parts_for, h.band_share, h.reversals, d.s, h.band, d.play.band,
       static_cast<int>(d.follows), d.play.linear_r2, d.play.play_r2, d.s_low, d.s_high,
       d.evidence.standing, d.evidence.turns.count, d.evidence.turns.travel_scatter,
       d.evidence.turns.cycle_scatter, to_text(d.evidence.turns.by()), d.prepared.share_at_limit);
