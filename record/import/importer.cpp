@@ -513,7 +513,9 @@ std::string Importer::no_pv() const {
     names += (k > 0 ? ", " : " among ") + base::in_quotes(other_names_[k]);
   const std::string hint = pairs_hint();
   return "no column or tag that is a PV by its name" + names + "; " +
-         (hint.empty() ? "--map pv=NAME,co=NAME,sp=NAME tells" : hint);
+         (hint.empty()
+              ? "--map pv=NAME,co=NAME,sp=NAME tells, for a whole folder --rules RULES.yaml"
+              : hint);
 }
 
 // ISA-5.1: the same letter for what is measured and the same number, T or I for the transmitter and V for the valve.
@@ -550,8 +552,10 @@ std::string Importer::pairs_hint() const {
   std::string text =
       fmt::format("{} and {} look like PV and CO of a loop: --map pv={},co={}", pv, co, pv, co);
   if (pairs.size() > 1) {
-    text += fmt::format("; so do {} more pairs: --format with a list of loops tells all of them",
-                        pairs.size() - 1);
+    text += fmt::format(
+        "; so do {} more pairs: --rules with a pattern, or --format with a list of loops, tells "
+        "all of them",
+        pairs.size() - 1);
   }
   return text;
 }
