@@ -103,6 +103,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       readers(configuration.daemon.runtime_directory, console_parts()) {
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
   loops.make(configuration);
+  elsewhere.make(configuration, loops.backends(), loops.all());
   board.restore(journal.open());
   make_monitor(specialists);
   evidence.remember();

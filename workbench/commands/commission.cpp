@@ -19,6 +19,7 @@
 #include "record/record_csv.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
+#include "workbench/records/recorder_input.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
@@ -35,6 +36,8 @@ namespace fs = std::filesystem;
 struct CommissionOptions {
   RecordInput input;
   std::vector<std::string> records;
+  std::string socket;
+  std::string last;  // so much of what the daemon's recorder holds, in place of records
   std::string model;
   std::string again;  // an earlier twin
   std::string out;
@@ -127,6 +130,24 @@ void print_changes(const std::vector<commission::Change>& changes) {
   fmt::print("\n");
 }
 
+// Those that were named, or what the recorder holds, kept beside the result.
+std::vector<std::string> records_of(const CommissionOptions& options, OutputFiles& files) {
+  if (options.last.empty()) {
+    if (options.records.empty()) require("records, or --loop and --last,");
+    return options.records;
+  }
+  if (!options.records.empty()) require("either records or --last");
+  if (options.input.loop().empty()) require("--loop beside --last");
+  const fs::path folder = fs::path(options.out) / "records";
+  files.make_folder(folder);
+  return recorded(options.socket, options.input.loop(), seconds_of(options.last).value(), folder);
+}
+
+// `loop` of a recording is the folder's, not a column's.
+RecordInput input_of(const CommissionOptions& options) {
+  return options.last.empty() ? options.input : RecordInput();
+}
+
 int run_commission(const CommissionOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   commission::Request request{.records = {},
@@ -142,12 +163,14 @@ int run_commission(const CommissionOptions& options) {
   OutputFiles files(inputs);
   const fs::path out(options.out);
   files.make_folder(out);
+  const std::vector<std::string> records = records_of(options, files);
+  const RecordInput input = input_of(options);
   for (const char* name : {"commission.json", "report.html"}) files.stage(out / name);
   const unsigned jobs = threads(options.jobs);
   const ParallelFor parallel = on_threads(jobs);
   try {
-    for (const std::string& path : options.records) {
-      request.records.push_back(healthy_record(path, options.input));
+    for (const std::string& path : records) {
+      request.records.push_back(healthy_record(path, input));
       say_if_long(path, request.records.back().columns.size());
     }
     std::optional<Progress> progress(std::in_place, "twin", 100);
@@ -158,7 +181,7 @@ int run_commission(const CommissionOptions& options) {
     if (made.outcome == commission::Outcome::commissioned && !made.twin.process.integrating()) {
       TrainingJob job;
       job.plant = options.plant;
-      job.source = "twin of " + fs::path(options.records.front()).filename().string();
+      job.source = "twin of " + fs::path(records.front()).filename().string();
       job.model = made.twin;
       job.signature = false;
       job.team.seed = options.seed;
@@ -182,7 +205,7 @@ int run_commission(const CommissionOptions& options) {
     if (made.outcome == commission::Outcome::commissioned) {
       files.add(out / "twin.yaml",
                 config::write_model(made.twin, "twin, made by loopwarden commission from " +
-                                                   options.records.front() + "\n" + made.why));
+                                                   records.front() + "\n" + made.why));
     }
     std::vector<commission::Change> changes;
     if (before && made.outcome == commission::Outcome::commissioned) {
@@ -212,10 +235,19 @@ void add_commission(Program& program) {
   auto [command, o] = program.command(
       "commission", "from a healthy record the loop's twin, its specialists, and what they can see",
       run_commission);
-  command.required("records", o.records,
-                   "records of the loop while it works, CSV: time, sp, pv, co, and where known "
-                   "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
-                   "twin, the others must agree with it");
+  command.option("records", o.records,
+                 "records of the loop while it works, CSV: time, sp, pv, co, and where known "
+                 "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
+                 "twin, the others must agree with it");
+  command.option("--last", o.last,
+                 "no records: so much of what the daemon's recorder holds of --loop, such as 4h, "
+                 "90min, 2d. It is kept in the folder records of --out",
+                 checked([](const std::string& text) {
+                   return seconds_of(text)
+                              ? std::string()
+                              : "must be a time such as 4h, 90min or 2d (got '" + text + "')";
+                 }));
+  command.socket(o.socket);
   Option model =
       command.option("--model", o.model,
                      "loop model to start from, YAML, however rough; without it one is identified");
@@ -242,7 +274,8 @@ void add_commission(Program& program) {
   command.footer(
       "A verdict is a result: exit code 0. Twin and specialists are written only when it is "
       "`commissioned`.\n"
-      "Example: loopwarden commission healthy.csv --model rough.yaml --out commissioned");
+      "Examples: loopwarden commission healthy.csv --model rough.yaml --out commissioned\n"
+      "          loopwarden commission --loop FIC-205 --last 4h --out commissioned");
 }
 
 }  // namespace loopwarden::workbench
