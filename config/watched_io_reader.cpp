@@ -46,7 +46,8 @@ void read_feed(MapReader in, const IoContext& context, IoSection& section) {
   };
   in.need_section("pv", kWatchedPv, [&](MapReader& pv) { read(pv, settings.process_variable); });
   in.need_section("co", kWatchedCo, [&](MapReader& co) { read(co, settings.output); });
-  in.maybe_section("sp", kWatchedSp, [&](MapReader& sp) { read(sp, settings.set_point.emplace()); });
+  in.maybe_section("sp", kWatchedSp,
+                   [&](MapReader& sp) { read(sp, settings.set_point.emplace()); });
   in.maybe_section("stem", kWatchedStem,
                    [&](MapReader& stem) { read(stem, settings.stem.emplace()); });
   in.maybe_section("mode", kWatchedMode, [&](MapReader& mode) {
@@ -75,7 +76,8 @@ hal::ModeValues read_mode_values(MapReader& mode) {
   values = {.automatic = automatic, .manual = manual};
   if (mode.describing()) return values;
   if (!mode.given("automatic")) {
-    mode.error("missing key 'automatic' (list of numbers: windows are judged in these modes alone)");
+    mode.error(
+        "missing key 'automatic' (list of numbers: windows are judged in these modes alone)");
   }
   for (const double value : values.manual) {
     if (hal::holds(values.automatic, value)) {

@@ -21,7 +21,8 @@ std::optional<double> number_at(const json& object, const char* key) {
   if (found == object.end() || found->is_null()) return std::nullopt;
   if (!found->is_number()) throw RequestError(std::string(key) + " must be a number or null");
   const double value = found->get<double>();
-  if (!std::isfinite(value)) throw RequestError(std::string(key) + " is beyond what a number holds");
+  if (!std::isfinite(value))
+    throw RequestError(std::string(key) + " is beyond what a number holds");
   return value;
 }
 

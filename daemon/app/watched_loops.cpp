@@ -41,9 +41,9 @@ void WatchedLoops::make(const config::Configuration& configuration, BackendFacto
     loop.channels =
         std::make_unique<rt::LoopChannels>(room_of(config, configuration.loops.size(), accelerate));
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
-    loop.watch = std::make_unique<watch::WatchCycle>(
-        static_cast<std::uint32_t>(loops.size()), settings, wiring_of(config.io), *loop.source,
-        *loop.channels, events_);
+    loop.watch = std::make_unique<watch::WatchCycle>(static_cast<std::uint32_t>(loops.size()),
+                                                     settings, wiring_of(config.io), *loop.source,
+                                                     *loop.channels, events_);
     sampler_.add(*loop.watch, period_ns(config, accelerate));
     loops.push_back(std::move(loop));
   }
@@ -68,18 +68,18 @@ std::vector<protocol::FeederStatus> WatchedLoops::feeders(std::int64_t now_ns) c
   for (const auto& [name, feeder] : board_.feeders()) {
     const hal::feed::Feeder::Counters& c = feeder->counters();
     const std::int64_t alive_ns = feeder->alive_ns();
-    all.push_back(
-        {.name = name,
-         .connected = c.connected.load(std::memory_order_relaxed),
-         .lines = c.lines.load(std::memory_order_relaxed),
-         .bad_lines = c.bad_lines.load(std::memory_order_relaxed),
-         .values = c.values.load(std::memory_order_relaxed),
-         .unknown_names = c.unknown_names.load(std::memory_order_relaxed),
-         .doubled = c.doubled.load(std::memory_order_relaxed),
-         .out_of_order = c.out_of_order.load(std::memory_order_relaxed),
-         .connections = c.connections.load(std::memory_order_relaxed),
-         .silent_s = alive_ns == 0 ? protocol::kNone : static_cast<double>(now_ns - alive_ns) * 1e-9,
-         .clock_behind_s = c.clock_behind_s.load(std::memory_order_relaxed)});
+    all.push_back({.name = name,
+                   .connected = c.connected.load(std::memory_order_relaxed),
+                   .lines = c.lines.load(std::memory_order_relaxed),
+                   .bad_lines = c.bad_lines.load(std::memory_order_relaxed),
+                   .values = c.values.load(std::memory_order_relaxed),
+                   .unknown_names = c.unknown_names.load(std::memory_order_relaxed),
+                   .doubled = c.doubled.load(std::memory_order_relaxed),
+                   .out_of_order = c.out_of_order.load(std::memory_order_relaxed),
+                   .connections = c.connections.load(std::memory_order_relaxed),
+                   .silent_s = alive_ns == 0 ? protocol::kNone
+                                             : static_cast<double>(now_ns - alive_ns) * 1e-9,
+                   .clock_behind_s = c.clock_behind_s.load(std::memory_order_relaxed)});
   }
   return all;
 }

@@ -25,7 +25,8 @@ using hal::feed::Feeder;
 using protocol::FeedLine;
 
 constexpr std::chrono::milliseconds kRound{100};
-constexpr std::chrono::milliseconds kHeldUp{10};  // between two looks while somebody is over his rate
+constexpr std::chrono::milliseconds kHeldUp{
+    10};  // between two looks while somebody is over his rate
 constexpr std::chrono::minutes kBetweenWarnings{1};
 constexpr std::size_t kMostWaiting = 16;
 constexpr std::size_t kMostUnsent = 64UL * 1024UL;
@@ -115,8 +116,7 @@ void FeedServer::accept_peer() {
   if (fd < 0) return;
   ucred credentials{};
   socklen_t length = sizeof credentials;
-  const bool known =
-      ::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &credentials, &length) == 0;
+  const bool known = ::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &credentials, &length) == 0;
   const auto right = std::find_if(rights_.begin(), rights_.end(), [&](const Right& one) {
     return known && one.uid == credentials.uid;
   });
@@ -133,7 +133,8 @@ void FeedServer::accept_peer() {
   for (Peer& peer : peers_) {
     if (peer.feeder == &feeder && peer.fd >= 0) let_go(peer);
   }
-  peers_.push_back({.fd = fd, .name = &right->feeder, .feeder = &feeder, .refilled = Steady::now()});
+  peers_.push_back(
+      {.fd = fd, .name = &right->feeder, .feeder = &feeder, .refilled = Steady::now()});
   feeder.counters().connected.store(true, std::memory_order_relaxed);
   count(feeder.counters().connections);
 }

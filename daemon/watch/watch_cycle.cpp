@@ -116,9 +116,8 @@ void WatchCycle::run(const hal::CycleTime& time, std::uint64_t missed) noexcept 
           : -1.0F,
       std::memory_order_relaxed);
   channels_.set_point_wanted.store(sp, std::memory_order_relaxed);
-  channels_.standing.store(
-      rt::packed({.mode = last_mode_, .output_known = std::isfinite(co)}),
-      std::memory_order_release);
+  channels_.standing.store(rt::packed({.mode = last_mode_, .output_known = std::isfinite(co)}),
+                           std::memory_order_release);
   report(pv, fault, mode, co);
 }
 

@@ -72,7 +72,7 @@ class WatchCycle {
   rt::SettingsOffer offer_;
   hal::SourceInputs inputs_;
   std::int64_t now_ns_ = 0;
-  double last_co_ = 0.0;  // CO units, the newest that was known
+  double last_co_ = 0.0;                             // CO units, the newest that was known
   control::Mode last_mode_ = control::Mode::manual;  // the newest of automatic and manual
   control::Fault reported_fault_ = control::Fault::none;
   control::Mode reported_mode_ = control::Mode::fallback;

@@ -45,7 +45,9 @@ LoopConfig read(const std::string& text) {
 }  // namespace
 
 TEST_CASE("A loop that another controller runs is read over Modbus", "[config][watch]") {
-  const LoopConfig loop = read(with(kModbus, "  co:", R"(  sp: {link: line, unit: 3, register: {table: holding, address: 4, type: i16}}
+  const LoopConfig loop = read(with(
+      kModbus,
+      "  co:", R"(  sp: {link: line, unit: 3, register: {table: holding, address: 4, type: i16}}
   stem: {link: skid, unit: 2, register: {table: input, address: 2, type: u16, raw: [0, 1000], eu: [0, 100]}}
   mode: {link: skid, unit: 2, register: {table: coil, address: 7}, automatic: [1], manual: [0]}
   co:)"));
@@ -77,7 +79,8 @@ TEST_CASE("A loop that another controller runs is fed", "[config][watch]") {
 }
 
 TEST_CASE("The other controller's law is taken down", "[config][watch]") {
-  const LoopConfig loop = read(with(kFeed, "io:", "controller: {action: direct, kc: 0.8, ti: 12}\nio:"));
+  const LoopConfig loop =
+      read(with(kFeed, "io:", "controller: {action: direct, kc: 0.8, ti: 12}\nio:"));
   CHECK(loop.controller.pid.action == control::Action::direct);
   CHECK(loop.controller.pid.gains.kp == Approx(0.8 * 100.0 / 40.0));
 }
@@ -89,8 +92,7 @@ TEST_CASE("What would act on a watched loop is refused, with the reason", "[conf
   const auto said_of = [](const std::string& keys) {
     return said_of_loop(with(kFeed, "io:", keys + "\nio:"));
   };
-  CHECK(said_of("start: {mode: automatic, set_point: 5}") ==
-        "loop.yaml:6:8: error: start" + why);
+  CHECK(said_of("start: {mode: automatic, set_point: 5}") == "loop.yaml:6:8: error: start" + why);
   CHECK(said_of("safe_actions: {stop: 1}") == "loop.yaml:6:15: error: safe_actions" + why);
   const std::string law = "controller: {action: reverse, kp: 1, ki: 0, ";
   CHECK(said_of(law + "jacket: {form: bounded, ks: 1}}") ==
@@ -131,7 +133,8 @@ TEST_CASE("A mode's numbers mean one thing each", "[config][watch]") {
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1.5]}\n") ==
         "loop.yaml:10:38: error: io.mode.automatic: must be whole numbers (got 1.5)\n");
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\"}\n") ==
-        "loop.yaml:10:9: error: io.mode: missing key 'automatic' (list of numbers: windows are judged in "
+        "loop.yaml:10:9: error: io.mode: missing key 'automatic' (list of numbers: windows are "
+        "judged in "
         "these modes alone)\n");
 }
 
@@ -141,14 +144,14 @@ TEST_CASE("Watched loops come behind those controlled here, whatever their files
   const auto tagged = [](const std::string& text, const std::string& from, const std::string& tag) {
     return with(text, from, "loop: " + tag + "\n");
   };
-  folder.write("loopwardend.yaml",
-               "links:\n  skid: {transport: tcp, host: 127.0.0.1}\nfeeders: {opcua: {user: root}}\n");
+  folder.write(
+      "loopwardend.yaml",
+      "links:\n  skid: {transport: tcp, host: 127.0.0.1}\nfeeders: {opcua: {user: root}}\n");
   folder.write("loops.d/b.yaml", tagged(test::kModbusLoop, "loop: FIC-101\n", "FIC-2"));
   folder.write("loops.d/a.yaml", tagged(kFeed, "loop: FIC-205\n", "FIC-9"));
   folder.write("loops.d/c.yaml", tagged(kModbus, "loop: FIC-205\n", "FIC-8"));
-  folder.write("loops.d/d.yaml",
-               with(tagged(test::kModbusLoop, "loop: FIC-101\n", "FIC-1"), "address: 100,",
-                    "address: 200,"));
+  folder.write("loops.d/d.yaml", with(tagged(test::kModbusLoop, "loop: FIC-101\n", "FIC-1"),
+                                      "address: 100,", "address: 200,"));
   const auto all = read_configuration(folder.path());
   INFO(to_text(all.diagnostics));
   REQUIRE(all);
@@ -170,7 +173,8 @@ TEST_CASE("Feeders are users, each his own", "[config][watch]") {
 }
 
 TEST_CASE("What is watched on a serial line counts in its time", "[config][watch]") {
-  const LoopConfig loop = read(with(with(kModbus, "link: skid", "link: line"), "unit: 1,", "unit: 4,"));
+  const LoopConfig loop =
+      read(with(with(kModbus, "link: skid", "link: line"), "unit: 1,", "unit: 4,"));
   hal::modbus::LinkSettings line = test::daemon().links.at("line");
   const BusLoad load = bus_load({loop}, line);
   const auto& io = std::get<hal::modbus::ModbusSourceSettings>(loop.io);

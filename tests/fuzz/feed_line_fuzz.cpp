@@ -39,7 +39,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(!value.time_s || std::isfinite(*value.time_s), "a finite time");
       require(value.value || value.quality == FedValue::Quality::bad, "no value, so bad");
     }
-    if (!id.empty()) check_answer(loopwarden::protocol::feed_taken(id, feed.values.size()), id, true);
+    if (!id.empty())
+      check_answer(loopwarden::protocol::feed_taken(id, feed.values.size()), id, true);
   } catch (const loopwarden::protocol::RequestError& e) {
     if (!id.empty()) check_answer(loopwarden::protocol::feed_refused(id, e.what()), id, false);
   }

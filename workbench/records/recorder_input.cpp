@@ -39,9 +39,9 @@ std::vector<std::string> recorded(const std::string& socket, const std::string& 
     fail(kExitUsage, "--loop: the daemon has no loop '{}'", loop);
   }
   using std::chrono::system_clock;
-  const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                  system_clock::now().time_since_epoch())
-                                  .count();
+  const std::int64_t now_ns =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(system_clock::now().time_since_epoch())
+          .count();
   record::ExportSettings settings;
   settings.from_utc_ns = now_ns - std::llround(last_s * 1e9);
   const record::ExportResult result = record::export_csv(found->folder, target, settings);
