@@ -47,10 +47,11 @@ hal::Quality quality_of(protocol::FedValue::Quality quality) noexcept {
 }  // namespace
 
 FeedServer::FeedServer(std::string path, std::vector<Right> rights, std::optional<unsigned> group,
-                       hal::feed::FeedBoard& board)
+                       hal::feed::FeedBoard& board, double bytes_per_second)
     : path_(std::move(path)),
       rights_(std::move(rights)),
       board_(board),
+      bytes_per_second_(bytes_per_second),
       listener_(base::local_listener(path_, group, kMostWaiting)) {}
 
 FeedServer::~FeedServer() {
@@ -84,7 +85,7 @@ void FeedServer::serve(std::chrono::milliseconds timeout) {
   for (Peer& peer : peers_) {
     const double passed_s = std::chrono::duration<double>(before - peer.refilled).count();
     peer.refilled = before;
-    peer.allowance = std::min(peer.allowance + passed_s * kBytesPerSecond, kBytesPerSecond);
+    peer.allowance = std::min(peer.allowance + passed_s * bytes_per_second_, bytes_per_second_);
     const bool held_up = peer.allowance <= 0.0;
     if (held_up) timeout = std::min(timeout, kHeldUp);
     // Who does not read his answers is not read from.
@@ -133,8 +134,11 @@ void FeedServer::accept_peer() {
   for (Peer& peer : peers_) {
     if (peer.feeder == &feeder && peer.fd >= 0) let_go(peer);
   }
-  peers_.push_back(
-      {.fd = fd, .name = &right->feeder, .feeder = &feeder, .refilled = Steady::now()});
+  peers_.push_back({.fd = fd,
+                    .name = &right->feeder,
+                    .feeder = &feeder,
+                    .allowance = bytes_per_second_,
+                    .refilled = Steady::now()});
   feeder.counters().connected.store(true, std::memory_order_relaxed);
   count(feeder.counters().connections);
 }

@@ -6,8 +6,8 @@
 // is nobody and let go. A feeder has one connection; a new one ends the old. What can't be read of a line is counted,
 // logged once a minute, and the connection stays; a line too long is passed over to its end.
 //
-// A flood delays nobody: in one round each feeder is read once, kMostBytesARound; more than kBytesPerSecond of one
-// are left in its socket, where it finds no more room.
+// A flood delays nobody: in one round each feeder is read once, kMostBytesARound; what is more than the rate of one
+// is left in its socket, where it finds no more room.
 //
 // What it can't do: know whether what a feeder says is true.
 #pragma once
@@ -28,16 +28,18 @@ namespace loopwarden::daemon::watch {
 class FeedServer {
  public:
   static constexpr std::size_t kMostBytesARound = 64UL * 1024UL;
-  static constexpr double kBytesPerSecond = 4e6;  // of one feeder, and as many at once
+  // Thousands of loops' values at 1 s, and a small part of a core to read.
+  static constexpr double kBytesPerSecond = 1e6;
 
   struct Right {
     std::string feeder;
     unsigned uid = 0;
   };
 
-  // Listens from now on. `board` outlives this, and has all feeders. Throws std::runtime_error.
+  // Listens from now on. `board` outlives this, and has all feeders. `bytes_per_second`: of one feeder, and as many at
+  // once. Throws std::runtime_error.
   FeedServer(std::string path, std::vector<Right> rights, std::optional<unsigned> group,
-             hal::feed::FeedBoard& board);
+             hal::feed::FeedBoard& board, double bytes_per_second = kBytesPerSecond);
   FeedServer(const FeedServer&) = delete;
   FeedServer& operator=(const FeedServer&) = delete;
   ~FeedServer();
@@ -61,7 +63,7 @@ class FeedServer {
     std::string received{};
     bool passes_over = false;  // what is left of a line that was too long
     std::string to_send{};
-    double allowance = kBytesPerSecond;  // bytes
+    double allowance = 0.0;  // bytes
     Steady::time_point refilled{};
   };
   struct BadLines {
@@ -81,6 +83,7 @@ class FeedServer {
   std::string path_;
   std::vector<Right> rights_;
   hal::feed::FeedBoard& board_;
+  double bytes_per_second_;
   int listener_;
   std::vector<Peer> peers_;
   std::map<std::string, BadLines> bad_;  // by feeder
