@@ -62,7 +62,7 @@ void read_feed(MapReader in, const IoContext& context, IoSection& section) {
 hal::ModeValues read_mode_values(MapReader& mode) {
   hal::ModeValues values;
   const auto read = [&](const char* key, const char* meaning) {
-    const Value<std::vector<double>> list = mode.maybe_numbers(key, "", meaning);
+    Value<std::vector<double>> list = mode.maybe_numbers(key, "", meaning);
     for (const double value : list.value) {
       if (list.valid && value != std::round(value)) {
         mode.error(key, fmt::format("must be whole numbers (got {})", brief(value)));
