@@ -13,6 +13,7 @@
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/loop_file.hpp"
 #include "tests/support/shell.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests::watch_test {
 namespace {
@@ -35,7 +36,7 @@ std::string daemon_yaml(const std::string& port) {
 const std::string kHead = R"(control: elsewhere
 sample_time: 0.1
 process_variable: {unit: m3/h, range: [0, 40], max_age: 0.5}
-output: {unit: "%", range: [0, 100]}
+output: {unit: "%", range: [-5, 105]}
 )";
 
 const std::string kByModbus = "loop: FIC-205\n" + kHead + R"(recording: {enabled: true}
@@ -144,7 +145,8 @@ TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
   CHECK(functions == "3,4");
 }
 
-TEST_CASE("commission takes what the recorder holds of a watched loop", "[watch]") {
+TEST_CASE("commission, diagnose and gap take what the recorder holds of a watched loop",
+          "[watch]") {
   Rig rig;
   const std::string out = (rig.daemon.folder() / "made").string();
   const auto commission = [&](const std::string& arguments) {
@@ -172,6 +174,32 @@ TEST_CASE("commission takes what the recorder holds of a watched loop", "[watch]
   CHECK(commission("--last 1h").exit_code == 64);
   CHECK(commission("").exit_code == 64);
   CHECK(commission(out + "/x.csv --last 1h --loop FIC-205").exit_code == 64);
+
+  const TemporaryFolder scratch;
+  const auto diagnose = [&](const std::string& arguments) {
+    return run("TMPDIR=" + scratch.path().string() +
+               " LOOPWARDEN_SOCKET=" + (rig.daemon.folder() / "control.sock").string() +
+               " " LOOPWARDEN_CLI " diagnose " + arguments + " 2>/dev/null");
+  };
+  const ShellOutcome diagnosed = diagnose("--loop FIC-205 --last 1h --json");
+  REQUIRE(diagnosed.exit_code == 0);
+  const json answer = json::parse(diagnosed.text);
+  CHECK(answer.at("verdict") == "not_enough_data");  // some seconds
+  CHECK(answer.at("co_range") == json({-5.0, 105.0}));
+  CHECK(std::filesystem::is_empty(scratch.path()));
+  CHECK(json::parse(diagnose("--loop FIC-205 --last 1h --json --co-range 0 50").text)
+            .at("co_range") == json({0.0, 50.0}));
+  CHECK(diagnose("--loop FIC-206 --last 1h").exit_code == 65);
+  CHECK(std::filesystem::is_empty(scratch.path()));
+  CHECK(diagnose("--loop FIC-205").exit_code == 64);
+  CHECK(diagnose("--loop FIC-205 --last 1h --neighbours x.csv").exit_code == 64);
+
+  const std::string found = (rig.daemon.folder() / "found").string();
+  const ShellOutcome gap = rig.loopwarden("gap --loop FIC-205 --last 1h --out " + found);
+  CHECK(gap.exit_code == 65);  // no model can be identified from a loop at rest
+  CHECK(gap.text.find(found + "/records/FIC-205_") != std::string::npos);
+  CHECK(std::distance(std::filesystem::directory_iterator(found + "/records"), {}) == 1);
+  CHECK(rig.loopwarden("gap --out " + found).exit_code == 64);
 }
 
 TEST_CASE("a fed loop holds while its feeder lives, and is stale when it has died", "[watch]") {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -36,8 +37,7 @@ namespace fs = std::filesystem;
 struct CommissionOptions {
   RecordInput input;
   std::vector<std::string> records;
-  std::string socket;
-  std::string last;  // so much of what the daemon's recorder holds, in place of records
+  RecorderInput recorder;  // in place of records
   std::string model;
   std::string again;  // an earlier twin
   std::string out;
@@ -130,25 +130,19 @@ void print_changes(const std::vector<commission::Change>& changes) {
   fmt::print("\n");
 }
 
-// Those that were named, or what the recorder holds, kept beside the result.
-std::vector<std::string> records_of(const CommissionOptions& options, OutputFiles& files) {
-  if (options.last.empty()) {
-    if (options.records.empty()) require("records, or --loop and --last,");
-    return options.records;
-  }
-  if (!options.records.empty()) require("either records or --last");
-  if (options.input.loop().empty()) require("--loop beside --last");
+// In place of files what the recorder holds, kept beside the result; the longest makes the twin.
+void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
   const fs::path folder = fs::path(options.out) / "records";
   files.make_folder(folder);
-  return recorded(options.socket, options.input.loop(), seconds_of(options.last).value(), folder);
+  Recorded recorded = options.recorder.take(options.input.loop(), folder);
+  std::stable_sort(recorded.records.begin(), recorded.records.end(),
+                   [](const auto& a, const auto& b) { return a.rows > b.rows; });
+  for (const Recorded::Record& one : recorded.records) options.records.push_back(one.path);
+  options.input = RecordInput();  // its loop is the folder's, not a column's
 }
 
-// `loop` of a recording is the folder's, not a column's.
-RecordInput input_of(const CommissionOptions& options) {
-  return options.last.empty() ? options.input : RecordInput();
-}
-
-int run_commission(const CommissionOptions& options) {
+int run_commission(const CommissionOptions& given) {
+  CommissionOptions options = given;
   const auto begin = std::chrono::steady_clock::now();
   commission::Request request{.records = {},
                               .model = std::nullopt,
@@ -160,17 +154,17 @@ int run_commission(const CommissionOptions& options) {
       options.again.empty() ? std::nullopt : request.model;
   std::vector<std::string> inputs = options.records;
   if (!start.empty()) inputs.push_back(start);
+  const bool recorder = options.recorder.asked(!options.records.empty(), options.input.loop());
   OutputFiles files(inputs);
   const fs::path out(options.out);
   files.make_folder(out);
-  const std::vector<std::string> records = records_of(options, files);
-  const RecordInput input = input_of(options);
+  if (recorder) take_from_recorder(options, files);
   for (const char* name : {"commission.json", "report.html"}) files.stage(out / name);
   const unsigned jobs = threads(options.jobs);
   const ParallelFor parallel = on_threads(jobs);
   try {
-    for (const std::string& path : records) {
-      request.records.push_back(healthy_record(path, input));
+    for (const std::string& path : options.records) {
+      request.records.push_back(healthy_record(path, options.input));
       say_if_long(path, request.records.back().columns.size());
     }
     std::optional<Progress> progress(std::in_place, "twin", 100);
@@ -181,7 +175,7 @@ int run_commission(const CommissionOptions& options) {
     if (made.outcome == commission::Outcome::commissioned && !made.twin.process.integrating()) {
       TrainingJob job;
       job.plant = options.plant;
-      job.source = "twin of " + fs::path(records.front()).filename().string();
+      job.source = "twin of " + fs::path(options.records.front()).filename().string();
       job.model = made.twin;
       job.signature = false;
       job.team.seed = options.seed;
@@ -205,7 +199,7 @@ int run_commission(const CommissionOptions& options) {
     if (made.outcome == commission::Outcome::commissioned) {
       files.add(out / "twin.yaml",
                 config::write_model(made.twin, "twin, made by loopwarden commission from " +
-                                                   records.front() + "\n" + made.why));
+                                                   options.records.front() + "\n" + made.why));
     }
     std::vector<commission::Change> changes;
     if (before && made.outcome == commission::Outcome::commissioned) {
@@ -239,15 +233,7 @@ void add_commission(Program& program) {
                  "records of the loop while it works, CSV: time, sp, pv, co, and where known "
                  "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
                  "twin, the others must agree with it");
-  command.option("--last", o.last,
-                 "no records: so much of what the daemon's recorder holds of --loop, such as 4h, "
-                 "90min, 2d. It is kept in the folder records of --out",
-                 checked([](const std::string& text) {
-                   return seconds_of(text)
-                              ? std::string()
-                              : "must be a time such as 4h, 90min or 2d (got '" + text + "')";
-                 }));
-  command.socket(o.socket);
+  o.recorder.add_options(command, ". It is kept in the folder records of --out");
   Option model =
       command.option("--model", o.model,
                      "loop model to start from, YAML, however rough; without it one is identified");

@@ -29,9 +29,38 @@ std::optional<double> seconds_of(const std::string& text) {
   return number * unit->second;
 }
 
-std::vector<std::string> recorded(const std::string& socket, const std::string& loop, double last_s,
-                                  const std::filesystem::path& target) {
-  DaemonClient daemon(socket);
+const Recorded::Record& Recorded::longest() const {
+  return *std::max_element(records.begin(), records.end(),
+                           [](const Record& a, const Record& b) { return a.rows < b.rows; });
+}
+
+void RecorderInput::add_options(Command& command, const char* kept) {
+  command.option(
+      "--last", last_,
+      std::string("no files: so much of what the daemon's recorder holds of --loop, such as 4h, "
+                  "90min, 2d") +
+          kept,
+      checked([](const std::string& text) {
+        return seconds_of(text) ? std::string()
+                                : "must be a time such as 4h, 90min or 2d (got '" + text + "')";
+      }));
+  command.socket(socket_);
+}
+
+bool RecorderInput::asked(bool files, const std::string& loop) const {
+  if (last_.empty()) {
+    if (!files) require("records, or --loop and --last,");
+    return false;
+  }
+  if (files) require("either records or --last");
+  if (loop.empty()) require("--loop beside --last");
+  return true;
+}
+
+Recorded RecorderInput::take(
+    const std::string& loop, const std::filesystem::path& target,
+    const std::function<std::filesystem::path(const std::filesystem::path&)>& place) const {
+  DaemonClient daemon(socket_);
   const protocol::Description box = protocol::ask(daemon, protocol::DescribeRequest{});
   const auto found = std::find_if(box.loops.begin(), box.loops.end(),
                                   [&](const auto& one) { return one.tag == loop; });
@@ -43,21 +72,23 @@ std::vector<std::string> recorded(const std::string& socket, const std::string& 
       std::chrono::duration_cast<std::chrono::nanoseconds>(system_clock::now().time_since_epoch())
           .count();
   record::ExportSettings settings;
-  settings.from_utc_ns = now_ns - std::llround(last_s * 1e9);
-  const record::ExportResult result = record::export_csv(found->folder, target, settings);
-  std::vector<record::ExportedRecord> records = result.records;
-  if (records.empty()) {
+  settings.from_utc_ns = now_ns - std::llround(seconds_of(last_).value() * 1e9);
+  settings.place = place;
+  Recorded recorded{.loop = *found, .records = {}};
+  for (const record::ExportedRecord& one :
+       record::export_csv(found->folder, target, settings).records) {
+    recorded.records.push_back({one.path.string(), one.rows});
+  }
+  if (recorded.records.empty()) {
     fail(kExitData, "{}: the recorder holds nothing of {} in this time{}", found->folder, loop,
          found->recording ? "" : "; its recording is not enabled");
   }
-  std::stable_sort(records.begin(), records.end(),
-                   [](const auto& a, const auto& b) { return a.rows > b.rows; });
-  std::vector<std::string> paths;
-  for (const record::ExportedRecord& one : records) {
-    const bool enough = static_cast<double>(one.rows) * found->sample_time_s >= kShortest_s;
-    if (enough || paths.empty()) paths.push_back(one.path.string());
-  }
-  return paths;
+  const Recorded::Record longest = recorded.longest();
+  std::erase_if(recorded.records, [&](const Recorded::Record& one) {
+    return static_cast<double>(one.rows) * found->sample_time_s < kShortest_s;
+  });
+  if (recorded.records.empty()) recorded.records.push_back(longest);
+  return recorded;
 }
 
 }  // namespace loopwarden::workbench
