@@ -2,6 +2,7 @@
 #include "base/group_access.hpp"
 
 #include <grp.h>
+#include <pwd.h>
 #include <sys/acl.h>
 
 #include <array>
@@ -52,6 +53,14 @@ std::optional<unsigned> group_id(const std::string& name) {
   group* found = nullptr;
   if (getgrnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found) != 0) return {};
   return found == nullptr ? std::nullopt : std::optional<unsigned>(found->gr_gid);
+}
+
+std::optional<unsigned> user_id(const std::string& name) {
+  std::array<char, 16384> buffer{};
+  passwd entry{};
+  passwd* found = nullptr;
+  if (getpwnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found) != 0) return {};
+  return found == nullptr ? std::nullopt : std::optional<unsigned>(found->pw_uid);
 }
 
 bool admit_group(const std::string& path, unsigned group, const GroupRights& rights) noexcept {

@@ -10,6 +10,8 @@ namespace loopwarden::base {
 
 // The number of a group by its name; nullopt if there is none. May ask a directory service: not for a thread in a hurry.
 std::optional<unsigned> group_id(const std::string& name);
+// The same of a user.
+std::optional<unsigned> user_id(const std::string& name);
 
 struct GroupRights {
   bool read = false;

@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/local_server.hpp"
 
-#include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
-#include "base/group_access.hpp"
-#include "base/local_address.hpp"
+#include "base/local_listener.hpp"
 
 namespace loopwarden::base {
 namespace {
@@ -26,43 +22,6 @@ using std::chrono::milliseconds;
 constexpr milliseconds kAcceptPause{500};
 constexpr milliseconds kLaterPause{10};
 
-// Nobody but the owner may connect before all is right. Not by the umask, which is the whole process's.
-void bind_to(int fd, const LocalSocketSettings& settings) {
-  const std::string& path = settings.path;
-  const sockaddr_un address = local_address(path);
-  if (fchmod(fd, S_IRUSR | S_IWUSR) != 0 ||
-      bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-      chmod(path.c_str(), S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP) != 0) {
-    throw socket_failure("can't listen at " + path);
-  }
-  if (settings.group) {
-    admit_group(path, *settings.group, {.read = true, .write = true});
-    admit_group(std::filesystem::path(path).parent_path(), *settings.group, {.execute = true});
-  }
-  if (::listen(fd, static_cast<int>(settings.most_peers)) != 0) {
-    throw socket_failure("can't listen at " + path);
-  }
-}
-
-int listener_at(const LocalSocketSettings& settings) {
-  const int other = try_local_connection(settings.path);
-  // One that hangs, with a full queue, listens as well.
-  if (other >= 0 || errno == EAGAIN) {
-    if (other >= 0) close(other);
-    throw std::runtime_error("another daemon already listens at " + settings.path);
-  }
-  unlink(settings.path.c_str());
-  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0) throw socket_failure("socket");
-  try {
-    bind_to(fd, settings);
-  } catch (...) {
-    close(fd);
-    throw;
-  }
-  return fd;
-}
-
 }  // namespace
 
 // One listening socket with its peers.
@@ -71,7 +30,7 @@ class LocalServer::Socket {
   Socket(LocalSocketSettings settings, Handler handler)
       : settings_(std::move(settings)),
         handler_(std::move(handler)),
-        fd_(listener_at(settings_)),
+        fd_(local_listener(settings_.path, settings_.group, settings_.most_peers)),
         tokens_(settings_.lines_per_second) {
     peers_.reserve(settings_.most_peers);
   }

@@ -25,9 +25,7 @@ namespace loopwarden::base {
 
 struct LocalSocketSettings {
   std::string path;
-  // May connect besides the owner and his group, and reach the socket through its folder; where neither the file system nor
-  // the folder's owner stands against it.
-  std::optional<unsigned> group{};
+  std::optional<unsigned> group{};  // as of local_listener()
   std::size_t most_peers = 16;
   std::size_t lines_a_round = 0;  // 0: one of each peer
   double lines_per_second = 0.0;  // at most, with as many at once; 0: no limit

@@ -53,13 +53,32 @@ double line_time_s(const hal::modbus::LoopModbusSettings& loop, const LinkSettin
   return time_s;
 }
 
+double line_time_s(const hal::modbus::ModbusSourceSettings& loop, const LinkSettings& line) {
+  double time_s = 0.0;
+  const auto add = [&](const hal::modbus::SourcePoint& read) {
+    if (read.link.name == line.name) time_s += point_s(line, read.point);
+  };
+  add(loop.process_variable);
+  add(loop.output);
+  if (loop.set_point) add(*loop.set_point);
+  if (loop.stem) add(*loop.stem);
+  if (loop.mode) add(*loop.mode);
+  return time_s;
+}
+
 BusLoad bus_load(const std::vector<LoopConfig>& loops, const LinkSettings& line) {
   BusLoad load;
   for (const LoopConfig& loop : loops) {
-    const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&loop.io);
-    const double time_s = modbus != nullptr ? line_time_s(*modbus, line) : 0.0;
+    double time_s = 0.0;
+    double period_s = 1.0;
+    const auto take = [&](const auto* modbus) {
+      if (modbus == nullptr) return;
+      time_s = line_time_s(*modbus, line);
+      period_s = static_cast<double>(modbus->poll_period_ns) / 1e9;
+    };
+    take(std::get_if<hal::modbus::LoopModbusSettings>(&loop.io));
+    take(std::get_if<hal::modbus::ModbusSourceSettings>(&loop.io));
     if (time_s <= 0.0) continue;
-    const double period_s = static_cast<double>(modbus->poll_period_ns) / 1e9;
     load.share += time_s / period_s;
     load.details += fmt::format("{}{} {:.0f} ms of {:.0f} ms", load.details.empty() ? "" : ", ",
                                 loop.name, time_s * 1e3, period_s * 1e3);

@@ -9,7 +9,8 @@
 //   pause       configured for the link, s
 //
 // Each poll period of a loop reads PV (and its status register), writes the command and reads the
-// valve position (and its status register), as far as they are on this line.
+// valve position (and its status register), as far as they are on this line; of a loop that another
+// controller runs, each value that is wired.
 //
 // Source: Modbus over Serial Line V1.02, section 2.5.1 (frames and silent intervals).
 #pragma once
@@ -25,6 +26,8 @@ inline constexpr double kMostBusLoad = 0.7;  // share of the time; the rest is f
 
 // s of the line that one poll period of the loop takes; 0 if the loop does not use it.
 double line_time_s(const hal::modbus::LoopModbusSettings& loop,
+                   const hal::modbus::LinkSettings& line);
+double line_time_s(const hal::modbus::ModbusSourceSettings& loop,
                    const hal::modbus::LinkSettings& line);
 
 struct BusLoad {

@@ -20,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using hal::modbus::LinkSettings;
 using hal::modbus::LoopModbusSettings;
-using Links = std::map<std::string, LinkSettings>;
 
 constexpr const char* kDaemonFile = "loopwardend.yaml";
 constexpr const char* kLoopFolder = "loops.d";
@@ -158,13 +157,13 @@ void check_bus_loads(const DaemonFile& daemon, const std::vector<LoopConfig>& lo
   }
 }
 
-LoopFile read_loop_source(const fs::path& path, const Links& links, Report& report,
+LoopFile read_loop_source(const fs::path& path, const DaemonConfig& daemon, Report& report,
                           std::string& kept) {
   LoopFile loop;
   if (const std::optional<std::string> text = read_source_file(path, report)) {
     kept += *text;
     read_document(*text, report,
-                  [&](MapReader& in) { loop = read_loop(in, path.string(), links); });
+                  [&](MapReader& in) { loop = read_loop(in, path.string(), daemon); });
   }
   return loop;
 }
@@ -180,7 +179,7 @@ Loaded<Configuration> read_configuration(const fs::path& directory) {
   std::vector<ReadFile> files;
   for (const fs::path& path : find_loop_files(directory / kLoopFolder, folder_report)) {
     Report report(path.string());
-    LoopFile loop = read_loop_source(path, daemon.config.links, report, text);
+    LoopFile loop = read_loop_source(path, daemon.config, report, text);
     files.push_back({std::move(loop), std::move(report)});
   }
   check_pairs(files);
@@ -199,6 +198,8 @@ Loaded<Configuration> read_configuration(const fs::path& directory) {
     check_bus_loads(daemon, configuration.loops, daemon_report);
   }
   failed = failed || daemon_report.has_errors();
+  std::stable_partition(configuration.loops.begin(), configuration.loops.end(),
+                        [](const LoopConfig& loop) { return !is_watched(loop.io); });
   append(result.diagnostics, daemon_report.take());
   append(result.diagnostics, folder_report.take());
   append(result.diagnostics, std::move(from_files));
@@ -213,7 +214,7 @@ Loaded<LoopConfig> read_loop_file(const fs::path& path) {
   const DaemonFile daemon = read_daemon_file(daemon_path, daemon_report, unused);
   const bool failed = daemon_report.has_errors();
   Report report(path.string());
-  LoopFile loop = read_loop_source(path, daemon.config.links, report, unused);
+  LoopFile loop = read_loop_source(path, daemon.config, report, unused);
   Loaded<LoopConfig> result = loaded(std::move(loop.config), report);
   if (failed) result.value.reset();
   std::vector<Diagnostic> all = daemon_report.take();
@@ -223,9 +224,9 @@ Loaded<LoopConfig> read_loop_file(const fs::path& path) {
 }
 
 Loaded<LoopConfig> read_loop_text(const std::string& file, std::string_view text,
-                                  const Links& links) {
+                                  const DaemonConfig& daemon) {
   return load_text<LoopConfig>(file, text,
-                               [&](MapReader& in) { return read_loop(in, file, links).config; });
+                               [&](MapReader& in) { return read_loop(in, file, daemon).config; });
 }
 
 Loaded<DaemonConfig> read_daemon_text(const std::string& file, std::string_view text) {
@@ -239,6 +240,10 @@ KeyReference describe_daemon() {
 
 KeyReference describe_loop() {
   return keys_of([](MapReader& in) { read_loop(in, "", {}); });
+}
+
+KeyReference describe_watched_loop() {
+  return keys_of([](MapReader& in) { read_watched_loop(in, "", {}); });
 }
 
 }  // namespace loopwarden::config

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <string>
 #include <string_view>
 
@@ -19,15 +18,16 @@ namespace loopwarden::config {
 
 Loaded<Configuration> read_configuration(const std::filesystem::path& directory);
 
-// One loop file by itself; the links it names come from ../loopwardend.yaml beside its folder.
+// One loop file by itself; the links and feeders it names come from ../loopwardend.yaml beside its folder.
 Loaded<LoopConfig> read_loop_file(const std::filesystem::path& path);
 
 // The same from text. `file` is the name that diagnostics carry, and where relative paths start.
 Loaded<LoopConfig> read_loop_text(const std::string& file, std::string_view text,
-                                  const std::map<std::string, hal::modbus::LinkSettings>& links);
+                                  const DaemonConfig& daemon);
 Loaded<DaemonConfig> read_daemon_text(const std::string& file, std::string_view text);
 
 KeyReference describe_daemon();
 KeyReference describe_loop();
+KeyReference describe_watched_loop();
 
 }  // namespace loopwarden::config

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/group_access.hpp"
 #include "config/modbus_server_reader.hpp"
 #include "config/serial_line_reader.hpp"
 #include "config/source_file.hpp"
@@ -122,6 +123,28 @@ void read_real_time(MapReader& in, RealTime& real_time) {
   real_time.lock_memory = in.flag("lock_memory", "keep all memory in RAM (mlockall)", true);
 }
 
+// A user of this host, by name.
+FeederUser read_feeder(MapReader& in, const DaemonFile& daemon) {
+  FeederUser feeder;
+  const Value<std::string> user =
+      in.need_text("user", "whose processes may write this feeder's values to feed.sock");
+  feeder.user = user;
+  if (!user.given || !user.valid) return feeder;
+  feeder.uid = base::user_id(user);
+  if (!feeder.uid && !in.describing()) {
+    in.warning("user", fmt::format("there is no user '{}' on this host, so nobody can write what "
+                                   "this feeder brings",
+                                   quotable(user.value)));
+  }
+  for (const auto& [name, other] : daemon.config.feeders) {
+    if (other.user != feeder.user && (!feeder.uid || other.uid != feeder.uid)) continue;
+    in.error("user", fmt::format("is that of feeder '{}' as well: which values he may write would "
+                                 "not be told by who he is",
+                                 quotable(name)));
+  }
+  return feeder;
+}
+
 SocketRights read_rights(MapReader& in) {
   SocketRights rights;
   rights.alarms =
@@ -165,6 +188,11 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
                    [&](MapReader& page) { config.page = read_rights(page); });
   in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads",
                    [&](MapReader& edge) { config.edge = read_rights(edge); });
+  for (auto& [name, section] : in.maybe_named_sections(
+           "feeders", "name", "who brings values of watched loops to feed.sock")) {
+    if (name.find(':') != std::string::npos) section.error("a feeder's name has no ':'");
+    config.feeders.emplace(name, read_feeder(section, daemon));
+  }
   for (auto& [name, section] :
        in.maybe_named_sections("links", "name", "Modbus links that loops refer to by name")) {
     LinkSettings link = read_link(section, name);

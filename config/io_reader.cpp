@@ -124,6 +124,14 @@ void read_replay(MapReader in, const IoContext& context, IoSection& section) {
 IoSection read_io(MapReader& in, const IoContext& context) {
   IoSection section;
   section.command = in.place();
+  if (!in.describing() && in.word("backend") == "feed") {
+    in.error(
+        "backend",
+        "feed is for a loop with `control: elsewhere` alone: what a feeder says must not move a "
+        "valve from here");
+    in.ignore_rest();
+    return section;
+  }
   const Value<Backend> backend = in.need_one_of("backend", kBackends, "what the loop is wired to");
   section.known = backend.valid && backend.given;
   if (!section.known && !in.describing()) {

@@ -22,6 +22,7 @@ struct IoContext {
   Value<std::pair<double, double>> pv_range;      // PV units
   Value<std::pair<double, double>> output_range;  // CO units
   const std::map<std::string, hal::modbus::LinkSettings>* links = nullptr;
+  const std::map<std::string, FeederUser>* feeders = nullptr;
 };
 
 struct IoSection {

@@ -68,6 +68,11 @@ std::string describe_configuration() {
   text += "\n## The daemon: `loopwardend.yaml`\n" + to_markdown(describe_daemon());
   text += "\n## A loop: `loops.d/*.yaml`\n";
   text += kLoopNotes + to_markdown(describe_loop());
+  text +=
+      "\n## A loop that another controller runs: `control: elsewhere`\n\n[watch.md](watch.md) "
+      "tells how to "
+      "begin.\n" +
+      to_markdown(describe_watched_loop());
   text += std::string("\n## Wiring by registers and counts\n") + kWiringNotes;
   text += "\n## A loop model\n" + to_markdown(describe_model());
   text += "\n## Effects\n\nOf a model's valve, process, transmitter, disturbances and faults.\n\n";

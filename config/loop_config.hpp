@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hal/contract/pv_check_settings.hpp"
+#include "hal/feed/feed_settings.hpp"
 #include "hal/iio/analog_settings.hpp"
 #include "hal/modbus/modbus_settings.hpp"
 #include "hal/replay/replay_settings.hpp"
@@ -61,8 +62,24 @@ struct ValvePosition {
 };
 
 using SimIo = hal::sim::SimSettings;
+// The last two are only read.
 using Io = std::variant<SimIo, hal::modbus::LoopModbusSettings, hal::iio::AnalogSettings,
-                        hal::replay::ReplaySettings>;
+                        hal::replay::ReplaySettings, hal::modbus::ModbusSourceSettings,
+                        hal::feed::FeedSettings>;
+
+// A loop that another controller runs (`control: elsewhere`): nothing of it is ever written.
+inline bool is_watched(const Io& io) noexcept {
+  return std::holds_alternative<hal::modbus::ModbusSourceSettings>(io) ||
+         std::holds_alternative<hal::feed::FeedSettings>(io);
+}
+// Whether the other controller's set point is read; of a loop controlled here it is known anyway.
+inline bool knows_set_point(const Io& io) noexcept {
+  if (const auto* modbus = std::get_if<hal::modbus::ModbusSourceSettings>(&io)) {
+    return modbus->set_point.has_value();
+  }
+  const auto* feed = std::get_if<hal::feed::FeedSettings>(&io);
+  return feed == nullptr || feed->set_point.has_value();
+}
 
 // What is normal where `alarms.normal_mode` is not given.
 constexpr monitor::NormalMode usual_mode(control::Mode start) noexcept {
@@ -124,6 +141,14 @@ struct Alarms {
   std::size_t most_evidence = 200;  // folders kept
 };
 
+// Who may write values to feed.sock: those of his name, by the user id of his process.
+struct FeederUser {
+  std::string user;
+  std::optional<unsigned> uid;  // not set: there is no such user here, and nobody may
+
+  friend bool operator==(const FeederUser&, const FeederUser&) = default;
+};
+
 // What the peers of a socket may order; more than that, nobody on it can.
 struct SocketRights {
   bool alarms = false;   // acknowledge, reset, shelve; veto
@@ -142,6 +167,7 @@ struct DaemonConfig {
   std::string log_level = "info";
   double stop_timeout_s = 5.0;  // s to reach the stop actions after SIGTERM
   std::map<std::string, hal::modbus::LinkSettings> links;
+  std::map<std::string, FeederUser> feeders;  // by the name that loops use
   std::optional<ModbusServer> modbus_server;
   Alarms alarms;
   SocketRights page;  // of page.sock
@@ -150,7 +176,9 @@ struct DaemonConfig {
 
 struct Configuration {
   DaemonConfig daemon;
-  std::vector<LoopConfig> loops;  // in the order of their file names
+  // Those controlled here in the order of their file names, then the watched ones in theirs: so the place of
+  // the former in the register map does not depend on the latter.
+  std::vector<LoopConfig> loops;
   std::string text;  // loopwardend.yaml and the loop files, one after the other, as they were read
 };
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <tuple>
 #include <variant>
 
@@ -15,6 +16,7 @@
 #include "config/interlocks.hpp"
 #include "config/io_reader.hpp"
 #include "config/source_file.hpp"
+#include "config/watched_io_reader.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -33,6 +35,9 @@ constexpr auto kNormalModes =
 constexpr auto kRecoveries = std::to_array<Choice<Recovery>>(
     {{"manual", Recovery::manual}, {"previous_mode", Recovery::previous_mode}});
 constexpr auto kUncertain = std::to_array<Choice<bool>>({{"bad", false}, {"good", true}});
+constexpr auto kControls = std::to_array<Choice<bool>>({{"here", false}, {"elsewhere", true}});
+constexpr const char* kControlMeaning =
+    "who controls the loop; elsewhere: another controller does, and nothing of it is ever written";
 constexpr auto kReadBack = std::to_array<Choice<bool>>({{"read_back", true}});
 
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
@@ -78,9 +83,8 @@ void require_within(MapReader& in, const Value<double>& value, const RangeValue&
 
 class LoopReader {
  public:
-  LoopReader(MapReader& in, const std::string& file,
-             const std::map<std::string, hal::modbus::LinkSettings>& links)
-      : in_(in), links_(links) {
+  LoopReader(MapReader& in, const std::string& file, const DaemonConfig& daemon)
+      : in_(in), daemon_(daemon) {
     loop_.config.file = file;
   }
 
@@ -103,12 +107,7 @@ class LoopReader {
     read_alarms(in_.maybe_section("alarms", "process alarms of this loop"));
     IoSection io;
     if (std::optional<MapReader> section = in_.need_section("io", "what the loop is wired to")) {
-      io = read_io(*section, {.file = config().file,
-                              .sample_time = sample_time_,
-                              .max_age = max_age_,
-                              .pv_range = pv_range_,
-                              .output_range = output_range_,
-                              .links = &links_});
+      io = read_io(*section, io_context());
     }
     loop_.command = io.command;
     loop_.hardware = backing_of(io.io).hardware;
@@ -121,7 +120,71 @@ class LoopReader {
     return std::move(loop_);
   }
 
+  LoopFile read_watched() {
+    watched_ = true;
+    read_head();
+    in_.need_section("process_variable", "PV and when to doubt it",
+                     [&](MapReader& pv) { read_process_variable(pv); });
+    in_.need_section("output", "CO of the other controller",
+                     [&](MapReader& output) { read_watched_output(output); });
+    in_.maybe_section("controller", "the law as the other controller has it; for people",
+                      [&](MapReader& controller) { read_watched_law(controller); });
+    in_.maybe_section("recording", "of the loop to disk",
+                      [&](MapReader& recording) { read_recording(recording); });
+    in_.maybe_section("monitor", "windows of 961 samples, and the specialists that judge them",
+                      [&](MapReader& monitor) { read_monitor(monitor); });
+    read_alarms(in_.maybe_section("alarms", "process alarms of this loop"));
+    refuse(in_, {"start", "safe_actions"});
+    if (std::optional<MapReader> section = in_.need_section("io", "where its values are read")) {
+      IoSection io = read_watched_io(*section, io_context());
+      loop_.command = io.command;
+      config().io = std::move(io.io);
+    }
+    loop_.hardware = true;
+    return std::move(loop_);
+  }
+
  private:
+  IoContext io_context() const {
+    return {.file = config().file,
+            .sample_time = sample_time_,
+            .max_age = max_age_,
+            .pv_range = pv_range_,
+            .output_range = output_range_,
+            .links = &daemon_.links,
+            .feeders = &daemon_.feeders};
+  }
+
+  // What would act on a loop that is only watched.
+  void refuse(MapReader& in, std::initializer_list<std::string_view> keys) {
+    for (const std::string_view key : keys) {
+      if (in.describing() || !in.given(key)) continue;
+      in.declare(key, "", Presence::optional, "", "");
+      in.error(key, fmt::format("is refused: nothing of this loop is ever written, since another "
+                                "controller has it (control: elsewhere, at {})",
+                                to_text(in_.place("control"))));
+    }
+  }
+
+  void read_watched_output(MapReader& in) {
+    control::ControllerSettings& controller = config().controller;
+    config().co_unit = in.need_text("unit", "of CO, such as %");
+    output_range_ = in.need_range("range", {"CO units", any_number(), "of the controller output"});
+    std::tie(controller.pid.output_low, controller.pid.output_high) = output_range_.value;
+    std::tie(controller.output.low, controller.output.high) = output_range_.value;
+    std::tie(controller.set_point.low, controller.set_point.high) = pv_range_.value;
+    refuse(in, {"limits", "rate_limit", "deadband"});
+  }
+
+  void read_watched_law(MapReader& in) {
+    control::PidSettings& pid = config().controller.pid;
+    pid.action = in.need_one_of("action", kActions, "reverse: PV up, output down");
+    pid.gains = read_gains(in, span(pv_range_), span(output_range_));
+    refuse(in, {"jacket", "compensator", "output", "set_point", "set_point_tracks_in_manual",
+                "anti_windup", "tracking_time"});
+  }
+
+  const LoopConfig& config() const noexcept { return loop_.config; }
   LoopConfig& config() noexcept { return loop_.config; }
 
   void read_head() {
@@ -380,6 +443,7 @@ class LoopReader {
                 "the loop no longer behaves so",
                 "");
     if (twin.given && twin.valid) monitor.twin = resolve(config().file, twin.value);
+    if (watched_) return refuse(in, {"corrective_action"});
     in.maybe_section(
         "corrective_action",
         "the jacket goes from shadow to acting when the valve is known to stick, and back if "
@@ -393,7 +457,8 @@ class LoopReader {
     if (!in) return;
     in->set_one_of("normal_mode", kNormalModes,
                    "in another one for 10 s: alarm not_normal_mode; any: never",
-                   config().normal_mode, {.fallback = "automatic where start.mode is, else any"});
+                   config().normal_mode,
+                   {.fallback = watched_ ? "any" : "automatic where start.mode is, else any"});
   }
 
   void read_corrective_action(MapReader& in, WindowCut& monitor) {
@@ -490,8 +555,9 @@ class LoopReader {
   }
 
   MapReader& in_;
-  const std::map<std::string, hal::modbus::LinkSettings>& links_;
+  const DaemonConfig& daemon_;
   LoopFile loop_;
+  bool watched_ = false;  // another controller has the loop
   Value<double> sample_time_;
   Value<double> max_age_;
   RangeValue pv_range_;
@@ -503,9 +569,15 @@ class LoopReader {
 
 }  // namespace
 
-LoopFile read_loop(MapReader& in, const std::string& file,
-                   const std::map<std::string, hal::modbus::LinkSettings>& links) {
-  return LoopReader(in, file, links).read();
+LoopFile read_loop(MapReader& in, const std::string& file, const DaemonConfig& daemon) {
+  const Value<bool> elsewhere = in.one_of("control", kControls, kControlMeaning, false);
+  if (elsewhere) return LoopReader(in, file, daemon).read_watched();
+  return LoopReader(in, file, daemon).read();
+}
+
+LoopFile read_watched_loop(MapReader& in, const std::string& file, const DaemonConfig& daemon) {
+  in.declare("control", "elsewhere", Presence::required, "", kControlMeaning);
+  return LoopReader(in, file, daemon).read_watched();
 }
 
 }  // namespace loopwarden::config

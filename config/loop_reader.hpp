@@ -2,7 +2,6 @@
 // A loop file: one control loop of the daemon. docs/configuration.md lists every key.
 #pragma once
 
-#include <map>
 #include <string>
 
 #include "config/loop_config.hpp"
@@ -17,7 +16,9 @@ struct LoopFile {
   bool hardware = false;  // something real moves
 };
 
-LoopFile read_loop(MapReader& in, const std::string& file,
-                   const std::map<std::string, hal::modbus::LinkSettings>& links);
+// Links and feeders are those of `daemon`.
+LoopFile read_loop(MapReader& in, const std::string& file, const DaemonConfig& daemon);
+// One with `control: elsewhere`.
+LoopFile read_watched_loop(MapReader& in, const std::string& file, const DaemonConfig& daemon);
 
 }  // namespace loopwarden::config

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "config/byte_orders.hpp"
+#include "config/watched_io_reader.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -31,6 +32,10 @@ using hal::modbus::WriteFunction;
 
 constexpr auto kTables = std::to_array<Choice<Table>>(
     {{"input", Table::input_register}, {"holding", Table::holding_register}});
+constexpr auto kModeTables = std::to_array<Choice<Table>>({{"input", Table::input_register},
+                                                           {"holding", Table::holding_register},
+                                                           {"coil", Table::coil},
+                                                           {"discrete", Table::discrete_input}});
 constexpr auto kHoldingOnly = std::to_array<Choice<Table>>({{"holding", Table::holding_register}});
 constexpr auto kTypes = std::to_array<Choice<RegisterType>>({{"u16", RegisterType::u16},
                                                              {"i16", RegisterType::i16},
@@ -65,7 +70,7 @@ std::pair<double, double> raw_range(RegisterType type) {
   return limits(double{});
 }
 
-enum class Use { read, write };
+enum class Use { read, read_mode, write };
 
 // Words of other systems. None is taken in place of ours: an int or a word is not the same
 // everywhere.
@@ -178,12 +183,16 @@ template <Use use>
 Register read_register(MapReader& in, const char* unit) {
   Register reg;
   RegisterSpec& spec = reg.spec;
-  spec.table = use == Use::read ? in.need_one_of("table", kTables, "which registers").value
-                                : in.one_of("table", kHoldingOnly, "only these can be written",
-                                            Table::holding_register)
-                                      .value;
+  if (use == Use::write) {
+    spec.table = in.one_of("table", kHoldingOnly, "only these can be written", spec.table);
+  } else if (use == Use::read_mode) {
+    spec.table = in.need_one_of("table", kModeTables, "which registers, or bits: 0 or 1");
+  } else {
+    spec.table = in.need_one_of("table", kTables, "which registers");
+  }
   const Value<std::int64_t> address = read_address<use>(in);
   spec.address = static_cast<std::uint16_t>(address);
+  if (is_bit(spec.table) && !in.describing()) return reg;
   const Value<RegisterType> type =
       in.need_one_of("type", kTypes, "what the registers hold", {.others = kOtherTypes});
   spec.type = type;
@@ -276,16 +285,28 @@ const LinkSettings* read_device(MapReader& in, const IoContext& context, std::ui
   return &link->second;
 }
 
-void read_transmitter(MapReader& in, const IoContext& context, LoopModbusSettings& settings) {
-  PointSettings& point = settings.process_variable;
+// A value that is read, with the device that has it; `what` has `wanted` as its range.
+template <Use use>
+void read_point(MapReader& in, const IoContext& context, hal::modbus::SourcePoint& read_from,
+                const char* meaning, const char* unit, const char* what,
+                const Value<std::pair<double, double>>& wanted) {
+  PointSettings& point = read_from.point;
   const LinkSettings* link = read_device(in, context, point.unit);
-  if (link != nullptr) settings.transmitter_link = *link;
-  if (std::optional<MapReader> reg = in.need_section("register", "holds PV, in PV units")) {
-    const Register read = read_register<Use::read>(*reg, "PV units");
+  if (link != nullptr) read_from.link = *link;
+  if (std::optional<MapReader> reg = in.need_section("register", meaning)) {
+    const Register read = read_register<use>(*reg, unit);
     point.reg = read.spec;
-    check_eu(*reg, read, "range of PV", context.pv_range);
+    check_eu(*reg, read, what, wanted);
   }
   point.status = read_status(in, "status");
+}
+
+void read_transmitter(MapReader& in, const IoContext& context, LoopModbusSettings& settings) {
+  hal::modbus::SourcePoint transmitter;
+  read_point<Use::read>(in, context, transmitter, "holds PV, in PV units", "PV units",
+                        "range of PV", context.pv_range);
+  settings.transmitter_link = std::move(transmitter.link);
+  settings.process_variable = transmitter.point;
 }
 
 // The command's register must be able to say what the loop may ask for.
@@ -411,6 +432,32 @@ void read_modbus(MapReader in, const IoContext& context, IoSection& section) {
     read_positioner(positioner, context, settings, section, watchdog_timeout);
   });
   check_timeout(in, watchdog_timeout, poll_period, settings.positioner_link);
+  section.io = std::move(settings);
+}
+
+void read_modbus_source(MapReader in, const IoContext& context, IoSection& section) {
+  using hal::modbus::SourcePoint;
+  hal::modbus::ModbusSourceSettings settings;
+  const Value<double> poll_period = read_poll_period(in, context, between(0.01, 60.0));
+  settings.poll_period_ns = nanoseconds(poll_period);
+  const auto read_pv = [&](MapReader& value, SourcePoint& point) {
+    read_point<Use::read>(value, context, point, "holds it, in PV units", "PV units", "range of PV",
+                          context.pv_range);
+  };
+  const auto read_output = [&](MapReader& value, SourcePoint& point) {
+    read_point<Use::read>(value, context, point, "holds it, in CO units", "CO units",
+                          "output range", context.output_range);
+  };
+  in.need_section("pv", kWatchedPv, [&](MapReader& pv) { read_pv(pv, settings.process_variable); });
+  in.need_section("co", kWatchedCo, [&](MapReader& co) { read_output(co, settings.output); });
+  in.maybe_section("sp", kWatchedSp,
+                   [&](MapReader& sp) { read_pv(sp, settings.set_point.emplace()); });
+  in.maybe_section("stem", kWatchedStem,
+                   [&](MapReader& stem) { read_output(stem, settings.stem.emplace()); });
+  in.maybe_section("mode", kWatchedMode, [&](MapReader& mode) {
+    read_point<Use::read_mode>(mode, context, settings.mode.emplace(), "holds it", "", "", {});
+    settings.mode_values = read_mode_values(mode);
+  });
   section.io = std::move(settings);
 }
 

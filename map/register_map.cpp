@@ -131,7 +131,7 @@ constexpr std::array kRegisters{
     loop_in(Field::pv_reason, 4, u16, "pv_reason", "",
             "0 none, 1 never received, 2 stale, 3 not finite, 4 out of range, 5 sensor failure, 6 "
             "device "
-            "error, 7 link lost, 8 frozen, 9 end of record"),
+            "error, 7 link lost, 8 frozen, 9 end of record, 10 held, 11 said by the source"),
     loop_in(
         Field::fault, 5, u16, "fault", "",
         "0 none, 1 starting, 2 bad PV, 3 output lost, 4 late cycle, 5 not finite, 6 enable open, 7 "
@@ -176,7 +176,7 @@ constexpr std::array kRegisters{
     loop_in(Field::window_state, 35, u16, "window_state", "",
             "0 valid, 1 filling, 2 not automatic, 3 bad PV, 4 gap, 5 saturated, 6 not enough "
             "movement, 7 "
-            "no specialists"),
+            "no specialists, 8 no set point"),
     loop_in(Field::window_number, 36, u32, "window_number", "",
             "windows looked at since the start"),
     loop_in(Field::window_severity, 38, u16, "window_severity", "% of CO span",

@@ -34,8 +34,8 @@ PROTOCOL_JSON(Cycle, period, time_s, sp, pv, co, stem, set_point_wanted, mode, r
               fault, pv_quality, pv_reason, pv_limit, pv_age_ms, at_low, at_high, rate_limited,
               output_lost, jacket, compensator, ne107)
 
-PROTOCOL_LISTED(LoopStatus, name, description, pv_unit, co_unit, pv_range, co_range, sample_time_s,
-                io, recording, monitor, alarms, orders_refused, position_age_ms)
+PROTOCOL_LISTED(LoopStatus, name, description, control, pv_unit, co_unit, pv_range, co_range,
+                sample_time_s, io, recording, monitor, alarms, orders_refused, position_age_ms)
 template <>
 struct Members<LoopStatus> : WithPart<LoopStatus, Cycle, &LoopStatus::cycle> {};
 PROTOCOL_DEFINE(LoopStatus)
@@ -62,9 +62,9 @@ PROTOCOL_JSON(SpecialistView, mse, class_, probability)
 PROTOCOL_JSON(JudgedWindow, time_ms, verdict, suppressed, severity_percent, specialists)
 PROTOCOL_JSON(Windows, windows)
 
-PROTOCOL_JSON(LoopDescription, tag, description, pv_unit, co_unit, sample_time_s, stem, monitor,
-              twin, specialists, recording, simulated, folder, pv_range, co_range, sp_limits,
-              output_limits)
+PROTOCOL_JSON(LoopDescription, tag, description, control, pv_unit, co_unit, sample_time_s, stem,
+              monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
+              sp_limits, output_limits)
 PROTOCOL_JSON(SocketRights, alarms, control)
 PROTOCOL_JSON(AlarmRules, severe_percent, latching, shelve_limit_min)
 PROTOCOL_JSON(Description, loops, version, config_hash, model_hash, accelerate, started_ms,
@@ -86,10 +86,12 @@ PROTOCOL_JSON(SerialServer, open, requests, malformed)
 PROTOCOL_JSON(ModbusServer, port, clients, requests, accepted, refused, displaced, malformed,
               serial)
 PROTOCOL_JSON(RecorderStatus, disk_wait_s)
+PROTOCOL_JSON(FeederStatus, name, connected, lines, bad_lines, values, unknown_names, doubled,
+              out_of_order, connections, silent_s, clock_behind_s)
 PROTOCOL_JSON(DaemonStatus, version, config_hash, model_hash, configuration, recorder,
-              log_lines_lost, journal, evidence, explanations, monitor, modbus_server, uptime_s,
-              accelerate, real_time_missing, ticks, overruns, skipped_ticks, events_dropped,
-              wake_up_us, work_us)
+              log_lines_lost, journal, evidence, explanations, monitor, modbus_server, feeders,
+              uptime_s, accelerate, real_time_missing, ticks, overruns, skipped_ticks,
+              events_dropped, wake_up_us, work_us)
 PROTOCOL_JSON(Status, loops, daemon)
 
 PROTOCOL_JSON(OrderTaken, order, sample_time_s)

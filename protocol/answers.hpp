@@ -124,6 +124,7 @@ struct Cycle {
 
 struct LoopStatus {
   std::string name{}, description{}, pv_unit{}, co_unit{};
+  std::string control{"here"};  // or elsewhere: another controller has the loop
   Range pv_range{}, co_range{};
   double sample_time_s = 0.0;
   Io io{};
@@ -183,7 +184,7 @@ struct Windows {
 // --- what is the same from one reload to the next ---
 
 struct LoopDescription {
-  std::string tag{}, description{}, pv_unit{}, co_unit{};
+  std::string tag{}, description{}, control{"here"}, pv_unit{}, co_unit{};
   double sample_time_s = 0.1;
   bool stem = false, monitor = false, twin = false;
   std::vector<std::string> specialists{};
@@ -285,6 +286,16 @@ struct RecorderStatus {
   double disk_wait_s = 0.0;
 };
 
+// One that brings values of watched loops to feed.sock.
+struct FeederStatus {
+  std::string name{};
+  bool connected = false;
+  std::uint64_t lines = 0, bad_lines = 0, values = 0, unknown_names = 0;
+  std::uint64_t doubled = 0, out_of_order = 0, connections = 0;
+  double silent_s = kNone;        // since its newest sound line; null: none yet
+  double clock_behind_s = kNone;  // its clock behind this one; null: it sends no time
+};
+
 struct DaemonStatus {
   std::string version{};
   std::uint32_t config_hash = 0, model_hash = 0;
@@ -296,6 +307,7 @@ struct DaemonStatus {
   ExplanationsStatus explanations{};
   MonitorStatus monitor{};
   std::optional<ModbusServer> modbus_server{};
+  std::vector<FeederStatus> feeders{};
   double uptime_s = 0.0, accelerate = 1.0;
   std::string real_time_missing{};
   std::uint64_t ticks = 0, overruns = 0, skipped_ticks = 0, events_dropped = 0;

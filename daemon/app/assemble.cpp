@@ -103,6 +103,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       readers(configuration.daemon.runtime_directory, console_parts()) {
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
   loops.make(configuration);
+  elsewhere.make(configuration, loops.backends(), loops.all());
   board.restore(journal.open());
   make_monitor(specialists);
   evidence.remember();
@@ -117,25 +118,25 @@ void Assembly::make_monitor(const Specialists& specialists) {
     watching.judges[name] =
         std::make_unique<loopwarden::monitor::SpecialistJudge>(*specialist_folder.content.team);
   }
-  std::vector<monitor::WatchedLoop> watched;
+  std::vector<monitor::MonitoredLoop> monitored;
   for (LoopRuntime& loop : loops.all()) {
     // One judge serves all loops of its folder: there is one monitor thread.
     const auto judge = watching.judges.find(loop.config.monitor.specialists);
     const auto twin = specialists.twins.find(loop.config.monitor.twin);
-    watched.push_back({.cycles = &loop.channels->watched,
-                       .window = window_of(loop.config),
-                       .judge = judge == watching.judges.end() ? nullptr : judge->second.get(),
-                       .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
-                       .history_s = commission::kLongest_s + commission::kEnough_s,
-                       .rule = loopwarden::monitor::kAlarmRule,
-                       .normal_mode = loop.config.normal_mode,
-                       .corrective = loop.config.monitor.corrective,
-                       .orders = &watching.desks.emplace_back(
-                           desk_of(loop, loop.channels->monitor_orders, journal)),
-                       .settings_taken = &loop.channels->settings_taken});
+    monitored.push_back({.cycles = &loop.channels->watched,
+                         .window = window_of(loop.config),
+                         .judge = judge == watching.judges.end() ? nullptr : judge->second.get(),
+                         .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
+                         .history_s = commission::kLongest_s + commission::kEnough_s,
+                         .rule = loopwarden::monitor::kAlarmRule,
+                         .normal_mode = loop.config.normal_mode,
+                         .corrective = loop.config.monitor.corrective,
+                         .orders = &watching.desks.emplace_back(
+                             desk_of(loop, loop.channels->monitor_orders, journal)),
+                         .settings_taken = &loop.channels->settings_taken});
   }
   watching.monitor = std::make_unique<monitor::Monitor>(
-      watched, board,
+      monitored, board,
       [this](std::size_t loop, loopwarden::monitor::AlarmKind alarm,
              const loopwarden::monitor::LoopMonitor& loop_monitor,
              const loopwarden::monitor::MonitorStep& step,

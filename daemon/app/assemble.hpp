@@ -17,6 +17,7 @@
 #include "daemon/app/reloader.hpp"
 #include "daemon/app/specialist_files.hpp"
 #include "daemon/app/watchdog.hpp"
+#include "daemon/app/watched_loops.hpp"
 #include "daemon/console/control_server.hpp"
 #include "daemon/console/status_server.hpp"
 #include "daemon/gateway/gateway.hpp"
@@ -62,6 +63,7 @@ struct Assembly {
 
   config::Configuration configuration;
   RealTimeLoops loops;
+  WatchedLoops elsewhere{loops.clock()};
   Origin origin;
   Historian historian;
   journal::Journal journal;

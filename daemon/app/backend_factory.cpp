@@ -3,9 +3,14 @@
 
 #include <spdlog/spdlog.h>
 
+#include <stdexcept>
+#include <variant>
+
+#include "hal/feed/feed_board.hpp"
 #include "hal/iio/analog_loop_io.hpp"
 #include "hal/modbus/modbus_bus.hpp"
 #include "hal/modbus/modbus_loop_io.hpp"
+#include "hal/modbus/modbus_source.hpp"
 #include "hal/replay/replay_loop_io.hpp"
 #include "hal/sim/sim_loop_io.hpp"
 
@@ -46,8 +51,24 @@ std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop
     std::unique_ptr<hal::LoopIo> operator()(const hal::replay::ReplaySettings& io) const {
       return std::make_unique<hal::replay::ReplayLoopIo>(io);
     }
+    // Sources have no output.
+    std::unique_ptr<hal::LoopIo> operator()(const hal::modbus::ModbusSourceSettings&) const {
+      throw std::logic_error(loop.name + " is controlled elsewhere");
+    }
+    std::unique_ptr<hal::LoopIo> operator()(const hal::feed::FeedSettings&) const {
+      throw std::logic_error(loop.name + " is controlled elsewhere");
+    }
   };
   return std::visit(Maker{loop, *bus_}, loop.io);
+}
+
+std::unique_ptr<hal::LoopSource> BackendFactory::make_source(const config::LoopConfig& loop,
+                                                             hal::feed::FeedBoard& board) {
+  if (const auto* feed = std::get_if<hal::feed::FeedSettings>(&loop.io)) {
+    return std::make_unique<hal::feed::FeedSource>(*feed, board);
+  }
+  return std::make_unique<hal::modbus::ModbusSource>(
+      std::get<hal::modbus::ModbusSourceSettings>(loop.io), loop.name, *bus_);
 }
 
 }  // namespace loopwarden::daemon

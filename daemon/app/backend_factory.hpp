@@ -5,9 +5,13 @@
 
 #include "config/loop_config.hpp"
 #include "hal/contract/loop_io.hpp"
+#include "hal/contract/loop_source.hpp"
 
 namespace loopwarden::hal::modbus {
 class ModbusBus;
+}
+namespace loopwarden::hal::feed {
+class FeedBoard;
 }
 
 namespace loopwarden::daemon {
@@ -21,8 +25,11 @@ class BackendFactory {
   BackendFactory& operator=(const BackendFactory&) = delete;
   ~BackendFactory();
 
-  // Throws std::runtime_error for what can't work.
+  // Of a loop controlled here. Throws std::runtime_error for what can't work.
   std::unique_ptr<hal::LoopIo> make(const config::LoopConfig& loop);
+  // Of a loop that another controller runs; `board` outlives it.
+  std::unique_ptr<hal::LoopSource> make_source(const config::LoopConfig& loop,
+                                               hal::feed::FeedBoard& board);
 
  private:
   std::unique_ptr<hal::modbus::ModbusBus> bus_;

@@ -21,6 +21,7 @@ class GatewayLoops final : public gateway::LoopsView {
 
   std::size_t loops() const override { return readings_.loops(); }
   const std::string& name(std::size_t loop) const override { return readings_.name(loop); }
+  bool read_only(std::size_t loop) const override { return readings_.read_only(loop); }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return readings_.box(); }
   bool has_room_for_order(std::size_t loop) override { return desks_[loop].has_room(); }

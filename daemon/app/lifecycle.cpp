@@ -18,6 +18,7 @@
 #include "daemon/app/attempt.hpp"
 #include "daemon/app/stop_actions.hpp"
 #include "daemon/loops/event_text.hpp"
+#include "map/register_map.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -34,6 +35,7 @@ App::App(config::Configuration configuration, const std::filesystem::path& confi
 
 App::~App() {
   parts_.loops.end();
+  parts_.elsewhere.stop();
   if (parts_.modbus) parts_.modbus->gateway.stop();
   parts_.reloader.stop();
   parts_.control.stop();
@@ -43,7 +45,7 @@ App::~App() {
   parts_.evidence.explainer().stop();
   parts_.historian.stop();
   parts_.journal.stop();
-  for (LoopRuntime& loop : parts_.loops.all()) loop.io->close();
+  for (LoopRuntime& loop : parts_.loops.all()) loop.device().close();
 }
 
 int App::run() {
@@ -56,7 +58,7 @@ int App::run() {
 
 void App::start() {
   const config::DaemonConfig& config = parts_.configuration.daemon;
-  for (LoopRuntime& loop : parts_.loops.all()) loop.io->open();
+  for (LoopRuntime& loop : parts_.loops.all()) loop.device().open();
   parts_.reloader.start();
   parts_.journal.start();
   parts_.evidence.start();
@@ -66,6 +68,7 @@ void App::start() {
   parts_.control.start();
   parts_.readers.start();
   parts_.loops.start(config.real_time);
+  parts_.elsewhere.start();
   const std::string missing = parts_.loops.rights_missing();
   if (!missing.empty()) spdlog::warn("without real-time rights: {}", missing);
   wait_for_first_cycles();
@@ -76,7 +79,14 @@ void App::start() {
   }
   watch_threads();
   const std::size_t loops = parts_.loops.all().size();
-  spdlog::info("running {} loop{}", loops, loops == 1 ? "" : "s");
+  const auto watched = std::count_if(parts_.loops.all().begin(), parts_.loops.all().end(),
+                                     [](const LoopRuntime& loop) { return loop.watched(); });
+  spdlog::info("running {} loop{}{}", loops, loops == 1 ? "" : "s",
+               watched > 0 ? fmt::format(", {} of them controlled elsewhere", watched) : "");
+  if (loops > register_map::kMostLoops) {
+    spdlog::warn("the register map has blocks for the first {} loops alone",
+                 register_map::kMostLoops);
+  }
   service_.ready();
 }
 
@@ -118,10 +128,18 @@ void App::watch_threads() {
   watch(
       "status", [this] { return parts_.readers.ticks(); }, 10 * kSecond);
   for (const LoopRuntime& loop : parts_.loops.all()) {
-    if (!loop.io->has_thread()) continue;
-    const hal::LoopIo* io = loop.io.get();
+    const hal::Device* device = &loop.device();
+    if (!device->has_thread()) continue;
     watch(
-        "io of " + loop.config.name, [io] { return io->ticks(); }, 15 * kSecond);
+        "io of " + loop.config.name, [device] { return device->ticks(); }, 15 * kSecond);
+  }
+  if (const watch::Sampler* sampler = parts_.elsewhere.sampler()) {
+    watch(
+        "watched loops", [sampler] { return sampler->ticks(); }, 10 * kSecond);
+  }
+  if (const watch::FeedServer* feed = parts_.elsewhere.feed()) {
+    watch(
+        "feed", [feed] { return feed->ticks(); }, 10 * kSecond);
   }
 }
 
@@ -175,7 +193,7 @@ void App::log_events() {
   rt::Event event;
   int lines = 0;
   std::uint64_t suppressed = 0;
-  while (parts_.loops.next_event(event)) {
+  while (parts_.loops.next_event(event) || parts_.elsewhere.next_event(event)) {
     if (++lines > kMostLinesPerLook) {
       ++suppressed;
       continue;
@@ -211,6 +229,7 @@ void App::end_threads() {
   constexpr std::int64_t kEndPatience = 5 * kSecond;
   constexpr std::chrono::milliseconds kLook{50};
   base::Clock& clock = parts_.loops.clock();
+  parts_.elsewhere.stop();
   if (parts_.modbus) parts_.modbus->gateway.stop();
   parts_.watching.monitor->stop();
   const std::int64_t deadline_ns = clock.now_ns() + kEndPatience;

@@ -19,6 +19,7 @@
 #include "base/exit_code.hpp"
 #include "base/signals.hpp"
 #include "base/standard_streams.hpp"
+#include "map/register_map.hpp"
 
 namespace {
 
@@ -70,8 +71,13 @@ int run(const std::string& directory, bool check, bool safe) {
   fmt::print(stderr, "{}", config::to_text(specialists.diagnostics));
   if (!specialists) return kExitConfiguration;
   if (check) {
-    fmt::print("{}: {} loop{}, no errors\n", directory, configuration->loops.size(),
-               configuration->loops.size() == 1 ? "" : "s");
+    const std::size_t loops = configuration->loops.size();
+    fmt::print("{}: {} loop{}, no errors\n", directory, loops, loops == 1 ? "" : "s");
+    constexpr std::size_t kMost = loopwarden::register_map::kMostLoops;
+    if (loops > kMost) {
+      fmt::print("{} of them, from {} on, have no block in the register map\n", loops - kMost,
+                 configuration->loops[kMost].name);
+    }
     return kExitOk;
   }
   return run_loops(std::move(*configuration), directory, *specialists);

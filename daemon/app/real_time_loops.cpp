@@ -13,21 +13,6 @@
 namespace loopwarden::daemon {
 namespace {
 
-// How late the other ends may be. The monitor is after it has judged a window and routine evidence of every
-// loop, all of which may be full at the same moment: 8 ms a loop, 20 ms on a slow machine.
-rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops,
-                               double accelerate) {
-  constexpr double kHistorianLate_s = 5.0;
-  constexpr double kMonitorLate_s = 10.0;
-  constexpr double kJudging_s = 0.02;  // a loop
-  const auto cycles = [&](double late_s) {
-    return static_cast<std::size_t>(late_s / loop.sample_time_s * accelerate) + 8;
-  };
-  return {.records = cycles(kHistorianLate_s),
-          .watched = cycles(kMonitorLate_s + kJudging_s * static_cast<double>(loops)),
-          .monitor_orders = loop.monitor.corrective.enabled ? rt::OrderBox::kRoom : 1};
-}
-
 plant::EffectChain valve_model_of(const config::LoopConfig& loop) {
   plant::EffectChain chain;
   effects::EffectContext context{.sample_time_s = loop.sample_time_s,
@@ -51,6 +36,21 @@ rt::ValvePositionSource source_of(const config::ValvePosition& position) {
 
 }  // namespace
 
+// The monitor is after it has judged a window and routine evidence of every
+// loop, all of which may be full at the same moment: 8 ms a loop, 20 ms on a slow machine.
+rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops,
+                               double accelerate) {
+  constexpr double kHistorianLate_s = 5.0;
+  constexpr double kMonitorLate_s = 10.0;
+  constexpr double kJudging_s = 0.02;  // a loop
+  const auto cycles = [&](double late_s) {
+    return static_cast<std::size_t>(late_s / loop.sample_time_s * accelerate) + 8;
+  };
+  return {.records = cycles(kHistorianLate_s),
+          .watched = cycles(kMonitorLate_s + kJudging_s * static_cast<double>(loops)),
+          .monitor_orders = loop.monitor.corrective.enabled ? rt::OrderBox::kRoom : 1};
+}
+
 std::int64_t period_ns(const config::LoopConfig& loop, double accelerate) {
   return std::llround(loop.sample_time_s / accelerate * 1e9);
 }
@@ -61,12 +61,15 @@ void RealTimeLoops::make(const config::Configuration& configuration) {
   const double accelerate = configuration.daemon.accelerate;
   std::int64_t tick_ns = 0;
   for (const config::LoopConfig& loop : configuration.loops) {
-    tick_ns = std::gcd(tick_ns, period_ns(loop, accelerate));
+    if (!config::is_watched(loop.io)) tick_ns = std::gcd(tick_ns, period_ns(loop, accelerate));
   }
+  // Where nothing is controlled here the thread has nothing to run.
+  if (tick_ns == 0) tick_ns = base::kNanosecondsPerSecond;
   runner_ = std::make_unique<rt::CyclicRunner>(clock_, tick_ns);
 
   loops_.reserve(configuration.loops.size());
   for (const config::LoopConfig& config : configuration.loops) {
+    if (config::is_watched(config.io)) continue;
     LoopRuntime loop;
     loop.config = config;
     const rt::LoopSettings settings = settings_of(config, config::backing_of(config.io));
@@ -99,7 +102,7 @@ void RealTimeLoops::start(const config::RealTime& rights) {
 
 bool RealTimeLoops::all_stopped() const noexcept {
   return std::all_of(loops_.begin(), loops_.end(), [](const LoopRuntime& loop) {
-    return loop.channels->stop_reached.load(std::memory_order_acquire);
+    return loop.watched() || loop.channels->stop_reached.load(std::memory_order_acquire);
   });
 }
 

@@ -28,7 +28,8 @@ class RealTimeLoops {
 
   // Before anything large is allocated.
   void lock_memory();
-  // Throws std::runtime_error for a backend that can't work.
+  // The loops that are controlled here, with room for the others behind them. Throws std::runtime_error for a backend
+  // that can't work.
   void make(const config::Configuration& configuration);
   void start(const config::RealTime& rights);
   // Outputs go to their stop actions, within their rate limits.
@@ -40,6 +41,7 @@ class RealTimeLoops {
   // Empty before make().
   std::vector<LoopRuntime>& all() noexcept { return loops_; }
   const std::vector<LoopRuntime>& all() const noexcept { return loops_; }
+  BackendFactory& backends() noexcept { return backends_; }
   base::Clock& clock() noexcept { return clock_; }
   std::uint64_t ticks() const noexcept { return runner_->ticks(); }
 
@@ -69,5 +71,8 @@ class RealTimeLoops {
 
 // ns on the wall clock.
 std::int64_t period_ns(const config::LoopConfig& loop, double accelerate);
+// How late the other ends of a loop's channels may be; `loops`: how many there are.
+rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops,
+                               double accelerate);
 
 }  // namespace loopwarden::daemon

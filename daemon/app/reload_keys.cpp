@@ -283,13 +283,41 @@ void disregard_derived(config::SimIo& a, config::SimIo& b, const LoopConfig&, co
   a.model = b.model;
 }
 
+void disregard_derived(hal::modbus::ModbusSourceSettings& a, hal::modbus::ModbusSourceSettings& b,
+                       const LoopConfig& running, const LoopConfig& wanted, Changes& changes) {
+  using Wired = std::optional<hal::modbus::SourcePoint>;
+  compare_link(a.process_variable.link, b.process_variable.link, changes);
+  compare_link(a.output.link, b.output.link, changes);
+  for (Wired hal::modbus::ModbusSourceSettings::*point :
+       {&hal::modbus::ModbusSourceSettings::set_point, &hal::modbus::ModbusSourceSettings::stem,
+        &hal::modbus::ModbusSourceSettings::mode}) {
+    if (a.*point && b.*point) compare_link((a.*point)->link, (b.*point)->link, changes);
+  }
+  disregard(a.poll_period_ns, b.poll_period_ns, period_ns(running), period_ns(wanted));
+}
+
+void disregard_derived(hal::feed::FeedSettings&, hal::feed::FeedSettings&, const LoopConfig&,
+                       const LoopConfig&, Changes&) {}
+
 const char* backend_name(const config::Io& io) {
   if (std::holds_alternative<config::SimIo>(io)) return "simulated";
   if (std::holds_alternative<hal::modbus::LoopModbusSettings>(io)) return "modbus";
+  if (std::holds_alternative<hal::modbus::ModbusSourceSettings>(io)) return "modbus";
+  if (std::holds_alternative<hal::feed::FeedSettings>(io)) return "feed";
   return std::holds_alternative<hal::iio::AnalogSettings>(io) ? "analog" : "replay";
 }
 
+// Who controls: nothing of the loop means the same after that has changed.
+bool control_differs(const LoopConfig& a, const LoopConfig& b) {
+  return config::is_watched(a.io) != config::is_watched(b.io);
+}
+
 Changes compare_io(const LoopConfig& running, const LoopConfig& wanted) {
+  if (control_differs(running, wanted)) {
+    const char* const names[] = {"here", "elsewhere"};
+    return {{"control", names[config::is_watched(running.io) ? 1 : 0],
+             names[config::is_watched(wanted.io) ? 1 : 0], kMeaning}};
+  }
   if (running.io.index() != wanted.io.index()) {
     return {{"io.backend", backend_name(running.io), backend_name(wanted.io), kMeaning}};
   }
@@ -328,6 +356,7 @@ std::vector<KeyChange> compare(const DaemonConfig& running, const DaemonConfig& 
   } else if (running.modbus_server) {
     compare(kServerRows, *running.modbus_server, *wanted.modbus_server, found);
   }
+  if (running.feeders != wanted.feeders) waits("feeders");
   for (const auto& [name, link] : running.links) {
     const auto now = wanted.links.find(name);
     if (now == wanted.links.end() || now->second != link) waits("links." + name);

@@ -90,7 +90,8 @@ loopwarden::monitor::WindowSettings window_of(const config::LoopConfig& loop) {
           .pv_high = loop.pv.high,
           .co_low = loop.controller.pid.output_low,
           .co_high = loop.controller.pid.output_high,
-          .routine = loop.monitor.routine};
+          .routine = loop.monitor.routine,
+          .has_set_point = config::knows_set_point(loop.io)};
 }
 
 config::Loaded<Specialists> load_specialists(const config::Configuration& configuration) {

@@ -35,6 +35,7 @@ void for_all_at_once(std::size_t count, Step step) {
 }
 
 void drive_to_stop(LoopRuntime& loop) {
+  if (loop.watched()) return;
   const control::OutputAction action = loop.settings->get().safety.on_stop;
   if (action.kind == control::OutputAction::Kind::hold) return;
   std::string why;
@@ -90,6 +91,7 @@ int drive_to_stop_actions(const config::Configuration& configuration) {
   BackendFactory backends;
   std::vector<Drive> drives;
   for (const config::LoopConfig& loop : configuration.loops) {
+    if (config::is_watched(loop.io)) continue;
     if (loop.safety.on_stop.kind == control::OutputAction::Kind::hold) {
       fmt::print("{}: stop action is hold; output left as it is\n", loop.name);
       continue;

@@ -180,6 +180,10 @@ std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& ord
 protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
                                          const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
+  if (parts_.loops[index].watched()) {
+    throw RequestError(request.loop +
+                       " is controlled elsewhere: nothing of it can be ordered from here");
+  }
   const rt::LoopSettings settings = parts_.loops[index].settings->get();
   const rt::Order order = wanted_order(request);
   std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);

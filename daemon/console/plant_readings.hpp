@@ -17,6 +17,7 @@ class PlantReadings final : public gateway::PlantView {
   const std::string& name(std::size_t loop) const override {
     return parts_.loops[loop].config.name;
   }
+  bool read_only(std::size_t loop) const override { return parts_.loops[loop].watched(); }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return parts_.box(); }
 

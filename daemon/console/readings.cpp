@@ -29,6 +29,12 @@ bool has_read_back(const LoopRuntime& loop) {
   if (const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&loop.config.io)) {
     return modbus->read_back.has_value();
   }
+  if (const auto* source = std::get_if<hal::modbus::ModbusSourceSettings>(&loop.config.io)) {
+    return source->stem.has_value();
+  }
+  if (const auto* feed = std::get_if<hal::feed::FeedSettings>(&loop.config.io)) {
+    return feed->stem.has_value();
+  }
   if (const auto* analog = std::get_if<hal::iio::AnalogSettings>(&loop.config.io)) {
     return analog->read_back.has_value();
   }
@@ -58,6 +64,7 @@ protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder
   const protocol::Ranges ranges = ranges_of(loop.settings->get());
   return {.tag = config.name,
           .description = config.description,
+          .control = control_of(loop),
           .pv_unit = config.pv_unit,
           .co_unit = config.co_unit,
           .sample_time_s = config.sample_time_s,

@@ -244,6 +244,8 @@ protocol::Ranges ranges_of(const rt::LoopSettings& settings) {
           .output_limits = {controller.output.low, controller.output.high}};
 }
 
+const char* control_of(const LoopRuntime& loop) { return loop.watched() ? "elsewhere" : "here"; }
+
 protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
   const LoopRuntime& runtime = parts.loops[index];
   const config::LoopConfig& config = runtime.config;
@@ -257,10 +259,11 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
       .description = config.description,
       .pv_unit = config.pv_unit,
       .co_unit = config.co_unit,
+      .control = control_of(runtime),
       .pv_range = ranges.pv_range,
       .co_range = ranges.co_range,
       .sample_time_s = config.sample_time_s,
-      .io = io_of(runtime.io->counters()),
+      .io = io_of(runtime.device().counters()),
       .recording = recording_of(parts.historian.status(index)),
       .monitor = monitor_of(watch),
       .orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed),

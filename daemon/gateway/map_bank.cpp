@@ -104,7 +104,10 @@ Exception MapBank::collect(Table table, std::uint16_t address,
       ++i;
       continue;
     }
-    if (!map::writable(*place.reg)) return Exception::illegal_address;
+    const bool of_loop = place.reg->area != map::Area::box;
+    if (!map::writable(*place.reg) || (of_loop && loops_.read_only(place.loop))) {
+      return Exception::illegal_address;
+    }
     const std::size_t words = map::width(*place.reg);
     // Half of a number is no number.
     if (place.word != 0 || i + words > values.size()) return Exception::illegal_value;

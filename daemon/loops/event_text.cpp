@@ -20,6 +20,9 @@ EventText fault_text(const rt::Event& event, const config::LoopConfig& loop) {
   if (fault == control::Fault::none) {
     return {Severity::info, fmt::format("fault over; {}", output_text(event.value, loop))};
   }
+  if (fault == control::Fault::output_unknown && config::is_watched(loop.io)) {
+    return {Severity::warning, "fault: output unknown; the source does not tell CO"};
+  }
   if (fault == control::Fault::output_unknown) {
     return {Severity::warning,
             "fault: output unknown; nothing is written until a read-back or an order for the "

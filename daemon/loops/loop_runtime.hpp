@@ -11,7 +11,9 @@
 #include "config/interlocks.hpp"
 #include "config/loop_config.hpp"
 #include "daemon/rt/control_cycle.hpp"
+#include "daemon/watch/watch_cycle.hpp"
 #include "hal/contract/loop_io.hpp"
+#include "hal/contract/loop_source.hpp"
 
 namespace loopwarden::daemon {
 
@@ -33,13 +35,21 @@ class CurrentSettings {
   mutable rt::LoopSettings settings_;
 };
 
-// One configured loop while the daemon runs: its configuration, backend, channels and cycle.
+// One configured loop while the daemon runs: its configuration, backend, channels and cycle. One that is controlled here
+// has `io` and `cycle`, one that another controller runs has `source` and `watch`.
 struct LoopRuntime {
   config::LoopConfig config;  // as at start; what a reload may change is in `settings`
   std::unique_ptr<hal::LoopIo> io;
+  std::unique_ptr<hal::LoopSource> source;
   std::unique_ptr<rt::LoopChannels> channels;
   std::unique_ptr<CurrentSettings> settings;
   std::unique_ptr<rt::ControlCycle> cycle;
+  std::unique_ptr<watch::WatchCycle> watch;
+
+  bool watched() const noexcept { return source != nullptr; }
+  hal::Device& device() const noexcept {
+    return watched() ? static_cast<hal::Device&>(*source) : *io;
+  }
 };
 
 // The loop of this name; nullopt if there is none.

@@ -76,10 +76,10 @@ std::string why_changed(const model::ProcessChange& change, const RecordRow& row
 
 }  // namespace
 
-Monitor::Monitor(const std::vector<WatchedLoop>& loops, WatchBoard& board, Raised raised)
+Monitor::Monitor(const std::vector<MonitoredLoop>& loops, WatchBoard& board, Raised raised)
     : board_(board), raised_(std::move(raised)) {
   tracks_.reserve(loops.size());
-  for (const WatchedLoop& loop : loops) {
+  for (const MonitoredLoop& loop : loops) {
     Track& track = tracks_.emplace_back(loop);
     board.corrective_state(tracks_.size() - 1, track.corrective.state());
     const LoopWatch known = board.watch(tracks_.size() - 1);

@@ -28,7 +28,7 @@
 
 namespace loopwarden::daemon::monitor {
 
-struct WatchedLoop {
+struct MonitoredLoop {
   base::SpscRing<record::RecordRow>* cycles = nullptr;
   loopwarden::monitor::WindowSettings window;
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
@@ -63,7 +63,7 @@ class Monitor {
 
   // What is pointed to outlives this. Alarms that the board knows from before a restart stay on until
   // windows say otherwise; process alarms until the cycles do.
-  Monitor(const std::vector<WatchedLoop>& loops, WatchBoard& board, Raised raised = {});
+  Monitor(const std::vector<MonitoredLoop>& loops, WatchBoard& board, Raised raised = {});
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
   ~Monitor() { stop(); }
@@ -81,21 +81,21 @@ class Monitor {
 
  private:
   struct Track {
-    explicit Track(const WatchedLoop& watched)
-        : cycles(watched.cycles),
-          orders(watched.orders),
-          settings_taken(watched.settings_taken),
+    explicit Track(const MonitoredLoop& loop)
+        : cycles(loop.cycles),
+          orders(loop.orders),
+          settings_taken(loop.settings_taken),
           settings_seen(settings_taken != nullptr ? settings_taken->load() : 0),
-          monitor(watched.window, watched.rule, watched.judge, watched.twin),
-          history(watched.twin == nullptr
+          monitor(loop.window, loop.rule, loop.judge, loop.twin),
+          history(loop.twin == nullptr
                       ? nullptr
-                      : std::make_unique<History>(watched.history_s, watched.twin->sample_time_s)),
-          corrective(watched.orders != nullptr ? watched.corrective
-                                               : loopwarden::monitor::CorrectiveSettings{}),
-          condition(watched.window),
-          process(watched.window.sample_time_s, watched.normal_mode),
-          normal_mode(watched.normal_mode),
-          times(watched.window.sample_time_s) {}
+                      : std::make_unique<History>(loop.history_s, loop.twin->sample_time_s)),
+          corrective(loop.orders != nullptr ? loop.corrective
+                                            : loopwarden::monitor::CorrectiveSettings{}),
+          condition(loop.window),
+          process(loop.window.sample_time_s, loop.normal_mode),
+          normal_mode(loop.normal_mode),
+          times(loop.window.sample_time_s) {}
     base::SpscRing<record::RecordRow>* cycles;
     orders::OrderDesk* orders;
     const std::atomic<std::uint32_t>* settings_taken;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "hal/contract/device.hpp"
 #include "hal/contract/sample.hpp"
 
 namespace loopwarden::hal {
@@ -40,35 +41,9 @@ struct Command {
   bool alarm = false;  // alarm relay, where one is fitted (relay de-energised on alarm)
 };
 
-// Counters for status and events; monotonically increasing, written by one backend thread each.
-struct IoCounters {
-  std::uint64_t transactions = 0;
-  std::uint64_t timeouts = 0;
-  std::uint64_t device_exceptions = 0;
-  std::uint64_t invalid_replies = 0;
-  std::uint64_t stale_replies_discarded = 0;
-  std::uint64_t reconnects = 0;
-  std::uint64_t writes = 0;
-  std::uint64_t write_errors = 0;
-  std::uint64_t old_commands_withheld = 0;
-  bool connected = false;
-};
-
-class LoopIo {
+class LoopIo : public Device {
  public:
-  LoopIo() = default;
-  LoopIo(const LoopIo&) = delete;
-  LoopIo& operator=(const LoopIo&) = delete;
-  virtual ~LoopIo() = default;
-
   // --- set-up thread, may block and allocate -------------------------------------------------
-
-  // Starts whatever the backend needs. A device that does not answer is no error: it shows as a
-  // bad sample until it does. Throws std::runtime_error only for what can't work later either.
-  virtual void open() = 0;
-
-  // Stops the backend's threads. The device keeps its last command.
-  virtual void close() noexcept = 0;
 
   // With the loop stopped: puts `output` (CO units) on the device and waits until the device has
   // it. Returns false, with the reason in `why`, if that did not happen within `timeout`.
@@ -82,15 +57,6 @@ class LoopIo {
   // Hands over a command. Returns what the output stage makes of it (converter resolution and
   // limits), CO units: the anti-windup refers to this value.
   virtual double write(const CycleTime& time, const Command& command) noexcept = 0;
-
-  // --- any thread ----------------------------------------------------------------------------
-
-  virtual IoCounters counters() const noexcept = 0;
-
-  // A number that grows while the backend's own thread is alive, also while it waits for a dead
-  // device. Watched only where has_thread() is true.
-  virtual bool has_thread() const noexcept { return false; }
-  virtual std::uint64_t ticks() const noexcept { return 0; }
 };
 
 }  // namespace loopwarden::hal

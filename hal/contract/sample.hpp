@@ -9,7 +9,7 @@ namespace loopwarden::hal {
 // Major quality, with the numbers of the OPC quality byte (192 = good).
 enum class Quality : std::uint8_t { bad = 0x00, uncertain = 0x40, good = 0xC0 };
 
-// The reason behind a quality that is not good.
+// The reason behind a quality that is not good, and `held`.
 enum class Reason : std::uint8_t {
   none,
   never_received,  // nothing has arrived since start-up
@@ -20,7 +20,9 @@ enum class Reason : std::uint8_t {
   device_error,    // the device answered with an error
   link_lost,       // no connection to the device
   frozen,          // no change although the output moves
-  end_of_record    // a replayed record has ended
+  end_of_record,   // a replayed record has ended
+  held,            // good: it has not changed, and what delivers it on change alone is alive
+  source           // what delivers it says so
 };
 
 // The value stands at a limit of what the device can measure and can't follow further: what is there may be
@@ -57,6 +59,8 @@ constexpr const char* to_text(Reason reason) noexcept {
     case Reason::link_lost: return "link lost";
     case Reason::frozen: return "frozen";
     case Reason::end_of_record: return "end of record";
+    case Reason::held: return "held";
+    case Reason::source: return "said by the source";
   }
   return "?";
 }

@@ -11,6 +11,20 @@ ReadShape value_shape(const PointSettings& point) noexcept {
 
 }  // namespace
 
+void add_to(IoCounters& sum, const TaskCounters& task) noexcept {
+  const auto get = [](const TaskCounters::Counter& counter) {
+    return counter.load(std::memory_order_relaxed);
+  };
+  sum.transactions += get(task.transactions);
+  sum.timeouts += get(task.timeouts);
+  sum.device_exceptions += get(task.device_exceptions);
+  sum.invalid_replies += get(task.invalid_replies);
+  sum.stale_replies_discarded += get(task.stale_replies_discarded);
+  sum.writes += get(task.writes);
+  sum.write_errors += get(task.write_errors);
+  sum.old_commands_withheld += get(task.old_commands_withheld);
+}
+
 ReadPoint::ReadPoint(const PointSettings& point) : settings(point), value_read(value_shape(point)) {
   if (point.status) {
     status_read =

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/contract/device.hpp"
 #include "hal/contract/sample.hpp"
 #include "hal/modbus/modbus_settings.hpp"
 #include "hal/modbus/pdu.hpp"
@@ -22,7 +23,7 @@ namespace loopwarden::hal::modbus {
 // asks for a few registers more than needed so that no two reads of a unit have the same length.
 struct ReadShape {
   std::uint8_t unit = 0;
-  Function function = Function::read_holding_registers;
+  ReadFunction function = ReadFunction::holding_registers;
   std::uint16_t address = 0;
   std::uint16_t needed = 0;
   std::uint16_t count = 0;  // asked for
@@ -96,9 +97,13 @@ struct TaskCounters {
   }
 };
 
+// Adds what a task counts to a loop's sum.
+void add_to(IoCounters& sum, const TaskCounters& task) noexcept;
+
 struct LinkTask {
   std::string name;  // for events: loop and purpose
   std::int64_t period_ns = 100'000'000;
+  bool yields = false;                    // waits while a task that does not is due
   std::unique_ptr<CommandPoint> command;  // served first
   std::vector<std::unique_ptr<ReadPoint>> reads;
   TaskCounters counters;

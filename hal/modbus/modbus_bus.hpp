@@ -10,6 +10,7 @@
 
 #include "hal/modbus/modbus_link.hpp"
 #include "hal/modbus/modbus_settings.hpp"
+#include "hal/modbus/read_link.hpp"
 
 namespace loopwarden::hal::modbus {
 
@@ -22,6 +23,10 @@ class ModbusBus {
   // The link for `unit`, shared with all who asked for the same; it ends with the last of them.
   // Throws std::runtime_error if it is already open with other settings.
   std::shared_ptr<ModbusLink> link(const LinkSettings& settings, std::uint8_t unit);
+  // The same link for one who only reads.
+  ReadLink read_link(const LinkSettings& settings, std::uint8_t unit) {
+    return ReadLink(link(settings, unit));
+  }
 
  private:
   const EventSink sink_;

@@ -14,7 +14,8 @@ namespace {
 using base::kNanosecondsPerSecond;
 
 constexpr std::int64_t kIdleNs = kNanosecondsPerSecond;
-constexpr std::uint16_t kMostExtraRegisters = 8;
+constexpr std::uint16_t kMostExtraRegisters = 8;  // of bits: so many bytes
+constexpr std::uint16_t kBitsAByte = 8;
 constexpr double kFirstProbeSeconds = 0.5;
 // A unit that never answers barriers may just ignore requests it does not like. After so long
 // without a request or a byte from it, nothing older can be on its way.
@@ -30,6 +31,13 @@ void for_each_shape(LinkTask& task, Visit visit) {
     visit(point->value_read);
     if (point->status_read) visit(*point->status_read);
   }
+}
+
+// Whether the replies to both look alike.
+bool same_length(const ReadShape& shape, std::uint8_t unit, ReadFunction function,
+                 std::uint16_t count) noexcept {
+  return shape.unit == unit && shape.function == function &&
+         reply_bytes(function, shape.count) == reply_bytes(function, count);
 }
 
 std::int64_t to_ns(double seconds) noexcept {
@@ -86,24 +94,23 @@ void ModbusLink::choose_lengths(LinkTask& task) {
     const auto taken = [&](std::uint16_t count) {
       return length_taken(shape.unit, shape.function, count) ||
              std::any_of(chosen.begin(), chosen.end(), [&](const ReadShape* other) {
-               return other->unit == shape.unit && other->function == shape.function &&
-                      other->count == count;
+               return same_length(*other, shape.unit, shape.function, count);
              });
     };
+    const std::uint16_t step = reads_bits(shape.function) ? kBitsAByte : 1;
     std::uint16_t count = shape.needed;
-    while (taken(count) && count < shape.needed + kMostExtraRegisters) ++count;
+    while (taken(count) && count < shape.needed + step * kMostExtraRegisters) count += step;
     const bool fits = shape.address + count <= 0x10000;
     shape.count = fits && !taken(count) ? count : shape.needed;
     chosen.push_back(&shape);
   });
 }
 
-bool ModbusLink::length_taken(std::uint8_t unit, Function function, std::uint16_t count) const {
+bool ModbusLink::length_taken(std::uint8_t unit, ReadFunction function, std::uint16_t count) const {
   bool taken = false;
   for (LinkTask* task : tasks_) {
-    for_each_shape(*task, [&](const ReadShape& shape) {
-      taken |= shape.unit == unit && shape.function == function && shape.count == count;
-    });
+    for_each_shape(
+        *task, [&](const ReadShape& shape) { taken |= same_length(shape, unit, function, count); });
   }
   return taken;
 }
@@ -118,13 +125,12 @@ LinkTask* ModbusLink::take_due_task(std::int64_t now_ns, std::int64_t& next_ns) 
       in_service_ = task;
       return task;
     }
-    if (first == nullptr || task->due_ns < first->due_ns) first = task;
+    next_ns = std::min(next_ns, task->due_ns);
+    if (task->due_ns > now_ns) continue;
+    const auto rank = [](const LinkTask& due) { return std::pair(due.yields, due.due_ns); };
+    if (first == nullptr || rank(*task) < rank(*first)) first = task;
   }
   if (first == nullptr) return nullptr;
-  if (first->due_ns > now_ns) {
-    next_ns = first->due_ns;
-    return nullptr;
-  }
   // Periods that have passed meanwhile are left out; the phase stays.
   first->due_ns += ((now_ns - first->due_ns) / first->period_ns + 1) * first->period_ns;
   in_service_ = first;
@@ -235,7 +241,7 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   }
   const PointSettings& settings = point.settings;
   // Getting ready may find that the device restarted: then its watchdog comes first, next time.
-  if (!ready(task, {settings.unit, Function::read_holding_registers, settings.reg.address}) ||
+  if (!ready(task, {settings.unit, ReadFunction::holding_registers, settings.reg.address}) ||
       (point.watchdog && point.armed_epoch != unit_of(point.watchdog->point.unit).epoch)) {
     TaskCounters::add(task.counters.write_errors);
     return publish(false, Reason::link_lost);
@@ -391,9 +397,7 @@ void ModbusLink::discard_unasked(LinkTask& task) {
 }
 
 ModbusLink::Asked ModbusLink::ask(LinkTask& task, const Request& request, Reply& reply) {
-  const Function function = request.function == Function::read_input_registers
-                                ? Function::read_input_registers
-                                : Function::read_holding_registers;
+  const ReadFunction function = request.read.value_or(ReadFunction::holding_registers);
   if (!ready(task, {request.unit, function, request.address})) return Asked::failed;
   return exchange(task, request, reply, Purpose::value);
 }
@@ -417,7 +421,10 @@ bool ModbusLink::pass_barrier(LinkTask& task, const Target& target) {
   std::uint16_t count = 1;
   {
     const std::lock_guard lock(mutex_);
-    while (length_taken(target.unit, target.function, count) && count < kMaxReadRegisters) ++count;
+    const std::uint16_t step = reads_bits(target.function) ? kBitsAByte : 1;
+    while (length_taken(target.unit, target.function, count) && count + step <= kMaxReadRegisters) {
+      count += step;
+    }
   }
   const int address = std::min<int>(target.address, 0x10000 - count);
   const Request barrier =

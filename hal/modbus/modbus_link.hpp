@@ -82,7 +82,7 @@ class ModbusLink {
   // Who is going to be asked, and a read of it that is likely to be understood.
   struct Target {
     std::uint8_t unit;
-    Function function;
+    ReadFunction function;
     std::uint16_t address;
   };
   enum class Asked : std::uint8_t { valid, exception, failed };
@@ -118,7 +118,7 @@ class ModbusLink {
 
   // Serial only. Under mutex_.
   void choose_lengths(LinkTask& task);
-  bool length_taken(std::uint8_t unit, Function function, std::uint16_t count) const;
+  bool length_taken(std::uint8_t unit, ReadFunction function, std::uint16_t count) const;
 
   const LinkSettings settings_;
   const EventSink sink_;

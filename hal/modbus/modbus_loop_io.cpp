@@ -2,6 +2,7 @@
 #include "hal/modbus/modbus_loop_io.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <thread>
@@ -14,20 +15,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kDrivePoll{5};
 constexpr std::int64_t kDriveRetryNs = 250'000'000;
-
-void add(IoCounters& sum, const TaskCounters& task) noexcept {
-  const auto get = [](const TaskCounters::Counter& counter) {
-    return counter.load(std::memory_order_relaxed);
-  };
-  sum.transactions += get(task.transactions);
-  sum.timeouts += get(task.timeouts);
-  sum.device_exceptions += get(task.device_exceptions);
-  sum.invalid_replies += get(task.invalid_replies);
-  sum.stale_replies_discarded += get(task.stale_replies_discarded);
-  sum.writes += get(task.writes);
-  sum.write_errors += get(task.write_errors);
-  sum.old_commands_withheld += get(task.old_commands_withheld);
-}
 
 }  // namespace
 
@@ -149,8 +136,8 @@ bool ModbusLoopIo::drive(double output, std::chrono::milliseconds timeout, std::
 
 IoCounters ModbusLoopIo::counters() const noexcept {
   IoCounters sum;
-  add(sum, transmitter_.counters);
-  add(sum, positioner_.counters);
+  add_to(sum, transmitter_.counters);
+  add_to(sum, positioner_.counters);
   sum.connected = transmitter_.counters.connected.load(std::memory_order_relaxed) &&
                   positioner_.counters.connected.load(std::memory_order_relaxed);
   if (transmitter_link_ != nullptr) {
@@ -162,15 +149,7 @@ IoCounters ModbusLoopIo::counters() const noexcept {
 
 std::uint64_t ModbusLoopIo::ticks() const noexcept {
   if (transmitter_link_ == nullptr) return 0;
-  const std::uint64_t transmitter = transmitter_link_->ticks();
-  const std::uint64_t positioner = positioner_link_->ticks();
-  if (transmitter != transmitter_ticks_.load(std::memory_order_relaxed) &&
-      positioner != positioner_ticks_.load(std::memory_order_relaxed)) {
-    transmitter_ticks_.store(transmitter, std::memory_order_relaxed);
-    positioner_ticks_.store(positioner, std::memory_order_relaxed);
-    moves_.fetch_add(1, std::memory_order_relaxed);
-  }
-  return moves_.load(std::memory_order_relaxed);
+  return ticks_.of(std::array{transmitter_link_->ticks(), positioner_link_->ticks()});
 }
 
 }  // namespace loopwarden::hal::modbus

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
 
 #include "hal/contract/loop_io.hpp"
+#include "hal/modbus/joint_ticks.hpp"
 #include "hal/modbus/link_task.hpp"
 #include "hal/modbus/modbus_bus.hpp"
 #include "hal/modbus/modbus_settings.hpp"
@@ -52,10 +52,7 @@ class ModbusLoopIo final : public LoopIo {
   std::int64_t writes_since_ns_ = 0;  // the first of those in a row
   std::uint64_t command_id_ = 0;
 
-  // ticks() moves on when both bus threads have: seen so far, and how often.
-  mutable std::atomic<std::uint64_t> transmitter_ticks_{0};
-  mutable std::atomic<std::uint64_t> positioner_ticks_{0};
-  mutable std::atomic<std::uint64_t> moves_{0};
+  JointTicks ticks_;  // of both bus threads
 };
 
 }  // namespace loopwarden::hal::modbus

@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "hal/contract/loop_source.hpp"
+
 namespace loopwarden::hal::modbus {
 
 enum class Transport : std::uint8_t { tcp, rtu };
@@ -50,7 +52,11 @@ constexpr int response_timeout_ms(const LinkSettings& link) noexcept {
   return link.response_timeout_ms.value_or(link.transport == Transport::tcp ? 300 : 500);
 }
 
-enum class Table : std::uint8_t { input_register, holding_register };
+// The tables of bits are for what is only read.
+enum class Table : std::uint8_t { input_register, holding_register, coil, discrete_input };
+constexpr bool is_bit(Table table) noexcept {
+  return table == Table::coil || table == Table::discrete_input;
+}
 enum class RegisterType : std::uint8_t { u16, i16, u32, i32, f32, f64 };
 // Registers that a value of this type takes.
 constexpr std::uint16_t register_count(RegisterType type) noexcept {
@@ -153,6 +159,26 @@ struct LoopModbusSettings {
   std::optional<std::int64_t> max_command_age_ns;
 
   friend bool operator==(const LoopModbusSettings&, const LoopModbusSettings&) = default;
+};
+
+// A value of a loop that another controller runs; each may be on a device of its own.
+struct SourcePoint {
+  LinkSettings link;
+  PointSettings point;
+
+  friend bool operator==(const SourcePoint&, const SourcePoint&) = default;
+};
+
+struct ModbusSourceSettings {
+  SourcePoint process_variable;  // PV units
+  SourcePoint output;            // CO units
+  std::optional<SourcePoint> set_point;
+  std::optional<SourcePoint> stem;  // CO units
+  std::optional<SourcePoint> mode;
+  ModeValues mode_values;
+  std::int64_t poll_period_ns = 1'000'000'000;  // 10 ms..60 s
+
+  friend bool operator==(const ModbusSourceSettings&, const ModbusSourceSettings&) = default;
 };
 
 constexpr std::int64_t max_command_age_ns(const LoopModbusSettings& loop) noexcept {

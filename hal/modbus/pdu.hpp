@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "hal/modbus/modbus_settings.hpp"
@@ -15,39 +16,55 @@ namespace loopwarden::hal::modbus {
 inline constexpr std::size_t kMaxReadRegisters = 64;
 inline constexpr std::size_t kMaxRequestBytes = 16;
 
-enum class Function : std::uint8_t {
-  read_holding_registers = 3,
-  read_input_registers = 4,
-  write_single_register = 6,
-  write_multiple_registers = 16
+// Of a request that only reads there are no others.
+enum class ReadFunction : std::uint8_t {
+  coils = 1,
+  discrete_inputs = 2,
+  holding_registers = 3,
+  input_registers = 4
 };
 
-constexpr Function read_function(Table table) noexcept {
-  return table == Table::input_register ? Function::read_input_registers
-                                        : Function::read_holding_registers;
+constexpr ReadFunction read_function(Table table) noexcept {
+  switch (table) {
+    case Table::coil: return ReadFunction::coils;
+    case Table::discrete_input: return ReadFunction::discrete_inputs;
+    case Table::input_register: return ReadFunction::input_registers;
+    case Table::holding_register: break;
+  }
+  return ReadFunction::holding_registers;
+}
+
+constexpr bool reads_bits(ReadFunction function) noexcept {
+  return function == ReadFunction::coils || function == ReadFunction::discrete_inputs;
+}
+
+// Bytes of values in the reply to a read.
+constexpr std::size_t reply_bytes(ReadFunction function, std::uint16_t count) noexcept {
+  return reads_bits(function) ? (count + 7U) / 8U : 2U * count;
 }
 
 // One request: unit, then the protocol data unit.
 struct Request {
   std::uint8_t unit = 0;
-  Function function = Function::read_holding_registers;
+  std::uint8_t function = 0;
+  std::optional<ReadFunction> read{};  // not set: it writes
   std::uint16_t address = 0;
-  std::uint16_t count = 0;                             // registers read or written
+  std::uint16_t count = 0;                             // registers or bits read or written
   std::array<std::uint8_t, kMaxRequestBytes> bytes{};  // starting with the unit
   std::size_t size = 0;
 
   std::span<const std::uint8_t> view() const noexcept { return {bytes.data(), size}; }
 };
 
-// count: 1..kMaxReadRegisters.
-Request read_request(std::uint8_t unit, Function function, std::uint16_t address,
+// count: 1..kMaxReadRegisters, bits as well.
+Request read_request(std::uint8_t unit, ReadFunction function, std::uint16_t address,
                      std::uint16_t count) noexcept;
 // values: 1 to 4 registers; function 6 takes the first.
 Request write_request(std::uint8_t unit, WriteFunction function, std::uint16_t address,
                       std::span<const std::uint16_t> values) noexcept;
 
 struct Reply {
-  std::array<std::uint16_t, kMaxReadRegisters> registers{};
+  std::array<std::uint16_t, kMaxReadRegisters> registers{};  // of bits: 0 or 1 each
   std::size_t count = 0;
   std::uint8_t exception = 0;  // Modbus exception code
 

@@ -45,7 +45,7 @@ RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record) {
 }
 
 RoutineWatch::RoutineWatch(const WindowSettings& settings)
-    : co_low_(settings.co_low), co_high_(settings.co_high) {
+    : has_set_point_(settings.has_set_point), co_low_(settings.co_low), co_high_(settings.co_high) {
   const double cycle_s = settings.sample_time_s > 0.0 ? settings.sample_time_s : 0.1;
   for (const double wanted_s : kSampleTimes) {
     const auto decimation = static_cast<std::size_t>(std::max(1.0, std::round(wanted_s / cycle_s)));
@@ -93,7 +93,7 @@ bool RoutineWatch::add(const Cycle& cycle) {
   any_ = true;
   last_period_ = cycle.period_index;
   const bool usable = cycle.automatic && cycle.pv_good && std::isfinite(cycle.pv) &&
-                      std::isfinite(cycle.co) && std::isfinite(cycle.sp);
+                      std::isfinite(cycle.co) && (std::isfinite(cycle.sp) || !has_set_point_);
   bool judged = false;
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     Level& level = levels_[i];
@@ -139,12 +139,13 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
   const std::vector<double> sp(level.sp.begin(), level.sp.end());
   const std::vector<double> pv(level.pv.begin(), level.pv.end());
   const std::vector<double> co(level.co.begin(), level.co.end());
-  Judgement judgement = judge_routine({.pv = pv,
-                                       .co = co,
-                                       .sp = sp,
-                                       .sample_time_s = level.sample_time_s,
-                                       .co_low = co_low_,
-                                       .co_high = co_high_});
+  Judgement judgement =
+      judge_routine({.pv = pv,
+                     .co = co,
+                     .sp = has_set_point_ ? std::span<const double>(sp) : std::span<const double>(),
+                     .sample_time_s = level.sample_time_s,
+                     .co_low = co_low_,
+                     .co_high = co_high_});
   judgement.sum_before = level.sum;
   if (speaks(judgement.verdict)) {
     if (level.specialist_windows > 0) {

@@ -73,7 +73,7 @@ class RoutineWatch {
   // The samples that a judgement is on.
   struct Samples {
     double sample_time_s = 1.0;
-    std::span<const float> sp, pv, co;
+    std::span<const float> sp, pv, co;  // sp: NaN throughout where it is not known
   };
 
   explicit RoutineWatch(const WindowSettings& settings);
@@ -114,6 +114,7 @@ class RoutineWatch {
   void settle_conditions() noexcept;
 
   std::vector<Level> levels_;
+  bool has_set_point_;
   double co_low_;
   double co_high_;
   std::uint64_t last_period_ = 0;

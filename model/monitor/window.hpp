@@ -37,13 +37,14 @@ enum class WindowState : std::uint8_t {
   gap = 4,                  // cycles are missing
   saturated = 5,            // CO at a limit for more than a tenth of the window
   not_enough_movement = 6,  // too little movement to tell
-  no_judge = 7              // no specialists for this loop
+  no_judge = 7,             // no specialists for this loop
+  no_set_point = 8          // SP is not known, and never will be
 };
 
 constexpr const char* to_text(WindowState state) noexcept {
-  return numeric::enum_name<WindowState::no_judge>(
+  return numeric::enum_name<WindowState::no_set_point>(
       state, {"valid", "filling", "not automatic", "bad PV", "gap", "saturated",
-              "not enough movement", "no specialists"});
+              "not enough movement", "no specialists", "no set point"});
 }
 
 }  // namespace loopwarden::monitor

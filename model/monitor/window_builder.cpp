@@ -41,6 +41,7 @@ void WindowBuilder::start_over() noexcept {
 WindowState WindowBuilder::usable(const Cycle& cycle) const noexcept {
   if (!cycle.automatic) return WindowState::not_automatic;
   if (!cycle.pv_good || !std::isfinite(cycle.pv)) return WindowState::bad_pv;
+  if (!settings_.has_set_point) return WindowState::no_set_point;
   if (!std::isfinite(cycle.sp) || !std::isfinite(cycle.co)) return WindowState::gap;
   return WindowState::valid;
 }

@@ -47,7 +47,8 @@ struct WindowSettings {
   double pv_high = 100.0;
   double co_low = 0.0;  // CO units
   double co_high = 100.0;
-  bool routine = true;  // routine evidence is weighed, see routine_watch.hpp
+  bool routine = true;        // routine evidence is weighed, see routine_watch.hpp
+  bool has_set_point = true;  // false: nobody knows SP, and there are no windows
 };
 
 class WindowBuilder {

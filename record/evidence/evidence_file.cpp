@@ -256,7 +256,8 @@ Evidence evidence_of(const json& j) {
 
 void write_record(const Evidence& e, const fs::path& path) {
   const bool has_stem = !e.stem.empty() && std::isfinite(e.stem.front());
-  record::RecordCsvWriter csv(path, {.stem = has_stem});
+  const bool has_sp = !e.sp.empty() && std::isfinite(e.sp.front());
+  record::RecordCsvWriter csv(path, {.sp = has_sp, .stem = has_stem});
   for (std::size_t k = 0; k < e.pv.size(); ++k) {
     csv.add({.time_s = static_cast<double>(k) * e.sample_time_s,
              .pv = e.pv[k],

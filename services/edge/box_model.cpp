@@ -29,6 +29,10 @@ const std::set<std::string> kSlow{
 const std::set<std::string> kOfPv{"pv", "sp"};
 const std::set<std::string> kOfCo{"co", "stem", "output"};
 
+// They say what the controller is told; mode and sp also what it does.
+const std::set<std::string> kOrdersToController{"output", "output_scaled",
+                                                "veto_corrective_action"};
+
 struct RegisterKind {
   DataType type;
   double low;
@@ -184,6 +188,12 @@ const std::vector<protocol::Field>& names_of(const protocol::Registers& register
   return *registers.names;
 }
 
+template <class T>
+void leave_out(const std::vector<std::size_t>& ascending, std::vector<T>& all) {
+  for (auto index = ascending.rbegin(); index != ascending.rend(); ++index)
+    all.erase(all.begin() + static_cast<std::ptrdiff_t>(*index));
+}
+
 void set_range(MetricSpec& spec, const protocol::Range& range) {
   spec.low = range[0];
   spec.high = range[1];
@@ -243,6 +253,9 @@ BoxModel::BoxModel(const protocol::Registers& registers, const protocol::Descrip
       loop_(take_names(names_of(registers), "loop", dead_bands)),
       node_specs_(own_specs()) {
   node_specs_.insert(node_specs_.end(), box_.specs.begin(), box_.specs.end());
+  for (std::size_t i = 0; i < loop_.specs.size(); ++i) {
+    if (kOrdersToController.contains(loop_.specs[i].name)) orders_.push_back(i);
+  }
   std::vector<MetricSpec> common = loop_.specs;
   add_conditions(common, conditions_);
   add_extras(common);
@@ -251,7 +264,9 @@ BoxModel::BoxModel(const protocol::Registers& registers, const protocol::Descrip
     LoopModel model;
     model.tag = loop.tag;
     model.device = unique_device(model.tag, taken);
+    model.watched = loop.control == "elsewhere";
     model.specs = specs_of_loop(common, loop);
+    if (model.watched) leave_out(orders_, model.specs);
     model.fixed = {
         {"tag", model.tag}, {"request/evidence", std::string()}, {"order/result", std::string()}};
     if (const auto sees = detectable.find(model.tag); sees != detectable.end()) {
@@ -294,7 +309,7 @@ Reading BoxModel::loop_reading(std::size_t loop, const protocol::Registers& regi
                                const Extras& extras) const {
   const LoopModel& model = loops_.at(loop);
   Reading now;
-  now.items.resize(model.specs.size());
+  now.items.resize(model.specs.size() + (model.watched ? orders_.size() : 0));
   const std::vector<double>& values = registers.loops.at(loop).values;
   take_values(loop_, values, now.items.data());
   const std::optional<std::size_t> quality = column("pv_quality");
@@ -304,6 +319,7 @@ Reading BoxModel::loop_reading(std::size_t loop, const protocol::Registers& regi
     if (name == "pv" || name == "pv_scaled") now.items[i].good = good;
   }
   for (const auto& [from, to] : conditions_) now.items[to] = now.items[from];
+  if (model.watched) leave_out(orders_, now.items);
   put(model.specs, model.fixed, now);
   put(model.specs, extras, now);
   return now;

@@ -3,7 +3,8 @@
 //
 // Metrics have the names of the register map; a field that stands in two tables, to be read and to be written, is one
 // metric. Beside them, for each loop: tag, alarm/NAME/state|severity|since, condition/NAME, explanation/*,
-// detectable/NAME, order/result, request/evidence and file/NAME.
+// detectable/NAME, order/result, request/evidence and file/NAME. A loop that another controller has lacks what is there
+// for orders to its controller alone.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +26,9 @@ using Extras = std::map<std::string, sparkplug::Value>;
 struct LoopModel {
   std::string tag;
   std::string device;             // the tag as a topic may hold it, unique
-  std::vector<MetricSpec> specs;  // those that every loop has, then detectable/NAME
+  std::vector<MetricSpec> specs;  // those that all such loops have, then detectable/NAME
   Extras fixed;                   // tag, detectable/NAME
+  bool watched = false;           // another controller has it
   friend bool operator==(const LoopModel&, const LoopModel&) = default;
 };
 
@@ -79,6 +81,7 @@ class BoxModel {
   Area loop_;
   std::vector<MetricSpec> node_specs_;  // the node's own, then those of box_
   std::vector<std::pair<std::size_t, std::size_t>> conditions_;  // condition_NAME, condition/NAME
+  std::vector<std::size_t> orders_;  // of loop_, ascending: metrics that a watched loop lacks
   std::vector<LoopModel> loops_;
 };
 

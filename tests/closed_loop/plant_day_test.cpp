@@ -54,7 +54,7 @@ class Plant {
     journal_.open();
     journal_.start();
     evidence_.start();
-    std::vector<daemon::monitor::WatchedLoop> watched{
+    std::vector<daemon::monitor::MonitoredLoop> monitored{
         {.cycles = &cycles_,
          .window = {.sample_time_s = model_.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
          .judge = &judge_,
@@ -63,7 +63,7 @@ class Plant {
          .corrective = corrective,
          .orders = &desk_}};
     monitor_ = std::make_unique<Monitor>(
-        std::move(watched), board_,
+        std::move(monitored), board_,
         [this](std::size_t, AlarmKind alarm, const monitor::LoopMonitor& watched_by,
                const monitor::MonitorStep& step,
                monitor::AlarmReason reason) { keep(alarm, watched_by, step, reason); });

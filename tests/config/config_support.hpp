@@ -4,7 +4,6 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <map>
 #include <string>
 
 #include "config/config_reader.hpp"
@@ -66,7 +65,7 @@ inline const std::string kAnalogLoop = kLoopHead + R"(io:
     comm_loss: none_accepted
 )";
 
-inline std::map<std::string, hal::modbus::LinkSettings> links() {
+inline DaemonConfig daemon() {
   hal::modbus::LinkSettings tcp;
   tcp.name = "skid";
   tcp.host = "127.0.0.1";
@@ -74,7 +73,10 @@ inline std::map<std::string, hal::modbus::LinkSettings> links() {
   rtu.name = "line";
   rtu.transport = hal::modbus::Transport::rtu;
   rtu.device = "/dev/ttyS0";
-  return {{"skid", tcp}, {"line", rtu}};
+  DaemonConfig daemon;
+  daemon.links = {{"skid", tcp}, {"line", rtu}};
+  daemon.feeders = {{"opcua", {.user = "loopwarden-opcua", .uid = 990}}};
+  return daemon;
 }
 
 // `text` with its first `from` made `to`.
@@ -95,7 +97,7 @@ inline std::string said_of_model(const std::string& text) {
   return said(read_model_text("m.yaml", text));
 }
 inline std::string said_of_loop(const std::string& text) {
-  return said(read_loop_text("loop.yaml", text, links()));
+  return said(read_loop_text("loop.yaml", text, daemon()));
 }
 inline std::string said_of_daemon(const std::string& text) {
   return said(read_daemon_text("d.yaml", text));

@@ -65,12 +65,11 @@ std::vector<Diagnostic> diagnose(const fs::path& file, const std::string& text) 
     return read_daemon_text(file.string(), text).diagnostics;
   if (file.parent_path().filename() == "models")
     return read_model_text(file.string(), text).diagnostics;
-  std::map<std::string, hal::modbus::LinkSettings> links;
   const fs::path daemon_file = file.parent_path().parent_path() / "loopwardend.yaml";
   const auto daemon =
       read_daemon_text(daemon_file.string(), loopwarden::tests::read_file(daemon_file));
   REQUIRE(daemon);
-  return read_loop_text(file.string(), text, daemon->links).diagnostics;
+  return read_loop_text(file.string(), text, *daemon).diagnostics;
 }
 
 // Those of other programs than the daemon are read by the tests of their own readers.

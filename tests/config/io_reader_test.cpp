@@ -23,7 +23,7 @@ struct Trial {
   }
   Loaded<LoopConfig> read(const std::string& io) const {
     const std::string file = (folder.path() / "loops.d" / "a.yaml").string();
-    return read_loop_text(file, kLoopHead + io, test::links());
+    return read_loop_text(file, kLoopHead + io, test::daemon());
   }
   std::string said(const std::string& io) const { return folder.relative(test::said(read(io))); }
 };

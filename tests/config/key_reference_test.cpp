@@ -29,7 +29,8 @@ TEST_CASE("docs/configuration.md says what the readers say", "[config][reference
 TEST_CASE("loopwardend.yaml(5) names every key", "[config][reference]") {
   const std::string script = LOOPWARDEN_SOURCE_DIR "/docs/man/configuration.awk";
   const std::string page = loopwarden::tests::run("awk -f " + script + " " + kDocument).text;
-  for (const KeyReference& reference : {describe_daemon(), describe_loop(), describe_model()}) {
+  for (const KeyReference& reference :
+       {describe_daemon(), describe_loop(), describe_watched_loop(), describe_model()}) {
     CHECK(reference.keys().size() > 20);
     for (const KeyDescription& key : reference.keys()) {
       std::string name;

@@ -17,7 +17,7 @@ using test::with;
 namespace {
 
 LoopConfig read(const std::string& text) {
-  auto loop = read_loop_text("loop.yaml", text, test::links());
+  auto loop = read_loop_text("loop.yaml", text, test::daemon());
   INFO(to_text(loop.diagnostics));
   REQUIRE(loop);
   return std::move(*loop);
@@ -130,7 +130,7 @@ TEST_CASE("Who leaves the first output to the operator is told what that means",
       "loop.yaml:10:45: note: start.output: hold without a read_back: nothing is written to the "
       "device until an operator sets an output; only then is its watchdog register written, "
       "before the first command\n");
-  CHECK(read_loop_text("loop.yaml", with_start("{mode: manual, set_point: 5}"), test::links()));
+  CHECK(read_loop_text("loop.yaml", with_start("{mode: manual, set_point: 5}"), test::daemon()));
 }
 
 TEST_CASE("The normal mode is the one in which the loop starts, or is given", "[config][loop]") {

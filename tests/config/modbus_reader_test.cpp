@@ -15,7 +15,7 @@ using test::with;
 namespace {
 
 LoopModbusSettings read(const std::string& text) {
-  const auto loop = read_loop_text("loop.yaml", text, test::links());
+  const auto loop = read_loop_text("loop.yaml", text, test::daemon());
   INFO(to_text(loop.diagnostics));
   REQUIRE(loop);
   return std::get<LoopModbusSettings>(loop->io);

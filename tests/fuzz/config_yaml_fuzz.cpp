@@ -17,21 +17,24 @@ void check(const config::Loaded<T>& loaded) {
   if (!loaded && config::to_text(loaded.diagnostics).empty()) std::abort();
 }
 
-std::map<std::string, hal::modbus::LinkSettings> links() {
+config::DaemonConfig daemon() {
   hal::modbus::LinkSettings tcp;
   tcp.name = "skid";
   hal::modbus::LinkSettings rtu;
   rtu.name = "line_1";
   rtu.transport = hal::modbus::Transport::rtu;
-  return {{"skid", tcp}, {"line_1", rtu}};
+  config::DaemonConfig daemon;
+  daemon.links = {{"skid", tcp}, {"line_1", rtu}};
+  daemon.feeders = {{"opcua", {}}};
+  return daemon;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const auto kLinks = links();
+  static const config::DaemonConfig kDaemon = daemon();
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  check(config::read_loop_text("loops.d/fuzz.yaml", text, kLinks));
+  check(config::read_loop_text("loops.d/fuzz.yaml", text, kDaemon));
   check(config::read_daemon_text("loopwardend.yaml", text));
   return 0;
 }

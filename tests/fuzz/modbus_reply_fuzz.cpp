@@ -37,15 +37,15 @@ std::size_t word(Bytes bytes, std::size_t at) {
 // Length of the unit and data at the start of `bytes` if they carry a value for `request`, else 0.
 std::size_t answer_length(Bytes bytes, const Request& request) {
   if (bytes.size() < 3 || bytes[0] != request.unit) return 0;
-  if (bytes[1] != static_cast<std::uint8_t>(request.function)) return 0;
-  if (request.function == Function::write_single_register ||
-      request.function == Function::write_multiple_registers) {
+  if (bytes[1] != request.function) return 0;
+  if (!request.read) {
     const bool echo = bytes.size() >= 6 &&
                       std::equal(bytes.begin() + 2, bytes.begin() + 6, request.bytes.begin() + 2);
     return echo ? 6 : 0;
   }
   const std::size_t length = 3U + bytes[2];
-  return bytes[2] == 2 * request.count && bytes.size() >= length ? length : 0;
+  return bytes[2] == reply_bytes(*request.read, request.count) && bytes.size() >= length ? length
+                                                                                         : 0;
 }
 
 // Whether the stream begins with a TCP frame that carries a value for `request`.
@@ -75,11 +75,12 @@ bool rtu_answers(Bytes stream, const Request& request) {
 
 Request make_request(std::uint8_t kind, std::uint8_t unit) {
   const std::array<std::uint16_t, 2> values{0x1234, 0x5678};
-  switch (kind % 5) {
-    case 0: return read_request(unit, Function::read_input_registers, 100, 2);
-    case 1: return read_request(unit, Function::read_holding_registers, 0, 1);
-    case 2: return read_request(unit, Function::read_input_registers, 7, 64);
+  switch (kind % 6) {
+    case 0: return read_request(unit, ReadFunction::input_registers, 100, 2);
+    case 1: return read_request(unit, ReadFunction::holding_registers, 0, 1);
+    case 2: return read_request(unit, ReadFunction::input_registers, 7, 64);
     case 3: return write_request(unit, WriteFunction::single, 10, values);
+    case 4: return read_request(unit, ReadFunction::coils, 3, 9);
     default: return write_request(unit, WriteFunction::multiple, 10, values);
   }
 }

@@ -72,6 +72,11 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     pv_unit_ = std::move(unit);
   }
+  // Another controller has the loop; before the first describe.
+  void set_elsewhere(std::string tag) {
+    const std::lock_guard lock(mutex_);
+    elsewhere_ = std::move(tag);
+  }
   // What an order is answered with; empty: done.
   void refuse_orders(std::string why) {
     const std::lock_guard lock(mutex_);
@@ -116,7 +121,8 @@ class FakeDaemon {
         {"output", "loop", "CO", "f32", true, 0, 0},
         {"ki", "loop", "CO/(PV s)", "f32", true, 0, 0},
         {"shelve_stiction", "loop", "min", "u16", true, 0, 65535},
-        {"acknowledge_stiction", "loop", "", "bool", true, 0, 1}};
+        {"acknowledge_stiction", "loop", "", "bool", true, 0, 1},
+        {"veto_corrective_action", "loop", "", "bool", true, 0, 1}};
     return kFields;
   }
   static std::map<std::string, json> first_values() {
@@ -187,6 +193,7 @@ class FakeDaemon {
     json loops = json::array();
     for (const std::string& tag : tags_) {
       loops.push_back({{"tag", tag},
+                       {"control", tag == elsewhere_ ? "elsewhere" : "here"},
                        {"pv_unit", pv_unit_},
                        {"co_unit", "%"},
                        {"pv_range", {0.0, 10.0}},
@@ -245,6 +252,7 @@ class FakeDaemon {
   std::map<std::string, json> explanations_;
   std::filesystem::path evidence_;
   std::string pv_unit_ = "L/min";
+  std::string elsewhere_;
   std::string refusal_;
   std::vector<json> orders_;
   std::atomic<std::size_t> looks_{0};

@@ -11,6 +11,7 @@
 #include "config/config_reader.hpp"
 #include "config/loop_model_reader.hpp"
 #include "config/specialists/specialist_folder.hpp"
+#include "map/register_map.hpp"
 #include "model/control/tuning.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
@@ -36,6 +37,9 @@ std::string tuning_text(const control::PidGains& gains, double pv_span, double c
 }
 
 std::string loop_text(const config::LoopConfig& loop) {
+  if (config::is_watched(loop.io)) {
+    return fmt::format("loop {}, {:g} s, controlled elsewhere", loop.name, loop.sample_time_s);
+  }
   const control::PidSettings& pid = loop.controller.pid;
   return fmt::format("loop {}, {:g} s, {}", loop.name, loop.sample_time_s,
                      tuning_text(pid.gains, loop.pv.high - loop.pv.low, pid.output_span()));
@@ -68,7 +72,10 @@ Checked check(const std::string& path) {
   if (std::filesystem::is_directory(path)) {
     return checked(config::read_configuration(path), [](const config::Configuration& c) {
       std::string text = fmt::format("{} loop{}", c.loops.size(), c.loops.size() == 1 ? "" : "s");
-      for (const config::LoopConfig& loop : c.loops) text += "\n  " + loop_text(loop);
+      for (std::size_t i = 0; i < c.loops.size(); ++i) {
+        text += "\n  " + loop_text(c.loops[i]);
+        if (i >= register_map::kMostLoops) text += "; no block in the register map";
+      }
       return text;
     });
   }

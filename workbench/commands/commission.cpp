@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -19,6 +20,7 @@
 #include "record/record_csv.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
+#include "workbench/records/recorder_input.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
@@ -35,6 +37,7 @@ namespace fs = std::filesystem;
 struct CommissionOptions {
   RecordInput input;
   std::vector<std::string> records;
+  RecorderInput recorder;  // in place of records
   std::string model;
   std::string again;  // an earlier twin
   std::string out;
@@ -127,7 +130,19 @@ void print_changes(const std::vector<commission::Change>& changes) {
   fmt::print("\n");
 }
 
-int run_commission(const CommissionOptions& options) {
+// In place of files what the recorder holds, kept beside the result; the longest makes the twin.
+void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
+  const fs::path folder = fs::path(options.out) / "records";
+  files.make_folder(folder);
+  Recorded recorded = options.recorder.take(options.input.loop(), folder);
+  std::stable_sort(recorded.records.begin(), recorded.records.end(),
+                   [](const auto& a, const auto& b) { return a.rows > b.rows; });
+  for (const Recorded::Record& one : recorded.records) options.records.push_back(one.path);
+  options.input = RecordInput();  // its loop is the folder's, not a column's
+}
+
+int run_commission(const CommissionOptions& given) {
+  CommissionOptions options = given;
   const auto begin = std::chrono::steady_clock::now();
   commission::Request request{.records = {},
                               .model = std::nullopt,
@@ -139,9 +154,11 @@ int run_commission(const CommissionOptions& options) {
       options.again.empty() ? std::nullopt : request.model;
   std::vector<std::string> inputs = options.records;
   if (!start.empty()) inputs.push_back(start);
+  const bool recorder = options.recorder.asked(!options.records.empty(), options.input.loop());
   OutputFiles files(inputs);
   const fs::path out(options.out);
   files.make_folder(out);
+  if (recorder) take_from_recorder(options, files);
   for (const char* name : {"commission.json", "report.html"}) files.stage(out / name);
   const unsigned jobs = threads(options.jobs);
   const ParallelFor parallel = on_threads(jobs);
@@ -212,10 +229,11 @@ void add_commission(Program& program) {
   auto [command, o] = program.command(
       "commission", "from a healthy record the loop's twin, its specialists, and what they can see",
       run_commission);
-  command.required("records", o.records,
-                   "records of the loop while it works, CSV: time, sp, pv, co, and where known "
-                   "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
-                   "twin, the others must agree with it");
+  command.option("records", o.records,
+                 "records of the loop while it works, CSV: time, sp, pv, co, and where known "
+                 "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
+                 "twin, the others must agree with it");
+  o.recorder.add_options(command, ". It is kept in the folder records of --out");
   Option model =
       command.option("--model", o.model,
                      "loop model to start from, YAML, however rough; without it one is identified");
@@ -242,7 +260,8 @@ void add_commission(Program& program) {
   command.footer(
       "A verdict is a result: exit code 0. Twin and specialists are written only when it is "
       "`commissioned`.\n"
-      "Example: loopwarden commission healthy.csv --model rough.yaml --out commissioned");
+      "Examples: loopwarden commission healthy.csv --model rough.yaml --out commissioned\n"
+      "          loopwarden commission --loop FIC-205 --last 4h --out commissioned");
 }
 
 }  // namespace loopwarden::workbench

@@ -16,6 +16,7 @@
 #include "workbench/command_line/frame.hpp"
 #include "workbench/report/diagnosis_page.hpp"
 #include "workbench/records/record_input.hpp"
+#include "workbench/records/recorder_input.hpp"
 #include "workbench/text/diagnose_text.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/command_line/progress.hpp"
@@ -31,9 +32,10 @@ using diagnosis::LoopKind;
 
 struct DiagnoseOptions {
   RecordInput input;
+  RecorderInput recorder;  // in place of records
   std::vector<std::string> records;
   std::vector<std::string> neighbours;
-  std::vector<double> co_range{0.0, 100.0};
+  std::vector<double> co_range{};  // empty: 0 to 100, or of the daemon's loop
   std::string kind;
   std::string report;
   bool json = false;
@@ -153,13 +155,34 @@ void name_pushing(const DiagnoseOptions& options, std::vector<TimedLoop> records
   loop.verdict.reason = follows_text(*loop.pushed_by);
 }
 
+// The loop's last hours, under the names that `loopwarden export` gives them.
+void diagnose_recorded(const DiagnoseOptions& options, DiagnosedLoop& loop) {
+  const std::string& tag = options.input.loop();
+  OutputFiles scratch;
+  const std::filesystem::path folder = scratch.make_scratch_folder();
+  const auto place = [&](const std::filesystem::path& path) { return scratch.stage(path); };
+  const Recorded recorded = options.recorder.take(tag, folder, place);
+  if (options.co_range.empty())
+    loop.co_range.assign(recorded.loop.co_range.begin(), recorded.loop.co_range.end());
+  for (const Recorded::Record& one : recorded.records) {
+    record::Imported imported = RecordInput().read(scratch.stage(one.path));
+    imported.notes.tag = tag;
+    diagnose_record(std::filesystem::path(one.path).filename(), imported,
+                    kind_of(options, imported), loop);
+  }
+}
+
 int run_diagnose(const DiagnoseOptions& options) {
-  if (!(options.co_range[1] > options.co_range[0])) {
+  if (!options.co_range.empty() && !(options.co_range[1] > options.co_range[0])) {
     fail(kExitUsage, "--co-range: the upper end must be above the lower one");
   }
   DiagnosedLoop loop;
-  loop.co_range = options.co_range;
+  loop.co_range = options.co_range.empty() ? std::vector<double>{0.0, 100.0} : options.co_range;
   std::vector<TimedLoop> compared;
+  if (options.recorder.asked(!options.records.empty(), options.input.loop())) {
+    if (!options.neighbours.empty()) fail(kExitUsage, "--neighbours: only beside files");
+    diagnose_recorded(options, loop);
+  }
   for (const std::string& path : options.records) {
     record::Imported imported = options.input.read(path);
     if (!imported.record.has_co) {
@@ -190,20 +213,24 @@ int run_diagnose(const DiagnoseOptions& options) {
 void add_diagnose(Program& program) {
   auto [command, o] = program.command(
       "diagnose", "valve effect or other cause, from records and no model", run_diagnose);
-  command.required(
+  command.option(
       "record", o.records,
       "routine records of one loop in the order of time, CSV: time, pv, co, and sp if known");
+  o.recorder.add_options(command, "; CO's range is that of the daemon's loop");
   command.option(
       "--kind", o.kind,
       "what the loop controls; else from the file's name where it holds a tag such as FIC101",
       one_of({"flow", "pressure", "level", "temperature", "unknown"}));
   command.option("--neighbours", o.neighbours,
-                 "exports of other loops with the same time base: which of them push this one");
+                 "exports of other loops with the same time base: which of them push this one; "
+                 "only beside files");
   command.option("--co-range", o.co_range, "lower and upper end of CO, default 0 100").takes(2);
   command.option("--report", o.report, "write a page with pictures here, HTML");
   command.flag("--json", o.json, "print the result as JSON");
   o.input.add_options(command);
-  command.footer("Example: loopwarden diagnose data/routine/r22.csv --json");
+  command.footer(
+      "Examples: loopwarden diagnose data/routine/r22.csv --json\n"
+      "          loopwarden diagnose --loop FIC-205 --last 8h");
 }
 
 }  // namespace loopwarden::workbench

@@ -23,6 +23,7 @@
 #include "workbench/command_line/frame.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/records/record_input.hpp"
+#include "workbench/records/recorder_input.hpp"
 #include "workbench/text/gap_json.hpp"
 #include "workbench/text/import_json.hpp"
 #include "workbench/report/gap_report.hpp"
@@ -37,6 +38,7 @@ constexpr double kLargestLoadPercent = 0.15;  // of PV span per root second
 
 struct GapOptions {
   RecordInput input;
+  RecorderInput recorder;  // in place of the record
   std::string record;
   std::string model;
   std::string out;
@@ -400,7 +402,26 @@ int run_gap_on_assumed_model(GapOptions options) {
   return run_gap(options);
 }
 
-int run_any_gap(const GapOptions& options) {
+// In place of the file the longest stretch that the recorder holds, kept beside the results.
+void take_from_recorder(GapOptions& options, OutputFiles& files) {
+  const std::filesystem::path folder = std::filesystem::path(options.out) / "records";
+  files.make_folder(folder);
+  const Recorded recorded = options.recorder.take(options.input.loop(), folder);
+  options.record = recorded.longest().path;
+  if (recorded.records.size() > 1) {
+    fmt::print(stderr, "{}: the longest of {} stretches without a break\n", options.record,
+               recorded.records.size());
+  }
+  options.input = RecordInput();  // its loop is the folder's, not a column's
+}
+
+int run_any_gap(const GapOptions& given) {
+  GapOptions options = given;
+  OutputFiles kept;
+  if (options.recorder.asked(!options.record.empty(), options.input.loop())) {
+    take_from_recorder(options, kept);
+    kept.commit();
+  }
   return options.model.empty() ? run_gap_on_assumed_model(options) : run_gap(options);
 }
 
@@ -410,7 +431,8 @@ void add_gap(Program& program) {
   auto [command, o] = program.command(
       "gap", "where a model and a record disagree, the missing effect, the corrected model",
       run_any_gap);
-  command.required("record", o.record, "measured record, CSV: time, pv, and where known sp, co");
+  command.option("record", o.record, "measured record, CSV: time, pv, and where known sp, co");
+  o.recorder.add_options(command, ". It is kept in the folder records of --out");
   command.option("--model", o.model,
                  "loop model as its engineers believe it, YAML; without it, one is identified from "
                  "the record itself and written to model.assumed.yaml");
@@ -435,7 +457,9 @@ void add_gap(Program& program) {
       .takes(2);
   command.flag("--clip-co", o.clip_co, "CO was logged before its limits: take it at the model's");
   o.input.add_options(command);
-  command.footer("Example: loopwarden gap record.csv --model model.yaml --out result");
+  command.footer(
+      "Examples: loopwarden gap record.csv --model model.yaml --out result\n"
+      "          loopwarden gap --loop FIC-205 --last 4h --model twin.yaml --out result");
 }
 
 }  // namespace loopwarden::workbench

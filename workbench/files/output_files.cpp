@@ -193,6 +193,14 @@ void OutputFiles::make_folder(const fs::path& folder) {
   }
 }
 
+fs::path OutputFiles::make_scratch_folder() {
+  std::string folder = (fs::temp_directory_path() / "loopwarden-XXXXXX").string();
+  if (::mkdtemp(folder.data()) == nullptr) fail(folder, "can't be made", errno);
+  folders_.emplace_back(folder);
+  remember(folder, true);
+  return folder;
+}
+
 fs::path OutputFiles::stage(const fs::path& path) {
   for (const Staged& staged : staged_) {
     if (staged.asked == path) return staged.temporary;

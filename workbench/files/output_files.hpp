@@ -32,6 +32,8 @@ class OutputFiles {
 
   // Makes the folder now where it is missing; gone again without commit().
   void make_folder(const std::filesystem::path& folder);
+  // A folder of the user's own for what stands between and is never committed: it goes with this.
+  std::filesystem::path make_scratch_folder();
   // The name under which to write what becomes `path`; the same for the same path. What a RecordCsvWriter
   // leaves beside it is removed as well.
   std::filesystem::path stage(const std::filesystem::path& path);

@@ -47,12 +47,14 @@ std::string record_and_bus_line(const protocol::LoopStatus& loop) {
   const protocol::Recording& recording = loop.recording;
   const protocol::Cycle cycle = loop.cycle.value_or(protocol::Cycle{});
   return fmt::format(
-      "{}: {}   PV age {} ms   position age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: {} "
+      "{}: {}{}   PV age {} ms   position age {} ms   recorded {} rows, {} lost, {:.1f} MB   bus: "
+      "{} "
       "transactions, {} "
       "timeouts, "
       "{} exceptions, {} invalid, {} reconnects",
-      loop.name, loop.description, rounded(cycle.pv_age_ms, 1), rounded(loop.position_age_ms, 1),
-      recording.rows, recording.dropped + recording.queue_dropped + recording.rows_lost,
+      loop.name, loop.description, loop.control == "elsewhere" ? " (controlled elsewhere)" : "",
+      rounded(cycle.pv_age_ms, 1), rounded(loop.position_age_ms, 1), recording.rows,
+      recording.dropped + recording.queue_dropped + recording.rows_lost,
       static_cast<double>(recording.bytes) / 1e6, io.transactions, io.timeouts,
       io.device_exceptions, io.invalid_replies, io.reconnects);
 }
@@ -101,6 +103,8 @@ std::string state_of(const protocol::Cycle& cycle, const std::string& co_unit) {
   std::string state = cycle.fault == "none" ? std::string("ok") : cycle.fault;
   if (cycle.pv_quality != "good") {
     state += fmt::format(" (PV {}: {})", cycle.pv_quality, cycle.pv_reason);
+  } else if (cycle.pv_reason != "none") {
+    state += fmt::format(" (PV {})", cycle.pv_reason);
   }
   if (cycle.pv_limit != "none") state += fmt::format(", PV at its {} limit", cycle.pv_limit);
   if (cycle.at_low || cycle.at_high) state += ", output at its limit";

@@ -72,6 +72,7 @@ const en = {
     windows: 'Windows and their specialists', health: 'Communication and recording', explanation: 'Explanation', alarms: 'Alarms of this loop',
     noLoop: 'There is no loop {tag}.', state: 'State', ne107: 'NE 107', requested: 'asked for: {mode}',
     previous: 'Previous loop', next: 'Next loop', operate: 'Operate', setPoint: 'Set point', output: 'Output', mode: 'Mode',
+    controlledElsewhere: 'Another controller has this loop (control: elsewhere). It is only read here.',
     noControl: 'Operating from this page is off (loopwardend.yaml: page: control).', needsOperator: 'To operate, log in as an operator.',
     limits: 'Limits {low} to {high}',
   },

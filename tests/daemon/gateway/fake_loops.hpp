@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,6 +41,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   }
 
   std::size_t loops() const override { return readings.size(); }
+  bool read_only(std::size_t loop) const override { return watched.contains(loop); }
   const std::string& name(std::size_t loop) const override { return names_[loop]; }
   daemon::gateway::LoopReading read(std::size_t loop) override {
     ++reads;
@@ -80,6 +82,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   std::vector<daemon::gateway::LoopReading> readings;
   daemon::gateway::BoxReading box_reading;
   bool room = true;
+  std::set<std::size_t> watched;  // another controller has them
   std::size_t reads = 0;
   std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
   std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;

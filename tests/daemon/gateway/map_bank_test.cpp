@@ -638,4 +638,57 @@ TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway
   CHECK(bench.plant.lines.empty());
 }
 
+TEST_CASE("of a watched loop nothing can be written, alarms neither", "[map][watch]") {
+  Bench bench(3);
+  bench.plant.watched = {1};
+  for (const map::Register& reg : map::registers()) {
+    if (!map::writable(reg) || reg.area == map::Area::box) continue;
+    INFO(reg.name);
+    const Words words(map::width(reg), 0);
+    const auto write = [&](std::size_t loop) {
+      return bench.bank.write(reg.table, static_cast<std::uint16_t>(map::address(reg, loop)), words,
+                              kMaster);
+    };
+    CHECK(write(1) == Exception::illegal_address);
+    CHECK(write(2) != Exception::illegal_address);
+  }
+  for (const auto& [loop, order] : bench.plant.orders) CHECK(loop == 2);
+  for (const auto& [loop, action] : bench.plant.actions) CHECK(loop == 2);
+  for (const auto& [loop, vetoed] : bench.plant.vetoes) CHECK(loop == 2);
+}
+
+TEST_CASE("watched loops that come or go leave the registers of those controlled here as they were",
+          "[map][watch]") {
+  // As the configuration orders them: controlled here first.
+  const auto registers_of_two = [](std::size_t loops) {
+    Bench bench(loops);
+    std::vector<Words> all;
+    for (const map::Register& reg : map::registers()) {
+      if (reg.area == map::Area::box) continue;
+      for (const std::size_t loop : {0U, 1U}) {
+        all.push_back(bench.read(reg.table, map::address(reg, loop), map::width(reg)));
+        all.push_back({static_cast<std::uint16_t>(map::address(reg, loop))});
+      }
+    }
+    return all;
+  };
+  const std::vector<Words> alone = registers_of_two(2);
+  CHECK(alone.size() > 100);
+  CHECK(registers_of_two(502) == alone);
+  CHECK(registers_of_two(2000) == alone);
+}
+
+TEST_CASE("from loop 896 on there is no block, and the count says so", "[map][watch]") {
+  Bench bench(900);
+  CHECK(bench.box_word("loop_count") == map::kMostLoops);
+  CHECK(map::kMostLoops == 895);
+  Words words(1);
+  const auto read = [&](std::size_t loop) {
+    return bench.bank.read(Table::holding_register, static_cast<std::uint16_t>(32768 + 32 * loop),
+                           words);
+  };
+  CHECK(read(894) == Exception::none);
+  CHECK(read(895) == Exception::illegal_address);
+}
+
 }  // namespace loopwarden::daemon::gateway::map_bank_test

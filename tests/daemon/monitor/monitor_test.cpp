@@ -66,18 +66,18 @@ struct Bench {
   }
   // `corrective`: of the first loop.
   void make_monitor(const model::CorrectiveSettings& corrective = {}) {
-    std::vector<WatchedLoop> watched;
+    std::vector<MonitoredLoop> monitored;
     for (std::size_t i = 0; i < rings.size(); ++i) {
-      watched.push_back({.cycles = rings[i].get(),
-                         .window = {.overlap = 0.0, .sample_time_s = 0.1},
-                         .judge = judges[i].get(),
-                         .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}});
+      monitored.push_back({.cycles = rings[i].get(),
+                           .window = {.overlap = 0.0, .sample_time_s = 0.1},
+                           .judge = judges[i].get(),
+                           .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}});
     }
-    watched.front().normal_mode = normal_mode;
-    watched.front().corrective = corrective;
-    watched.front().orders = &desk;
-    watched.front().settings_taken = &settings_taken;
-    monitor = std::make_unique<Monitor>(watched, *board);
+    monitored.front().normal_mode = normal_mode;
+    monitored.front().corrective = corrective;
+    monitored.front().orders = &desk;
+    monitored.front().settings_taken = &settings_taken;
+    monitor = std::make_unique<Monitor>(monitored, *board);
   }
   RecordRow row(std::size_t loop) {
     RecordRow r;
@@ -378,11 +378,11 @@ TEST_CASE("a saturated window is not judged, and is counted", "[monitor]") {
 
 TEST_CASE("without specialists the classical measures are there", "[monitor]") {
   Bench bench;
-  std::vector<WatchedLoop> watched{{.cycles = bench.rings[0].get(),
-                                    .window = {.overlap = 0.0, .sample_time_s = 0.1},
-                                    .judge = nullptr,
-                                    .rule = {}}};
-  bench.monitor = std::make_unique<Monitor>(std::move(watched), *bench.board);
+  std::vector<MonitoredLoop> monitored{{.cycles = bench.rings[0].get(),
+                                        .window = {.overlap = 0.0, .sample_time_s = 0.1},
+                                        .judge = nullptr,
+                                        .rule = {}}};
+  bench.monitor = std::make_unique<Monitor>(std::move(monitored), *bench.board);
   bench.run(kWindow);
   const LoopWatch watch = bench.board->watch(0);
   CHECK(watch.window_state == WindowState::no_judge);
@@ -417,11 +417,11 @@ TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]"
   WatchBoard board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
   board.restore(again.open());
   CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
-  std::vector<WatchedLoop> watched{{.cycles = bench.rings[0].get(),
-                                    .window = {.overlap = 0.0, .sample_time_s = 0.1},
-                                    .judge = bench.judges[0].get(),
-                                    .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}}};
-  bench.monitor = std::make_unique<Monitor>(std::move(watched), board);
+  std::vector<MonitoredLoop> monitored{{.cycles = bench.rings[0].get(),
+                                        .window = {.overlap = 0.0, .sample_time_s = 0.1},
+                                        .judge = bench.judges[0].get(),
+                                        .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}}};
+  bench.monitor = std::make_unique<Monitor>(std::move(monitored), board);
   bench.run(kWindow);  // the first window alone would be no alarm
   CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
 }

@@ -57,8 +57,9 @@ inline mb::PointSettings input(std::uint16_t address, mb::RegisterType type,
 
 // A pymodbus device on TCP with a proxy before it.
 struct TcpRig {
-  explicit TcpRig(std::vector<std::string> arguments = {})
-      : device("plant_device.py", std::move(arguments)),
+  explicit TcpRig(std::vector<std::string> arguments = {},
+                  const std::string& program = "plant_device.py")
+      : device(program, std::move(arguments)),
         proxy("fault_proxy.py", {"--to", "127.0.0.1:" + device.ready("port")}) {}
   mb::LinkSettings link() const { return tcp_link(proxy.ready("port")); }
 
@@ -68,9 +69,10 @@ struct TcpRig {
 
 // The same on a serial line of two pseudo-terminals.
 struct SerialRig {
-  explicit SerialRig(std::vector<std::string> arguments = {})
+  explicit SerialRig(std::vector<std::string> arguments = {},
+                     const std::string& program = "plant_device.py")
       : proxy("fault_proxy.py", {"--serial"}),
-        device("plant_device.py", with_line(std::move(arguments), proxy.ready("device"))) {}
+        device(program, with_line(std::move(arguments), proxy.ready("device"))) {}
   mb::LinkSettings link() const { return rtu_link(proxy.ready("master")); }
 
   static std::vector<std::string> with_line(std::vector<std::string> arguments,

@@ -23,7 +23,7 @@ ReplyCheck check(const Request& request, const Bytes& bytes) {
 }  // namespace
 
 TEST_CASE("requests have the bytes of the Modbus specification", "[modbus][pdu]") {
-  CHECK(bytes_of(read_request(17, Function::read_input_registers, 0x0102, 3)) ==
+  CHECK(bytes_of(read_request(17, ReadFunction::input_registers, 0x0102, 3)) ==
         Bytes{17, 4, 1, 2, 0, 3});
   const std::array<std::uint16_t, 2> values{0x47F1, 0x2000};
   CHECK(bytes_of(write_request(1, WriteFunction::single, 0x10, values)) ==
@@ -33,7 +33,7 @@ TEST_CASE("requests have the bytes of the Modbus specification", "[modbus][pdu]"
 }
 
 TEST_CASE("a reply counts only if it answers the very request", "[modbus][pdu]") {
-  const Request request = read_request(7, Function::read_input_registers, 100, 2);
+  const Request request = read_request(7, ReadFunction::input_registers, 100, 2);
   Reply reply;
   REQUIRE(check_reply(request, Bytes{7, 4, 4, 0x47, 0xF1, 0x20, 0}, reply) == ReplyCheck::valid);
   CHECK(reply.count == 2);
@@ -51,8 +51,22 @@ TEST_CASE("a reply counts only if it answers the very request", "[modbus][pdu]")
   CHECK(check(request, {}) == ReplyCheck::mismatch);
 }
 
+TEST_CASE("bits come eight to a byte, the lowest first", "[modbus][pdu]") {
+  const Request request = read_request(7, ReadFunction::discrete_inputs, 0x0102, 9);
+  CHECK(bytes_of(request) == Bytes{7, 2, 1, 2, 0, 9});
+  Reply reply;
+  REQUIRE(check_reply(request, Bytes{7, 2, 2, 0b1000'0010, 0b1}, reply) == ReplyCheck::valid);
+  REQUIRE(reply.count == 9);
+  CHECK(reply.registers[0] == 0);
+  CHECK(reply.registers[1] == 1);
+  CHECK(reply.registers[7] == 1);
+  CHECK(reply.registers[8] == 1);
+  CHECK(check(request, {7, 2, 1, 0b1}) == ReplyCheck::mismatch);
+  CHECK(check(request, {7, 1, 2, 0, 0}) == ReplyCheck::mismatch);
+}
+
 TEST_CASE("a rejected reply leaves no values behind", "[modbus][pdu]") {
-  const Request request = read_request(7, Function::read_input_registers, 100, 1);
+  const Request request = read_request(7, ReadFunction::input_registers, 100, 1);
   Reply reply;
   REQUIRE(check_reply(request, Bytes{7, 4, 2, 1, 2}, reply) == ReplyCheck::valid);
   REQUIRE(check_reply(request, Bytes{7, 4, 2, 1}, reply) == ReplyCheck::mismatch);
@@ -61,7 +75,7 @@ TEST_CASE("a rejected reply leaves no values behind", "[modbus][pdu]") {
 }
 
 TEST_CASE("an exception is told from a reply", "[modbus][pdu]") {
-  const Request request = read_request(7, Function::read_holding_registers, 100, 2);
+  const Request request = read_request(7, ReadFunction::holding_registers, 100, 2);
   Reply reply;
   REQUIRE(check_reply(request, Bytes{7, 0x83, 2}, reply) == ReplyCheck::exception);
   CHECK(reply.exception == 2);

@@ -66,6 +66,23 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
   CHECK(condition.severity_percent == Approx(4.0).epsilon(0.5));
 }
 
+TEST_CASE("where nobody knows SP there is routine evidence, and no window", "[routine][watch]") {
+  const auto run = sticky(2 * RoutineWatch::kSamples);
+  WindowSettings settings = kSettings;
+  settings.has_set_point = false;
+  RoutineWatch watch(settings);
+  WindowBuilder windows(settings);
+  for (std::size_t k = 0; k < run.pv.size(); ++k) {
+    Cycle cycle = cycle_of(run, k, k);
+    cycle.sp = std::numeric_limits<double>::quiet_NaN();
+    watch.add(cycle);
+    CHECK(windows.add(cycle) != WindowBuilder::Progress::full);
+  }
+  CHECK(stiction_on(watch));
+  CHECK(std::isnan(watch.samples().sp.front()));
+  CHECK(windows.state() == WindowState::no_set_point);
+}
+
 TEST_CASE("a band as a healthy valve has it raises nothing, and takes a condition back",
           "[routine]") {
   const auto run = sticky(4 * RoutineWatch::kSamples);

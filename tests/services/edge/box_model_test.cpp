@@ -95,6 +95,26 @@ TEST_CASE("every field of the map is one metric, with the loop's units and range
   CHECK(value(node, box, "daemon/online") == Value(true));
 }
 
+TEST_CASE("a loop that another controller has offers no orders to its controller", "[edge]") {
+  Seen seen;
+  seen.daemon.set_elsewhere("A/B");
+  seen.daemon.set("A/B", "condition_valve", 87.5);
+  seen.daemon.set("A/B", "ki", 0.25);
+  seen.view.look();
+  const auto& here = seen.view.model().loops().at(0).specs;
+  const auto& watched = seen.view.model().loops().at(1).specs;
+  std::set<std::string> left_out;
+  for (const MetricSpec& s : here) left_out.insert(s.name);
+  for (const MetricSpec& s : watched) left_out.erase(s.name);
+  CHECK(left_out == std::set<std::string>{"output", "veto_corrective_action"});
+  const Reading now = seen.view.loop_reading(1);
+  CHECK(now.items.size() == watched.size());
+  CHECK(value(watched, now, "ki") == Value(0.25));
+  CHECK(value(watched, now, "acknowledge_stiction") == Value(false));
+  CHECK(value(watched, now, "condition/valve") == Value(87.5));
+  CHECK(value(watched, now, "tag") == Value(std::string("A/B")));
+}
+
 TEST_CASE("tags that a topic can't hold get names of their own", "[edge]") {
   Seen seen;
   seen.view.look();

@@ -208,12 +208,17 @@ async def run_plant(args, device):
         plant.stdin.write(f"{device.command}\n".encode())
 
 
-async def answer_commands(device, server):
-    loop = asyncio.get_running_loop()
+async def input_lines():
+    """The words of each line of standard input."""
     reader = asyncio.StreamReader()
-    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    await asyncio.get_running_loop().connect_read_pipe(
+        lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     while line := await reader.readline():
-        command, *arguments = line.decode().split() or [""]
+        yield line.decode().split() or [""]
+
+
+async def answer_commands(device, server):
+    async for command, *arguments in input_lines():
         if command == "quit":
             return
         if command == "state":

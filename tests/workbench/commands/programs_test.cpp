@@ -81,7 +81,7 @@ TEST_CASE("check names every error of every file and ends with 78") {
 TEST_CASE("check accepts the example configurations") {
   const std::string examples = LOOPWARDEN_SOURCE_DIR "/config/examples/";
   const std::string name = GENERATE(as<std::string>(), "demo", "simulated", "modbus-tcp",
-                                    "modbus-plc", "modbus-rtu", "analog", "replay");
+                                    "modbus-plc", "modbus-rtu", "analog", "replay", "watch");
   const ShellOutcome outcome = loopwarden("check " + examples + name);
   INFO(outcome.text);
   CHECK(outcome.exit_code == 0);

@@ -43,6 +43,7 @@ class Faceplate {
 
   #hands() {
     const {session} = live;
+    if (this.loop.control === 'elsewhere') return el('p', {class: 'soft small'}, t.controlledElsewhere);
     if (!session.can?.control) {
       return el('p', {class: 'soft small'}, session.login && !operator() && live.describe.page?.control ? t.needsOperator : t.noControl);
     }

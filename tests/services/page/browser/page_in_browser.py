@@ -11,6 +11,7 @@ words. --keep: screenshots go there. Exit code 1: something is wrong; 74: no pro
 import argparse
 import os
 import pathlib
+import pwd
 import subprocess
 import sys
 import tempfile
@@ -24,6 +25,13 @@ HERE = pathlib.Path(__file__).resolve().parent
 TAG = "FIC-101"
 HOSTILE = '<img src=x onerror="document.title=1">'
 ROUTES = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/stiction", "journal", "reports", "system"]
+WATCHED = """loop: FIC-205
+control: elsewhere
+sample_time: 1
+process_variable: {unit: m3/h, range: [0, 40]}
+output: {unit: "%", range: [0, 100]}
+io: {backend: feed, pv: {feed: "plant:PV"}, co: {feed: "plant:OP"}}
+"""
 wrong = []
 
 
@@ -473,6 +481,23 @@ def everything(box, browser, source, folder, spike_ms):
     narrow_and_paper(box, browser, folder)
 
 
+def watched_loop():
+    """Of a loop that another controller has an operator sees who has it, and no buttons."""
+    box = Box(healthy=1, accelerate=1)
+    daemon = box.folder / "config/loopwardend.yaml"
+    user = pwd.getpwuid(os.getuid()).pw_name
+    daemon.write_text(daemon.read_text(encoding="utf-8") + f"feeders: {{plant: {{user: {user}}}}}\n", encoding="utf-8")
+    (box.folder / "config/loops.d/0000-watched.yaml").write_text(WATCHED, encoding="utf-8")
+    with tempfile.TemporaryDirectory() as profile, box, Browser(profile, wrong) as browser:
+        browser.screen()
+        browser.log_in(box, "otto")
+        browser.go(box, "loop/FIC-102")
+        browser.until(lambda: len(browser.all(".hands button")) == 3, "a loop controlled here has no buttons")
+        browser.go(box, "loop/FIC-205")
+        browser.until(lambda: "Another controller has this loop" in browser.text(".faceplate"), "nobody says who controls")
+        browser.check(not browser.all(".hands button"), "a watched loop can be operated")
+
+
 def smoke(box, browser, source, options):
     browser.driver.get(box.url)
     browser.until(lambda: browser.all("form.panel input[name=password]"), "nobody is asked to log in")
@@ -524,6 +549,8 @@ def main():
             browser.quiet("page", allowed=("getImageData", "status of 401", "status of 403", "status of 409"))
             killed_and_back(box, browser)
             browser.quiet("dead daemon", allowed=("getImageData", "status of 503", "ERR_"))
+        if options.all:
+            watched_loop()
     except (WebDriverException, OSError, subprocess.CalledProcessError) as error:
         print(f"page_in_browser: {error}", file=sys.stderr)
         return 74

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/local_listener.hpp"
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <stdexcept>
+
+#include "base/group_access.hpp"
+#include "base/local_address.hpp"
+
+namespace loopwarden::base {
+namespace {
+
+// Nobody but the owner may connect before all is right. Not by the umask, which is the whole process's.
+void bind_to(int fd, const std::string& path, std::optional<unsigned> group,
+             std::size_t most_waiting) {
+  const sockaddr_un address = local_address(path);
+  if (fchmod(fd, S_IRUSR | S_IWUSR) != 0 ||
+      bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      chmod(path.c_str(), S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP) != 0) {
+    throw socket_failure("can't listen at " + path);
+  }
+  if (group) {
+    admit_group(path, *group, {.read = true, .write = true});
+    admit_group(std::filesystem::path(path).parent_path(), *group, {.execute = true});
+  }
+  if (::listen(fd, static_cast<int>(most_waiting)) != 0) {
+    throw socket_failure("can't listen at " + path);
+  }
+}
+
+}  // namespace
+
+int local_listener(const std::string& path, std::optional<unsigned> group,
+                   std::size_t most_waiting) {
+  const int other = try_local_connection(path);
+  // One that hangs, with a full queue, listens as well.
+  if (other >= 0 || errno == EAGAIN) {
+    if (other >= 0) close(other);
+    throw std::runtime_error("another daemon already listens at " + path);
+  }
+  unlink(path.c_str());
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) throw socket_failure("socket");
+  try {
+    bind_to(fd, path, group, most_waiting);
+  } catch (...) {
+    close(fd);
+    throw;
+  }
+  return fd;
+}
+
+}  // namespace loopwarden::base

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The loops that other controllers run: their sources, the thread that samples them and the socket of the feeders.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "base/spsc_ring.hpp"
+#include "config/loop_config.hpp"
+#include "daemon/app/backend_factory.hpp"
+#include "daemon/loops/loop_runtime.hpp"
+#include "daemon/watch/feed_server.hpp"
+#include "daemon/watch/sampler.hpp"
+#include "hal/feed/feed_board.hpp"
+#include "protocol/answers.hpp"
+
+namespace loopwarden::daemon {
+
+class WatchedLoops {
+ public:
+  explicit WatchedLoops(base::Clock& clock) : sampler_(clock) {}
+  WatchedLoops(const WatchedLoops&) = delete;
+  WatchedLoops& operator=(const WatchedLoops&) = delete;
+
+  // Adds them behind those controlled here, for which `loops` has room: its elements stay where they are. Throws
+  // std::runtime_error. `backends` outlives the loops.
+  void make(const config::Configuration& configuration, BackendFactory& backends,
+            std::vector<LoopRuntime>& loops);
+  void start();
+  void stop() noexcept;
+
+  // Main thread.
+  bool next_event(rt::Event& event) noexcept { return events_.try_pop(event); }
+
+  // Null: there is none.
+  const watch::Sampler* sampler() const noexcept { return sampler_.empty() ? nullptr : &sampler_; }
+  const watch::FeedServer* feed() const noexcept { return feed_.get(); }
+  // Any thread.
+  std::vector<protocol::FeederStatus> feeders(std::int64_t now_ns) const;
+
+ private:
+  hal::feed::FeedBoard board_;
+  base::SpscRing<rt::Event> events_{4096};
+  watch::Sampler sampler_;
+  std::unique_ptr<watch::FeedServer> feed_;
+};
+
+}  // namespace loopwarden::daemon

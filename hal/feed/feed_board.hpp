@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where feeders leave values and loops find them: a slot for each name that a loop asks for. One thread puts,
+// one thread reads all slots; what is counted is read by any.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "base/newest_value.hpp"
+#include "hal/contract/loop_source.hpp"
+#include "hal/feed/feed_settings.hpp"
+#include "hal/feed/stamp_watch.hpp"
+
+namespace loopwarden::hal::feed {
+
+// A value as a feeder sends it.
+struct FedValue {
+  double value = 0.0;  // of the unit that the loop expects; meaningless while quality is bad
+  Quality quality = Quality::good;
+  double stamp_s = std::numeric_limits<double>::quiet_NaN();  // since 1970 by the source; NaN: none
+};
+
+// When it came.
+struct Arrival {
+  std::int64_t now_ns = 0;  // CLOCK_MONOTONIC
+  double utc_s = 0.0;       // since 1970
+};
+
+struct FeedSlot {
+  struct Fed {
+    Sample sample;
+    std::int64_t late_ns = 0;  // so much older than its arrival is what the source says
+  };
+  base::NewestValue<Fed> newest;
+
+  // The putting thread only.
+  Fed fed;
+  StampWatch stamps;
+};
+
+// One that may feed. Counters grow; the putting thread writes them.
+class Feeder {
+ public:
+  struct Counters {
+    using Counter = std::atomic<std::uint64_t>;
+    Counter lines{0};
+    Counter bad_lines{0};
+    Counter values{0};         // taken
+    Counter unknown_names{0};  // values that no loop asks for
+    Counter doubled{0};
+    Counter out_of_order{0};
+    Counter connections{0};
+    std::atomic<bool> connected{false};
+    std::atomic<double> clock_behind_s{std::numeric_limits<double>::quiet_NaN()};  // NaN: no stamps
+  };
+
+  enum class Put : std::uint8_t { taken, unknown_name, doubled, out_of_order };
+  Put put(std::string_view name, const FedValue& value, const Arrival& arrival);
+  // It has sent a sound line.
+  void lives(std::int64_t now_ns) noexcept { alive_ns_.store(now_ns, std::memory_order_relaxed); }
+
+  std::int64_t alive_ns() const noexcept { return alive_ns_.load(std::memory_order_relaxed); }
+  Counters& counters() noexcept { return counters_; }
+  const Counters& counters() const noexcept { return counters_; }
+
+ private:
+  friend class FeedBoard;
+  std::map<std::string, std::unique_ptr<FeedSlot>, std::less<>> slots_;
+  std::atomic<std::int64_t> alive_ns_{0};
+  Counters counters_;
+};
+
+class FeedBoard {
+ public:
+  // Before the threads start. Made where it is missing; both stay where they are.
+  Feeder& feeder(const std::string& name);
+  FeedSlot& slot(const FeedName& name);
+
+  const std::map<std::string, std::unique_ptr<Feeder>, std::less<>>& feeders() const noexcept {
+    return feeders_;
+  }
+
+ private:
+  std::map<std::string, std::unique_ptr<Feeder>, std::less<>> feeders_;
+};
+
+class FeedSource final : public LoopSource {
+ public:
+  // `board` outlives this.
+  FeedSource(const FeedSettings& settings, FeedBoard& board);
+
+  void open() override {}
+  void close() noexcept override {}
+  void read(SourceInputs& inputs) noexcept override;
+  IoCounters counters() const noexcept override;
+
+ private:
+  struct Point {
+    FeedSlot* slot = nullptr;  // null: not fitted
+    const Feeder* feeder = nullptr;
+  };
+  static Point point_of(const FeedName& name, FeedBoard& board);
+  static SourceSample newest(const Point& point) noexcept;
+
+  Point process_variable_;
+  Point output_;
+  Point set_point_{};
+  Point stem_{};
+  Point mode_{};
+};
+
+}  // namespace loopwarden::hal::feed

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocol/feed_line.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "protocol/requests.hpp"
+
+namespace loopwarden::protocol {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kLongestId = 64;
+constexpr std::size_t kLongestName = 1024;
+
+// The number at `key`; nullopt for null or nothing.
+std::optional<double> number_at(const json& object, const char* key) {
+  const auto found = object.find(key);
+  if (found == object.end() || found->is_null()) return std::nullopt;
+  if (!found->is_number()) throw RequestError(std::string(key) + " must be a number or null");
+  const double value = found->get<double>();
+  if (!std::isfinite(value))
+    throw RequestError(std::string(key) + " is beyond what a number holds");
+  return value;
+}
+
+FedValue::Quality quality_of(const json& object) {
+  const auto found = object.find("quality");
+  if (found == object.end()) return FedValue::Quality::good;
+  if (*found == "good") return FedValue::Quality::good;
+  if (*found == "uncertain") return FedValue::Quality::uncertain;
+  if (*found == "bad") return FedValue::Quality::bad;
+  throw RequestError("quality must be good, uncertain or bad");
+}
+
+FedValue value_of(const json& object) {
+  if (!object.is_object()) throw RequestError("each of values must be an object");
+  FedValue fed;
+  const auto name = object.find("name");
+  if (name == object.end() || !name->is_string()) throw RequestError("name must be a text");
+  fed.name = name->get<std::string>();
+  if (fed.name.empty() || fed.name.size() > kLongestName) {
+    throw RequestError("name must have 1 to 1024 bytes");
+  }
+  fed.value = number_at(object, "value");
+  fed.time_s = number_at(object, "time");
+  fed.quality = quality_of(object);
+  if (!fed.value && fed.quality != FedValue::Quality::bad) {
+    throw RequestError("value may be null with quality bad only");
+  }
+  return fed;
+}
+
+std::string id_of(const json& object) {
+  const auto found = object.find("id");
+  if (found == object.end()) return {};
+  const bool text = found->is_string() && found->get_ref<const std::string&>().size() <= kLongestId;
+  if (!text && !found->is_number()) {
+    throw RequestError("id must be a number or a text of at most 64 bytes");
+  }
+  return found->dump();
+}
+
+}  // namespace
+
+FeedLine read_feed_line(std::string_view line, std::string& id) {
+  id.clear();
+  const json object = json::parse(line, nullptr, false);
+  if (!object.is_object()) throw RequestError("a line is a JSON object");
+  FeedLine feed{.values = {}, .id = id_of(object)};
+  id = feed.id;
+  const auto values = object.find("values");
+  if (values == object.end() || !values->is_array()) throw RequestError("values must be a list");
+  feed.values.reserve(values->size());
+  for (const json& value : *values) feed.values.push_back(value_of(value));
+  return feed;
+}
+
+std::string feed_taken(const std::string& id, std::size_t taken) {
+  return R"({"id":)" + id + R"(,"ok":true,"taken":)" + std::to_string(taken) + "}";
+}
+
+std::string feed_refused(const std::string& id, std::string_view why) {
+  return R"({"id":)" + id + R"(,"ok":false,"error":)" + json(why).dump() + "}";
+}
+
+}  // namespace loopwarden::protocol

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loops that another controller runs: `control: elsewhere`.
+#include <variant>
+
+#include "config/bus_budget.hpp"
+#include "config/loop_reader.hpp"
+#include "tests/config/config_support.hpp"
+
+namespace watched_loop_test {
+
+using namespace loopwarden;
+using namespace loopwarden::config;
+using test::said_of_loop;
+using test::with;
+
+namespace {
+
+// Its io section is line 6 on.
+const std::string kHead = R"(loop: FIC-205
+control: elsewhere
+sample_time: 1
+process_variable: {unit: m3/h, range: [0, 40], max_age: 5}
+output: {unit: "%", range: [0, 100]}
+)";
+
+const std::string kModbus = kHead + R"(io:
+  backend: modbus
+  pv: {link: skid, unit: 1, register: {table: input, address: 0, type: f32}}
+  co: {link: skid, unit: 2, register: {table: holding, address: 10, type: u16, scale: 0.01}}
+)";
+
+const std::string kFeed = kHead + R"(io:
+  backend: feed
+  pv: {feed: "opcua:FIC205.PV"}
+  co: {feed: "opcua:ns=2;s=FIC205.OP"}
+)";
+
+LoopConfig read(const std::string& text) {
+  auto loop = read_loop_text("loop.yaml", text, test::daemon());
+  INFO(to_text(loop.diagnostics));
+  REQUIRE(loop);
+  return std::move(*loop);
+}
+
+}  // namespace
+
+TEST_CASE("A loop that another controller runs is read over Modbus", "[config][watch]") {
+  const LoopConfig loop = read(with(
+      kModbus,
+      "  co:", R"(  sp: {link: line, unit: 3, register: {table: holding, address: 4, type: i16}}
+  stem: {link: skid, unit: 2, register: {table: input, address: 2, type: u16, raw: [0, 1000], eu: [0, 100]}}
+  mode: {link: skid, unit: 2, register: {table: coil, address: 7}, automatic: [1], manual: [0]}
+  co:)"));
+  CHECK(is_watched(loop.io));
+  CHECK(knows_set_point(loop.io));
+  CHECK(loop.co_unit == "%");
+  CHECK(loop.controller.pid.output_high == 100.0);
+  CHECK(loop.pv.max_age_s == 5.0);
+  const auto& io = std::get<hal::modbus::ModbusSourceSettings>(loop.io);
+  CHECK(io.process_variable.link.name == "skid");
+  CHECK(io.process_variable.point.reg.table == hal::modbus::Table::input_register);
+  CHECK(io.output.point.unit == 2);
+  CHECK(io.output.point.reg.scale == 0.01);
+  CHECK(io.set_point->link.name == "line");
+  CHECK(io.stem->point.reg.scale == 0.1);
+  CHECK(io.mode->point.reg.table == hal::modbus::Table::coil);
+  CHECK(io.mode->point.reg.address == 7);
+  CHECK(io.mode_values == hal::ModeValues{{1.0}, {0.0}});
+  CHECK(io.poll_period_ns == 1'000'000'000);
+}
+
+TEST_CASE("A loop that another controller runs is fed", "[config][watch]") {
+  const LoopConfig loop = read(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1, 3]}\n");
+  const auto& io = std::get<hal::feed::FeedSettings>(loop.io);
+  CHECK(io.process_variable == hal::feed::FeedName{"opcua", "FIC205.PV"});
+  CHECK(io.output == hal::feed::FeedName{"opcua", "ns=2;s=FIC205.OP"});
+  CHECK(io.mode_values == hal::ModeValues{{1.0, 3.0}, {}});
+  CHECK_FALSE(knows_set_point(loop.io));
+}
+
+TEST_CASE("The other controller's law is taken down", "[config][watch]") {
+  const LoopConfig loop =
+      read(with(kFeed, "io:", "controller: {action: direct, kc: 0.8, ti: 12}\nio:"));
+  CHECK(loop.controller.pid.action == control::Action::direct);
+  CHECK(loop.controller.pid.gains.kp == Approx(0.8 * 100.0 / 40.0));
+}
+
+TEST_CASE("What would act on a watched loop is refused, with the reason", "[config][watch]") {
+  const std::string why =
+      ": is refused: nothing of this loop is ever written, since another controller has it "
+      "(control: elsewhere, at 2:10)\n";
+  const auto said_of = [](const std::string& keys) {
+    return said_of_loop(with(kFeed, "io:", keys + "\nio:"));
+  };
+  CHECK(said_of("start: {mode: automatic, set_point: 5}") == "loop.yaml:6:8: error: start" + why);
+  CHECK(said_of("safe_actions: {stop: 1}") == "loop.yaml:6:15: error: safe_actions" + why);
+  const std::string law = "controller: {action: reverse, kp: 1, ki: 0, ";
+  CHECK(said_of(law + "jacket: {form: bounded, ks: 1}}") ==
+        "loop.yaml:6:53: error: controller.jacket" + why);
+  CHECK(said_of(law + "compensator: {kind: knocker}}") ==
+        "loop.yaml:6:58: error: controller.compensator" + why);
+  CHECK(said_of(law + "output: {unit: V, range: [0, 10]}}") ==
+        "loop.yaml:6:53: error: controller.output" + why);
+  CHECK(said_of("monitor: {corrective_action: {enabled: true}}") ==
+        "loop.yaml:6:30: error: monitor.corrective_action" + why);
+  CHECK(said_of_loop(with(kFeed, "[0, 100]}", "[0, 100], limits: [5, 95]}")) ==
+        "loop.yaml:5:46: error: output.limits" + why);
+}
+
+TEST_CASE("A feeder can't bring the PV of a loop that is controlled here", "[config][watch]") {
+  CHECK(said_of_loop(test::kLoopHead + "io: {backend: feed, pv: {feed: \"opcua:X\"}}\n") ==
+        "loop.yaml:16:15: error: io.backend: feed is for a loop with `control: elsewhere` alone: "
+        "what a feeder says must not move a valve from here\n");
+}
+
+TEST_CASE("A watched loop's backends are those that only read", "[config][watch]") {
+  CHECK(said_of_loop(kHead + "io: {backend: simulated}\n") ==
+        "loop.yaml:6:15: error: io.backend: must be modbus or feed (got 'simulated')\n");
+}
+
+TEST_CASE("The name of a fed value is a feeder's", "[config][watch]") {
+  CHECK(said_of_loop(with(kFeed, "opcua:FIC205.PV", "FIC205.PV")) ==
+        "loop.yaml:8:14: error: io.pv.feed: must be FEEDER:NAME, such as opcua:FIC205.PV (got "
+        "'FIC205.PV')\n");
+  CHECK(said_of_loop(with(kFeed, "opcua:FIC205.PV", "opcau:FIC205.PV")) ==
+        "loop.yaml:8:14: error: io.pv.feed: no feeder 'opcau' in loopwardend.yaml; did you mean "
+        "'opcua'?\n");
+}
+
+TEST_CASE("A mode's numbers mean one thing each", "[config][watch]") {
+  CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1, 3], manual: [3]}\n") ==
+        "loop.yaml:10:54: error: io.mode.manual: 3 stands in automatic (at 10:38) as well\n");
+  CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1.5]}\n") ==
+        "loop.yaml:10:38: error: io.mode.automatic: must be whole numbers (got 1.5)\n");
+  CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\"}\n") ==
+        "loop.yaml:10:9: error: io.mode: missing key 'automatic' (list of numbers: windows are "
+        "judged in "
+        "these modes alone)\n");
+}
+
+TEST_CASE("Watched loops come behind those controlled here, whatever their files' names",
+          "[config][watch]") {
+  const test::ScratchFolder folder;
+  const auto tagged = [](const std::string& text, const std::string& from, const std::string& tag) {
+    return with(text, from, "loop: " + tag + "\n");
+  };
+  folder.write(
+      "loopwardend.yaml",
+      "links:\n  skid: {transport: tcp, host: 127.0.0.1}\nfeeders: {opcua: {user: root}}\n");
+  folder.write("loops.d/b.yaml", tagged(test::kModbusLoop, "loop: FIC-101\n", "FIC-2"));
+  folder.write("loops.d/a.yaml", tagged(kFeed, "loop: FIC-205\n", "FIC-9"));
+  folder.write("loops.d/c.yaml", tagged(kModbus, "loop: FIC-205\n", "FIC-8"));
+  folder.write("loops.d/d.yaml", with(tagged(test::kModbusLoop, "loop: FIC-101\n", "FIC-1"),
+                                      "address: 100,", "address: 200,"));
+  const auto all = read_configuration(folder.path());
+  INFO(to_text(all.diagnostics));
+  REQUIRE(all);
+  std::string order;
+  for (const LoopConfig& loop : all->loops) order += loop.name + " ";
+  CHECK(order == "FIC-2 FIC-1 FIC-9 FIC-8 ");
+}
+
+TEST_CASE("Feeders are users, each his own", "[config][watch]") {
+  const auto daemon = read_daemon_text("d.yaml", "feeders: {opcua: {user: root}}\n");
+  REQUIRE(daemon);
+  CHECK(daemon->feeders.at("opcua") == FeederUser{"root", 0});
+  CHECK(test::said_of_daemon("feeders:\n  a: {user: root}\n  b: {user: root}\n") ==
+        "d.yaml:3:13: error: feeders.b.user: is that of feeder 'a' as well: which values he may "
+        "write would not be told by who he is\n");
+  CHECK(test::said_of_daemon("feeders: {a: {user: nobody-of-this-name}}\n") ==
+        "d.yaml:1:21: warning: feeders.a.user: there is no user 'nobody-of-this-name' on this "
+        "host, so nobody can write what this feeder brings\n");
+}
+
+TEST_CASE("What is watched on a serial line counts in its time", "[config][watch]") {
+  const LoopConfig loop =
+      read(with(with(kModbus, "link: skid", "link: line"), "unit: 1,", "unit: 4,"));
+  hal::modbus::LinkSettings line = test::daemon().links.at("line");
+  const BusLoad load = bus_load({loop}, line);
+  const auto& io = std::get<hal::modbus::ModbusSourceSettings>(loop.io);
+  CHECK(load.share == Approx(line_time_s(io, line)));  // poll period: 1 s
+  CHECK(load.share > 0.01);
+}
+
+}  // namespace watched_loop_test

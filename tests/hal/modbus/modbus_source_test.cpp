@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/modbus/modbus_source.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <type_traits>
+
+#include "hal/modbus/modbus_bus.hpp"
+#include "hal/modbus/modbus_loop_io.hpp"
+#include "tests/hal/modbus/modbus_rig.hpp"
+
+namespace modbus_source_test {
+
+using namespace loopwarden;
+using namespace loopwarden::test;
+using mb::RegisterType;
+
+namespace {
+
+// What has no type for a command can't be given one.
+static_assert(!std::is_convertible_v<mb::ReadTask&, mb::LinkTask&>);
+static_assert(!std::is_base_of_v<mb::LinkTask, mb::ReadTask>);
+static_assert(!std::is_convertible_v<mb::ReadLink&, mb::ModbusLink&>);
+static_assert(!std::is_base_of_v<hal::LoopIo, mb::ModbusSource>);
+
+mb::SourcePoint at(const mb::LinkSettings& link, std::uint16_t address, RegisterType type,
+                   mb::Table table = mb::Table::input_register) {
+  mb::PointSettings point = input(address, type);
+  point.reg.table = table;
+  return {.link = link, .point = point};
+}
+
+// Every table, so that every function that reads is used.
+mb::ModbusSourceSettings source_on(const mb::LinkSettings& link, mb::Table mode) {
+  mb::ModbusSourceSettings source;
+  source.process_variable = at(link, 0, RegisterType::f32);
+  source.output = at(link, 2, RegisterType::f32, mb::Table::holding_register);
+  source.set_point = at(link, 4, RegisterType::f32);
+  source.stem = at(link, 6, RegisterType::f32);
+  source.mode = at(link, mb::is_bit(mode) ? 0 : 8, RegisterType::u16, mode);
+  source.mode_values = {.automatic = {1.0}, .manual = {0.0}};
+  source.poll_period_ns = 20'000'000;
+  return source;
+}
+
+bool all_good(mb::ModbusSource& source, hal::SourceInputs& inputs) {
+  source.read(inputs);
+  const auto good = [](const hal::SourceSample& s) {
+    return s.sample.quality == hal::Quality::good;
+  };
+  return good(inputs.process_variable) && good(inputs.output) && good(inputs.set_point) &&
+         good(inputs.stem) && good(inputs.mode);
+}
+
+}  // namespace
+
+TEST_CASE("a PLC that controls by itself is read by functions 1 to 4 and no other",
+          "[modbus][source]") {
+  TcpRig rig({}, "plc_device.py");
+  mb::ModbusBus bus;
+  mb::ModbusSource by_coil(source_on(rig.link(), mb::Table::coil), "FIC-1", bus);
+  mb::ModbusSource by_input(source_on(rig.link(), mb::Table::discrete_input), "FIC-2", bus);
+  by_coil.open();
+  by_input.open();
+  hal::SourceInputs inputs;
+  REQUIRE(eventually([&] { return all_good(by_coil, inputs); }));
+  CHECK(inputs.process_variable.sample.value == Approx(20.0).margin(0.5));
+  CHECK(inputs.output.sample.value == Approx(50.0).margin(2.0));
+  CHECK(inputs.set_point.sample.value == 20.0);
+  CHECK(inputs.mode.sample.value == 1.0);
+  CHECK(inputs.process_variable.alive_ns == inputs.process_variable.sample.time_ns);
+  REQUIRE(eventually([&] { return all_good(by_input, inputs); }));
+  rig.device.command("mode 0");
+  REQUIRE(
+      eventually([&] { return all_good(by_input, inputs) && inputs.mode.sample.value == 0.0; }));
+
+  // Lost and found again: what begins a connection anew writes nothing either.
+  rig.device.command("restart 0.1");
+  REQUIRE(eventually([&] { return !all_good(by_coil, inputs); }));
+  REQUIRE(eventually([&] { return all_good(by_coil, inputs) && all_good(by_input, inputs); }));
+  CHECK(by_coil.counters().connected);
+  CHECK(by_coil.counters().writes == 0);
+  CHECK(ForeignProcess::field(rig.device.command("state"), "functions") == "1,2,3,4");
+  by_coil.close();
+  by_input.close();
+}
+
+TEST_CASE("on a serial line a loop is watched while the commands of another go on",
+          "[modbus][source]") {
+  SerialRig rig({"--units", "1,2"}, "plc_device.py");
+  mb::ModbusBus bus;
+  mb::ModbusSource source(source_on(rig.link(), mb::Table::coil), "FIC-1", bus);
+  source.open();
+  hal::SourceInputs inputs;
+  REQUIRE(eventually([&] { return all_good(source, inputs); }));
+  CHECK(inputs.stem.sample.value == Approx(50.0).margin(2.0));
+  CHECK(inputs.mode.sample.value == 1.0);
+  CHECK(ForeignProcess::field(rig.device.command("state"), "functions") == "1,3,4");
+
+  mb::LoopModbusSettings loop;
+  loop.transmitter_link = loop.positioner_link = rig.link();
+  loop.process_variable = input(0, RegisterType::f32);
+  loop.process_variable.unit = loop.command.unit = 2;
+  loop.command.reg = {.table = mb::Table::holding_register, .type = RegisterType::f32};
+  loop.output = {.low = 0.0, .high = 10.0};
+  loop.poll_period_ns = 20'000'000;
+  loop.max_command_age_ns = 10'000'000'000;
+  mb::ModbusLoopIo io(loop, "FIC-2", bus);
+  io.open();
+  std::string why;
+  CHECK(io.drive(5.0, std::chrono::milliseconds(10'000), why));
+  CHECK(why.empty());
+  CHECK(io.counters().writes > 0);
+  CHECK(source.counters().writes == 0);
+  const auto seen = inputs.process_variable.sample.sequence;
+  REQUIRE(eventually(
+      [&] { return all_good(source, inputs) && inputs.process_variable.sample.sequence > seen; }));
+  io.close();
+  source.close();
+}
+
+}  // namespace modbus_source_test

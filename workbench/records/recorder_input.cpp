@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/records/recorder_input.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <string_view>
+
+#include "protocol/ask.hpp"
+#include "record/segment_export.hpp"
+#include "workbench/command_line/frame.hpp"
+#include "workbench/live/daemon_client.hpp"
+
+namespace loopwarden::workbench {
+
+std::optional<double> seconds_of(const std::string& text) {
+  static const std::map<std::string_view, double> kUnits{
+      {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}, {"d", 86'400.0}};
+  double number = 0.0;
+  const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const auto unit = kUnits.find(std::string_view(end, text.data() + text.size()));
+  if (wrong != std::errc() || unit == kUnits.end() || !(number > 0.0) || !std::isfinite(number)) {
+    return std::nullopt;
+  }
+  return number * unit->second;
+}
+
+const Recorded::Record& Recorded::longest() const {
+  return *std::max_element(records.begin(), records.end(),
+                           [](const Record& a, const Record& b) { return a.rows < b.rows; });
+}
+
+void RecorderInput::add_options(Command& command, const char* kept) {
+  command.option(
+      "--last", last_,
+      std::string("no files: so much of what the daemon's recorder holds of --loop, such as 4h, "
+                  "90min, 2d") +
+          kept,
+      checked([](const std::string& text) {
+        return seconds_of(text) ? std::string()
+                                : "must be a time such as 4h, 90min or 2d (got '" + text + "')";
+      }));
+  command.socket(socket_);
+}
+
+bool RecorderInput::asked(bool files, const std::string& loop) const {
+  if (last_.empty()) {
+    if (!files) require("records, or --loop and --last,");
+    return false;
+  }
+  if (files) require("either records or --last");
+  if (loop.empty()) require("--loop beside --last");
+  return true;
+}
+
+Recorded RecorderInput::take(
+    const std::string& loop, const std::filesystem::path& target,
+    const std::function<std::filesystem::path(const std::filesystem::path&)>& place) const {
+  DaemonClient daemon(socket_);
+  const protocol::Description box = protocol::ask(daemon, protocol::DescribeRequest{});
+  const auto found = std::find_if(box.loops.begin(), box.loops.end(),
+                                  [&](const auto& one) { return one.tag == loop; });
+  if (found == box.loops.end()) {
+    fail(kExitUsage, "--loop: the daemon has no loop '{}'", loop);
+  }
+  using std::chrono::system_clock;
+  const std::int64_t now_ns =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(system_clock::now().time_since_epoch())
+          .count();
+  record::ExportSettings settings;
+  settings.from_utc_ns = now_ns - std::llround(seconds_of(last_).value() * 1e9);
+  settings.place = place;
+  Recorded recorded{.loop = *found, .records = {}};
+  for (const record::ExportedRecord& one :
+       record::export_csv(found->folder, target, settings).records) {
+    recorded.records.push_back({one.path.string(), one.rows});
+  }
+  if (recorded.records.empty()) {
+    fail(kExitData, "{}: the recorder holds nothing of {} in this time{}", found->folder, loop,
+         found->recording ? "" : "; its recording is not enabled");
+  }
+  const Recorded::Record longest = recorded.longest();
+  std::erase_if(recorded.records, [&](const Recorded::Record& one) {
+    return static_cast<double>(one.rows) * found->sample_time_s < kShortest_s;
+  });
+  if (recorded.records.empty()) recorded.records.push_back(longest);
+  return recorded;
+}
+
+}  // namespace loopwarden::workbench
