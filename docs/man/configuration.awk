@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-# loopwardend.yaml(5) for scdoc from docs/configuration.md: headings, paragraphs, lists, code, `words`, and tables of keys,
+# loopwardend.yaml(5) for scdoc from docs/configuration.md: headings, paragraphs, lists, code, `words`, the words of links, and tables of keys,
 # whose rows become `key: value; default` with the meaning below. Any POSIX awk.  Usage: awk -f THIS configuration.md
-function words(text) {
+function words(text,    link) {
+  while (match(text, /\[[^]]*\]\([^)]*\)/)) {  # [words](link)
+    link = substr(text, RSTART + 1, RLENGTH - 1)
+    text = substr(text, 1, RSTART - 1) substr(link, 1, index(link, "]") - 1) substr(text, RSTART + RLENGTH)
+  }
   gsub(/[*_\\]/, "\\\\&", text)
   gsub(/`/, "*", text)
   return text
