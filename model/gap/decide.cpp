@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "model/numeric/root_sum_square.hpp"
 #include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
@@ -41,11 +40,8 @@ Decision decide(const Competition& competition, const Residuals& left,
                 const ConfidenceTable& table) {
   Decision out;
   out.other_settings = controller.mismatch;
-  // Load counts as floor only where a quiet one accounts for what is left.
-  const double floor = left.adequate ? left.floor_rmse : kNoiseFloor * scale.noise_rms;
-  // What the model's own uncertainty covers is no gap.
-  const bool material = competition.model_rmse > numeric::root_sum_square(floor, scale.least_rms);
-  out.unexplained = controller.unexplained || (material && !left.adequate);
+  out.unexplained =
+      controller.unexplained || (!left.adequate && leaves_more(competition.model_rmse, scale));
   out.believable = left.believable;
   const std::vector<double> by = leads(competition.chosen, competition.tried);
   for (std::size_t i = 0; i < by.size(); ++i) {
@@ -63,10 +59,10 @@ double confidence_after(double confidence, Proof proof) noexcept {
 Outcome outcome_of(const Decision& decision, Proof proof) noexcept {
   if (decision.by_reading) return Outcome::missing_effect;
   const bool named = !decision.named.empty();
-  const bool taken_back = named && proof == Proof::refuted;
-  if (taken_back && decision.believable) return Outcome::unexplained;
-  if ((named && !taken_back) || decision.other_settings) return Outcome::missing_effect;
-  return decision.unexplained ? Outcome::unexplained : Outcome::no_gap;
+  if (named && proof != Proof::refuted) return Outcome::missing_effect;
+  // Other settings of the controller close nothing of a gap of the plant.
+  if (decision.unexplained || (named && decision.believable)) return Outcome::unexplained;
+  return decision.other_settings ? Outcome::missing_effect : Outcome::no_gap;
 }
 
 }  // namespace loopwarden::gap

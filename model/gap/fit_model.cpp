@@ -51,18 +51,22 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
 
 double pv_span(const CheckedRecord& r) { return r.model.transmitter.span(); }
 
-AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& options,
-                             double largest_load) {
-  const double noise = r.quality.noise_rms;
-  if (!options.load || !(noise > 0.0)) return {};
-  const control::PidSettings& pid = r.model.controller.pid;
-  const double friction = kHealthyValveLeaves * pid.output_span();  // CO units
+// What a healthy valve leaves, PV units.
+double healthy_valve_rms(const CheckedRecord& r) {
+  const double friction = kHealthyValveLeaves * r.model.controller.pid.output_span();  // CO units
   // An integrating process turns an offset of the valve into a slope, for as long as the loop lets it.
   const double gain =
       std::abs(r.model.process.gain) *
       (r.model.process.integrating() ? std::max(plant::answer_s(r.model), r.record.period_s) : 1.0);
+  return friction * gain;
+}
+
+AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& options,
+                             double largest_load) {
+  const double noise = r.quality.noise_rms;
+  if (!options.load || !(noise > 0.0)) return {};
   return {.load = largest_load * pv_span(r) * std::sqrt(r.record.period_s) / noise,
-          .valve = options.allowances ? friction * gain / noise : 0.0};
+          .valve = options.allowances ? healthy_valve_rms(r) / noise : 0.0};
 }
 
 }  // namespace
@@ -72,6 +76,8 @@ ModelFit::ModelFit(const CheckedRecord& record, const SearchOptions& options, do
       searched(candidates_for(record, options)),
       least_rms(
           std::max(kLeastEffect * pv_span(record), kLeastEffectNoise * record.quality.noise_rms)),
+      valve_rms(healthy_valve_rms(record)),
+      largest_load_rms(largest_load * pv_span(record) * std::sqrt(LoadFilter::kReturnTime_s / 2.0)),
       record_(record),
       options_(options),
       allowed_(allowed_wander(record, options, largest_load)),

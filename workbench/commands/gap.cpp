@@ -80,11 +80,17 @@ void print_result(const gap::Result& r, const std::string& out) {
              r.before.holdout_rmse, percent(r.before.holdout_fit_percent));
   fmt::print("{:<22}{:>10.4g}{:>12.4g}{:>10}\n", "model corrected", r.after.rmse,
              r.after.holdout_rmse, percent(r.after.holdout_fit_percent));
-  fmt::print("{:<22}{:>10.4g}\n", "noise floor", r.noise_floor_rmse);
+  fmt::print("{:<22}{:>10.4g}  transmitter {:.4g}, load {:.4g}{}\n", "noise floor", r.floor.rmse(),
+             r.floor.transmitter_rmse, r.floor.load_rmse,
+             r.floor.load_tested ? "" : "; not tested for a load: " + r.floor.why_not_tested);
   // What the sentence is silent about has no looks.
   if (r.remainder && r.remainder->share >= gap::kWorthSaying) {
-    fmt::print("{:<22}{:>10}{:>12.4g}{:>10}  looks like {}\n", "left", "", r.remainder->rmse,
-               percent(100.0 * r.remainder->share), gap::to_text(r.remainder->looks_like));
+    std::string follows;
+    for (const std::string& signal : r.remainder->depends_on) {
+      follows += (follows.empty() ? ", follows " : " and ") + signal;
+    }
+    fmt::print("{:<22}{:>10}{:>12.4g}{:>10}  looks like {}{}\n", "left", "", r.remainder->rmse,
+               percent(100.0 * r.remainder->share), gap::to_text(r.remainder->looks_like), follows);
   }
   if (std::isfinite(r.controller_before_rmse)) {
     fmt::print("controller: rmse of CO {:.3g}, corrected {:.3g}\n", r.controller_before_rmse,
