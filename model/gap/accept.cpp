@@ -13,10 +13,18 @@ bool EffectSet::has(std::string_view name) const noexcept {
 }
 
 bool worth_adding(const Addition& a) noexcept {
-  const double gain = a.first ? kFirstGain : kFurtherGain;
-  return a.score_with - a.score_without > std::max(gain, kLeastPart * a.score_without) &&
-         a.moves_pv > a.least_rms &&
-         (a.first || (a.rmse_with < a.rmse_without && (a.at_one_moment || a.block_t > kLeastT)));
+  const double gain = a.score_with - a.score_without;
+  if (!(a.moves_pv > a.least_rms)) return false;
+  if (a.first) return gain > kFirstGain;
+  const bool clear = a.at_one_moment || (a.left_out_nats > kFurtherGain && a.block_t > kLeastT);
+  return gain > kFurtherGain && clear &&
+         closes_a_part(a.rmse_with, a.rmse_without, a.rmse_model, a.noise_rms);
+}
+
+bool closes_a_part(double rmse_with, double rmse_without, double rmse_model,
+                   double noise_rms) noexcept {
+  const double gap = rmse_model * rmse_model - noise_rms * noise_rms;
+  return rmse_without * rmse_without - rmse_with * rmse_with > kLeastPart * std::max(gap, 0.0);
 }
 
 bool leaves_more(double rmse, const Scale& scale) noexcept {

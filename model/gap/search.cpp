@@ -52,10 +52,15 @@ std::set<std::string> names_of(const Fit& fit) {
   return names;
 }
 
-// Student's t of the gain in log likelihood over blocks of the record.
-double block_t(const Fitter& fitter, const Fit& more, const Fit& less) {
-  const std::vector<double> a = fitter.innovations(more);
-  const std::vector<double> b = fitter.innovations(less);
+struct Lead {
+  double nats = 0.0;
+  double t = 0.0;  // Student's, over the blocks
+};
+
+// Gain in log likelihood over blocks of the record, each left out of both fits.
+Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less) {
+  const std::vector<double> a = fitter.left_out_innovations(more, kGainBlocks);
+  const std::vector<double> b = fitter.left_out_innovations(less, kGainBlocks);
   const std::size_t n = a.size();
   const double constant = (less.deviance - more.deviance) / (2.0 * static_cast<double>(n));
   std::vector<double> gains;
@@ -71,7 +76,8 @@ double block_t(const Fitter& fitter, const Fit& more, const Fit& less) {
   double spread = 0.0;
   for (const double g : gains) spread += (g - mean) * (g - mean);
   spread = std::sqrt(spread / (kGainBlocks - 1));
-  return spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0;
+  return {mean * kGainBlocks,
+          spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0};
 }
 
 bool better(const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; }
@@ -192,18 +198,24 @@ class Search {
 
   bool accepted(const Hypothesis& more, const Hypothesis& less) const {
     const bool first = less.fit.terms.empty();
+    const bool at_one_moment = more.fit.terms.back()->at_one_moment;
+    const Lead lead =
+        first || at_one_moment ? Lead{} : lead_on_blocks_left_out(fitter_, more.fit, less.fit);
     const std::vector<double> with = fitter_.simulate(more.fit);
     return worth_adding(
         {.score_with = more.score,
          .score_without = less.score,
          .first = first,
-         .at_one_moment = more.fit.terms.back()->at_one_moment,
+         .at_one_moment = at_one_moment,
          .moves_pv = numeric::rms_apart(std::span(with).first(fitter_.training_end()),
                                         fitter_.simulate(less.fit)),
          .least_rms = scale_.least_rms,
-         .block_t = first ? 0.0 : block_t(fitter_, more.fit, less.fit),
+         .left_out_nats = lead.nats,
+         .block_t = lead.t,
          .rmse_with = more.training_rmse,
-         .rmse_without = less.training_rmse});
+         .rmse_without = less.training_rmse,
+         .rmse_model = result_.base_rmse,
+         .noise_rms = scale_.noise_rms});
   }
 
   void choose(const Hypothesis& next) {
@@ -243,7 +255,9 @@ class Search {
         if (names_of(h.fit) == names_of(without.fit) && better(h, without)) without = h;
       }
       result_.tried.push_back(without);
-      if (superfluous(next.score, without.score)) {
+      if (superfluous(next.score, without.score) ||
+          !closes_a_part(next.training_rmse, without.training_rmse, result_.base_rmse,
+                         scale_.noise_rms)) {
         next = std::move(without);
       } else {
         ++i;

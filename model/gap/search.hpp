@@ -8,8 +8,9 @@
 // with k parameters and N samples (Schwarz 1978), r what its effects are rarer than others (in their
 // descriptors), on the first two thirds of the record. One that does nothing here that a simpler effect does not
 // (low air whose limits are never reached is a lag) is no hypothesis. Another effect is taken in only if its
-// gain in score is clear, spread over the record (a t-test over blocks), and large enough to matter in PV, and
-// if it makes the free run better; none is looked for where too little is left beside noise to matter. Of as many
+// gain in score is clear, also on blocks of the record that are left out of the fit and spread over them (a t-test; but
+// for what shows at one moment), large enough to matter in PV, and if it closes 5 % of the gap in free run; none is
+// looked for where too little is left beside noise to matter. Of as many
 // effects that the record can't tell apart, those with fewer parameters are chosen, then the commoner ones.
 //
 // Sources: Schwarz, Ann. Stat. 6 (1978) 461-464; Bacher and Madsen, Energy and Buildings 43 (2011)
