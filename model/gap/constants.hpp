@@ -87,8 +87,6 @@ inline constexpr double kEnoughClosed = 0.85;
 inline constexpr double kFewestFloors = 3.0;
 
 // independence -----------------------------------------------------------------------------------------
-// With fewer moves of SP nothing can be seen to follow it. By hand.
-inline constexpr std::size_t kFewestSpMoves = 2;
 // Of the gap: less that follows SP is the misfit of the names that were given. By hand, as of a further effect.
 inline constexpr double kFollowingPart = 0.05;
 // Most confidence of a name where what is left follows SP or CO, and where that could not be tested. By definition.

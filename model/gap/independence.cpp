@@ -6,8 +6,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "model/gap/constants.hpp"
-
 namespace loopwarden::gap {
 namespace {
 
@@ -43,16 +41,10 @@ double chi_squared_limit(std::size_t freedom) {
   return static_cast<double>(freedom) * root * root * root;
 }
 
-// Moves of SP in the stretch that stand apart by the time in which PV answers.
-std::size_t moves_of(const Column& sp, SampleRange stretch, std::size_t apart) {
-  std::size_t moves = 0;
-  std::size_t last = 0;
-  for (std::size_t k = std::max<std::size_t>(stretch.begin, 1); k < stretch.end; ++k) {
-    if (sp[k] == sp[k - 1] || (moves > 0 && k - last < apart)) continue;
-    ++moves;
-    last = k;
-  }
-  return moves;
+bool stands(const Column& sp, SampleRange stretch) {
+  return std::all_of(sp.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
+                     sp.begin() + static_cast<std::ptrdiff_t>(stretch.end),
+                     [&](double v) { return v == sp[stretch.begin]; });
 }
 
 // Samples of the stretch whose `order` samples before count too.
@@ -161,7 +153,9 @@ bool would_stand_out(const std::vector<Column>& columns, const LeftOver& d, cons
     }
     const double variance = squares / n - (sum / n) * (sum / n);
     if (!(variance > 0.0)) return false;
-    const double seen = whiten(column).squaredNorm() * d.left_rms * d.left_rms / variance;
+    // PV answers to SP by no more than SP's own moves.
+    const double size = std::min(1.0, d.left_rms * d.left_rms / variance);
+    const double seen = whiten(column).squaredNorm() * size;
     return seen > chi_squared_limit(freedom) * noise;
   });
 }
@@ -193,8 +187,7 @@ Independence test_independence(const LeftOver& d) {
     return out;
   }
   const double lag_s = 0.5 * std::max(d.answer_s, 2.0 * d.period_s);
-  const auto apart = static_cast<std::size_t>(d.answer_s / d.period_s);
-  if (moves_of(d.sp, d.stretch, apart) < kFewestSpMoves) {
+  if (stands(d.sp, d.stretch)) {
     out.why_not = "SP stands there";
     return out;
   }

@@ -11,8 +11,8 @@
 //        itself), through 0 to 3 lags
 //
 // It follows where the test says so and what follows (sum of c_i x_i, rms) is large enough to matter. The test has no
-// power where SP is unknown or stands, or where even all that is left, were it an answer to SP, would not stand out; then
-// it is not made. Where nothing is left there is nothing to test.
+// power where SP is unknown or stands, or where even all that is left, were it an answer to SP (no larger than SP's own
+// moves), would not stand out; then it is not made. Where nothing is left there is nothing to test.
 //
 // What it can't do: a valve's cycle is not driven by SP, and what is left of it does not follow SP. Anything that
 // repeats with SP by chance or design (a load that the operator answers by moving SP) is taken for an answer.

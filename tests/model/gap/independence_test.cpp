@@ -157,6 +157,23 @@ TEST_CASE("without moves of SP the test has no power, and says so", "[gap][indep
   CHECK_FALSE(tested(load, early).tested);
 }
 
+TEST_CASE("one move is enough where what is left would stand out", "[gap][independence]") {
+  Column sp(kSamples, 4.0);
+  for (std::size_t k = 2000; k < kSamples; ++k) sp[k] = 6.0;
+  CHECK(tested(wandering(7), sp).tested);
+  CHECK_FALSE(tested(wandering(7), sp).follows());
+  Column error = wandering(7);
+  const Column answer = through_lag(through_lag(sp, 2.0), 2.0);
+  for (std::size_t k = 0; k < kSamples; ++k) error[k] += 0.2 * (answer[k] - 5.0);
+  CHECK(tested(error, sp).follows_sp);
+  // At the very end nothing can answer any more.
+  Column late(kSamples, 4.0);
+  late.back() = 4.1;
+  const Independence test = tested(wandering(7), late);
+  CHECK_FALSE(test.tested);
+  CHECK(test.why_not == "SP moves too little there");
+}
+
 TEST_CASE("where nothing is left there is nothing to test", "[gap][independence]") {
   numeric::Random random(8);
   Column error;
