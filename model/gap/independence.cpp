@@ -139,25 +139,25 @@ Answer answer_to(const std::vector<Column>& columns, const LeftOver& d, const Wh
   return answer;
 }
 
-// Whether all that is left would stand out, if it were an answer to SP of the shape of any of `columns`.
-bool would_stand_out(const std::vector<Column>& columns, const LeftOver& d, const Whitener& whiten,
+// Whether all that is left would stand out in every second case or more, if it were an answer to SP of the shape of
+// `column`.
+bool would_stand_out(const Column& column, const LeftOver& d, const Whitener& whiten,
                      std::size_t freedom) {
   const double noise = whiten(d.error).squaredNorm() / static_cast<double>(whiten.size());
   const auto n = static_cast<double>(d.stretch.end - d.stretch.begin);
-  return std::all_of(columns.begin(), columns.end(), [&](const Column& column) {
-    double sum = 0.0;
-    double squares = 0.0;
-    for (std::size_t k = d.stretch.begin; k < d.stretch.end; ++k) {
-      sum += column[k];
-      squares += column[k] * column[k];
-    }
-    const double variance = squares / n - (sum / n) * (sum / n);
-    if (!(variance > 0.0)) return false;
-    // PV answers to SP by no more than SP's own moves.
-    const double size = std::min(1.0, d.left_rms * d.left_rms / variance);
-    const double seen = whiten(column).squaredNorm() * size;
-    return seen > chi_squared_limit(freedom) * noise;
-  });
+  double sum = 0.0;
+  double squares = 0.0;
+  for (std::size_t k = d.stretch.begin; k < d.stretch.end; ++k) {
+    sum += column[k];
+    squares += column[k] * column[k];
+  }
+  const double variance = squares / n - (sum / n) * (sum / n);
+  if (!(variance > 0.0)) return false;
+  // PV answers to SP by no more than SP's own moves.
+  const double size = std::min(1.0, d.left_rms * d.left_rms / variance);
+  const double seen = whiten(column).squaredNorm() * size / noise;
+  // The mean of what the test would show is that and its freedom.
+  return seen + static_cast<double>(freedom) > chi_squared_limit(freedom);
 }
 
 // CO as far as it follows the columns of SP.
@@ -215,8 +215,7 @@ Independence test_independence(const LeftOver& d) {
     return out;
   }
   const Whitener whiten(d.error, std::move(rows), order);
-  const std::vector<Column> smooth(straight.begin() + 1, straight.begin() + 3);
-  if (!would_stand_out(smooth, d, whiten, straight.size())) {
+  if (!would_stand_out(straight[1], d, whiten, straight.size())) {
     out.why_not = "SP moves too little there";
     return out;
   }

@@ -16,7 +16,7 @@ double gap_closed(double before_rmse, double after_rmse, double floor_rmse) noex
 }
 
 Proof judge(const Trial& t) noexcept {
-  if (t.choice_rmse > std::hypot(t.model_rmse, t.transmitter_rmse)) return Proof::refuted;
+  if (t.choice_rmse > std::hypot(t.model_rmse, t.trifle_rmse)) return Proof::refuted;
   if (std::isfinite(t.closed)) {
     return t.closed >= kClosed         ? Proof::holds
            : t.closed >= kPartlyClosed ? Proof::partly
@@ -36,7 +36,7 @@ Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
               .closed = gap_closed(before.holdout_rmse, after.holdout_rmse, floor.rmse()),
               .model_rmse = before.holdout_rmse,
               .choice_rmse = after.holdout_rmse,
-              .transmitter_rmse = floor.transmitter_rmse};
+              .trifle_rmse = std::hypot(floor.transmitter_rmse, model_fit.least_rms)};
   if (!left.adequate || std::isfinite(trial.closed)) return trial;
   const Fitter whole = model_fit.over_whole_record();
   const auto first = std::count(record.training.begin(), record.training.end(), true);

@@ -8,7 +8,7 @@
 //   floor          Result::floor, PV units: the transmitter's, and a load that passed for one
 //
 // From 80 % on the names hold, from 50 % on partly, below they are refuted, and so they are where the free run gets
-// worse by more than the transmitter's noise. Where before is below two floors there is no such figure. Then names that
+// worse by more than the transmitter's noise and what does not matter. Where before is below two floors there is no such figure. Then names that
 // the data of the fit make believable are held against the model alone: by innovations, a load allowed to both, where
 // noise and a quiet load account for what the choice leaves; elsewhere by the free runs.
 //
@@ -33,7 +33,7 @@ struct Trial {
   double choice_innovations = 0.0;  // PV units squared, sum over the holdout
   double model_rmse = 0.0;          // PV units, free run over the holdout
   double choice_rmse = 0.0;         // PV units, free run over the holdout
-  double transmitter_rmse = 0.0;    // PV units, of the floor
+  double trifle_rmse = 0.0;         // PV units: the transmitter's floor and what does not matter
 };
 Proof judge(const Trial& trial) noexcept;
 

@@ -50,14 +50,13 @@ TEST_CASE("without a gap to speak of the innovations judge over noise", "[gap][p
   CHECK(judge(t) == Proof::refuted);
 }
 
-TEST_CASE("a free run that gets worse by more than the transmitter's noise refutes",
-          "[gap][prove]") {
+TEST_CASE("a free run that gets worse by more than a trifle refutes", "[gap][prove]") {
   Trial t{.rest_is_noise = true,
           .model_innovations = 100.0,
           .choice_innovations = 50.0,
           .model_rmse = 0.3,
           .choice_rmse = 0.499,
-          .transmitter_rmse = 0.4};
+          .trifle_rmse = 0.4};
   CHECK(judge(t) == Proof::holds);
   t.choice_rmse = 0.501;
   CHECK(judge(t) == Proof::refuted);
