@@ -111,7 +111,8 @@ CheckedRecord check(const Record& given, const plant::LoopModel& model) {
   for (std::size_t k = 0; k < record.size(); ++k) {
     if (out.reading.measured[k]) measurements.push_back(record.pv[k]);
   }
-  if (measurements.size() < record.size()) out.quality.noise_rms = noise_of(measurements);
+  if (measurements.size() < record.size() && !record.pv_as_stored)
+    out.quality.noise_rms = noise_of(measurements);
   out.measured = measured_samples(out);
   out.training = out.measured;
   std::fill(out.training.begin() + static_cast<std::ptrdiff_t>(out.training_end),

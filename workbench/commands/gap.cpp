@@ -233,16 +233,24 @@ std::string unit_question(const gap::Record& record, const plant::LoopModel& mod
 
 // What an archive kept PV and CO to. Of a CO of which that can't be told, the share of the span that PV was kept to:
 // historians are set up so.
-gap::Deviations deviations_of(const record::ImportNotes& notes, const plant::LoopModel& model) {
+gap::Deviations deviations_of(const record::ImportNotes& notes, const plant::LoopModel& model,
+                              bool pv_as_stored) {
   const auto told = [](const analysis::ArchivedSignal& signal) {
     return signal.kind == analysis::ArchiveKind::none ||
            (signal.kind != analysis::ArchiveKind::unknown && signal.deviation > 0.0);
   };
-  gap::Deviations out{notes.pv.deviation, notes.co.deviation, told(notes.pv)};
+  gap::Deviations out{notes.pv.deviation, notes.co.deviation, pv_as_stored || told(notes.pv)};
   if (told(notes.co)) return out;
   out.co = notes.pv.deviation / model.transmitter.span() * output_span(model);
-  out.known = out.known && out.co > 0.0;
+  out.known = out.known && (pv_as_stored || out.co > 0.0);
   return out;
+}
+
+// Between stored values PV is not known.
+void leave_out_guesses(record::Imported& imported) {
+  for (std::size_t k = 0; k < imported.pv_drawn.size(); ++k) {
+    if (imported.pv_drawn[k]) imported.record.pv[k] = std::numeric_limits<double>::quiet_NaN();
+  }
 }
 
 // Tag, units and clock of the export; empty for the fixed format, which has none.
@@ -276,20 +284,22 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     choose_stretch(imported, options);
     convert_units(imported.record, model, options);
     draw_for_judging(imported);
+    leave_out_guesses(imported);
     gap::Record record = stretch_of(imported.record, options, first_s);
+    record.pv_as_stored = !imported.pv_drawn.empty();
     if (!options.controller_known) record.sp.clear();
     say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
     const ParallelFor parallel = on_threads(threads(options.jobs));
     const auto told = [&progress](double share) { progress.update_share(share); };
-    const gap::Deviations deviations = deviations_of(imported.notes, model);
-    const std::optional<gap::OnePeriod> drawn = gap::on_one_period(record, model);
+    const gap::Deviations deviations =
+        deviations_of(imported.notes, model, record.pv_as_stored);
+    const std::optional<gap::OnePeriod> drawn = gap::on_one_period(
+        record, model, imported.notes.co.kind == analysis::ArchiveKind::swinging_door);
     const double record_period_s = record.period_s;
     gap::Options how = search_options(options);
-    if (drawn) {
-      record = drawn->record;
-      how.search.without.emplace_back("controller_mismatch");
-    }
+    if (drawn) record = drawn->record;
+    if (drawn || record.pv_as_stored) how.search.without.emplace_back("controller_mismatch");
     const plant::LoopModel& at_period = drawn ? drawn->model : model;
     if (options.controller_known && options.pv_range.empty() && options.co_range.empty()) {
       if (const std::string question = unit_question(record, at_period); !question.empty()) {
