@@ -109,10 +109,10 @@ double noise_of_stored(const std::vector<double>& column) {
   }
   std::vector<double> off;
   for (std::size_t i = 1; i + 1 < at.size(); ++i) {
-    const double w = static_cast<double>(at[i] - at[i - 1]) / static_cast<double>(at[i + 1] - at[i - 1]);
+    const double w =
+        static_cast<double>(at[i] - at[i - 1]) / static_cast<double>(at[i + 1] - at[i - 1]);
     const double line = (1.0 - w) * column[at[i - 1]] + w * column[at[i + 1]];
-    off.push_back(std::abs(column[at[i]] - line) /
-                  std::sqrt(1.0 + w * w + (1.0 - w) * (1.0 - w)));
+    off.push_back(std::abs(column[at[i]] - line) / std::sqrt(1.0 + w * w + (1.0 - w) * (1.0 - w)));
   }
   if (off.empty()) return 0.0;
   const double noise = numeric::kNormalOverMad * numeric::quantile_in_place(off, 0.5);

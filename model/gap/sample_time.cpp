@@ -75,9 +75,10 @@ void say_other_period(Result& result, const plant::LoopModel& given, double reco
   for (FoundEffect& effect : result.effects)
     effect.confidence = std::min(effect.confidence, kMostConfidence);
   result.check.notes.push_back(
-      {"sample_time", text("The record has a sample every %g s, the model every %g s: what CO did between "
-                           "its samples is not known, and the controller is not compared.",
-                           record_period_s, given.sample_time_s)});
+      {"sample_time",
+       text("The record has a sample every %g s, the model every %g s: what CO did between "
+            "its samples is not known, and the controller is not compared.",
+            record_period_s, given.sample_time_s)});
 }
 
 }  // namespace loopwarden::gap
