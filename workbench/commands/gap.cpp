@@ -36,6 +36,7 @@ namespace loopwarden::workbench {
 namespace {
 
 constexpr double kLargestLoadPercent = 0.15;  // of PV span per root second
+constexpr double kClearJump = 0.1;            // j over s, at the low end of its interval
 
 struct GapOptions {
   RecordInput input;
@@ -129,8 +130,14 @@ gap::Options search_options(const GapOptions& options) {
   out.search.without = options.without;
   if (options.cycle) {
     out.search.level_of_record = true;
+    // Beside the valve that the process was identified with, a second name is the assumed process's misfit.
+    out.search.several = false;
     out.search.sticks = {options.cycle->s.value, options.cycle->j.value / options.cycle->s.value,
                          0.0};
+    // The stem jumps by so much that no play does.
+    if (options.cycle->j.low > kClearJump * options.cycle->s.value) {
+      out.search.without.insert(out.search.without.end(), {"backlash", "hysteresis"});
+    }
   }
   if (options.stem) {
     for (const effects::Descriptor& info : effects::vocabulary()) {
@@ -337,8 +344,7 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     Progress progress("gap", 100);
     const ParallelFor parallel = on_threads(threads(options.jobs));
     const auto told = [&progress](double share) { progress.update_share(share); };
-    const gap::Deviations deviations =
-        deviations_of(imported.notes, model, record.pv_as_stored);
+    const gap::Deviations deviations = deviations_of(imported.notes, model, record.pv_as_stored);
     const std::optional<gap::OnePeriod> drawn = gap::on_one_period(
         record, model, imported.notes.co.kind == analysis::ArchiveKind::swinging_door);
     const double record_period_s = record.period_s;
@@ -502,8 +508,9 @@ void add_gap(Program& program) {
       .takes(2);
   command.option("--co-range", o.co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
       .takes(2);
-  command.flag("--stem", o.stem,
-               "the valve alone: column stem in the place of pv; without --model, a stem that follows co");
+  command.flag(
+      "--stem", o.stem,
+      "the valve alone: column stem in the place of pv; without --model, a stem that follows co");
   command.flag("--clip-co", o.clip_co, "CO was logged before its limits: take it at the model's");
   o.input.add_options(command);
   command.footer("Example: loopwarden gap record.csv --model model.yaml --out result");
