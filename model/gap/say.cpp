@@ -75,9 +75,10 @@ const char* how_far(double nats) {
 std::string why_not(const Hypothesis& tried, const SearchResult& search, Outcome outcome) {
   if (outcome == Outcome::no_gap) return "nothing is missing that it could explain";
   if (!std::isfinite(tried.score)) return "does nothing here that a simpler effect does not";
-  if (!tried.placed)
+  if (!tried.placed) {
     return "belongs to one place of the travel, and CO did not leave that and come back to it on "
            "both sides";
+  }
   const double behind = search.chosen.score - tried.score;
   if (search.chosen.fit.terms.empty()) {
     return text("explains too little: %.3g of the gap's rmse %.3g is left", tried.training_rmse,
