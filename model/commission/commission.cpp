@@ -188,6 +188,11 @@ class Commissioner {
         assumed.identification.reason = e.what();
       }
     }
+    // A twin is of a healthy valve.
+    if (assumed.identification.cycle) {
+      assumed.identification.reason = "The valve sticks in this record.";
+      assumed.model.reset();
+    }
     if (!request_.model) {
       if (!assumed.model) {
         return refuse(Outcome::not_enough_movement,

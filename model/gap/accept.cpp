@@ -40,7 +40,7 @@ std::vector<double> leads(const EffectSet& chosen, std::span<const EffectSet> tr
   for (const std::string& name : chosen.names) {
     double rival = 0.0;  // the model alone
     for (const EffectSet& other : tried) {
-      if (other.names.size() <= chosen.names.size() && !other.has(name)) {
+      if (other.placed && other.names.size() <= chosen.names.size() && !other.has(name)) {
         rival = std::max(rival, other.score);
       }
     }

@@ -18,6 +18,7 @@ struct EffectSet {
   std::vector<std::string> names;  // none: the model alone
   double score = 0.0;              // nats above the model alone
   double training_rmse = 0.0;      // PV units, free run
+  bool placed = true;              // else an alternative at most (search.hpp), and nobody's rival
 
   bool has(std::string_view name) const noexcept;
 };

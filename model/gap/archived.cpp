@@ -188,7 +188,11 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
   }
   result.check.notes.push_back(
       {"compressed",
-       deviations.known
+       deviations.known && narrowest == 0.0
+           ? std::string(
+                 "An archive kept only a part of the samples, by a rule that can't be told: "
+                 "PV is compared where a value was stored, CO is taken as held in between.")
+       : deviations.known
            ? text("An archive kept PV to about %.2g and CO to about %.2g of their units: "
                   "what is narrower than %.2g CO units "
                   "can't be seen in this record.",

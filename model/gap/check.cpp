@@ -117,7 +117,9 @@ CheckedRecord check(const Record& given, const plant::LoopModel& model) {
       measurements.push_back(kNone);
     }
   }
-  if (out.measured != out.used) out.quality.noise_rms = noise_of(measurements);
+  if (out.measured != out.used && !record.pv_as_stored) {
+    out.quality.noise_rms = noise_of(measurements);
+  }
   out.training = out.measured;
   std::fill(out.training.begin() + static_cast<std::ptrdiff_t>(out.training_end),
             out.training.end(), false);

@@ -49,6 +49,10 @@ inline constexpr double kLeastControllerRms = 0.002;
 inline constexpr double kSameSettings = 0.03;
 // Other settings must leave less of the difference than that. By hand.
 inline constexpr double kSettingsLeave = 0.3;
+// With a filter on PV or a dead band no more may be left than that many times what matters, and less than such a part of
+// what other gains alone leave. By hand: a controller's law is exact, and an error that is ignored explains much.
+inline constexpr double kInletMatters = 2.0;
+inline constexpr double kInletLeaves = 0.5;
 
 // fit --------------------------------------------------------------------------------------------------
 // What an effect moves PV by at least, rms: of the PV span, and of the record's noise. By hand.

@@ -9,7 +9,8 @@ namespace loopwarden::gap {
 namespace {
 
 EffectSet effect_set_of(const Hypothesis& hypothesis) {
-  return {names_in_order(hypothesis.fit), hypothesis.score, hypothesis.training_rmse};
+  return {names_in_order(hypothesis.fit), hypothesis.score, hypothesis.training_rmse,
+          hypothesis.placed};
 }
 
 std::vector<std::string> alternatives_to(const std::string& name, const Competition& competition) {

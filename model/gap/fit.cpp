@@ -524,6 +524,15 @@ bool Fitter::tells(const Fit& fit) const {
   return true;
 }
 
+bool Fitter::shows_places(const Fit& fit) const {
+  const std::span<const double> co(free_run_.output().data(), training_end_);
+  for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    const Candidate& term = *fit.terms[i];
+    if (term.shows_place != nullptr && !term.shows_place(fit.point.searched[i], co)) return false;
+  }
+  return true;
+}
+
 std::vector<double> Fitter::simulate(const Fit& fit) const {
   std::vector<std::vector<double>> columns;
   free_run_.columns(fit.terms, fit.point, columns);

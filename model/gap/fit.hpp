@@ -71,6 +71,8 @@ class Fitter {
 
   // Whether each effect is more than a simpler one under this CO.
   bool tells(const Fit& fit) const;
+  // Whether this CO shows the place of each effect that is bound to one.
+  bool shows_places(const Fit& fit) const;
 
   // PV in free run, from the fit's own state at the first sample.
   std::vector<double> simulate(const Fit& fit) const;

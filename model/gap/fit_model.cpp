@@ -14,6 +14,11 @@ namespace {
 // Where PV's ends are taken, so that its noise is left out.
 constexpr double kEndQuantile = 0.01;
 
+Level level_of(const CheckedRecord& r, const SearchOptions& options) {
+  if (r.closed_loop) return Level::of_nobody;
+  return options.level_of_record ? Level::of_record : Level::of_model;
+}
+
 std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOptions& options) {
   const control::PidSettings& pid = r.model.controller.pid;
   const auto [co_low, co_high] =
@@ -43,7 +48,7 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
       return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;
     });
   }
-  if (r.closed_loop) {
+  if (level_of(r, options) != Level::of_model) {
     std::erase_if(all, [](const Candidate& c) { return c.is_level; });
   }
   return all;
@@ -72,7 +77,7 @@ AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& option
 }  // namespace
 
 ModelFit::ModelFit(const CheckedRecord& record, const SearchOptions& options, double largest_load)
-    : run(record.model, record.co, !record.closed_loop),
+    : run(record.model, record.co, level_of(record, options)),
       searched(candidates_for(record, options)),
       least_rms(
           std::max(kLeastEffect * pv_span(record), kLeastEffectNoise * record.quality.noise_rms)),

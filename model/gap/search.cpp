@@ -80,7 +80,9 @@ Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& l
           spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0};
 }
 
-bool better(const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; }
+bool better(const Hypothesis& a, const Hypothesis& b) {
+  return a.placed != b.placed ? a.placed : a.score > b.score;
+}
 
 // Best hypothesis of each set of names, best first.
 std::vector<Hypothesis> distinct(std::vector<Hypothesis> list) {
@@ -102,10 +104,17 @@ struct Job {
 class Search {
  public:
   Search(const Fitter& fitter, const std::vector<Candidate>& all, const Scale& scale,
-         const ParallelFor& parallel, const std::function<void(double)>& progress)
-      : fitter_(fitter), all_(all), scale_(scale), parallel_(parallel), progress_(progress) {}
+         const SearchOptions& options, const ParallelFor& parallel,
+         const std::function<void(double)>& progress)
+      : fitter_(fitter),
+        all_(all),
+        scale_(scale),
+        options_(options),
+        parallel_(parallel),
+        progress_(progress) {}
 
-  SearchResult run(bool several) {
+  SearchResult run() {
+    const bool several = options_.several;
     result_.base = fitter_.fit_model();
     result_.base_rmse = fitter_.training_rmse(result_.base);
     result_.chosen = hypothesis(result_.base);
@@ -130,7 +139,8 @@ class Search {
                              ? (result_.base.deviance - fit.deviance) / 2.0 - penalty(fit)
                              : -std::numeric_limits<double>::infinity();
     const double rmse = fitter_.training_rmse(fit);
-    return Hypothesis{std::move(fit), score, rmse};
+    const bool placed = fitter_.shows_places(fit);
+    return Hypothesis{std::move(fit), score, rmse, placed};
   }
 
   // The candidate as it was found without any other; null before that.
@@ -144,7 +154,8 @@ class Search {
   Job job(const Fit& base, const Candidate& added) const {
     // What each kind of sticking valve looked like alone.
     const Hypothesis* own = added.slips ? alone(added) : nullptr;
-    return {&base, &added, own != nullptr ? &own->fit.point.searched[0] : nullptr};
+    if (own != nullptr) return {&base, &added, &own->fit.point.searched[0]};
+    return {&base, &added, added.slips && !options_.sticks.empty() ? &options_.sticks : nullptr};
   }
 
   // Every candidate beside every base, as far as a valve can have both.
@@ -197,6 +208,7 @@ class Search {
   }
 
   bool accepted(const Hypothesis& more, const Hypothesis& less) const {
+    if (!more.placed) return false;
     const bool first = less.fit.terms.empty();
     const bool at_one_moment = more.fit.terms.back()->at_one_moment;
     const Lead lead =
@@ -269,7 +281,7 @@ class Search {
   // Where the record can't tell them apart, the simpler one.
   void prefer_simpler() {
     for (const Hypothesis& h : result_.tried) {
-      if (h.fit.terms.size() == result_.chosen.fit.terms.size() &&
+      if (h.placed && h.fit.terms.size() == result_.chosen.fit.terms.size() &&
           result_.chosen.score - h.score < kTooClose && is_simpler(h.fit, result_.chosen.fit)) {
         result_.chosen = h;
         result_.path.back() = names_in_order(h.fit);
@@ -280,6 +292,7 @@ class Search {
   const Fitter& fitter_;
   const std::vector<Candidate>& all_;
   const Scale& scale_;
+  const SearchOptions& options_;
   const ParallelFor& parallel_;
   const std::function<void(double)>& progress_;
   SearchResult result_;
@@ -302,7 +315,7 @@ SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& 
                             const Scale& scale, const SearchOptions& options,
                             const ParallelFor& parallel,
                             const std::function<void(double)>& progress) {
-  return Search(fitter, all, scale, parallel, progress).run(options.several);
+  return Search(fitter, all, scale, options, parallel, progress).run();
 }
 
 }  // namespace loopwarden::gap

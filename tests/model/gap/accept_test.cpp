@@ -119,4 +119,12 @@ TEST_CASE("a name leads over the best explanation without it, of as many effects
         std::vector<double>{7.0});
 }
 
+TEST_CASE("what is bound to a place that CO doesn't show is nobody's rival", "[gap][accept]") {
+  EffectSet cam{{"cam_obstruction"}, 60.0};
+  const EffectSet stiction{{"stiction"}, 50.0};
+  CHECK(leads(stiction, std::vector<EffectSet>{cam, stiction}) == std::vector<double>{-10.0});
+  cam.placed = false;
+  CHECK(leads(stiction, std::vector<EffectSet>{cam, stiction}) == std::vector<double>{50.0});
+}
+
 }  // namespace accept_test
