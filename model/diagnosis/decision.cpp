@@ -12,9 +12,6 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr const char* kStep =
-    "in manual, step CO by 2 % up, then by 2 % up and down again, and look when PV answers";
-
 constexpr double kLeastPlay = -0.5;
 constexpr double kMostPlay = 0.8;
 constexpr double kMostHammerstein = 0.5;
@@ -84,6 +81,19 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
         "alike",
         "the loop in manual for some cycles: if the cycle ends, the valve sticks");
   }
+  if (for_valve && !at_once) {
+    if (e.standing < kNeverStands) {
+      return undecided("PV moves whenever CO does, as it does not behind a valve that stands",
+                       kManualSteps);
+    }
+    if (!e.turns.cycles()) {
+      return undecided(
+          "the loop does not cycle, as a slow one mostly does behind a valve with a band: a load "
+          "may "
+          "move PV and CO alike",
+          kManualSteps);
+    }
+  }
   if (for_valve && (at_once || e.hammerstein > kLikelyLaterFrom)) {
     const bool seen = d.probability >= kSeenFrom && turns == TurnsBy::travel &&
                       e.standing > kStandsFrom && (at_once || e.hammerstein > kSeenLaterFrom);
@@ -97,7 +107,7 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
               "too, and one step ahead a sticking valve foretells PV no better"
             : "on a loop this slow PV lags CO without a sticking valve too, and one step ahead a "
               "sticking valve foretells PV no better",
-        kStep);
+        kManualSteps);
   }
   // Neither way, but the cycle speaks for a swing from elsewhere.
   if (turns == TurnsBy::time) d.probability = std::min(d.probability, kDecidedBelow);
@@ -105,7 +115,8 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
   d.undecided = true;
   d.reason = "the evidence speaks both ways: " + std::to_string(e.votes()) +
              " of three votes are for a valve effect";
-  d.settle = std::string(kStep) + "; or an hour more of routine data with set points that move";
+  d.settle =
+      std::string(kManualSteps) + "; or an hour more of routine data with set points that move";
   return d;
 }
 

@@ -18,6 +18,9 @@
 //   in step: ph below -2 and A at most 0.1, p at most 0.35
 //   a band whatever the phase says (set points that move carry PV and CO along together): pl > 0.3, A > 0.15 and standing > 0.4,
 //   p at least 0.7
+//   levels and temperatures: a loop that does not cycle, or whose PV never stands while CO moves, can't be told: behind a valve with
+//   a band an integrating loop under PI cycles (T. Haegglund, Journal of Process Control 17, 2007), and a load moves any slow loop
+//   in a way that A takes for a band. A slow loop that does not integrate need not cycle behind play: it is missed
 //
 //   seen        p >= 0.7, CO turns by travel, PV stands during more than 0.4 of CO's moves; levels and temperatures besides: A > 0.15
 //   likely      p >= 0.65 (levels and temperatures: and A > 0.05): test the valve
@@ -46,6 +49,7 @@ inline constexpr double kBandFrom = 0.05;         // A
 inline constexpr double kInStep = -2.0;           // ph
 inline constexpr double kSurePlay = 0.3;          // pl
 inline constexpr double kSureHammerstein = 0.15;  // A
+inline constexpr double kNeverStands = 0.05;      // standing
 inline constexpr double kSeenFrom = 0.7;          // p
 inline constexpr double kDecidedFrom = 0.65;
 inline constexpr double kDecidedBelow = 0.35;
@@ -68,6 +72,10 @@ struct ValveEvidence {
 
 // Does PV follow CO at once? What the phase and the play mean depends on it.
 enum class Follows : std::uint8_t { at_once, by_integration, slowly };
+
+// What settles most of what can't be told.
+inline constexpr const char* kManualSteps =
+    "in manual, step CO by 2 % up, then by 2 % up and down again, and look when PV answers";
 
 enum class Grade : std::uint8_t { none, likely, seen };
 const char* to_text(Grade grade) noexcept;

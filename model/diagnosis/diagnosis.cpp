@@ -239,7 +239,8 @@ void share_turns(std::span<Diagnosis*> windows) {
   }
   for (Diagnosis* d : windows) {
     if (!d->judged()) continue;
-    const bool changes = d->evidence.turns.by() != all.by();
+    const Turns& own = d->evidence.turns;
+    const bool changes = own.by() != all.by() || own.cycles() != all.cycles();
     d->evidence.turns = all;
     if (changes) conclude(*d);
   }

@@ -64,7 +64,7 @@ TurnsBy Turns::by() const noexcept {
   const bool forgets =
       four_cycle_scatter > std::max(kForgetsPhase * cycle_scatter, kLeastForgotten);
   if (cycle_scatter < kClockwork) {
-    const bool known = four_cycle_scatter > 0.0;
+    const bool known = four_cycle_scatter > 0.0 && count >= kLeastForClockwork;
     return known && !forgets ? TurnsBy::clockwork : TurnsBy::neither;
   }
   if (cycle_scatter > kByTravelFrom * travel_scatter && travel_scatter < kSteadyTravel) {
@@ -75,6 +75,10 @@ TurnsBy Turns::by() const noexcept {
     return TurnsBy::time;
   }
   return TurnsBy::neither;
+}
+
+bool Turns::cycles() const noexcept {
+  return by() == TurnsBy::travel || (count >= kLeastTurns && cycle_scatter < kSteadyCycle);
 }
 
 Turns find_turns(std::span<const double> co) {

@@ -13,7 +13,8 @@
 //   time        the cycle scatters less than 0.4 and less than 1.1 times as much as the travel, in eight turns or more: like a
 //               swing from elsewhere. Less than 0.8 times where four cycles scatter more than 1.5 times as much as one: noise
 //               scatters travel and time of a valve's limit cycle alike, and it forgets its phase
-//   clockwork   the cycle scatters less than 0.06, and four of them hardly more than one: something from outside keeps the time.
+//   clockwork   the cycle scatters less than 0.06, and four of them hardly more than one, in 16 turns or more of all windows:
+//               something from outside keeps the time.
 //               A limit cycle forgets its phase, its scatter grows with the root of the number of cycles. A regular load under
 //               tight control can look like a sticking valve in all else, so nothing can be told
 //   neither     fewer than kLeastTurns turns, or none of these
@@ -30,7 +31,8 @@ namespace loopwarden::diagnosis {
 
 inline constexpr std::size_t kLeastTurns = 6;
 inline constexpr std::size_t kLeastForTime = 8;
-inline constexpr std::size_t kLeastFours = 8;
+inline constexpr std::size_t kLeastForClockwork = 16;
+inline constexpr std::size_t kLeastFours = 4;
 
 enum class TurnsBy : std::uint8_t { neither, travel, time, clockwork };
 const char* to_text(TurnsBy by) noexcept;
@@ -42,6 +44,7 @@ struct Turns {
   double four_cycle_scatter =
       0.0;  // of the median cycle; 0 where fewer than kLeastFours are in the record
   TurnsBy by() const noexcept;
+  bool cycles() const noexcept;  // turns by travel, or the cycle scatters less than 0.4
 };
 
 // `co` without its slow movement, 4 to 40 samples a cycle.

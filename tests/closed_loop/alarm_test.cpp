@@ -187,13 +187,12 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   daemon.start();
   const std::string socket = " --socket " + (daemon.folder() / "control.sock").string();
   const auto explained = [&] { return daemon.explain("FIC-101", "model_gap"); };
+  const auto is_explained = [&] {
+    hurry_children_of(daemon.pid());
+    return explained().at("explanation").is_object();
+  };
   INFO(daemon.log());
-  REQUIRE(test::eventually(
-      [&] {
-        hurry_children_of(daemon.pid());
-        return explained().at("explanation").is_object();
-      },
-      std::chrono::minutes(10)));
+  REQUIRE(test::eventually(is_explained, std::chrono::minutes(10)));
   const json answer = explained();
   const json& e = answer.at("explanation");
   INFO(answer.dump(1));
@@ -220,8 +219,7 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   REQUIRE(std::filesystem::remove(folder / "explanation.json"));
   daemon.start();
-  REQUIRE(test::eventually([&] { return explained().at("explanation").is_object(); },
-                           std::chrono::minutes(3)));
+  REQUIRE(test::eventually(is_explained, std::chrono::minutes(10)));
   CHECK(explained().at("explanation").at("sentence") == e.at("sentence"));
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <array>
 
+#include "model/diagnosis/decision.hpp"
 #include "model/survey/group.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/neighbours.hpp"
@@ -38,6 +39,12 @@ double score_of(const json& loop) {
          10.0 * number(loop, "saturated") + 10.0 * (1.0 - number(loop, "share_automatic", 1.0));
 }
 
+// The order of the list: what is seen, what is likely, the rest. A finding that is held back is of the rest.
+int step_of(const json& loop) {
+  if (!is(loop, "verdict", "valve_effect") || loop.at("held_back").get<bool>()) return 0;
+  return is(loop, "grade", "seen") ? 2 : 1;
+}
+
 std::string cell_of(const json& value) {
   if (value.is_null()) return {};
   if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
@@ -61,9 +68,7 @@ NextStep next_step(const json& loop) {
                         day_of(loop["outcome"]), loop["outcome"]["percent_of_span"].get<double>())};
   }
   if (is(loop, "verdict", "valve_effect") && is(loop, "grade", "likely")) {
-    return {
-        "test the valve",
-        "in manual, step CO by 2 % up, then by 2 % up and down again, and look when PV answers"};
+    return {"test the valve", diagnosis::kManualSteps};
   }
   if (is(loop, "verdict", "valve_effect")) {
     return {"repair",
@@ -137,8 +142,9 @@ json join_survey(std::vector<json> loops, json failed, const std::vector<FitterA
     groups.push_back(
         {{"group", groups.size() + 1}, {"period_s", group.period_s}, {"loops", members}});
   }
-  std::stable_sort(loops.begin(), loops.end(),
-                   [](const json& a, const json& b) { return score_of(a) > score_of(b); });
+  std::stable_sort(loops.begin(), loops.end(), [](const json& a, const json& b) {
+    return std::pair(step_of(a), score_of(a)) > std::pair(step_of(b), score_of(b));
+  });
   for (std::size_t k = 0; k < loops.size(); ++k) {
     loops[k]["rank"] = k + 1;
     loops[k]["score"] = std::nearbyint(score_of(loops[k]) * 10.0) / 10.0;

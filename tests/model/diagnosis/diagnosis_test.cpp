@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 #include <span>
+#include <vector>
 
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/numeric/statistics.hpp"
@@ -74,6 +75,39 @@ TEST_CASE("steps of the set point do not hide what the valve does between them")
       with_noise(made_of(4800, [&](double k) { return 50.0 + 15.0 * step(k); }), 0.05, 2);
   CHECK(diagnose({.pv = sp, .co = still, .sp = sp, .sample_time_s = 1.0}, LoopKind::flow)
             .evidence.phase < -2.0);
+}
+
+TEST_CASE("how CO turns in all windows of a loop decides in a window that turns otherwise") {
+  plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
+  valve.reset(50.0);
+  const Diagnosis sticky = diagnosed(SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
+      1200, [&](double u) { return valve.step(u); }, kSteadyLoad));
+  REQUIRE(sticky.verdict == DiagnosisVerdict::valve_effect);
+  const auto shared = [&](Follows follows, const Turns& first, const Turns& second) {
+    std::vector<Diagnosis> windows(2, sticky);
+    for (Diagnosis& d : windows) {
+      d.follows = follows;
+      d.evidence.phase = 2.5;
+      d.evidence.play = 0.5;
+      d.evidence.hammerstein = 0.3;
+      d.evidence.standing = 0.7;
+    }
+    windows[0].evidence.turns = first;
+    windows[1].evidence.turns = second;
+    std::vector<Diagnosis*> together{&windows[0], &windows[1]};
+    share_turns(together);
+    return windows[0].verdict;
+  };
+  // Neither window has the cycles to know that the phase is kept.
+  const Turns kept{
+      .count = 8, .travel_scatter = 0.01, .cycle_scatter = 0.01, .four_cycle_scatter = 0.02};
+  REQUIRE(kept.by() == TurnsBy::neither);
+  CHECK(shared(Follows::at_once, kept, kept) == DiagnosisVerdict::cant_tell);
+  // A window that happens to look like a cycle among others that don't.
+  const Turns cycles{.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
+  const Turns wanders{.count = 60, .travel_scatter = 0.8, .cycle_scatter = 0.9};
+  CHECK(shared(Follows::by_integration, cycles, wanders) == DiagnosisVerdict::cant_tell);
+  CHECK(shared(Follows::by_integration, cycles, cycles) == DiagnosisVerdict::valve_effect);
 }
 
 TEST_CASE("a load that oscillates is no valve effect") {

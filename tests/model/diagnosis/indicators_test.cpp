@@ -232,6 +232,28 @@ TEST_CASE("the decision rises with every witness and stays within its bounds") {
         kLeastProbability);
 }
 
+TEST_CASE("a level is accused only where it cycles and PV stands while CO moves") {
+  for (const Follows follows : {Follows::by_integration, Follows::slowly}) {
+    CHECK(decide(sticky_evidence(), follows).grade == Grade::seen);
+    ValveEvidence wanders = sticky_evidence();
+    wanders.turns = {.count = 20, .travel_scatter = 0.8, .cycle_scatter = 0.9};
+    ValveEvidence never_stands = sticky_evidence();
+    never_stands.standing = 0.04;
+    for (const ValveEvidence& e : {wanders, never_stands}) {
+      const ValveDecision d = decide(e, follows);
+      CHECK(d.grade == Grade::none);
+      CHECK(d.undecided);
+      CHECK_FALSE(d.settle.empty());
+    }
+    // A cycle that no swing keeps need not turn by travel.
+    ValveEvidence cycles = sticky_evidence();
+    cycles.turns = {.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
+    CHECK(decide(cycles, follows).grade == Grade::likely);
+    // Where PV follows at once the valve may stand in movement of any kind.
+    CHECK(decide(wanders, Follows::at_once).grade == Grade::likely);
+  }
+}
+
 TEST_CASE("phase and play alone name no valve on a level") {
   ValveEvidence odd = sticky_evidence();
   odd.hammerstein = -0.1;

@@ -108,7 +108,7 @@ TEST_CASE("--compare: measured loops beside simulated ones, with and without an 
   const TemporaryFolder folder;
   const std::string data = LOOPWARDEN_SOURCE_DIR "/data/";
   const std::string compare =
-      "--records " + data + "isdb " + data + "routine --cases 150 --seed 3 --compare ";
+      "--records " + data + "isdb " + data + "routine --cases 100 --seed 3 --compare ";
   const ShellOutcome outcome =
       bash(kStudy + compare + "--evidence " + (folder / "all.csv").string());
   REQUIRE(outcome.exit_code == 0);

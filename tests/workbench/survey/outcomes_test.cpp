@@ -131,6 +131,22 @@ TEST_CASE("a rejected finding stands below the others until its size has grown b
   CHECK_THAT(csv, Catch::Contains("next,found,held_back\n") && Catch::Contains(",stiction,0\n"));
 }
 
+TEST_CASE("what is seen stands before what is likely, and that before what only swings",
+          "[survey]") {
+  json likely = valve_loop("F1", 4.0, "stiction", "likely");
+  likely["variability"] = 1.0;  // enough for a higher score
+  json seen = valve_loop("F2", 4.0);
+  seen["probability"] = 0.7;
+  json held_back = valve_loop("F3", 2.0);
+  json swings = caused_loop("F4", "disturbance", 0.5);
+  const json survey = join_survey({swings, held_back, likely, seen}, json::array(),
+                                  {answer(valve_loop("F3", 2.0), AtValve::nothing)});
+  std::vector<std::string> tags;
+  for (const json& loop : survey["loops"]) tags.push_back(loop["tag"]);
+  CHECK(tags == std::vector<std::string>{"F2", "F1", "F4", "F3"});
+  CHECK(survey["loops"][1]["score"] > survey["loops"][0]["score"]);
+}
+
 TEST_CASE("the site's own precision counts the named valve effects by grade", "[outcome]") {
   std::vector<FitterAnswer> answers;
   for (int k = 0; k < 9; ++k)
