@@ -35,6 +35,15 @@ bool superfluous(double score_with, double score_without) noexcept {
   return score_with - score_without < kFurtherGain;
 }
 
+bool replaces(const EffectSet& rest, const EffectSet& chosen, double rmse_model,
+              double noise_rms) noexcept {
+  const auto closes = [&](double rmse, double without) {
+    return closes_a_part(rmse, without, rmse_model, noise_rms);
+  };
+  return rest.score > chosen.score || (closes(rest.training_rmse, chosen.training_rmse) &&
+                                       !closes(chosen.training_rmse, rmse_model));
+}
+
 std::vector<double> leads(const EffectSet& chosen, std::span<const EffectSet> tried) {
   std::vector<double> out;
   for (const std::string& name : chosen.names) {

@@ -56,6 +56,11 @@ bool closes_a_part(double rmse_with, double rmse_without, double rmse_model,
 // The others do as well without it.
 bool superfluous(double score_with, double score_without) noexcept;
 
+// Whether `rest`, what is left of a larger set that was accepted, is a better choice than the smaller set chosen before:
+// by its score, or since it closes a part of the gap and the other none, however likely a load makes that one.
+bool replaces(const EffectSet& rest, const EffectSet& chosen, double rmse_model,
+              double noise_rms) noexcept;
+
 // Nats by which each name of `chosen` leads over the best set of as many effects or fewer that does
 // without it.
 std::vector<double> leads(const EffectSet& chosen, std::span<const EffectSet> tried);

@@ -8,15 +8,10 @@
 namespace loopwarden::gap {
 namespace {
 
-EffectSet effect_set_of(const Hypothesis& hypothesis) {
-  return {names_in_order(hypothesis.fit), hypothesis.score, hypothesis.training_rmse,
-          hypothesis.placed};
-}
-
-std::vector<std::string> alternatives_to(const std::string& name, const Competition& competition) {
-  const EffectSet& chosen = competition.chosen;
+std::vector<std::string> alternatives_to(const std::string& name, const EffectSet& chosen,
+                                         const std::vector<EffectSet>& rivals) {
   std::vector<std::string> out;
-  for (const EffectSet& other : competition.tried) {
+  for (const EffectSet& other : rivals) {
     if (other.names.size() != chosen.names.size() || other.has(name)) continue;
     if (chosen.score - other.score > kTooClose) continue;
     for (const std::string& instead : other.names) {
@@ -25,6 +20,16 @@ std::vector<std::string> alternatives_to(const std::string& name, const Competit
       }
     }
   }
+  return out;
+}
+
+// Where the choice closes a part of the gap, what closes none is no explanation, however likely a load makes it.
+std::vector<EffectSet> rivals_in(const Competition& c, double noise_rms) {
+  const auto closes = [&](const EffectSet& set) {
+    return closes_a_part(set.training_rmse, c.model_rmse, c.model_rmse, noise_rms);
+  };
+  std::vector<EffectSet> out = c.tried;
+  if (closes(c.chosen)) std::erase_if(out, [&](const EffectSet& set) { return !closes(set); });
   return out;
 }
 
@@ -44,11 +49,12 @@ Decision decide(const Competition& competition, const Residuals& left,
   out.unexplained =
       controller.unexplained || (!left.adequate && leaves_more(competition.model_rmse, scale));
   out.believable = left.believable;
-  const std::vector<double> by = leads(competition.chosen, competition.tried);
+  const std::vector<EffectSet> rivals = rivals_in(competition, scale.noise_rms);
+  const std::vector<double> by = leads(competition.chosen, rivals);
   for (std::size_t i = 0; i < by.size(); ++i) {
     const std::string& name = competition.chosen.names[i];
-    out.named.push_back(
-        {name, by[i], confidence(by[i], left.adequate, table), alternatives_to(name, competition)});
+    out.named.push_back({name, by[i], confidence(by[i], left.adequate, table),
+                         alternatives_to(name, competition.chosen, rivals)});
   }
   return out;
 }

@@ -250,7 +250,10 @@ class Search {
       if (more.empty() || !accepted(more.front(), result_.chosen)) return;
       const Hypothesis next = stepped_back(more.front());
       if (next.fit.terms.size() < count) {
-        if (better(next, result_.chosen)) result_.chosen = next;
+        if (next.placed && replaces(effect_set_of(next), effect_set_of(result_.chosen),
+                                    result_.base_rmse, scale_.noise_rms)) {
+          choose(next);
+        }
         return;
       }
       choose(next);
@@ -309,6 +312,11 @@ std::vector<std::string> names_in_order(const Fit& fit) {
   std::vector<std::string> names;
   for (const Candidate* term : fit.terms) names.emplace_back(term->name);
   return names;
+}
+
+EffectSet effect_set_of(const Hypothesis& hypothesis) {
+  return {names_in_order(hypothesis.fit), hypothesis.score, hypothesis.training_rmse,
+          hypothesis.placed};
 }
 
 SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& all,

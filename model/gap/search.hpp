@@ -61,6 +61,7 @@ struct SearchResult {
 
 bool contains(const Fit& fit, std::string_view name);
 std::vector<std::string> names_in_order(const Fit& fit);
+EffectSet effect_set_of(const Hypothesis& hypothesis);
 
 // `progress` is told what is done of how much.
 SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& all,

@@ -105,6 +105,16 @@ TEST_CASE("an effect without which the others do nearly as well is stepped back 
   CHECK_FALSE(superfluous(100.0, 87.99));
 }
 
+TEST_CASE("what is left of a larger set replaces a likelier one that closes nothing",
+          "[gap][accept]") {
+  const EffectSet stiction{{"stiction"}, 60.0, 0.05};
+  const EffectSet step{{"step_disturbance"}, 76.0, 0.0995};
+  CHECK(replaces(stiction, step, 0.1, 0.0));
+  CHECK_FALSE(replaces(stiction, {{"step_disturbance"}, 76.0, 0.097}, 0.1, 0.0));
+  CHECK_FALSE(replaces({{"stiction"}, 60.0, 0.098}, step, 0.1, 0.0));
+  CHECK(replaces({{"stiction"}, 76.1, 0.098}, step, 0.1, 0.0));
+}
+
 TEST_CASE("a name leads over the best explanation without it, of as many effects or fewer",
           "[gap][accept]") {
   const EffectSet chosen{{"gain_change", "stiction"}, 90.0};

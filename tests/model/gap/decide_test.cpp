@@ -80,6 +80,18 @@ TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
         std::vector<std::string>{"backlash", "extra_lag", "output_bias"});
 }
 
+TEST_CASE("what closes nothing is no rival, however likely", "[gap][decide]") {
+  Competition load = one_name();
+  load.tried.push_back({{"step_disturbance"}, 120.0, 0.4999});
+  const Decision d = decided(load, noise());
+  CHECK(d.named[0].lead_nats == 50.0);
+  CHECK(d.named[0].alternatives.empty());
+  load.tried.back().training_rmse = 0.45;
+  CHECK(decided(load, noise()).named[0].lead_nats == -20.0);
+  CHECK(decided(load, noise()).named[0].alternatives ==
+        std::vector<std::string>{"step_disturbance"});
+}
+
 TEST_CASE("what the reading itself shows stands, whatever the fit says", "[gap][decide]") {
   Decision d = decided(one_name(), more_than_noise());
   d.by_reading = true;
